@@ -1,0 +1,17 @@
+"""Names for the arrays that cross the interfaces."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+Floats: TypeAlias = npt.NDArray[np.float64]
+"""float64."""
+
+Mask: TypeAlias = npt.NDArray[np.bool_]
+"""(num_envs,) bool: which environments are meant. Where None is allowed it means all."""
+
+Action: TypeAlias = npt.NDArray[Any]
+"""(num_envs, …) in the batched action space."""

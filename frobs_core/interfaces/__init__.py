@@ -1,0 +1,32 @@
+"""What each of the five kinds is: the contracts that plugins implement."""
+
+from frobs_core.interfaces.algorithm import Algorithm, TrainingMonitor
+from frobs_core.interfaces.controller import Controller
+from frobs_core.interfaces.robot import DifferentialDrive, DriveGains, Lidar, Robot
+from frobs_core.interfaces.scene import Body, Camera, Contact, Marker, Placement, Scene
+from frobs_core.interfaces.simulation import BodyHandle, CommandMode, RobotHandle, Simulation, Snapshot
+from frobs_core.interfaces.task import GoalTask, ResetOptions, Task
+
+__all__ = [
+    "Algorithm",
+    "Body",
+    "BodyHandle",
+    "Camera",
+    "CommandMode",
+    "Contact",
+    "Controller",
+    "DifferentialDrive",
+    "DriveGains",
+    "GoalTask",
+    "Lidar",
+    "Marker",
+    "Placement",
+    "ResetOptions",
+    "Robot",
+    "RobotHandle",
+    "Scene",
+    "Simulation",
+    "Snapshot",
+    "Task",
+    "TrainingMonitor",
+]

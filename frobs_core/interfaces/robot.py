@@ -1,0 +1,101 @@
+"""A robot: data. Limits, inertia and geometry are read from its model file, never repeated here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True, kw_only=True)
+class DriveGains:
+    """Gains of the drive law, one number for all joints or one by joint name.
+
+    Attributes:
+        stiffness: Kp [N·m/rad or N/m]
+        damping: Kd [N·m·s/rad or N·s/m]
+    """
+
+    stiffness: float | Mapping[str, float]
+    damping: float | Mapping[str, float]
+
+    def of(self, joint: str) -> tuple[float, float]:
+        """Return (Kp, Kd) of one joint; a joint that a mapping leaves out has 0."""
+        pick = lambda gain: gain.get(joint, 0.0) if isinstance(gain, Mapping) else gain  # noqa: E731 - used twice, here only
+        return pick(self.stiffness), pick(self.damping)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lidar:
+    """A planar laser scanner: rays in the xy plane of ``frame``, counter-clockwise from ``angle_min``.
+
+    Attributes:
+        frame: Link that it is fixed to.
+        rays: How many, the first at ``angle_min``, the last at ``angle_max``.
+        angle_min: [rad]
+        angle_max: [rad]
+        range_min: [m] what is nearer reads as ``range_min``.
+        range_max: [m] what is farther, or nothing, reads as ``range_max``.
+        offset: Where the rays start, in ``frame`` [m].
+    """
+
+    frame: str
+    rays: int
+    angle_min: float
+    angle_max: float
+    range_min: float
+    range_max: float
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DifferentialDrive:
+    """Two driven wheels on one axis.
+
+    Attributes:
+        left: Joints of the left wheels.
+        right: Joints of the right wheels.
+        separation: Between left and right contact points [m].
+        wheel_radius: [m]
+        max_linear_velocity: [m/s]
+        max_angular_velocity: [rad/s]
+    """
+
+    left: tuple[str, ...]
+    right: tuple[str, ...]
+    separation: float
+    wheel_radius: float
+    max_linear_velocity: float
+    max_angular_velocity: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Robot:
+    """A robot, as data.
+
+    Attributes:
+        model: ``"package:folder/file.urdf.xacro"`` inside an installed package, or a path.
+            The ending says the format: ``.urdf``, ``.xacro`` or ``.xml`` (MJCF).
+        name: For messages.
+        xacro_args: Arguments of the xacro file.
+        package_paths: Folders of the ROS packages that the file names, by package name.
+        home: Rest configuration by joint name [rad or m]; a joint that is left out rests at 0, or at the
+            middle of its limits where 0 is outside of them.
+        tcp: Link that a task talks about; None: the last link of the longest chain.
+        gains: Of the drive law; None: computed from the inertia, critically damped.
+        base: ``"fixed"``, ``"floating"`` or ``"wheeled"``; the last two move freely in the world.
+        lidars: By sensor name.
+        differential_drive: For wheeled robots that turn by it.
+        self_collision: Whether links collide that are not neighbours.
+    """
+
+    model: str
+    name: str = "robot"
+    xacro_args: Mapping[str, str] = field(default_factory=dict)
+    package_paths: Mapping[str, str] = field(default_factory=dict)
+    home: Mapping[str, float] = field(default_factory=dict)
+    tcp: str | None = None
+    gains: DriveGains | None = None
+    base: str = "fixed"
+    lidars: Mapping[str, Lidar] = field(default_factory=dict)
+    differential_drive: DifferentialDrive | None = None
+    self_collision: bool = True

@@ -1,0 +1,124 @@
+"""A scene: everything that is not the robot, as data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from frobs_core.arrays import Floats
+from frobs_core.interfaces.robot import Robot
+from frobs_core.models.model import Geometry, Pose
+
+if TYPE_CHECKING:
+    from frobs_core.interfaces.simulation import CommandMode
+    from frobs_core.models.model import RobotModel
+
+
+@dataclass(frozen=True, kw_only=True)
+class Body:
+    """An object of the scene.
+
+    Attributes:
+        geometry: Its shape, used for collision and for pictures.
+        pose: In the world, at reset.
+        mass: [kg]; None: it cannot be pushed.
+        kinematic: It moves, but only where it is written to. Not with ``mass``.
+        collides: Whether it touches anything.
+        friction: Sliding friction coefficient.
+        rgba: Each in [0, 1].
+    """
+
+    geometry: Geometry
+    pose: Pose = field(default_factory=Pose)
+    mass: float | None = None
+    kinematic: bool = False
+    collides: bool = True
+    friction: float = 1.0
+    rgba: tuple[float, float, float, float] = (0.6, 0.6, 0.65, 1.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contact:
+    """A contact that a task wants to know of, between two bodies.
+
+    A side is ``"floor"``, the name of a scene body, ``"robot/link"`` for one link, ``"robot"`` for all
+    links of a robot, or ``"*"`` for anything else.
+    """
+
+    first: str
+    second: str = "*"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Camera:
+    """A camera that stands in the world, or is fixed to a robot's link.
+
+    Attributes:
+        pos: [m] in the world, or in ``frame``.
+        target: Point that it looks at [m], in the same frame.
+        fov_y: Vertical field of view [deg].
+        frame: None for the world, or ``"robot/link"``.
+    """
+
+    pos: tuple[float, float, float]
+    target: tuple[float, float, float]
+    fov_y: float = 45.0
+    frame: str | None = None
+
+
+@dataclass(frozen=True)
+class Marker:
+    """A sphere that is drawn and touches nothing.
+
+    Attributes:
+        pos: (num_envs, 3) [m] in the world.
+        radius: [m]
+        rgba: Each in [0, 1].
+    """
+
+    pos: Floats
+    radius: float
+    rgba: tuple[float, float, float, float] = (0.1, 0.75, 0.3, 0.6)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Placement:
+    """A robot in a scene.
+
+    Attributes:
+        robot: Its description.
+        model: Its model file, read.
+        pose: Of the base in the world, at reset.
+        command_mode: What its drives follow.
+    """
+
+    robot: Robot
+    model: RobotModel
+    pose: Pose = field(default_factory=Pose)
+    command_mode: CommandMode
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene:
+    """Everything that is not the robot.
+
+    Attributes:
+        floor: Whether there is a floor at z = 0.
+        gravity: [m/s²]
+        bodies: By name.
+        contacts: That the task wants to know of, by name.
+        cameras: By name; the first is the default of ``render``.
+        robots: Further robots beside the environment's own, which is named ``"robot"``; by name.
+        robot_pose: Where the environment's own robot stands.
+    """
+
+    floor: bool = True
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    bodies: Mapping[str, Body] = field(default_factory=dict)
+    contacts: Mapping[str, Contact] = field(default_factory=dict)
+    cameras: Mapping[str, Camera] = field(
+        default_factory=lambda: {"overview": Camera(pos=(1.4, -1.4, 1.1), target=(0.1, 0.0, 0.35))}
+    )
+    robots: Mapping[str, Placement] = field(default_factory=dict)
+    robot_pose: Pose = field(default_factory=Pose)

@@ -1,0 +1,126 @@
+"""A task: meaning. Written once, batched, against the words of the interfaces; it never sees the engine."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, TypeAlias, TypedDict
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.interfaces.controller import Controller
+from frobs_core.interfaces.scene import Marker, Scene
+from frobs_core.interfaces.simulation import Simulation, Snapshot
+from frobs_core.random import RandomSource
+
+Observation: TypeAlias = np.ndarray[Any, Any] | dict[str, np.ndarray[Any, Any]]
+"""(num_envs, …), or a dictionary of such."""
+
+
+class ResetOptions(TypedDict, total=False):
+    """What ``reset(options=…)`` understands; a task may understand more."""
+
+    goal: Floats
+    joint_positions: Floats
+
+
+class Task(ABC):
+    """Base class of tasks.
+
+    A constructor takes keyword-only parameters, which are the keywords that users may give to the
+    environment; it validates and stores. ``bind`` is called once, when the simulation stands.
+
+    In a control step the environment calls, in this order: ``advance``, ``observe``, ``reward``,
+    ``is_terminated``, ``is_success``. In a reset: ``reset``, then ``advance`` is not called, ``observe``.
+
+    No product of (num_envs, k) with a matrix (``@``, ``dot``) and no statistic over the environments: both
+    break the law that environment *i* of a vector equals the single environment.
+
+    Attributes:
+        reward_types: What ``reward_type`` may be; the first is the default.
+        reset_options: Keys of ``options`` that ``reset`` understands.
+        control_timestep: [s] default between two actions.
+        physics_timestep: [s] default of one engine step.
+        observation_space: Of one environment; set by ``bind``.
+        reward_type: The one in force; set before ``bind``.
+    """
+
+    reward_types: ClassVar[Sequence[str]] = ("dense",)
+    reset_options: ClassVar[Sequence[str]] = ("joint_positions",)
+    control_timestep: ClassVar[float] = 0.04
+    physics_timestep: ClassVar[float] = 0.002
+
+    observation_space: gym.Space  # type: ignore[type-arg]
+    reward_type: str
+
+    def scene(self) -> Scene:
+        """Return everything that is not the robot."""
+        return Scene()
+
+    @abstractmethod
+    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+        """Prepare for a simulation: keep the handles, set :attr:`observation_space`, make buffers."""
+
+    @abstractmethod
+    def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
+        """Begin an episode: the simulation has been reset; place the robot, draw a goal.
+
+        Args:
+            mask: The environments.
+            rng: Draw from nothing else.
+            options: Those of ``reset_options`` that the caller gave, as (num_envs, …) arrays of which the rows of
+                the mask count.
+        """
+
+    def advance(self, rng: RandomSource) -> None:
+        """Bring up to date what the terms share, once per control step, after the simulation has stepped."""
+
+    @abstractmethod
+    def observe(self, rng: RandomSource) -> Observation:
+        """Return the observation, (num_envs, …) float32: an array of its own that is never written again."""
+
+    @abstractmethod
+    def reward(self) -> Floats:
+        """Return the reward of the step that has just ended, (num_envs,)."""
+
+    def reward_terms(self) -> Mapping[str, Floats]:
+        """Return the terms whose sum the last reward was, (num_envs,) each, for logs."""
+        return {}
+
+    def is_terminated(self) -> Mask | None:
+        """Return which episodes end here with no value beyond, (num_envs,) bool; None: none, ever."""
+        return None
+
+    @abstractmethod
+    def is_success(self) -> Mask:
+        """Return where the goal is reached now, (num_envs,) bool."""
+
+    def markers(self) -> Sequence[Marker]:
+        """Return what pictures should show beside the scene."""
+        return ()
+
+    def snapshot(self) -> Snapshot:
+        """Return what the task keeps between steps beside the simulation."""
+        return {}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+
+
+class GoalTask(Task):
+    """A goal-conditioned task: its observation has ``observation``, ``achieved_goal`` and ``desired_goal``."""
+
+    @abstractmethod
+    def compute_reward(self, achieved_goal: Floats, desired_goal: Floats, info: Any) -> Floats:
+        """Return the reward for goals, with no regard to the state.
+
+        Args:
+            achieved_goal: (..., k)
+            desired_goal: (..., k)
+            info: Ignored.
+
+        Returns:
+            (...): equal to :meth:`reward` where the goals are those of the step.
+        """

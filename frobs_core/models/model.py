@@ -1,0 +1,220 @@
+"""What a robot's model file says, whatever its format: one truth that every simulator builds from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cached_property
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+
+Vector3: TypeAlias = tuple[float, float, float]
+Quaternion: TypeAlias = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A rigid transform: position [m] and unit quaternion, scalar first."""
+
+    pos: Vector3 = (0.0, 0.0, 0.0)
+    quat_wxyz: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box of full edge lengths ``size`` [m]."""
+
+    size: Vector3
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A sphere of ``radius`` [m]."""
+
+    radius: float
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A cylinder along z: ``radius`` [m], full ``length`` [m]."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True)
+class Capsule:
+    """A capsule along z: ``radius`` [m], ``length`` [m] of the cylinder between the two half spheres."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A mesh file, with a scale for each axis."""
+
+    path: Path
+    scale: Vector3 = (1.0, 1.0, 1.0)
+
+
+Geometry: TypeAlias = Box | Sphere | Cylinder | Capsule | Mesh
+
+
+@dataclass(frozen=True)
+class Visual:
+    """What a link looks like. ``rgba`` components are in [0, 1]."""
+
+    geometry: Geometry
+    origin: Pose = field(default_factory=Pose)
+    rgba: tuple[float, float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Collision:
+    """What a link collides with."""
+
+    geometry: Geometry
+    origin: Pose = field(default_factory=Pose)
+
+
+@dataclass(frozen=True)
+class Inertial:
+    """Mass [kg] and inertia [kg·m²] about the centre of mass, in the frame ``origin``.
+
+    ``inertia`` is (ixx, ixy, ixz, iyy, iyz, izz).
+    """
+
+    mass: float
+    origin: Pose
+    inertia: tuple[float, float, float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Link:
+    """One rigid body of a robot."""
+
+    name: str
+    inertial: Inertial | None = None
+    visuals: tuple[Visual, ...] = ()
+    collisions: tuple[Collision, ...] = ()
+
+
+class JointType(Enum):
+    """How a joint moves. ``continuous`` is revolute without limits."""
+
+    REVOLUTE = "revolute"
+    CONTINUOUS = "continuous"
+    PRISMATIC = "prismatic"
+    FIXED = "fixed"
+    FLOATING = "floating"
+    PLANAR = "planar"
+
+
+@dataclass(frozen=True)
+class JointLimits:
+    """Limits of a joint; infinite where the file gives none.
+
+    Attributes:
+        lower: [rad or m]
+        upper: [rad or m]
+        velocity: [rad/s or m/s]
+        effort: [N·m or N]
+    """
+
+    lower: float = -np.inf
+    upper: float = np.inf
+    velocity: float = np.inf
+    effort: float = np.inf
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint that follows another: position = multiplier · position of ``joint`` + offset."""
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint: its child link's frame is ``origin`` in the parent's, then moved along or about ``axis``.
+
+    Attributes:
+        axis: Unit vector in the joint's frame.
+        damping: [N·m·s/rad or N·s/m]
+        friction: [N·m or N]
+    """
+
+    name: str
+    type: JointType
+    parent: str
+    child: str
+    origin: Pose = field(default_factory=Pose)
+    axis: Vector3 = (1.0, 0.0, 0.0)
+    limits: JointLimits = field(default_factory=JointLimits)
+    damping: float = 0.0
+    friction: float = 0.0
+    mimic: Mimic | None = None
+
+
+@dataclass(frozen=True)
+class RobotModel:
+    """A robot's kinematic tree, in the order of its file.
+
+    Attributes:
+        name: The robot's name in the file.
+        path: The file.
+        format: ``"urdf"`` or ``"mjcf"``; a xacro has become a URDF.
+        xml: The file's text, macros expanded and resource paths absolute.
+        links: All links, in file order.
+        joints: All joints, in file order.
+        notes: What was changed or left out when the file was read, one line each.
+    """
+
+    name: str
+    path: Path
+    format: str
+    xml: str
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...]
+    notes: tuple[str, ...] = ()
+
+    @cached_property
+    def root(self) -> str:
+        """Name of the link that is no joint's child."""
+        children = {joint.child for joint in self.joints}
+        return next(link.name for link in self.links if link.name not in children)
+
+    @cached_property
+    def actuated_joints(self) -> tuple[Joint, ...]:
+        """The revolute, continuous and prismatic joints that mimic no other, in file order."""
+        moving = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
+        return tuple(joint for joint in self.joints if joint.type in moving and joint.mimic is None)
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of :attr:`actuated_joints`: the order of every joint array."""
+        return tuple(joint.name for joint in self.actuated_joints)
+
+    def frame_pose(self, frame: str, joint_positions: Floats) -> tuple[Floats, Floats]:
+        """Return where a link is, relative to the root link.
+
+        Args:
+            frame: Name of a link.
+            joint_positions: (n, dof) [rad or m], in the order of :attr:`joint_names`.
+
+        Returns:
+            pos (n, 3) [m] and quat_wxyz (n, 4).
+
+        Raises:
+            UnknownNameError: No link is named so.
+        """
+        from frobs_core.models.kinematics import forward_kinematics
+
+        return forward_kinematics(self, frame, joint_positions)

@@ -1,0 +1,131 @@
+"""The frozen records that plugins offer: what is listed without importing anything heavy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any
+
+from frobs_core.capabilities import Level
+from frobs_core.errors import PluginError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """What all kinds have in common.
+
+    Attributes:
+        name: What users write: lower case, digits and underscores.
+        summary: One line for lists.
+        entry_point: ``"module:attribute"`` of the implementation, imported when it is first used.
+        install_hint: The command that installs what the implementation needs.
+    """
+
+    name: str
+    summary: str
+    entry_point: str
+    install_hint: str = ""
+
+    def load(self) -> Any:
+        """Import and return the implementation.
+
+        Raises:
+            PluginError: The module or the attribute is missing, or fails to import.
+        """
+        module, _, attribute = self.entry_point.partition(":")
+        try:
+            return getattr(import_module(module), attribute)
+        except Exception as error:
+            hint = f" To install what it needs: {self.install_hint}." if self.install_hint else ""
+            raise PluginError(
+                f"'{self.name}' cannot be imported from '{self.entry_point}': {type(error).__name__}: {error}.{hint}"
+            ) from error
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulatorRecord(Record):
+    """A simulator; ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Simulation`.
+
+    Attributes:
+        capabilities: Level of each thing it can do; what is absent is unsupported.
+    """
+
+    capabilities: Mapping[str, Level]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotRecord(Record):
+    """A robot; ``entry_point`` names a :class:`frobs_core.interfaces.Robot`, which is data."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControllerRecord(Record):
+    """A controller; ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Controller`.
+
+    Attributes:
+        needs: Lowest level of each capability that it needs.
+    """
+
+    needs: Mapping[str, Level] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnvironmentRecord:
+    """A Gymnasium ID: a task with a robot, and what its constructor is given by default.
+
+    Attributes:
+        id: ``"frobs/Irb120Reach-v0"``; a change of its behaviour raises the version.
+        summary: One line for lists.
+        robot: Name of the robot.
+        controller: Name of the controller.
+        max_episode_steps: Control steps before truncation.
+        simulator: Name of the simulator.
+        parameters: Further keywords of :class:`frobs_core.env.RobotEnv`.
+    """
+
+    id: str
+    summary: str
+    robot: str
+    controller: str
+    max_episode_steps: int
+    simulator: str = "mujoco"
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TaskRecord(Record):
+    """A task; ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Task`.
+
+    Attributes:
+        needs: Lowest level of each capability that it needs.
+        arrays: The array libraries that its terms accept.
+        environments: The Gymnasium IDs that it registers.
+    """
+
+    needs: Mapping[str, Level] = field(default_factory=dict)
+    arrays: tuple[str, ...] = ("numpy",)
+    environments: tuple[EnvironmentRecord, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class AlgorithmRecord(Record):
+    """An algorithm; ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Algorithm`.
+
+    Attributes:
+        action_spaces: The Gymnasium spaces that it can act in: ``"Box"``, ``"Discrete"``, …
+        tuned: Configuration files that were tuned, by environment ID: ``"package:path.yaml"``.
+    """
+
+    action_spaces: tuple[str, ...] = ("Box",)
+    tuned: Mapping[str, str] = field(default_factory=dict)
+
+
+KINDS: Mapping[str, type[Record]] = {
+    "simulator": SimulatorRecord,
+    "robot": RobotRecord,
+    "controller": ControllerRecord,
+    "task": TaskRecord,
+    "algorithm": AlgorithmRecord,
+}
+"""The five kinds, in the order in which they are listed."""

@@ -1,0 +1,1 @@
+"""Joint, tool and wheel controllers for FRobs."""

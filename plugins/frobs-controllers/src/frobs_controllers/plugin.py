@@ -1,0 +1,31 @@
+"""Records of this distribution."""
+
+from frobs_core.capabilities import Level
+from frobs_core.hookspecs import hookimpl
+from frobs_core.specs import ControllerRecord
+
+_SUMMARIES = {
+    "joint_position": "actions are joint positions, scaled to the limits",
+    "joint_delta_position": "actions move the commanded joint positions by up to a step",
+    "joint_velocity": "actions are joint velocities, scaled to the limits",
+    "joint_effort": "actions are joint efforts, scaled to the limits",
+    "tcp_delta_position": "actions move the tool centre point by up to a step",
+    "tcp_delta_pose": "actions move and turn the tool centre point by up to a step",
+    "differential_drive": "actions are the linear and the angular velocity of a wheeled base",
+    "discrete": "a Discrete action picks one move of another controller",
+}
+
+
+@hookimpl
+def frobs_controllers() -> list[ControllerRecord]:
+    """Offer the controllers."""
+    return [
+        ControllerRecord(
+            name=name,
+            summary=summary,
+            entry_point=f"frobs_controllers.{name}:{''.join(word.title() for word in name.split('_'))}",
+            install_hint="pip install frobs-controllers",
+            needs={"drive": Level.APPROXIMATE},
+        )
+        for name, summary in _SUMMARIES.items()
+    ]

@@ -1,0 +1,1 @@
+"""ABB arms for FRobs."""

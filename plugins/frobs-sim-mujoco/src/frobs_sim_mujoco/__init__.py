@@ -1,0 +1,1 @@
+"""The MuJoCo simulator for FRobs."""

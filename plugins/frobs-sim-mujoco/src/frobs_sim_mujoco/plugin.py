@@ -1,0 +1,23 @@
+"""Records of this distribution."""
+
+from frobs_core.capabilities import Level
+from frobs_core.hookspecs import hookimpl
+from frobs_core.specs import SimulatorRecord
+
+
+@hookimpl
+def frobs_simulators() -> list[SimulatorRecord]:
+    """Offer MuJoCo."""
+    exact = (
+        "determinism snapshot teleport pause batched drive contacts rays wrench cameras randomize_mass "
+        "randomize_friction randomize_gains randomize_joint_damping randomize_gravity"
+    )
+    return [
+        SimulatorRecord(
+            name="mujoco",
+            summary="MuJoCo: many environments at once on a pool of threads",
+            entry_point="frobs_sim_mujoco.simulation:MujocoSimulation",
+            install_hint="pip install frobs-sim-mujoco",
+            capabilities=dict.fromkeys(exact.split(), Level.EXACT),
+        )
+    ]
