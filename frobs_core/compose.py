@@ -1,0 +1,163 @@
+"""Putting an environment together from names: the only place where the registry and an environment meet."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from frobs_core import plugins
+from frobs_core.capabilities import check_capabilities
+from frobs_core.errors import ConfigurationError, InvalidTimestepError, UnknownParameterError
+from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Simulation, Task
+from frobs_core.models import load_model
+from frobs_core.specs import SimulatorRecord
+
+_MODEL_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What an environment consists of, bound to each other."""
+
+    simulation: Simulation
+    robot: RobotHandle
+    controller: Controller
+    task: Task
+    control_timestep: float
+    decimation: int
+
+
+def compose(
+    *,
+    num_envs: int,
+    task: str,
+    robot: str | Robot,
+    controller: str,
+    simulator: str,
+    reward_type: str | None,
+    control_timestep: float | None,
+    physics_timestep: float | None,
+    controller_kwargs: Mapping[str, Any],
+    robot_args: Mapping[str, str],
+    tcp: str | None,
+    num_threads: int,
+    task_parameters: Mapping[str, Any],
+) -> Parts:
+    """Build and bind the parts of an environment; the arguments are those of :class:`frobs_core.env.RobotEnv`.
+
+    Raises:
+        UnknownNameError: No plugin offers one of the names.
+        UnknownParameterError: The task or the controller does not take a keyword.
+        CapabilityError: The simulator lacks what the task or the controller needs.
+        ConfigurationError: A value cannot be used.
+    """
+    if num_envs < 1:
+        raise ConfigurationError(f"num_envs is {num_envs}; it must be at least 1.")
+    simulator_record = plugins.get_record("simulator", simulator)
+    task_record = plugins.get_record("task", task)
+    controller_record = plugins.get_record("controller", controller)
+    assert isinstance(simulator_record, SimulatorRecord)
+    check_capabilities(
+        simulator,
+        simulator_record.capabilities,
+        {f"task '{task}'": task_record.needs, f"controller '{controller}'": controller_record.needs},  # type: ignore[attr-defined]
+    )
+    the_task: Task = build(f"task '{task}'", task_record.load(), task_parameters)
+    the_controller: Controller = build(f"controller '{controller}'", controller_record.load(), controller_kwargs)
+    the_task.reward_type = _reward_type(task, the_task, reward_type)
+
+    control = the_task.control_timestep if control_timestep is None else control_timestep
+    physics = the_task.physics_timestep if physics_timestep is None else physics_timestep
+    decimation = count_physics_steps(control, physics)
+
+    scene = the_task.scene()
+    description = _describe(robot, tcp, robot_args)
+    model = load_model(
+        description.model, xacro_args=description.xacro_args, package_paths=description.package_paths
+    )
+    placement = Placement(
+        robot=description, model=model, pose=scene.robot_pose, command_mode=the_controller.command_mode
+    )
+    simulation: Simulation = simulator_record.load()(
+        {"robot": placement, **scene.robots},
+        scene,
+        num_envs=num_envs,
+        physics_timestep=physics,
+        num_threads=num_threads,
+    )
+    try:
+        handle = simulation.robots["robot"]
+        the_controller.bind(handle, control, decimation)
+        the_task.bind(simulation, the_controller, control)
+    except BaseException:
+        simulation.close()
+        raise
+    return Parts(simulation, handle, the_controller, the_task, control, decimation)
+
+
+def build(owner: str, cls: type[Any], parameters: Mapping[str, Any]) -> Any:
+    """Construct an implementation from the keywords that users gave.
+
+    Args:
+        owner: For the message: ``"task 'reach'"``.
+        cls: Its class; the keyword-only arguments of its constructor are what may be given.
+        parameters: The keywords.
+
+    Raises:
+        UnknownParameterError: The constructor does not take a keyword.
+    """
+    known = parameter_defaults(cls)
+    for name in parameters:
+        if name not in known:
+            raise UnknownParameterError(owner, name, known)
+    return cls(**parameters)
+
+
+def parameter_defaults(cls: type[Any]) -> dict[str, Any]:
+    """Return the keywords that a constructor takes, with their defaults."""
+    found = inspect.signature(cls).parameters.values()
+    return {p.name: p.default for p in found if p.kind is inspect.Parameter.KEYWORD_ONLY}
+
+
+def count_physics_steps(control_timestep: float, physics_timestep: float) -> int:
+    """Return the decimation: physics steps per control step.
+
+    Args:
+        control_timestep: [s]
+        physics_timestep: [s]
+
+    Raises:
+        InvalidTimestepError: The first is not a whole multiple of the second.
+    """
+    if not (0 < physics_timestep < math.inf and 0 < control_timestep < math.inf):
+        raise InvalidTimestepError(control_timestep, physics_timestep)
+    steps = round(control_timestep / physics_timestep)
+    if steps < 1 or abs(steps * physics_timestep - control_timestep) > 1e-9 * control_timestep:
+        raise InvalidTimestepError(control_timestep, physics_timestep)
+    return steps
+
+
+def _describe(robot: str | Robot, tcp: str | None, robot_args: Mapping[str, str]) -> Robot:
+    """Return a robot's description from its name, the path of its model file, or itself."""
+    if isinstance(robot, Robot):
+        description = robot
+    elif robot.lower().endswith(_MODEL_ENDINGS):
+        description = Robot(model=robot, name=Path(robot).name.partition(".")[0])
+    else:
+        description = plugins.get_record("robot", robot).load()
+    if robot_args:
+        description = replace(description, xacro_args={**description.xacro_args, **robot_args})
+    return replace(description, tcp=tcp) if tcp else description
+
+
+def _reward_type(name: str, task: Task, reward_type: str | None) -> str:
+    if reward_type is None:
+        return task.reward_types[0]
+    if reward_type not in task.reward_types:
+        offered = ", ".join(f"'{known}'" for known in task.reward_types)
+        raise ConfigurationError(f"task '{name}' has no reward_type '{reward_type}'; it has {offered}.")
+    return reward_type

@@ -1,0 +1,140 @@
+"""Physical parameters that differ between environments: MuJoCo's expanded model fields."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.interfaces import Snapshot
+
+if TYPE_CHECKING:
+    from frobs_sim_mujoco.robot import MujocoRobot
+    from frobs_sim_mujoco.simulation import MujocoSimulation
+
+NAMES = ("mass", "friction", "stiffness", "damping", "joint_damping", "gravity")
+_FIELDS = ("body_mass", "body_inertia", "geom_friction", "dof_damping", "actuator_biasprm", "opt.gravity")
+
+
+def body_id(simulation: MujocoSimulation, name: str) -> int:
+    """Return the number of a scene body or of ``robot/link``.
+
+    Raises:
+        UnknownNameError: There is no such body.
+    """
+    names = [simulation.model.body(i).name for i in range(1, simulation.model.nbody)]
+    if name not in names:
+        raise UnknownNameError("body", name, names)
+    return int(simulation.model.body(name).id)
+
+
+def read(simulation: MujocoSimulation, name: str, target: str) -> Floats:
+    """Return a parameter of each environment, (num_envs, …)."""
+    match name:
+        case "mass":
+            return _field(simulation, "body_mass")[:, body_id(simulation, target)].copy()
+        case "friction":
+            return _field(simulation, "geom_friction")[:, _geoms(simulation, target)[0], 0].copy()
+        case "stiffness":
+            return _robot(simulation, target).drive_gains()[0].copy()
+        case "damping":
+            return _robot(simulation, target).drive_gains()[1].copy()
+        case "joint_damping":
+            return _field(simulation, "dof_damping")[:, _robot(simulation, target).dofs].copy()
+        case "gravity":
+            return _field(simulation, "opt.gravity").copy()
+    raise UnknownNameError("parameter", name, NAMES)
+
+
+def write(simulation: MujocoSimulation, name: str, target: str, values: Floats, mask: Mask | None) -> None:
+    """Change a parameter of the environments of ``mask``."""
+    if name not in NAMES:
+        raise UnknownNameError("parameter", name, NAMES)
+    values = np.asarray(values, np.float64)
+    if name != "gravity" and not (values >= 0).all():
+        raise ConfigurationError(f"{name} of '{target}' must not be negative or NaN: {values.min()}.")
+    batch = simulation.batch
+    rows = slice(None) if mask is None else np.flatnonzero(mask)
+    match name:
+        case "mass":
+            body = body_id(simulation, target)
+            masses, inertias = batch.expand("body_mass"), batch.expand("body_inertia")
+            inertias[rows, body] *= np.broadcast_to(values / masses[rows, body], masses[rows, body].shape)[:, None]
+            masses[rows, body] = values
+            batch.set_const(None if mask is None else rows)
+        case "friction":
+            for geom in _geoms(simulation, target):
+                batch.expand("geom_friction")[rows, geom, 0] = values
+        case "stiffness" | "damping":
+            robot = _robot(simulation, target)
+            robot.drive_gains()[int(name == "damping")][rows] = values
+            robot.apply_gains()
+        case "joint_damping":
+            dampings, dofs = batch.expand("dof_damping"), _robot(simulation, target).dofs
+            current = dampings[rows]
+            current[:, dofs] = values
+            dampings[rows] = current
+        case "gravity":
+            batch.expand("opt.gravity")[rows] = values
+
+
+def snapshot(simulation: MujocoSimulation) -> Snapshot:
+    """Return the fields that have been expanded, and the drive gains."""
+    state: Snapshot = {}
+    for field in _FIELDS:
+        expanded = simulation.batch.expanded(field)
+        if expanded is not None:
+            state[f"parameter/{field}"] = expanded.copy()
+    for name, robot in simulation.robots.items():
+        state[f"stiffness/{name}"], state[f"damping/{name}"] = (gain.copy() for gain in robot.drive_gains())
+    return state
+
+
+def restore(simulation: MujocoSimulation, state: Snapshot) -> None:
+    """Return to a snapshot; fields that it leaves out go back to the model's."""
+    changed = False
+    for field in _FIELDS:
+        key = f"parameter/{field}"
+        if key in state:
+            simulation.batch.expand(field)[:] = state[key]
+            changed = True
+        elif simulation.batch.expanded(field) is not None:
+            simulation.batch.expand(field)[:] = _shared(simulation, field)
+            changed = True
+    for name, robot in simulation.robots.items():
+        stiffness, damping = robot.drive_gains()
+        stiffness[:], damping[:] = state[f"stiffness/{name}"], state[f"damping/{name}"]
+    if changed:
+        simulation.batch.set_const()
+
+
+def _field(simulation: MujocoSimulation, field: str) -> Floats:
+    expanded = simulation.batch.expanded(field)
+    if expanded is not None:
+        return expanded
+    shared = _shared(simulation, field)
+    return np.broadcast_to(shared, (simulation.num_envs, *shared.shape))
+
+
+def _shared(simulation: MujocoSimulation, field: str) -> Floats:
+    owner, _, name = field.rpartition(".")
+    return np.array(getattr(simulation.model.opt if owner else simulation.model, name))
+
+
+def _geoms(simulation: MujocoSimulation, target: str) -> list[int]:
+    model = simulation.model
+    if target == "floor" and simulation.scene.floor:
+        return [model.geom("floor").id]
+    body = body_id(simulation, target)
+    found = [g for g in range(model.ngeom) if model.geom_bodyid[g] == body and model.geom_contype[g]]
+    if not found:
+        raise ConfigurationError(f"'{target}' collides with nothing, so it has no friction.")
+    return found
+
+
+def _robot(simulation: MujocoSimulation, name: str) -> MujocoRobot:
+    if name not in simulation.robots:
+        raise UnknownNameError("robot", name, simulation.robots)
+    return simulation.robots[name]

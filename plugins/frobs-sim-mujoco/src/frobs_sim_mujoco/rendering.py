@@ -1,0 +1,151 @@
+"""Pictures and the window. OpenGL is looked for when the first picture is drawn, and not before."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+from mujoco.rendering.classic import gl_context
+
+from frobs_core.errors import RenderingUnavailableError
+from frobs_core.interfaces import Marker
+from frobs_sim_mujoco.building import ROBOT_GROUPS
+
+_PROBE = (
+    "import sys, importlib, mujoco\n"
+    "context = importlib.import_module('mujoco.' + sys.argv[1]).GLContext(8, 8)\n"
+    "context.make_current()\n"
+    "mujoco.MjrContext(mujoco.MjModel.from_xml_string('<mujoco/>'), 100)\n"
+)
+
+
+@lru_cache(maxsize=1)
+def _choose_backend() -> str:
+    """Return the OpenGL backend that works here: the user's ``MUJOCO_GL``, or EGL, or OSMesa.
+
+    A backend that does not work can end the process, so each is tried in one of its own.
+
+    Raises:
+        RenderingUnavailableError: None works.
+    """
+    wanted = os.environ.get("MUJOCO_GL", "").lower()
+    for backend in [wanted] if wanted in ("egl", "osmesa", "glfw") else ["egl", "osmesa"]:
+        environment = {**os.environ, "MUJOCO_GL": backend}
+        environment.pop("PYOPENGL_PLATFORM", None)
+        probe = subprocess.run(
+            [sys.executable, "-c", _PROBE, backend], env=environment, capture_output=True, timeout=60, check=False
+        )
+        if probe.returncode == 0:
+            return backend
+    raise RenderingUnavailableError("there is no OpenGL (EGL or OSMesa) on this machine", "libegl1 libgl1-mesa-dri")
+
+
+class Renderer:
+    """Draws environments of a batch.
+
+    Args:
+        batch: The states.
+        size: (height, width) [pixels]
+
+    Raises:
+        RenderingUnavailableError: Nothing can be drawn on this machine.
+    """
+
+    def __init__(self, batch: Batch, size: tuple[int, int]) -> None:
+        self.size = size
+        self._batch = batch
+        self._model = batch.get_model(0)
+        self._data = mujoco.MjData(self._model)
+        if os.environ.get("MUJOCO_GL", "").lower() not in ("egl", "osmesa", "glfw"):
+            # MuJoCo chose when it was imported, before anyone asked for pictures; choose again.
+            gl_context.GLContext = importlib.import_module(f"mujoco.{_choose_backend()}").GLContext
+        try:
+            self._renderer = mujoco.Renderer(self._model, *size)
+        except (ImportError, RuntimeError, mujoco.FatalError) as error:
+            raise RenderingUnavailableError(
+                f"OpenGL does not start ({error})", "libegl1 libgl1-mesa-dri"
+            ) from error
+        self._option = mujoco.MjvOption()
+        for group in ROBOT_GROUPS:
+            self._option.geomgroup[group] = 0
+
+    def draw(self, env: int, camera: str | None, modality: str, markers: Sequence[Marker]) -> np.ndarray[Any, Any]:
+        """Draw one environment; (h, w, c) as ``Simulation.render`` says."""
+        self._model = self._batch.get_model(env, self._model)
+        self._batch.get_data(env, self._data)
+        mujoco.mj_forward(self._model, self._data)
+        renderer = self._renderer
+        renderer.update_scene(self._data, -1 if camera is None else camera, self._option)
+        match modality:
+            case "rgb":
+                for marker in markers:
+                    _add_marker(renderer.scene, marker, env)
+                return renderer.render()
+            case "depth":
+                renderer.enable_depth_rendering()
+                picture = renderer.render()[..., None]
+                renderer.disable_depth_rendering()
+                return picture
+            case _:
+                renderer.enable_segmentation_rendering()
+                geoms = renderer.render()[..., :1]
+                renderer.disable_segmentation_rendering()
+                return np.where(geoms < 0, -1, self._model.geom_bodyid[geoms]).astype(np.int32)
+
+    def close(self) -> None:
+        """Release the OpenGL context."""
+        self._renderer.close()
+
+
+class Viewer:
+    """A window on the first environment of a batch.
+
+    Raises:
+        RenderingUnavailableError: There is no display.
+    """
+
+    def __init__(self, batch: Batch) -> None:
+        if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+            raise RenderingUnavailableError("there is no display for a window", "xvfb, and run under xvfb-run")
+        import mujoco.viewer
+
+        self._batch = batch
+        self._model = batch.get_model(0)
+        self._data = mujoco.MjData(self._model)
+        self._window = mujoco.viewer.launch_passive(self._model, self._data, show_left_ui=False, show_right_ui=False)
+        for group in ROBOT_GROUPS:
+            self._window.opt.geomgroup[group] = 0
+
+    def sync(self) -> None:
+        """Show the present state; nothing once the window was closed."""
+        if self._window.is_running():
+            with self._window.lock():
+                self._batch.get_data(0, self._data)
+                mujoco.mj_forward(self._model, self._data)
+            self._window.sync()
+
+    def close(self) -> None:
+        """Close the window."""
+        self._window.close()
+
+
+def _add_marker(scene: mujoco.MjvScene, marker: Marker, env: int) -> None:
+    if scene.ngeom >= scene.maxgeom:
+        return
+    mujoco.mjv_initGeom(
+        scene.geoms[scene.ngeom],
+        mujoco.mjtGeom.mjGEOM_SPHERE,
+        np.full(3, marker.radius),
+        np.asarray(marker.pos[env], np.float64),
+        np.eye(3).reshape(9),
+        np.asarray(marker.rgba, np.float32),
+    )
+    scene.ngeom += 1

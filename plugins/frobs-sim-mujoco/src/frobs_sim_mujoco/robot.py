@@ -1,0 +1,272 @@
+"""One robot of a MuJoCo simulation."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import SimulationError, UnknownNameError
+from frobs_core.interfaces import CommandMode, Placement, RobotHandle
+from frobs_core.models import default_tcp, home_positions
+from frobs_core.rotations import quat_multiply, quat_rotate
+from frobs_sim_mujoco.building import ROBOT_GROUPS, SCENE_GROUP, drive_bias, drive_gains
+
+if TYPE_CHECKING:
+    from frobs_sim_mujoco.simulation import MujocoSimulation
+
+
+class MujocoRobot(RobotHandle):
+    """One robot, in every environment; see :class:`frobs_core.interfaces.RobotHandle`."""
+
+    def __init__(self, simulation: MujocoSimulation, name: str, placement: Placement, group: int) -> None:
+        self._simulation = simulation
+        self._batch = simulation.batch
+        self._group = group
+        self._placement = placement
+        model, mj = placement.model, simulation.model
+        self.name, self.robot, self.model = name, placement.robot, model
+        self.num_envs = n = simulation.num_envs
+        self.joint_names, self.dof = model.joint_names, len(model.joint_names)
+        self.tcp = placement.robot.tcp or default_tcp(model)
+        self.frame_name("tcp")
+
+        expand = lambda values: np.repeat(np.asarray(values, np.float64)[None], n, axis=0)  # noqa: E731 - (n, dof)
+        limits = [joint.limits for joint in model.actuated_joints]
+        self.home = expand(home_positions(model, placement.robot.home))
+        self.position_lower = expand([limit.lower for limit in limits])
+        self.position_upper = expand([limit.upper for limit in limits])
+        self.velocity_limit = expand([limit.velocity for limit in limits])
+        self.effort_limit = expand([limit.effort for limit in limits])
+
+        joints = [mj.joint(f"{name}/{joint}").id for joint in self.joint_names]
+        self.dofs = _columns([mj.jnt_dofadr[j] for j in joints])
+        self._qpos = self._batch.bind("qpos")
+        self._qvel = self._batch.bind("qvel")
+        self._q_columns = _columns([mj.jnt_qposadr[j] for j in joints])
+        actuators = [mj.actuator(f"{name}/{joint}").id for joint in self.joint_names]
+        self.actuators = slice(actuators[0], actuators[0] + self.dof) if actuators else slice(0, 0)
+        self._ctrl = self._batch.bind("ctrl")[:, self.actuators]  # a view of the state rows
+        self._stiffness, self._damping = (expand(gain) for gain in drive_gains(placement))
+        self._command_mode = placement.command_mode
+        self._gain = self._mode_gain()
+        self._mimics = [
+            (mj.joint(f"{name}/{joint.name}").qposadr[0], self.joint_names.index(joint.mimic.joint), joint.mimic)
+            for joint in model.joints
+            if joint.mimic is not None
+        ]
+        self._root = mj.body(f"{name}/{model.root}").id
+        self._mocap = int(mj.body_mocapid[self._root])
+        self._free = None if self._mocap >= 0 else mj.joint(f"{name}/base")
+        self._poses: dict[str, tuple[Floats, Floats]] = {}
+        self._ancestors: dict[str, Floats] = {}
+        self._rays: dict[str, Floats] = {}
+        self._positions = _view(self._qpos, self._q_columns)
+        self._velocities = _view(self._qvel, self.dofs)
+
+    @property
+    def joint_positions(self) -> Floats:
+        """(num_envs, dof) [rad or m]."""
+        return np.take(self._qpos, self._q_columns, axis=1) if self._positions is None else self._positions
+
+    @property
+    def joint_velocities(self) -> Floats:
+        """(num_envs, dof) [rad/s or m/s]."""
+        return np.take(self._qvel, self.dofs, axis=1) if self._velocities is None else self._velocities
+
+    @property
+    def joint_efforts(self) -> Floats:
+        """(num_envs, dof) [N·m or N]: what the drives applied in the last physics step."""
+        return self._batch.bind("actuator_force")[:, self.actuators]
+
+    def write_joint_state(
+        self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None
+    ) -> None:
+        """Put the joints somewhere at once."""
+        rows = _rows(mask)
+        _put(self._qpos, rows, self._q_columns, positions)
+        _put(self._qvel, rows, self.dofs, velocities)
+        for address, source, mimic in self._mimics:
+            self._qpos[rows, address] = mimic.multiplier * self.joint_positions[rows, source] + mimic.offset
+        self._simulation.mark_stale(mask)
+
+    def go_home(self) -> None:
+        """Put the joints home, at rest, with the drives holding."""
+        self.write_joint_state(self.home)
+        self._hold()
+
+    @property
+    def command_mode(self) -> CommandMode:
+        """What commands mean."""
+        return self._command_mode
+
+    def set_command_mode(self, mode: CommandMode) -> None:
+        """Change what commands mean, and hold."""
+        self._command_mode = mode
+        self.apply_gains()
+        self._hold()
+
+    def apply_gains(self) -> None:
+        """Tell MuJoCo the gains of each environment, in the present command mode."""
+        self._gain = self._mode_gain()
+        bias = self._batch.expand("actuator_biasprm")
+        bias[:, self.actuators, 1:3] = drive_bias(self._command_mode, self._stiffness, self._damping)
+
+    def command(self, values: Floats) -> None:
+        """Set what the drives follow."""
+        if values.ndim == 2:
+            np.multiply(self._gain, values, out=self._ctrl)
+        else:
+            self._simulation.set_rows(self.actuators, self._gain[:, None] * values)
+
+    def drive_gains(self) -> tuple[Floats, Floats]:
+        """Return Kp and Kd, (num_envs, dof) each; write to them through ``write_parameter``."""
+        return self._stiffness, self._damping
+
+    def _mode_gain(self) -> Floats:
+        """What a command is multiplied by to become the actuators' control."""
+        match self._command_mode:
+            case CommandMode.POSITION:
+                return self._stiffness
+            case CommandMode.VELOCITY:
+                return self._damping
+            case CommandMode.EFFORT:
+                return np.ones_like(self._stiffness)
+
+    def _hold(self) -> None:
+        position = self._command_mode is CommandMode.POSITION
+        self.command(self.joint_positions if position else np.zeros((self.num_envs, self.dof)))
+
+    @property
+    def base_pose(self) -> tuple[Floats, Floats]:
+        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the root link in the world."""
+        return self.frame_pose(self.model.root)
+
+    @property
+    def base_twist(self) -> tuple[Floats, Floats]:
+        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link's origin."""
+        return self.frame_velocity(self.model.root)
+
+    def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
+        """Put the root link somewhere at once."""
+        rows = _rows(mask)
+        if self._free is None:
+            self._batch.bind("mocap_pos")[rows, self._mocap] = pos
+            self._batch.bind("mocap_quat")[rows, self._mocap] = quat_wxyz
+        else:
+            at = self._free.qposadr[0]
+            self._qpos[rows, at : at + 3] = pos
+            self._qpos[rows, at + 3 : at + 7] = quat_wxyz
+        self._simulation.mark_stale(mask)
+
+    def write_base_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
+        """Give a free root link a velocity at once."""
+        if self._free is None:
+            raise SimulationError(f"robot '{self.name}' has a fixed base, which has no velocity.")
+        rows, dof, at = _rows(mask), self._free.dofadr[0], self._free.qposadr[0]
+        quat = self._qpos[rows, at + 3 : at + 7] * np.array([1.0, -1.0, -1.0, -1.0])
+        self._qvel[rows, dof : dof + 3] = lin_vel_world
+        # MuJoCo keeps a free joint's angular velocity in the body's own frame.
+        self._qvel[rows, dof + 3 : dof + 6] = quat_rotate(quat, np.broadcast_to(ang_vel_world, (len(quat), 3)))
+        self._simulation.mark_stale(mask)
+
+    def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
+        """Return where a link is, or would be, in the world."""
+        if joint_positions is not None:
+            pos, quat = self.model.frame_pose(self.frame_name(frame), joint_positions)
+            pose = self._placement.pose
+            base = np.broadcast_to(np.array(pose.quat_wxyz), quat.shape)
+            return quat_rotate(base, pos) + np.array(pose.pos), quat_multiply(base, quat)
+        found = self._poses.get(frame)
+        if found is None:
+            body, derived = self._body(frame), self._simulation.derived
+            found = derived("xpos")[:, body], derived("xquat")[:, body]
+            self._poses[frame] = found  # views of arrays that the batch refreshes
+        self._simulation.refresh()
+        return found
+
+    def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
+        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin."""
+        twist = self._simulation.derived("cvel")[:, self._body(frame)]  # about the tree's centre of mass: angular, linear
+        pos, _ = self.frame_pose(frame)
+        arm = pos - self._simulation.derived("subtree_com")[:, self._root_of_tree()]
+        return twist[:, 3:] + np.cross(twist[:, :3], arm), twist[:, :3]
+
+    def frame_jacobian(self, frame: str) -> Floats:
+        """Return (num_envs, 6, dof): rows 0–2 linear, rows 3–5 angular, in the world."""
+        cdof = self._simulation.derived("cdof")[:, self.dofs]  # (num_envs, dof, 6) about the tree's centre of mass
+        pos, _ = self.frame_pose(frame)
+        arm = pos - self._simulation.derived("subtree_com")[:, self._root_of_tree()]
+        moves = self._moved_by(frame)  # (dof, 1): 1 where the joint moves the frame
+        angular = cdof[:, :, :3] * moves
+        jacobian = np.empty((self.num_envs, 6, self.dof))
+        x, y, z = angular[:, :, 0], angular[:, :, 1], angular[:, :, 2]
+        a, b, c = arm[:, :1], arm[:, 1:2], arm[:, 2:]
+        linear = cdof[:, :, 3:] * moves
+        jacobian[:, 0] = linear[:, :, 0] + (y * c - z * b)
+        jacobian[:, 1] = linear[:, :, 1] + (z * a - x * c)
+        jacobian[:, 2] = linear[:, :, 2] + (x * b - y * a)
+        jacobian[:, 3], jacobian[:, 4], jacobian[:, 5] = x, y, z
+        return jacobian
+
+    def lidar(self, name: str) -> Floats:
+        """Return (num_envs, rays) [m] of a lidar of the robot."""
+        if name not in self.robot.lidars:
+            raise UnknownNameError("lidar", name, self.robot.lidars)
+        lidar = self.robot.lidars[name]
+        if name not in self._rays:
+            angles = np.linspace(lidar.angle_min, lidar.angle_max, lidar.rays)
+            self._rays[name] = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=-1)
+        pos, quat = self.frame_pose(lidar.frame)
+        shape = (self.num_envs, lidar.rays, 3)
+        directions = quat_rotate(quat[:, None], np.broadcast_to(self._rays[name], shape))
+        origins = pos + quat_rotate(quat, np.broadcast_to(np.array(lidar.offset), pos.shape))
+        others = [SCENE_GROUP, *(group for group in ROBOT_GROUPS if group != self._group)]
+        distances = self._simulation.cast(np.broadcast_to(origins[:, None], shape), directions, lidar.range_max, others)
+        return np.maximum(distances, lidar.range_min)
+
+    def _body(self, frame: str) -> int:
+        return self._simulation.model.body(f"{self.name}/{self.frame_name(frame)}").id
+
+    def _root_of_tree(self) -> int:
+        return int(self._simulation.model.body_rootid[self._root])
+
+    def _moved_by(self, frame: str) -> Floats:
+        if frame not in self._ancestors:
+            mj, body = self._simulation.model, self._body(frame)
+            chain = set()
+            while body:
+                chain.add(body)
+                body = int(mj.body_parentid[body])
+            dofs = np.arange(mj.nv)[self.dofs]
+            self._ancestors[frame] = np.array([[float(mj.dof_bodyid[dof] in chain)] for dof in dofs])
+        return self._ancestors[frame]
+
+
+def _view(state: Floats, columns: slice | np.ndarray) -> Floats | None:
+    """Return a read-only view of columns that follow each other; None: they do not."""
+    if not isinstance(columns, slice):
+        return None
+    view = state[:, columns]
+    view.flags.writeable = False
+    return view
+
+
+def _rows(mask: Mask | None) -> slice | np.ndarray:
+    return slice(None) if mask is None else np.flatnonzero(mask)
+
+
+def _put(state: Floats, rows: slice | np.ndarray, columns: slice | np.ndarray, values: Floats | float) -> None:
+    if isinstance(rows, slice) or isinstance(columns, slice):
+        state[rows, columns] = values
+    else:
+        state[rows[:, None], columns] = values
+
+
+def _columns(addresses: list[int]) -> slice | np.ndarray:
+    """Return a slice where the addresses follow each other, which makes views possible."""
+    first = int(addresses[0]) if addresses else 0
+    if [int(address) for address in addresses] == list(range(first, first + len(addresses))):
+        return slice(first, first + len(addresses))
+    return np.array(addresses)

@@ -1,0 +1,264 @@
+"""The MuJoCo simulation: a batch of states that native threads step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
+from frobs_core.interfaces import Marker, Placement, Scene, Simulation, Snapshot
+from frobs_sim_mujoco import parameters
+from frobs_sim_mujoco.body import MujocoBody
+from frobs_sim_mujoco.building import ROBOT_GROUPS, SCENE_GROUP, build_model
+from frobs_sim_mujoco.rendering import Renderer, Viewer
+from frobs_sim_mujoco.robot import MujocoRobot
+
+_VEL = int(mujoco.mjtStage.mjSTAGE_VEL)
+_NONE = int(mujoco.mjtStage.mjSTAGE_NONE)
+_CTRL = int(mujoco.mjtState.mjSTATE_CTRL)
+_DIVERGED = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)
+
+
+class Native(NamedTuple):
+    """MuJoCo's own objects.
+
+    Attributes:
+        model: The compiled model.
+        batch: The states, one row for each environment.
+    """
+
+    model: mujoco.MjModel
+    batch: Batch
+
+
+class MujocoSimulation(Simulation):
+    """``num_envs`` copies of robots and a scene on MuJoCo; see :class:`frobs_core.interfaces.Simulation`."""
+
+    def __init__(
+        self,
+        robots: Mapping[str, Placement],
+        scene: Scene,
+        *,
+        num_envs: int,
+        physics_timestep: float,
+        num_threads: int = 0,
+    ) -> None:
+        self.num_envs = num_envs
+        self.physics_timestep = physics_timestep
+        self.scene = scene
+        self.model = build_model(robots, scene, physics_timestep)
+        # One environment keeps its derived quantities, so that the next step need not compute them again; many would
+        # need an MjData each, which costs more memory and time than it saves.
+        self.batch = Batch(self.model, num_envs, 1 if num_envs == 1 else num_threads, persistent=num_envs == 1)
+        self._warnings = self.batch.warning[:, _DIVERGED, 1]
+        self._no_warnings = self._warnings.tobytes()
+        self._stale: Mask | None = None
+        self._derived: dict[str, Floats] = {}
+        self._pushed = False
+        self._rows: Floats | None = None
+        self._contacts: tuple[Mask, Floats] | None = None
+        self._renderer: Renderer | None = None
+        self._viewer: Viewer | None = None
+        self._closed = False
+
+        self.robots = {
+            name: MujocoRobot(self, name, placement, ROBOT_GROUPS[min(number, len(ROBOT_GROUPS) - 1)])
+            for number, (name, placement) in enumerate(robots.items())
+        }
+        self.bodies = {name: MujocoBody(self, name, body) for name, body in scene.bodies.items()}
+        for robot in self.robots.values():
+            robot.go_home()
+        self._initial = self.batch.state.copy()
+        self._stale = np.ones(num_envs, np.bool_)
+
+    @property
+    def native(self) -> Native:
+        """The compiled model and the batch."""
+        return Native(self.model, self.batch)
+
+    @property
+    def time(self) -> Floats:
+        """(num_envs,) [s] since the reset."""
+        return self.batch.bind("time").reshape(self.num_envs)
+
+    @property
+    def diverged(self) -> Mask | None:
+        """Which environments hold a state that MuJoCo gave up on, or None."""
+        if self._warnings.tobytes() == self._no_warnings:
+            return None
+        return self._warnings.any(axis=1)
+
+    def reset(self, mask: Mask | None = None) -> None:
+        """Go back to the scene as it was built."""
+        self._check_open()
+        ids = None if mask is None else np.flatnonzero(mask)
+        self.batch.reset(ids, stage=_NONE)
+        rows = slice(None) if ids is None else ids
+        self.batch.state[rows] = self._initial[rows]
+        self.mark_stale(mask)
+
+    def step(self, decimation: int) -> None:
+        """Advance every environment by ``decimation`` physics steps."""
+        if self._rows is None and not self.scene.contacts:
+            self.batch.step(nstep=decimation, stage=_VEL)
+            self._stale = None
+        else:
+            self._step_recorded(decimation)
+        if self._pushed:
+            self.batch.bind("xfrc_applied")[:] = 0.0
+            self._pushed = False
+        if self._viewer is not None:
+            self._viewer.sync()
+
+    def _step_recorded(self, decimation: int) -> None:
+        """Step with a row of controls for each physics step, or with contacts watched in each."""
+        self._check_open()
+        rows = self._rows
+        if rows is not None and rows.shape[1] != decimation:
+            raise ConfigurationError(f"a command has {rows.shape[1]} rows for {decimation} physics steps.")
+        record = ("sensordata",) if self.scene.contacts else ("time",)
+        recorded = self.batch.rollout(decimation, control=rows, control_spec=_CTRL, record=record)
+        self._rows = None
+        self.batch.forward(stage=_VEL)
+        self._stale = None
+        if self.scene.contacts:
+            data = recorded["sensordata"].reshape(self.num_envs, decimation, -1, 4)  # found, normal force, two more
+            self._contacts = (data[..., 0] > 0).any(axis=1), np.abs(data[..., 1]).max(axis=1)
+
+    def contact(self, name: str) -> Mask:
+        """(num_envs,) bool: whether a declared contact was there in any physics step of the last ``step``."""
+        return self._contact_column(name)[0]
+
+    def contact_force(self, name: str) -> Floats:
+        """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``."""
+        return self._contact_column(name)[1]
+
+    def _contact_column(self, name: str) -> tuple[Mask, Floats]:
+        names = list(self.scene.contacts)
+        if name not in names:
+            raise UnknownNameError("declared contact", name, names)
+        if self._contacts is None:
+            return np.zeros(self.num_envs, np.bool_), np.zeros(self.num_envs)
+        column = names.index(name)
+        return self._contacts[0][:, column], self._contacts[1][:, column]
+
+    def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
+        """Cast rays at everything that collides."""
+        return self.cast(origins, directions, max_range, (SCENE_GROUP, *ROBOT_GROUPS))
+
+    def cast(self, origins: Floats, directions: Floats, max_range: float, groups: Sequence[int]) -> Floats:
+        """Cast rays at the geoms of some groups; (num_envs, k) [m]."""
+        included = np.zeros(int(mujoco.mjNGROUP), np.uint8)
+        included[list(groups)] = 1
+        distances, _ = self.batch.ray(origins, directions, geomgroup=included)
+        return np.where((distances < 0) | (distances > max_range), max_range, distances)
+
+    def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
+        """Push a body at its centre of mass during the next ``step``."""
+        number = parameters.body_id(self, body)
+        rows = slice(None) if mask is None else mask
+        wrench = self.batch.bind("xfrc_applied")
+        wrench[rows, number, :3] = force_world
+        wrench[rows, number, 3:] = torque_world
+        self._pushed = True
+
+    def parameter(self, name: str, target: str = "") -> Floats:
+        """Return a physical parameter of each environment."""
+        return parameters.read(self, name, target)
+
+    def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
+        """Change a physical parameter."""
+        parameters.write(self, name, target, values, mask)
+        self.mark_stale(mask)
+
+    def snapshot(self) -> Snapshot:
+        """Return the state rows, and the parameters that differ between environments."""
+        state: Snapshot = {"state": self.batch.state.copy(), "warning": self.batch.warning.copy()}
+        if self._contacts is not None:
+            state["contact"], state["contact_force"] = self._contacts
+        return {**state, **parameters.snapshot(self)}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        parameters.restore(self, snapshot)
+        self.batch.state[:] = snapshot["state"]
+        self.batch.warning[:] = snapshot["warning"]
+        self._contacts = (snapshot["contact"], snapshot["contact_force"]) if "contact" in snapshot else None
+        self.mark_stale(None)
+
+    def render(
+        self,
+        mask: Mask | None = None,
+        camera: str | None = None,
+        size: tuple[int, int] = (480, 640),
+        modality: str = "rgb",
+        markers: Sequence[Marker] = (),
+    ) -> np.ndarray[Any, Any]:
+        """Draw environments."""
+        self._check_open()
+        if camera is not None and camera not in self.scene.cameras:
+            raise UnknownNameError("camera", camera, self.scene.cameras)
+        if modality not in self.render_modalities:
+            raise UnknownNameError("modality", modality, self.render_modalities)
+        name = camera or next(iter(self.scene.cameras), None)
+        if self._renderer is not None and self._renderer.size != tuple(size):
+            self._renderer.close()
+            self._renderer = None
+        if self._renderer is None:
+            self._renderer = Renderer(self.batch, tuple(size))
+        chosen = range(self.num_envs) if mask is None else np.flatnonzero(mask).tolist()
+        return np.stack([self._renderer.draw(i, name, modality, markers) for i in chosen])
+
+    def open_viewer(self) -> None:
+        """Open a window on the first environment."""
+        self._check_open()
+        if self._viewer is None:
+            self._viewer = Viewer(self.batch)
+        self._viewer.sync()
+
+    def close(self) -> None:
+        """Release the window and the OpenGL context; twice is harmless."""
+        for resource in (self._renderer, self._viewer):
+            if resource is not None:
+                resource.close()
+        self._renderer = self._viewer = None
+        self._closed = True
+
+    def mark_stale(self, mask: Mask | None) -> None:
+        """Remember that states were written: what derives from them must be computed before it is read."""
+        if mask is None:
+            self._stale = np.ones(self.num_envs, np.bool_)
+        elif self._stale is None:
+            self._stale = mask.copy()
+        else:
+            self._stale |= mask
+
+    def refresh(self) -> None:
+        """Compute what derives from states that were written."""
+        if self._stale is not None:
+            self.batch.forward(None if self._stale.all() else np.flatnonzero(self._stale), stage=_VEL)
+            self._stale = None
+
+    def derived(self, field: str) -> Floats:
+        """Return a field that follows from the states, current."""
+        if field not in self._derived:
+            self._derived[field] = self.batch.bind(field)
+            self.mark_stale(None)  # MuJoCo fills what has just been bound at its next call only
+        self.refresh()
+        return self._derived[field]
+
+    def set_rows(self, columns: slice, rows: Floats) -> None:
+        """Take controls for each physics step of the next ``step``: (num_envs, decimation, columns)."""
+        if self._rows is None or self._rows.shape[1] != rows.shape[1]:
+            held = self.batch.bind("ctrl")
+            self._rows = np.repeat(held[:, None], rows.shape[1], axis=1)  # (num_envs, decimation, nu)
+        self._rows[:, :, columns] = rows
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise SimulationError("the simulation is closed.")
