@@ -76,9 +76,7 @@ def compose(
 
     scene = the_task.scene()
     description = _describe(robot, tcp, robot_args)
-    model = load_model(
-        description.model, xacro_args=description.xacro_args, package_paths=description.package_paths
-    )
+    model = load_model(description.model, xacro_args=description.xacro_args, package_paths=description.package_paths)
     placement = Placement(
         robot=description, model=model, pose=scene.robot_pose, command_mode=the_controller.command_mode
     )

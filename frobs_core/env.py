@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -147,7 +147,7 @@ class RobotEnv(gym.Env[Any, Any]):
         ConfigurationError: A value cannot be used.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": list(RENDER_MODES)}
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES)}  # noqa: RUF012 - as Gymnasium declares it
 
     def __init__(
         self,
@@ -196,9 +196,7 @@ class RobotEnv(gym.Env[Any, Any]):
         self._running = False
         self._action_shape = self.action_space.shape
 
-    def reset(
-        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
-    ) -> tuple[Any, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: Mapping[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode.
 
         Args:
@@ -306,7 +304,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         final_observation: After a step in which episodes ended: (num_envs, …), rows valid where they ended.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": list(RENDER_MODES)}
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES)}  # noqa: RUF012 - as Gymnasium declares it
 
     def __init__(
         self,

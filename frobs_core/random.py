@@ -108,13 +108,13 @@ class RandomSource:
 
         Args:
             stream: Name of what is drawn: ``"goal"``.
-            low: Broadcasts to (n, \\*shape).
-            high: Broadcasts to (n, \\*shape).
+            low: Broadcasts to (n, …shape).
+            high: Broadcasts to (n, …shape).
             shape: Of one environment's numbers.
             mask: The n environments.
 
         Returns:
-            (n, \\*shape) float64, in the order of the environments.
+            (n, …shape) float64, in the order of the environments.
         """
         return low + (high - low) * self._unit(stream, shape, mask)
 
@@ -133,7 +133,7 @@ class RandomSource:
     def integers(
         self, stream: str, low: int, high: int, shape: tuple[int, ...] = (), mask: Mask | None = None
     ) -> npt.NDArray[np.int64]:
-        """Draw whole numbers from [low, high); (n, \\*shape) int64."""
+        """Draw whole numbers from [low, high); (n, …shape) int64."""
         return low + np.floor((high - low) * self._unit(stream, shape, mask)).astype(np.int64)
 
     def snapshot(self) -> dict[str, npt.NDArray[np.uint64]]:

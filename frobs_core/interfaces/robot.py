@@ -20,7 +20,10 @@ class DriveGains:
 
     def of(self, joint: str) -> tuple[float, float]:
         """Return (Kp, Kd) of one joint; a joint that a mapping leaves out has 0."""
-        pick = lambda gain: gain.get(joint, 0.0) if isinstance(gain, Mapping) else gain  # noqa: E731 - used twice, here only
+
+        def pick(gain: float | Mapping[str, float]) -> float:
+            return gain.get(joint, 0.0) if isinstance(gain, Mapping) else gain
+
         return pick(self.stiffness), pick(self.damping)
 
 

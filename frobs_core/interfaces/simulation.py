@@ -84,9 +84,7 @@ class RobotHandle(ABC):
         """(num_envs, dof) [N·m or N]: what the drives applied in the last physics step."""
 
     @abstractmethod
-    def write_joint_state(
-        self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None
-    ) -> None:
+    def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
         """Put the joints somewhere at once.
 
         Args:

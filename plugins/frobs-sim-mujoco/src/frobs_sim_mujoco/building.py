@@ -156,9 +156,7 @@ def _add_floor(spec: mujoco.MjSpec) -> None:
 def _add_body(spec: mujoco.MjSpec, name: str, body: Body) -> None:
     if body.mass is not None and body.kinematic:
         raise ConfigurationError(f"scene body '{name}' is kinematic, so it has no mass; give one or the other.")
-    element = spec.worldbody.add_body(
-        name=name, pos=body.pose.pos, quat=body.pose.quat_wxyz, mocap=body.kinematic
-    )
+    element = spec.worldbody.add_body(name=name, pos=body.pose.pos, quat=body.pose.quat_wxyz, mocap=body.kinematic)
     if body.mass is not None:
         element.add_freejoint(name=name)
     geom = _add_geom(spec, element, body.geometry, Pose(), SCENE_GROUP, body.rgba, collides=body.collides)
@@ -194,9 +192,7 @@ def _add_robot(spec: mujoco.MjSpec, name: str, placement: Placement, group: int)
             rgba = getattr(visual, "rgba", None)
             _add_geom(spec, element, visual.geometry, visual.origin, VISUAL_GROUP, rgba, collides=False)
         for joint in children.get(link_name, ()):
-            child = element.add_body(
-                name=f"{name}/{joint.child}", pos=joint.origin.pos, quat=joint.origin.quat_wxyz
-            )
+            child = element.add_body(name=f"{name}/{joint.child}", pos=joint.origin.pos, quat=joint.origin.quat_wxyz)
             _add_joint(spec, child, name, joint, model)
             fill(child, joint.child)
 
@@ -208,8 +204,9 @@ def _add_joint(spec: mujoco.MjSpec, child: mujoco.MjsBody, robot: str, joint: Jo
         return
     if joint.type not in _JOINT_TYPES:
         raise ModelFileError(
-            model.path, f"joint '{joint.name}' is {joint.type.value}; only revolute, continuous, prismatic and "
-            "fixed joints can be simulated. For a free base, say base='floating' in the robot's description."
+            model.path,
+            f"joint '{joint.name}' is {joint.type.value}; only revolute, continuous, prismatic and "
+            "fixed joints can be simulated. For a free base, say base='floating' in the robot's description.",
         )
     element = child.add_joint(
         name=f"{robot}/{joint.name}",

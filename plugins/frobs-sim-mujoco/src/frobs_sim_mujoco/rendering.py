@@ -70,9 +70,7 @@ class Renderer:
         try:
             self._renderer = mujoco.Renderer(self._model, *size)
         except (ImportError, RuntimeError, mujoco.FatalError) as error:
-            raise RenderingUnavailableError(
-                f"OpenGL does not start ({error})", "libegl1 libgl1-mesa-dri"
-            ) from error
+            raise RenderingUnavailableError(f"OpenGL does not start ({error})", "libegl1 libgl1-mesa-dri") from error
         self._option = mujoco.MjvOption()
         for group in ROBOT_GROUPS:
             self._option.geomgroup[group] = 0

@@ -80,9 +80,7 @@ class MujocoRobot(RobotHandle):
         """(num_envs, dof) [N·m or N]: what the drives applied in the last physics step."""
         return self._batch.bind("actuator_force")[:, self.actuators]
 
-    def write_joint_state(
-        self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None
-    ) -> None:
+    def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
         """Put the joints somewhere at once."""
         rows = _rows(mask)
         _put(self._qpos, rows, self._q_columns, positions)
@@ -188,7 +186,9 @@ class MujocoRobot(RobotHandle):
 
     def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
         """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin."""
-        twist = self._simulation.derived("cvel")[:, self._body(frame)]  # about the tree's centre of mass: angular, linear
+        twist = self._simulation.derived("cvel")[
+            :, self._body(frame)
+        ]  # about the tree's centre of mass: angular, linear
         pos, _ = self.frame_pose(frame)
         arm = pos - self._simulation.derived("subtree_com")[:, self._root_of_tree()]
         return twist[:, 3:] + np.cross(twist[:, :3], arm), twist[:, :3]
