@@ -187,7 +187,7 @@ class RobotEnv(gym.Env[Any, Any]):
         self._loop = _Loop(parts, 1)
         self.simulation, self.robot = parts.simulation, parts.robot
         self.controller, self.task = parts.controller, parts.task
-        self.control_timestep, self._decimation = parts.control_timestep, parts.decimation
+        self.control_timestep, self.decimation = parts.control_timestep, parts.decimation
         self.action_space = parts.controller.action_space
         self.observation_space = parts.task.observation_space
         self.render_mode, self._camera, self._render_size = render_mode, camera, render_size
@@ -239,7 +239,7 @@ class RobotEnv(gym.Env[Any, Any]):
         loop, task = self._loop, self.task
         loop.rng.begin_step()
         self.robot.command(self.controller.apply(self._check(action)))
-        self.simulation.step(self._decimation)
+        self.simulation.step(self.decimation)
         task.advance(loop.rng)
         observation = _row(task.observe(loop.rng))
         reward: float = task.reward().item()
@@ -347,7 +347,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self._loop = _Loop(parts, num_envs)
         self.simulation, self.robot = parts.simulation, parts.robot
         self.controller, self.task = parts.controller, parts.task
-        self.control_timestep, self._decimation = parts.control_timestep, parts.decimation
+        self.control_timestep, self.decimation = parts.control_timestep, parts.decimation
         self.num_envs = num_envs
         self.single_action_space = parts.controller.action_space
         self.single_observation_space = parts.task.observation_space
@@ -445,7 +445,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         loop, task = self._loop, self.task
         loop.rng.begin_step()
         self.robot.command(self.controller.apply(self._check(actions)))
-        self.simulation.step(self._decimation)
+        self.simulation.step(self.decimation)
         self._elapsed += 1
         task.advance(loop.rng)
         observation = task.observe(loop.rng)

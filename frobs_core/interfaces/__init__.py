@@ -4,11 +4,12 @@ from frobs_core.interfaces.algorithm import Algorithm, TrainingMonitor
 from frobs_core.interfaces.controller import Controller
 from frobs_core.interfaces.robot import DifferentialDrive, DriveGains, Lidar, Robot
 from frobs_core.interfaces.scene import Body, Camera, Contact, Marker, Placement, Scene
-from frobs_core.interfaces.simulation import BodyHandle, CommandMode, RobotHandle, Simulation, Snapshot
+from frobs_core.interfaces.simulation import BareEngine, BodyHandle, CommandMode, RobotHandle, Simulation, Snapshot
 from frobs_core.interfaces.task import GoalTask, ResetOptions, Task
 
 __all__ = [
     "Algorithm",
+    "BareEngine",
     "Body",
     "BodyHandle",
     "Camera",

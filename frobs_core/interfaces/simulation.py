@@ -11,7 +11,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, Protocol, TypeAlias
 
 import numpy as np
 
@@ -218,6 +218,16 @@ class BodyHandle(ABC):
         """
 
 
+class BareEngine(Protocol):
+    """The tightest loop over an engine that its users would write, to compare with."""
+
+    def load(self, snapshot: Snapshot) -> None:
+        """Take the state and the controls of a simulation's snapshot."""
+
+    def step(self, decimation: int) -> None:
+        """Advance by ``decimation`` physics steps."""
+
+
 class Simulation(ABC):
     """``num_envs`` copies of robots and a scene.
 
@@ -382,6 +392,10 @@ class Simulation(ABC):
         Raises:
             RenderingUnavailableError: There is no display.
         """
+
+    def bare_engine(self) -> BareEngine | None:
+        """Return the engine without FRobs, for benchmarks; None: not offered."""
+        return None
 
     @abstractmethod
     def close(self) -> None:

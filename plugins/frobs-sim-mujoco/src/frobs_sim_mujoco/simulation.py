@@ -36,6 +36,34 @@ class Native(NamedTuple):
     batch: Batch
 
 
+class BareMujoco:
+    """What a user of MuJoCo would write: ``mj_step`` on one MjData, or ``Batch.step`` on many.
+
+    Args:
+        model: The compiled model.
+        num_envs: 1, or more for a batch.
+        num_threads: Of the batch.
+    """
+
+    def __init__(self, model: mujoco.MjModel, num_envs: int, num_threads: int) -> None:
+        self._model, self._data = model, mujoco.MjData(model)
+        self._batch = None if num_envs == 1 else Batch(model, num_envs, num_threads)
+
+    def load(self, snapshot: Snapshot) -> None:
+        """Take the state and the controls of a snapshot."""
+        if self._batch is None:
+            mujoco.mj_setState(self._model, self._data, snapshot["state"][0], mujoco.mjtState.mjSTATE_INTEGRATION)
+        else:
+            self._batch.state[:] = snapshot["state"]
+
+    def step(self, decimation: int) -> None:
+        """Advance by ``decimation`` physics steps."""
+        if self._batch is None:
+            mujoco.mj_step(self._model, self._data, decimation)
+        else:
+            self._batch.step(nstep=decimation)
+
+
 class MujocoSimulation(Simulation):
     """``num_envs`` copies of robots and a scene on MuJoCo; see :class:`frobs_core.interfaces.Simulation`."""
 
@@ -220,6 +248,10 @@ class MujocoSimulation(Simulation):
         if self._viewer is None:
             self._viewer = Viewer(self.batch)
         self._viewer.sync()
+
+    def bare_engine(self) -> BareMujoco:
+        """Return MuJoCo without FRobs."""
+        return BareMujoco(self.model, self.num_envs, self.batch.nthread)
 
     def close(self) -> None:
         """Release the window and the OpenGL context; twice is harmless."""

@@ -1,0 +1,176 @@
+"""Where the time of a step goes, and how much of it is not the engine's.
+
+The bare engine *replays*: it is put into the state that the environment's engine had before each step, with the same
+controls, and steps from there. Environment and bare engine take turns, step by step, so that a machine whose speed
+drifts slows both alike; the figures are medians.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+from typing import Any
+
+import gymnasium as gym
+
+from frobs_core.env import RobotEnv, RobotVectorEnv
+from frobs_core.errors import ConfigurationError, SimulationError
+from frobs_core.interfaces import Snapshot
+
+PARTS = ("engine", "controller", "task", "environment", "wrappers")
+
+
+@dataclass(frozen=True)
+class BenchResult:
+    """What one benchmark measured.
+
+    Attributes:
+        id: The environment's ID.
+        num_envs: Environments in one step.
+        decimation: Physics steps in one step.
+        steps: Steps that were measured.
+        step_seconds: Median time of one ``step`` [s], wrappers of ``gymnasium.make`` included.
+        bare_seconds: Median time of the bare engine from the same states [s].
+        ratio: The first over the second.
+        parts: Median time in each part of a step [s]; the parts are :data:`PARTS`.
+        machine: Processor, operating system and Python.
+    """
+
+    id: str
+    num_envs: int
+    decimation: int
+    steps: int
+    step_seconds: float
+    bare_seconds: float
+    ratio: float
+    parts: dict[str, float]
+    machine: str
+
+
+def bench(id: str, *, num_envs: int = 1, steps: int = 1000, seed: int = 0, **keywords: Any) -> BenchResult:
+    """Measure an environment of ours against its bare engine.
+
+    Args:
+        id: Its ID.
+        num_envs: 1: the single environment; more: the vector.
+        steps: Steps that are measured, after a warm-up of a tenth.
+        seed: Of the environment and the random actions.
+        keywords: Of the environment.
+
+    Raises:
+        ConfigurationError: The ID is none of ours, or a number is out of range.
+        SimulationError: The simulator offers no bare engine to compare with.
+    """
+    if steps < 10 or num_envs < 1:
+        raise ConfigurationError(f"steps must be at least 10 and num_envs at least 1, not {steps} and {num_envs}.")
+    env, twin = _make(id, num_envs, keywords), _make(id, num_envs, keywords)
+    try:
+        return _measure(id, env, twin, num_envs, steps, seed)
+    finally:
+        env.close()
+        twin.close()
+
+
+def _make(id: str, num_envs: int, keywords: dict[str, Any]) -> Any:
+    if num_envs == 1:
+        env: Any = gym.make(id, **keywords)
+    else:
+        env = gym.make_vec(id, num_envs, vectorization_mode="vector_entry_point", **keywords)
+    if not isinstance(env.unwrapped, (RobotEnv, RobotVectorEnv)):
+        env.close()
+        raise ConfigurationError(
+            f"'{id}' is not an environment of FRobs; only those can be compared with their engine."
+        )
+    return env
+
+
+def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int) -> BenchResult:
+    """Step ``env`` for its time, its twin for where the time goes and for the states that the bare engine replays."""
+    inner, shadow = env.unwrapped, twin.unwrapped
+    bare = inner.simulation.bare_engine()
+    if bare is None:
+        raise SimulationError("this simulator offers no bare engine to compare with.")
+    spent, before = _watch(shadow)
+    times: dict[str, list[float]] = {name: [] for name in ("wrapped", "unwrapped", "bare", *PARTS[:3])}
+    env.action_space.seed(seed)
+    env.reset(seed=seed)
+    twin.reset(seed=seed)
+    warm_up = steps // 10
+    for k in range(warm_up + steps):
+        action = env.action_space.sample()
+        wrapped = k % 2 == 0  # every other step goes past the wrappers, which tells what they cost
+        start = perf_counter()
+        outcome = (env if wrapped else inner).step(action)
+        stepped = perf_counter() - start
+        spent.clear()
+        shadow.step(action)
+        bare.load(before)
+        start = perf_counter()
+        bare.step(inner.decimation)
+        alone = perf_counter() - start
+        if k >= warm_up:
+            times["wrapped" if wrapped else "unwrapped"].append(stepped)
+            times["bare"].append(alone)
+            for part in PARTS[:3]:
+                times[part].append(spent.get(part, 0.0))
+        if num_envs == 1 and (outcome[2] or outcome[3]):
+            env.reset()
+            twin.reset()
+    medians = {name: median(values) for name, values in times.items()}
+    parts = {name: medians[name] for name in PARTS[:3]}
+    parts["environment"] = max(0.0, medians["unwrapped"] - sum(parts.values()))
+    parts["wrappers"] = max(0.0, medians["wrapped"] - medians["unwrapped"])
+    return BenchResult(
+        id=id,
+        num_envs=num_envs,
+        decimation=inner.decimation,
+        steps=steps,
+        step_seconds=medians["wrapped"],
+        bare_seconds=medians["bare"],
+        ratio=medians["wrapped"] / medians["bare"],
+        parts=parts,
+        machine=f"{_processor()}, {os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}",
+    )
+
+
+def _watch(env: Any) -> tuple[dict[str, float], Snapshot]:
+    """Replace the methods of an environment's parts by ones that tell how long they took.
+
+    Returns:
+        The time spent in each part since it was last cleared [s], and the simulation's state before its last step.
+    """
+    spent: dict[str, float] = {}
+    before: Snapshot = {}
+
+    def watch(part: str, owner: Any, method: str) -> None:
+        original: Callable[..., Any] = getattr(owner, method)
+
+        def timed(*args: Any) -> Any:
+            if part == "engine":
+                before.update(env.simulation.snapshot())
+            start = perf_counter()
+            result = original(*args)
+            spent[part] = spent.get(part, 0.0) + perf_counter() - start
+            return result
+
+        setattr(owner, method, timed)
+
+    watch("engine", env.simulation, "step")
+    watch("controller", env.controller, "apply")
+    for method in ("advance", "observe", "reward", "reward_terms", "is_terminated", "is_success"):
+        watch("task", env.task, method)
+    return spent, before
+
+
+def _processor() -> str:
+    """Return the processor's name, where the system tells it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())
