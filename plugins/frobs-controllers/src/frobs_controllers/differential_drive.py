@@ -1,0 +1,125 @@
+"""Actions are the linear and the angular velocity of a wheeled base."""
+
+from __future__ import annotations
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_controllers.parameters import positive, rows
+from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
+
+_OWNER = "differential_drive"
+
+
+class DifferentialDrive(Controller):
+    """Turns (forward, turn to the left), each in [−1, 1], into wheel velocities. All other joints hold still.
+
+    Wheels that would have to turn faster than their limits are slowed down together: the robot then follows the
+    same curve, more slowly.
+
+    Args:
+        max_linear_velocity: Of an action of 1 [m/s]; None: the robot's.
+        max_angular_velocity: Of an action of 1 [rad/s]; None: the robot's.
+        max_linear_acceleration: [m/s²]; None: the velocity jumps.
+        max_angular_acceleration: [rad/s²]; None: the velocity jumps.
+    """
+
+    command_mode = CommandMode.VELOCITY
+
+    def __init__(
+        self,
+        *,
+        max_linear_velocity: float | None = None,
+        max_angular_velocity: float | None = None,
+        max_linear_acceleration: float | None = None,
+        max_angular_acceleration: float | None = None,
+    ) -> None:
+        def checked(name: str, value: float | None, unit: str) -> float | None:
+            return None if value is None else positive(_OWNER, name, value, unit)
+
+        self.max_linear_velocity = checked("max_linear_velocity", max_linear_velocity, "m/s")
+        self.max_angular_velocity = checked("max_angular_velocity", max_angular_velocity, "rad/s")
+        self.max_linear_acceleration = checked("max_linear_acceleration", max_linear_acceleration, "m/s²")
+        self.max_angular_acceleration = checked("max_angular_acceleration", max_angular_acceleration, "rad/s²")
+
+    def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
+        """Prepare for a robot.
+
+        Raises:
+            ConfigurationError: The robot describes no differential drive, or an impossible one.
+        """
+        drive = robot.robot.differential_drive
+        if drive is None:
+            raise ConfigurationError(
+                f"{_OWNER}: the robot '{robot.robot.name}' describes no differential drive; "
+                "give its Robot a differential_drive=DifferentialDrive(…), or choose another controller."
+            )
+        radius = positive(_OWNER, "the robot's wheel_radius", drive.wheel_radius, "m")
+        separation = positive(_OWNER, "the robot's separation", drive.separation, "m")
+        linear = self.max_linear_velocity or positive(
+            _OWNER, "the robot's max_linear_velocity", drive.max_linear_velocity, "m/s"
+        )
+        angular = self.max_angular_velocity or positive(
+            _OWNER, "the robot's max_angular_velocity", drive.max_angular_velocity, "rad/s"
+        )
+        shape = (robot.num_envs, robot.dof)
+        self._per_linear, self._per_angular = np.zeros(shape), np.zeros(shape)  # wheel velocity per body velocity
+        for side, joints in ((-1.0, drive.left), (1.0, drive.right)):
+            if not joints:
+                raise ConfigurationError(f"{_OWNER}: the robot '{robot.robot.name}' names no wheels on one side.")
+            for joint in joints:
+                if joint not in robot.joint_names:
+                    raise ConfigurationError(
+                        f"{_OWNER}: the wheel '{joint}' is no actuated joint of the robot '{robot.robot.name}'; "
+                        f"it has {', '.join(robot.joint_names)}."
+                    )
+                column = robot.joint_names.index(joint)
+                self._per_linear[:, column] = 1.0 / radius
+                self._per_angular[:, column] = side * 0.5 * separation / radius
+        fastest = np.abs(self._per_linear) * linear + np.abs(self._per_angular) * angular  # (num_envs, dof) [rad/s]
+        self._wheel_limit = robot.velocity_limit.copy()
+        self._wheels_may_saturate = bool((fastest > self._wheel_limit).any())
+
+        pair = (robot.num_envs, 2)
+        acceleration = (self.max_linear_acceleration or np.inf, self.max_angular_acceleration or np.inf)
+        self._scale = np.broadcast_to((linear, angular), pair).copy()
+        self._ones = np.ones(pair)
+        self._up = np.broadcast_to(np.multiply(acceleration, control_timestep), pair).copy()
+        self._velocity, self._wanted, self._bound = np.zeros(pair), np.zeros(pair), np.zeros(pair)
+        self._wheels, self._turning = np.zeros(shape), np.zeros(shape)
+        self._minus_ones, self._down = -self._ones, -self._up
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (2,), np.float32)
+
+    def reset(self, mask: Mask | None) -> None:
+        """Stand still."""
+        self._velocity[rows(mask)] = 0.0
+
+    def apply(self, action: Action) -> Floats:
+        """Return joint velocities, (num_envs, dof) [rad/s]."""
+        velocity, wanted, bound = self._velocity, self._wanted, self._bound  # (num_envs, 2) [m/s, rad/s]
+        np.maximum(action, self._minus_ones, out=wanted)
+        np.minimum(wanted, self._ones, out=wanted)
+        np.multiply(wanted, self._scale, out=wanted)
+        np.add(velocity, self._up, out=bound)
+        np.minimum(wanted, bound, out=wanted)
+        np.add(velocity, self._down, out=bound)
+        np.maximum(wanted, bound, out=velocity)
+
+        wheels = self._wheels
+        np.multiply(velocity[:, 0:1], self._per_linear, out=wheels)
+        np.multiply(velocity[:, 1:2], self._per_angular, out=self._turning)
+        np.add(wheels, self._turning, out=wheels)
+        if self._wheels_may_saturate:
+            excess = np.maximum.reduce(np.abs(wheels) / self._wheel_limit, axis=-1, keepdims=True, initial=1.0)
+            np.divide(wheels, excess, out=wheels)
+        return wheels
+
+    def snapshot(self) -> Snapshot:
+        """Return the commanded velocities of the base."""
+        return {"velocity": self._velocity.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._velocity[:] = snapshot["velocity"]

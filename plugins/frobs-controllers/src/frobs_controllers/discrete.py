@@ -1,0 +1,118 @@
+"""A Discrete action picks one move of another controller."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from typing import Any, cast
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_controllers.parameters import positive
+from frobs_core import plugins
+from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.errors import ConfigurationError, InvalidActionError, UnknownParameterError
+from frobs_core.interfaces import Controller, RobotHandle, Snapshot
+from frobs_core.specs import ControllerRecord
+
+
+class Discrete(Controller):
+    """Offers 2·k + 1 moves of a controller with k action components.
+
+    Action 0 stays (all components 0), 1 + 2·i lowers component i, 2 + 2·i raises it.
+
+    Args:
+        controller: The name of the controller that moves, or its record.
+        magnitude: How far a move goes, as a share of the component's range on that side, in (0, 1].
+        controller_kwargs: That controller's own parameters.
+
+    Raises:
+        UnknownNameError: No controller is named so.
+        UnknownParameterError: The controller takes no such parameter.
+    """
+
+    def __init__(
+        self,
+        *,
+        controller: str | ControllerRecord = "joint_delta_position",
+        magnitude: float = 1.0,
+        controller_kwargs: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.magnitude = positive("discrete", "magnitude", magnitude, "1")
+        if self.magnitude > 1.0:
+            raise ConfigurationError(f"discrete: magnitude must be in (0, 1], not {magnitude!r}.")
+        if not isinstance(controller, str | ControllerRecord):
+            raise ConfigurationError(f"discrete: controller must be a controller's name or record, not {controller!r}.")
+        if controller_kwargs is not None and not isinstance(controller_kwargs, Mapping):
+            raise ConfigurationError(
+                f"discrete: controller_kwargs must map parameters to values, not {controller_kwargs!r}."
+            )
+        record = cast(
+            ControllerRecord,
+            plugins.get_record("controller", controller) if isinstance(controller, str) else controller,
+        )
+        self._name = record.name
+        self.inner = _build(record, controller_kwargs or {})
+        self.command_mode = self.inner.command_mode  # type: ignore[misc] # of the one that it wraps
+
+    def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
+        """Prepare for a robot.
+
+        Raises:
+            ConfigurationError: The wrapped controller cannot control the robot, or its actions are no finite Box
+                around 0.
+        """
+        self.inner.bind(robot, control_timestep, decimation)
+        box = self.inner.action_space
+        if not (isinstance(box, gym.spaces.Box) and len(box.shape) == 1 and box.is_bounded()):
+            raise ConfigurationError(
+                f"discrete: the actions of '{self._name}' are {box}; only a controller with a bounded, flat Box can be "
+                "made discrete."
+            )
+        if (box.low > 0.0).any() or (box.high < 0.0).any():
+            raise ConfigurationError(f"discrete: the actions of '{self._name}' exclude 0, so that it cannot stay.")
+        count = box.shape[0]
+        self._moves = np.zeros((2 * count + 1, count))  # row: what the inner controller is told
+        for i in range(count):
+            self._moves[1 + 2 * i, i] = self.magnitude * box.low[i]
+            self._moves[2 + 2 * i, i] = self.magnitude * box.high[i]
+        self.action_space = gym.spaces.Discrete(2 * count + 1)
+
+    def reset(self, mask: Mask | None) -> None:
+        """Reset the wrapped controller."""
+        self.inner.reset(mask)
+
+    def apply(self, action: Action) -> Floats:
+        """Return the command of the wrapped controller for the moves, (num_envs,) int64.
+
+        Raises:
+            InvalidActionError: A move does not exist.
+        """
+        count = len(self._moves)
+        if np.count_nonzero((action < 0) | (action >= count)):  # a negative index would count from the end
+            raise InvalidActionError(f"discrete: actions must be in [0, {count - 1}], not {action.tolist()}.")
+        return self.inner.apply(self._moves.take(action, axis=0))
+
+    def snapshot(self) -> Snapshot:
+        """Return the wrapped controller's."""
+        return self.inner.snapshot()
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self.inner.restore(snapshot)
+
+
+def _build(record: ControllerRecord, parameters: Mapping[str, Any]) -> Controller:
+    """Build a controller from its record.
+
+    Raises:
+        UnknownParameterError: It takes no such parameter.
+    """
+    factory = record.load()
+    known = inspect.signature(factory).parameters
+    for name in parameters:
+        if name not in known:
+            raise UnknownParameterError(f"controller '{record.name}'", name, known)
+    controller: Controller = factory(**parameters)
+    return controller

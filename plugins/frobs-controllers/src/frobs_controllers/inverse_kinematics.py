@@ -1,0 +1,90 @@
+"""Differential inverse kinematics of many arms at once: damped least squares inside joint limits."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.interfaces import RobotHandle
+
+
+class DampedLeastSquares:
+    """Moves commanded joint positions so that a frame moves by an error: u += Jᵀ (J Jᵀ + λ² 1)⁻¹ e.
+
+    The damping λ keeps the joints slow where the arm is near a singularity, at the price of going there more slowly
+    (Nakamura, Hanafusa 1986; Wampler 1986). Two limits are kept:
+
+    - No joint moves by more than its velocity limit allows within the control step.
+    - A joint that is at a position limit and would have to go beyond is left out, so that the others take over its
+      part (the active set of the projected Newton method, Bertsekas 1982).
+
+    Every product is a stack of products in C order, so that environment i of many gets the bits that it gets alone.
+
+    Args:
+        robot: The robot.
+        rows: Of the frame's Jacobian that count: 3 for the position, 6 for the pose.
+        damping: λ, in units of the Jacobian [m/rad], > 0.
+        control_timestep: [s]
+
+    Attributes:
+        commanded: (num_envs, dof) [rad or m]: u.
+    """
+
+    def __init__(self, robot: RobotHandle, rows: int, damping: float, control_timestep: float) -> None:
+        n, dof = robot.num_envs, robot.dof
+        self._robot = robot
+        self._rows = rows
+        self._lower, self._upper = robot.position_lower.copy(), robot.position_upper.copy()
+        self._fastest = robot.velocity_limit * control_timestep  # (n, dof) [rad or m] in a control step
+        self._slowest = -self._fastest
+        self._damping = np.broadcast_to(damping**2 * np.eye(rows), (n, rows, rows)).copy()
+        self.commanded: Floats = np.zeros((n, dof))
+        self._jacobian: Floats = np.zeros((n, rows, dof))
+        self._transposed = np.zeros((n, dof, rows))
+        self._gram = np.zeros((n, rows, rows))
+        self._offset, self._delta = np.zeros((n, dof, 1)), np.zeros((n, dof, 1))
+        self._ahead = np.zeros((n, rows, 1))
+        self._at_lower, self._at_upper = np.zeros((n, dof), np.bool_), np.zeros((n, dof), np.bool_)
+        # The same memory in the shape that elementwise operations of (n, dof) and (n, rows) want.
+        self._offset_flat, self._delta_flat = self._offset[:, :, 0], self._delta[:, :, 0]
+        self._ahead_flat = self._ahead[:, :, 0]
+
+    def lead(self, frame: str) -> Floats:
+        """Read the Jacobian, and return how far the command is ahead of the arm: J (u − q), (num_envs, rows).
+
+        The frame's pose plus this is, to first order, where the commanded joint positions bring it: what the drives
+        have still to travel, and what gravity makes them fall short, is not mistaken for an error.
+        """
+        jacobian = self._robot.frame_jacobian(frame)
+        np.copyto(self._jacobian, jacobian[:, : self._rows])
+        np.subtract(self.commanded, self._robot.joint_positions, out=self._offset_flat)
+        np.matmul(self._jacobian, self._offset, out=self._ahead)
+        return self._ahead_flat
+
+    def move(self, error: Floats) -> Floats:
+        """Move the command so that the frame moves by ``error``, (num_envs, rows, 1); return the command."""
+        commanded, jacobian, delta = self.commanded, self._jacobian, self._delta_flat
+        np.less_equal(commanded, self._lower, out=self._at_lower)
+        np.greater_equal(commanded, self._upper, out=self._at_upper)
+        if np.count_nonzero(self._at_lower) or np.count_nonzero(self._at_upper):
+            self._hold_at_limits(error)
+        np.copyto(self._transposed, jacobian.transpose(0, 2, 1))
+        np.matmul(jacobian, self._transposed, out=self._gram)
+        np.add(self._gram, self._damping, out=self._gram)
+        np.matmul(self._transposed, np.linalg.solve(self._gram, error), out=self._delta)
+        np.maximum(delta, self._slowest, out=delta)
+        np.minimum(delta, self._fastest, out=delta)
+        np.add(commanded, delta, out=commanded)
+        np.maximum(commanded, self._lower, out=commanded)
+        np.minimum(commanded, self._upper, out=commanded)
+        return commanded
+
+    def _hold_at_limits(self, error: Floats) -> None:
+        """Clear the Jacobian's columns of joints that the error pushes against their limits.
+
+        An environment with no such joint has its Jacobian multiplied by 1, which changes no bit of it.
+        """
+        np.copyto(self._transposed, self._jacobian.transpose(0, 2, 1))
+        push = np.matmul(self._transposed, error)[:, :, 0]  # (num_envs, dof): downhill
+        free = ~((self._at_lower & (push < 0.0)) | (self._at_upper & (push > 0.0)))
+        np.multiply(self._jacobian, free[:, None, :], out=self._jacobian)

@@ -1,0 +1,46 @@
+"""Actions are joint efforts, scaled to the limits."""
+
+from __future__ import annotations
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_controllers.parameters import positive, scale
+from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.interfaces import CommandMode, Controller, RobotHandle
+
+
+class JointEffort(Controller):
+    """Commands joint efforts: an action of ±1 is ± the effort limit, 0 lets the joints fall.
+
+    Args:
+        max_effort: No joint pushes harder [N·m or N]; None: the limits of the model file alone.
+    """
+
+    command_mode = CommandMode.EFFORT
+
+    def __init__(self, *, max_effort: float | None = None) -> None:
+        if max_effort is not None:
+            max_effort = positive("joint_effort", "max_effort", max_effort, "N·m or N")
+        self.max_effort = max_effort
+
+    def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
+        """Prepare for a robot.
+
+        Raises:
+            ConfigurationError: A joint has no effort limit, and ``max_effort`` was not given.
+        """
+        self._upper = scale("joint_effort", "max_effort", self.max_effort, robot.effort_limit, robot, "N·m or N")
+        self._lower = -self._upper
+        self._effort = np.zeros(self._upper.shape)
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (robot.dof,), np.float32)
+
+    def reset(self, mask: Mask | None) -> None:
+        """Do nothing: nothing is remembered."""
+
+    def apply(self, action: Action) -> Floats:
+        """Return joint efforts, (num_envs, dof) [N·m or N], inside the limits."""
+        np.multiply(action, self._upper, out=self._effort)
+        np.maximum(self._effort, self._lower, out=self._effort)
+        np.minimum(self._effort, self._upper, out=self._effort)
+        return self._effort

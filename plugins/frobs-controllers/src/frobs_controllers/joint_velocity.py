@@ -1,0 +1,61 @@
+"""Actions are joint velocities, scaled to the limits."""
+
+from __future__ import annotations
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_controllers.parameters import positive, scale
+from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.interfaces import CommandMode, Controller, RobotHandle
+
+
+class JointVelocity(Controller):
+    """Commands joint velocities: an action of ±1 is ± the velocity limit.
+
+    Near a position limit a joint is slowed down, so that no command would carry it beyond within the control step.
+
+    Args:
+        max_velocity: No joint goes faster [rad/s or m/s]; None: the limits of the model file alone.
+    """
+
+    command_mode = CommandMode.VELOCITY
+
+    def __init__(self, *, max_velocity: float | None = None) -> None:
+        if max_velocity is not None:
+            max_velocity = positive("joint_velocity", "max_velocity", max_velocity, "rad/s or m/s")
+        self.max_velocity = max_velocity
+
+    def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
+        """Prepare for a robot.
+
+        Raises:
+            ConfigurationError: A joint has no velocity limit, and ``max_velocity`` was not given.
+        """
+        self._robot = robot
+        self._upper = scale(
+            "joint_velocity", "max_velocity", self.max_velocity, robot.velocity_limit, robot, "rad/s or m/s"
+        )
+        self._lower = -self._upper
+        self._position_lower, self._position_upper = robot.position_lower.copy(), robot.position_upper.copy()
+        self._rate = np.full(self._upper.shape, 1.0 / control_timestep)  # [1/s]
+        self._velocity, self._bound = np.zeros(self._upper.shape), np.zeros(self._upper.shape)
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (robot.dof,), np.float32)
+
+    def reset(self, mask: Mask | None) -> None:
+        """Do nothing: nothing is remembered."""
+
+    def apply(self, action: Action) -> Floats:
+        """Return joint velocities, (num_envs, dof) [rad/s or m/s], inside the limits."""
+        velocity, bound, positions = self._velocity, self._bound, self._robot.joint_positions
+        np.multiply(action, self._upper, out=velocity)
+        np.subtract(self._position_upper, positions, out=bound)
+        np.multiply(bound, self._rate, out=bound)
+        np.minimum(velocity, bound, out=velocity)
+        np.subtract(self._position_lower, positions, out=bound)
+        np.multiply(bound, self._rate, out=bound)
+        np.maximum(velocity, bound, out=velocity)
+        # Last, because a joint that was placed beyond its limit must not be thrown back.
+        np.minimum(velocity, self._upper, out=velocity)
+        np.maximum(velocity, self._lower, out=velocity)
+        return velocity

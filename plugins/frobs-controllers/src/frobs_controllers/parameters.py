@@ -1,0 +1,113 @@
+"""Checks of what users give, and what several controllers read from a robot."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import RobotHandle
+from frobs_core.models.model import JointType
+
+
+def positive(owner: str, name: str, value: float, unit: str) -> float:
+    """Return a parameter as a float.
+
+    Args:
+        owner: The controller's name, for the message.
+        name: The parameter's.
+        value: What the user gave.
+        unit: For the message.
+
+    Raises:
+        ConfigurationError: It is no number, not finite, or not above 0.
+    """
+    number = _number(value)
+    if number is None or not number > 0.0:
+        raise ConfigurationError(f"{owner}: {name} must be a finite number above 0 [{unit}], not {value!r}.")
+    return number
+
+
+def not_negative(owner: str, name: str, value: float, unit: str) -> float:
+    """Return a parameter that may also be 0 as a float; the arguments are those of :func:`positive`."""
+    number = _number(value)
+    if number is None or not number >= 0.0:
+        raise ConfigurationError(f"{owner}: {name} must be a finite number of at least 0 [{unit}], not {value!r}.")
+    return number
+
+
+def flag(owner: str, name: str, value: bool) -> bool:
+    """Return a parameter that is True or False.
+
+    Raises:
+        ConfigurationError: It is something else.
+    """
+    if not isinstance(value, bool | np.bool_):
+        raise ConfigurationError(f"{owner}: {name} must be True or False, not {value!r}.")
+    return bool(value)
+
+
+def _number(value: object) -> float | None:
+    """Return a finite float, or None; a bool is no number, and neither is text that reads like one."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, int | float | np.number):
+        return None
+    number = float(value)
+    return number if math.isfinite(number) else None
+
+
+def rows(mask: Mask | None) -> slice | Mask:
+    """Return what indexes the environments of a mask."""
+    return slice(None) if mask is None else mask
+
+
+def position_range(owner: str, robot: RobotHandle) -> tuple[Floats, Floats]:
+    """Return finite position limits; a continuous joint turns in [−π, π].
+
+    Args:
+        owner: The controller's name, for the message.
+        robot: The robot.
+
+    Returns:
+        lower and upper, (num_envs, dof) [rad or m] each.
+
+    Raises:
+        ConfigurationError: A prismatic joint has no limits.
+    """
+    unbounded = ~(np.isfinite(robot.position_lower) & np.isfinite(robot.position_upper)).all(axis=0)
+    for joint, is_unbounded in zip(robot.model.actuated_joints, unbounded, strict=True):
+        if is_unbounded and joint.type is JointType.PRISMATIC:
+            raise ConfigurationError(
+                f"{owner}: the prismatic joint '{joint.name}' has no position limits to scale to; "
+                "give it limits in the model file, or use joint_delta_position."
+            )
+    lower = np.where(np.isfinite(robot.position_lower), robot.position_lower, -np.pi)
+    upper = np.where(np.isfinite(robot.position_upper), robot.position_upper, np.pi)
+    return lower, upper
+
+
+def scale(owner: str, name: str, given: float | None, limit: Floats, robot: RobotHandle, unit: str) -> Floats:
+    """Return what an action of 1 means for each joint: its limit, and no more than what the user gave.
+
+    Args:
+        owner: The controller's name, for the message.
+        name: The parameter's.
+        given: What the user gave; None: the limits alone.
+        limit: (num_envs, dof); infinite where the model file gives none.
+        robot: The robot.
+        unit: For the message.
+
+    Returns:
+        (num_envs, dof), finite.
+
+    Raises:
+        ConfigurationError: A joint has no limit, and the user gave none.
+    """
+    found = limit.copy() if given is None else np.minimum(limit, given)  # (num_envs, dof)
+    unlimited = [joint for joint, ok in zip(robot.joint_names, np.isfinite(found).all(axis=0), strict=True) if not ok]
+    if unlimited:
+        raise ConfigurationError(
+            f"{owner}: the model file gives no limit for {', '.join(unlimited)}; say {name}=… [{unit}]."
+        )
+    return found

@@ -1,0 +1,37 @@
+"""Quaternions, scalar first, many at once: (n, 4) unless said otherwise. Elementwise, so that rows stay independent."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+
+_ORDER = np.array([0, 1, 2, 3, 1, 0, 3, 2, 2, 3, 0, 1, 3, 2, 1, 0])
+_SIGN = np.array([[1, -1, -1, -1], [1, 1, -1, 1], [1, 1, 1, -1], [1, -1, 1, 1]], dtype=np.float64)
+"""The matrix L(q) with L(q) p = q ⊗ p has the entries ``_SIGN * q[_ORDER]``."""
+
+
+def quat_multiply(first: Floats, second: Floats) -> Floats:
+    """Return ``first`` ⊗ ``second``: in the world's axes, turn by ``second``, then by ``first``."""
+    left = first.take(_ORDER, axis=1).reshape(-1, 4, 4) * _SIGN  # (n, 4, 4)
+    return np.matmul(left, second[:, :, None])[:, :, 0]
+
+
+def quat_from_rotation_vector(vector: Floats) -> Floats:
+    """Return the rotation about ``vector``, (n, 3), by its length [rad]."""
+    half = 0.5 * np.sqrt((vector * vector).sum(axis=-1, keepdims=True))  # (n, 1)
+    half = np.maximum(half, 1e-150)  # sin(x) / x is 1 there, and x² no underflow to 0
+    quat = np.empty((len(vector), 4))
+    np.cos(half, out=quat[:, :1])
+    np.multiply(vector, 0.5 * np.sin(half) / half, out=quat[:, 1:])
+    return quat
+
+
+def quat_between(start: Floats, end: Floats) -> Floats:
+    """Return what turns ``start`` to ``end``, as 2 sin(angle / 2) times its axis in the world, (n, 3).
+
+    It is the rotation vector but for its length, which is 1 % short at half a radian: good enough for feedback, which
+    vanishes where it vanishes, and cheaper.
+    """
+    turn = quat_multiply(end, start * np.array([1.0, -1.0, -1.0, -1.0]))
+    return np.copysign(2.0, turn[:, :1]) * turn[:, 1:]  # q and −q are the same turn: the short way

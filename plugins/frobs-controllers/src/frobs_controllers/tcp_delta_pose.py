@@ -1,0 +1,95 @@
+"""Actions move and turn the tool centre point by up to a step."""
+
+from __future__ import annotations
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_controllers.inverse_kinematics import DampedLeastSquares
+from frobs_controllers.parameters import positive, rows
+from frobs_controllers.rotations import quat_between, quat_from_rotation_vector, quat_multiply
+from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
+
+_OWNER = "tcp_delta_pose"
+
+
+class TcpDeltaPose(Controller):
+    """Moves and turns the tool centre point by an action in [−1, 1]⁶, times a step.
+
+    The first three components move along the world's axes, the last three are a rotation vector about them. A target
+    pose is kept as :class:`~frobs_controllers.tcp_delta_position.TcpDeltaPosition` keeps its point; an action of 0
+    holds position and orientation.
+
+    Args:
+        max_delta: Step of an action of 1, per axis [m].
+        max_rotation: Turn of an action of 1, per axis [rad], ≤ 1.
+        damping: Of the least squares [m/rad]: more is calmer near singularities, and slower.
+    """
+
+    command_mode = CommandMode.POSITION
+
+    def __init__(self, *, max_delta: float = 0.05, max_rotation: float = 0.15, damping: float = 0.05) -> None:
+        self.max_delta = positive(_OWNER, "max_delta", max_delta, "m")
+        self.max_rotation = positive(_OWNER, "max_rotation", max_rotation, "rad")
+        if self.max_rotation > 1.0:  # two of them on each axis must stay short of half a turn
+            raise ConfigurationError(f"{_OWNER}: max_rotation must be in (0, 1] rad, not {max_rotation!r}.")
+        self.damping = positive(_OWNER, "damping", damping, "m/rad")
+
+    def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
+        """Prepare for a robot."""
+        self._robot = robot
+        self._ik = DampedLeastSquares(robot, 6, self.damping, control_timestep)
+        shape = (robot.num_envs, 6)
+        steps = (self.max_delta,) * 3 + (self.max_rotation,) * 3
+        self._ones, self._minus_ones = np.ones(shape), -np.ones(shape)
+        self._leash = np.broadcast_to(steps, shape).copy()
+        self._minus_leash = -self._leash
+        self._step, self._left, self._kept = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+        self._target_pos, self._target_quat = np.zeros((robot.num_envs, 3)), np.zeros((robot.num_envs, 4))
+        self._error = np.zeros((robot.num_envs, 6, 1))
+        self._error_flat = self._error[:, :, 0]  # the same memory
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (6,), np.float32)
+        self.reset(None)
+
+    def reset(self, mask: Mask | None) -> None:
+        """Command the present positions, and take the tool's pose as the target."""
+        pos, quat_wxyz = self._robot.frame_pose("tcp")
+        self._ik.commanded[rows(mask)] = self._robot.joint_positions[rows(mask)]
+        self._target_pos[rows(mask)] = pos[rows(mask)]
+        self._target_quat[rows(mask)] = quat_wxyz[rows(mask)]
+
+    def apply(self, action: Action) -> Floats:
+        """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""
+        step, left, kept = self._step, self._left, self._kept
+        np.maximum(action, self._minus_ones, out=step)
+        np.minimum(step, self._ones, out=step)
+        np.multiply(step, self._leash, out=step)
+
+        pos, quat_wxyz = self._robot.frame_pose("tcp")
+        np.subtract(self._target_pos, pos, out=left[:, :3])
+        left[:, 3:] = quat_between(quat_wxyz, self._target_quat)
+        np.subtract(left, self._ik.lead("tcp"), out=left)  # what earlier steps have left over
+        np.maximum(left, self._minus_leash, out=kept)
+        np.minimum(kept, self._leash, out=kept)
+        np.add(kept, step, out=self._error_flat)
+
+        np.subtract(kept, left, out=left)  # 0, unless the leash is tight
+        np.add(left, step, out=left)  # how the target moves
+        np.add(self._target_pos, left[:, :3], out=self._target_pos)
+        self._target_quat[:] = quat_multiply(quat_from_rotation_vector(left[:, 3:]), self._target_quat)
+        return self._ik.move(self._error)
+
+    def snapshot(self) -> Snapshot:
+        """Return the commanded joint positions and the target pose."""
+        return {
+            "commanded": self._ik.commanded.copy(),
+            "target_pos": self._target_pos.copy(),
+            "target_quat_wxyz": self._target_quat.copy(),
+        }
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._ik.commanded[:] = snapshot["commanded"]
+        self._target_pos[:], self._target_quat[:] = snapshot["target_pos"], snapshot["target_quat_wxyz"]

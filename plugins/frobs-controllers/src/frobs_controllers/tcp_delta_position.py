@@ -1,0 +1,77 @@
+"""Actions move the tool centre point by up to a step."""
+
+from __future__ import annotations
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_controllers.inverse_kinematics import DampedLeastSquares
+from frobs_controllers.parameters import positive, rows
+from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
+
+_OWNER = "tcp_delta_position"
+
+
+class TcpDeltaPosition(Controller):
+    """Moves the tool centre point along the world's axes by an action in [−1, 1], times a step.
+
+    A target point is kept, to which the steps add up. So what is left of a step (because of damping, a limit, or the
+    arm's curved path) is made up for in the next ones, and the tool does not wander. The target never runs away: at
+    most ``max_delta`` per axis of earlier steps is left over, whatever the arm cannot reach.
+
+    Args:
+        max_delta: Step of an action of 1, per axis [m].
+        damping: Of the least squares [m/rad]: more is calmer near singularities, and slower.
+    """
+
+    command_mode = CommandMode.POSITION
+
+    def __init__(self, *, max_delta: float = 0.05, damping: float = 0.05) -> None:
+        self.max_delta = positive(_OWNER, "max_delta", max_delta, "m")
+        self.damping = positive(_OWNER, "damping", damping, "m/rad")
+
+    def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
+        """Prepare for a robot."""
+        self._robot = robot
+        self._ik = DampedLeastSquares(robot, 3, self.damping, control_timestep)
+        shape = (robot.num_envs, 3)
+        self._ones, self._minus_ones = np.ones(shape), -np.ones(shape)
+        self._leash, self._minus_leash = np.full(shape, self.max_delta), np.full(shape, -self.max_delta)
+        self._step, self._left, self._kept = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+        self._target = np.zeros(shape)
+        self._error = np.zeros((robot.num_envs, 3, 1))
+        self._error_flat = self._error[:, :, 0]  # the same memory
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (3,), np.float32)
+        self.reset(None)
+
+    def reset(self, mask: Mask | None) -> None:
+        """Command the present positions, and take the tool's place as the target."""
+        self._ik.commanded[rows(mask)] = self._robot.joint_positions[rows(mask)]
+        self._target[rows(mask)] = self._robot.frame_pose("tcp")[0][rows(mask)]
+
+    def apply(self, action: Action) -> Floats:
+        """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""
+        step, left, kept, target, error = self._step, self._left, self._kept, self._target, self._error_flat
+        np.maximum(action, self._minus_ones, out=step)
+        np.minimum(step, self._ones, out=step)
+        np.multiply(step, self._leash, out=step)
+
+        np.subtract(target, self._robot.frame_pose("tcp")[0], out=left)
+        np.subtract(left, self._ik.lead("tcp"), out=left)  # what earlier steps have left over
+        np.maximum(left, self._minus_leash, out=kept)
+        np.minimum(kept, self._leash, out=kept)
+        np.add(kept, step, out=error)
+
+        np.add(target, step, out=target)
+        np.subtract(kept, left, out=left)  # 0, unless the leash is tight
+        np.add(target, left, out=target)
+        return self._ik.move(self._error)
+
+    def snapshot(self) -> Snapshot:
+        """Return the commanded joint positions and the target point."""
+        return {"commanded": self._ik.commanded.copy(), "target": self._target.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._ik.commanded[:], self._target[:] = snapshot["commanded"], snapshot["target"]
