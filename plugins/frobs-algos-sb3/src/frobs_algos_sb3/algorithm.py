@@ -20,6 +20,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 
 from frobs_algos_sb3 import state, storage
 from frobs_algos_sb3.config import SB3Config
+from frobs_algos_sb3.features import ScaledFlattenExtractor
 from frobs_algos_sb3.spaces import space_from_json, space_to_json
 from frobs_algos_sb3.vec_env import VectorEnvAdapter
 from frobs_core.arrays import Action, Mask
@@ -53,7 +54,9 @@ class SB3Algorithm(Algorithm):
     normalizer: VecNormalize | None
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any], seed: int) -> None:
-        self._build(env, self._settings(config), seed)
+        settings = self._settings(config)
+        scale = _suggested_scale(env) if settings.scale_observation and not settings.normalize_observation else None
+        self._build(env, settings, seed, scale)
 
     @classmethod
     def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
@@ -95,6 +98,7 @@ class SB3Algorithm(Algorithm):
                 "algorithm": self.name,
                 "config": self._config.model_dump(mode="json"),
                 "seed": self._seed,
+                "observation_scale": self._scale,
                 "num_envs": self.venv.num_envs,
                 "observation_space": space_to_json(self.observation_space),
                 "action_space": space_to_json(self.action_space),
@@ -126,7 +130,7 @@ class SB3Algorithm(Algorithm):
             )
             if env is not None:
                 _check_same_spaces(detached, env)
-            algorithm._build(detached if env is None else env, settings, saved["seed"])
+            algorithm._build(detached if env is None else env, settings, saved["seed"], saved["observation_scale"])
             algorithm._restore(folder, saved["counters"], continuing=env is not None)
         except KeyError as error:
             raise CheckpointError(f"{folder} is incomplete: {error} is missing.") from error
@@ -136,9 +140,10 @@ class SB3Algorithm(Algorithm):
     def _settings(cls, config: Mapping[str, Any]) -> SB3Config:
         return validate(cls.config_model, config, f"algorithm '{cls.name}'")
 
-    def _build(self, env: gym.vector.VectorEnv[Any, Any, Any], config: SB3Config, seed: int) -> None:
-        self._config = config
-        self._seed = seed
+    def _build(
+        self, env: gym.vector.VectorEnv[Any, Any, Any], config: SB3Config, seed: int, scale: list[float] | None
+    ) -> None:
+        self._config, self._seed, self._scale = config, seed, scale
         self._at_start: dict[str, state.Arrays] | None = None
         self.observation_space, self.action_space = env.single_observation_space, env.single_action_space
         space_to_json(self.observation_space)  # refuses what could not be learned from
@@ -158,7 +163,13 @@ class SB3Algorithm(Algorithm):
         # Not by the model itself: it would also give the environment this seed.
         set_random_seed(seed, using_cuda=config.device != "cpu")
         self.action_space.seed(seed)
-        self.model = self._make_model(_policy(self.observation_space), **config.model_kwargs())
+        kwargs = config.model_kwargs()
+        if scale is not None:
+            kwargs["policy_kwargs"] |= {
+                "features_extractor_class": ScaledFlattenExtractor,
+                "features_extractor_kwargs": {"scale": scale},
+            }
+        self.model = self._make_model(_policy(self.observation_space), **kwargs)
         self.model.set_logger(Logger(folder=None, output_formats=[]))
 
     def _make_model(self, policy: str, **kwargs: Any) -> BaseAlgorithm:
@@ -244,6 +255,14 @@ class _NoEnvironment(gym.vector.VectorEnv[Any, Any, Any]):
         self.num_envs = num_envs
         self.single_observation_space = observation_space
         self.single_action_space = action_space
+
+
+def _suggested_scale(env: gym.vector.VectorEnv[Any, Any, Any]) -> list[float] | None:
+    """Return what the task suggests to multiply a flat observation by, or None."""
+    scale = getattr(getattr(env.unwrapped, "task", None), "observation_scale", None)
+    if scale is None or np.shape(scale) != env.single_observation_space.shape:
+        return None
+    return [float(factor) for factor in scale]
 
 
 def _policy(space: gym.Space[Any]) -> str:

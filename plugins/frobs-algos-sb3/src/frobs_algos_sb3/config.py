@@ -83,6 +83,8 @@ class SB3Config(Settings):
     Attributes:
         learning_rate: Of every optimiser.
         gamma: Discount per control step.
+        scale_observation: Whether observations are multiplied by what the task suggests, where it suggests something
+            and they are not normalised.
         normalize_observation: Whether observations are scaled by their running mean and deviation.
         normalize_reward: Whether rewards are scaled by the running deviation of the discounted return.
         clip_observation: What scaled observations are clipped to.
@@ -93,6 +95,7 @@ class SB3Config(Settings):
 
     learning_rate: Schedule = 3e-4
     gamma: Fraction = 0.99
+    scale_observation: bool = True
     normalize_observation: bool = False
     normalize_reward: bool = False
     clip_observation: PositiveFloat = 10.0
@@ -102,7 +105,16 @@ class SB3Config(Settings):
 
     def model_kwargs(self) -> dict[str, Any]:
         """Return the keywords of the algorithm's class in stable-baselines3."""
-        own = ("normalize_observation", "normalize_reward", "clip_observation", "clip_reward", "torch_threads")
-        return {key: value for key, value in self.model_dump().items() if key not in own} | {
+        return {key: value for key, value in self.model_dump().items() if key not in _OURS} | {
             "learning_rate": schedule(self.learning_rate)
         }
+
+
+_OURS = (
+    "scale_observation",
+    "normalize_observation",
+    "normalize_reward",
+    "clip_observation",
+    "clip_reward",
+    "torch_threads",
+)

@@ -136,6 +136,8 @@ class VectorEnvAdapter(VecEnv):
             result["terminal_observation"] = {key: value[index] for key, value in batched.items()}
         else:
             result["terminal_observation"] = batched[index]
+        if "frobs/diverged" in result:  # there is no state beyond whose value could be trusted
+            result["TimeLimit.truncated"] = False
         return result
 
 
