@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Protocol, Self
 
@@ -15,50 +15,52 @@ from frobs_core.interfaces.task import Observation
 
 
 class TrainingMonitor(Protocol):
-    """What an algorithm tells while it trains; a run implements it."""
+    """What an algorithm tells while it trains; a run implements it.
 
-    def on_episode(self, reward: float, length: int, success: float | None, terms: Mapping[str, float]) -> None:
-        """Tell that an episode ended.
-
-        Args:
-            reward: Undiscounted sum.
-            length: [control steps]
-            success: 1.0 or 0.0 at its end; None where the environment does not say.
-            terms: Sum of each reward term over the episode.
-        """
+    Episodes need no telling: the run watches the environment that it hands over.
+    """
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Tell that an iteration ended.
+        """Tell that an iteration ended; a row of the log.
 
         Args:
             steps: Environment steps so far, over all environments.
-            metrics: The algorithm's own: losses, learning rate, …
+            metrics: The algorithm's own, under its own prefix: ``"ppo/value_loss"``, …
 
         Returns:
-            Whether to go on.
+            Whether to go on; where not, ``train`` returns.
         """
 
-    def checkpoint_due(self, steps: int) -> bool:
-        """Return whether a checkpoint should be written now."""
+    def offer_checkpoint(self, steps: int, save: Callable[[Path], None]) -> None:
+        """Tell that the algorithm stands where it could continue exactly.
 
-    def checkpoint_folder(self, steps: int) -> Path:
-        """Return an empty folder to write the checkpoint to; it counts once :meth:`checkpoint_done` is called."""
+        Args:
+            steps: Environment steps so far, over all environments.
+            save: Called with an empty folder, if the run wants a checkpoint now: :meth:`Algorithm.save`.
 
-    def checkpoint_done(self, steps: int) -> None:
-        """Tell that the checkpoint is complete."""
+        Raises:
+            CheckpointError: It cannot be written; those before are intact.
+        """
 
 
 class Algorithm(ABC):
     """Base class of algorithms.
 
     Args:
-        env: A vector environment with same-step autoreset.
+        env: A vector environment with same-step autoreset, seeded already: reset it without a seed.
         config: The algorithm's own settings, checked by the algorithm.
-        seed: All that the algorithm draws comes from it.
+        seed: All that the algorithm draws comes from it; in [0, 2³¹).
+
+    Attributes:
+        observation_space: Of one environment.
+        action_space: Of one environment.
 
     Raises:
         ConfigurationError: A setting is unknown or out of range, or the spaces are not ones that it can use.
     """
+
+    observation_space: gym.Space[Any]
+    action_space: gym.Space[Any]
 
     @abstractmethod
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any], seed: int) -> None: ...
@@ -66,7 +68,9 @@ class Algorithm(ABC):
     @classmethod
     @abstractmethod
     def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
-        """Check settings and fill in the defaults.
+        """Check settings and fill in the defaults, as values that YAML can hold; what is resolved stays as it is.
+
+        :func:`frobs_core.validation.validate` does it with a pydantic model, and names file and line.
 
         Raises:
             UnknownParameterError: A key is unknown; the nearest is named.
@@ -75,7 +79,7 @@ class Algorithm(ABC):
 
     @abstractmethod
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
-        """Learn for ``steps`` environment steps, over all environments together."""
+        """Learn until ``steps`` environment steps were taken, over all environments, those before a load included."""
 
     @abstractmethod
     def predict(
@@ -89,7 +93,11 @@ class Algorithm(ABC):
 
     @abstractmethod
     def save(self, folder: Path) -> None:
-        """Write everything that :meth:`load` needs into an empty folder."""
+        """Write everything that :meth:`load` needs into an empty folder.
+
+        Raises:
+            OSError: The disk is full, or the folder cannot be written.
+        """
 
     @classmethod
     @abstractmethod

@@ -1,0 +1,78 @@
+"""Checking settings against pydantic models, with errors that name the key, the file and the nearest name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownParameterError
+from frobs_core.yaml import find_origin
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+Model = TypeVar("Model", bound="BaseModel")
+
+
+def validate(model: type[Model], settings: Mapping[str, Any], owner: str) -> Model:
+    """Build a model from settings.
+
+    Args:
+        model: A pydantic model that forbids extra keys.
+        settings: Where it is a :class:`frobs_core.yaml.ConfigMapping`, errors name file and line.
+        owner: What the settings are for: ``"algorithm 'ppo'"``.
+
+    Returns:
+        The model.
+
+    Raises:
+        UnknownParameterError: A key is unknown.
+        ConfigurationError: A value cannot be used.
+        ConfigFileError: Either, where the key was read from a file.
+    """
+    from pydantic import ValidationError
+
+    try:
+        return model.model_validate(settings)
+    except ValidationError as failure:
+        problem = min(failure.errors(), key=lambda item: item["type"] != "extra_forbidden")
+        keys = problem["loc"]
+        if problem["type"] == "extra_forbidden":
+            holder = ".".join(str(key) for key in keys[:-1])
+            error: ConfigurationError = UnknownParameterError(
+                f"'{holder}' of {owner}" if holder else owner, str(keys[-1]), _fields(model, keys[:-1])
+            )
+        else:
+            name = ".".join(_present(settings, keys))
+            value = "" if problem["type"] == "missing" else f" = {problem['input']!r}"
+            error = ConfigurationError(f"{owner}: {name or 'settings'}{value}: {problem['msg']}.")
+        origin = find_origin(settings, keys)
+        if origin is not None:
+            raise ConfigFileError(*origin, str(error)) from None
+        raise error from None
+
+
+def _fields(model: type[BaseModel], keys: tuple[int | str, ...]) -> list[str]:
+    """Return the keys that the model takes at a place inside it."""
+    from pydantic import BaseModel
+
+    for key in keys:
+        field = model.model_fields.get(str(key))
+        if field is None or not (isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel)):
+            return []
+        model = field.annotation
+    return list(model.model_fields)
+
+
+def _present(settings: Any, keys: tuple[int | str, ...]) -> list[str]:
+    """Leave out what pydantic adds for the members of a union; a missing key is kept."""
+    names: list[str] = []
+    for key in keys:
+        if names and not isinstance(settings, Mapping | list):
+            break
+        names.append(str(key))
+        try:
+            settings = settings[key]
+        except (KeyError, IndexError, TypeError):
+            break
+    return names

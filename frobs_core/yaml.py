@@ -1,0 +1,238 @@
+"""Reading YAML files that people write: nothing is executed, mistakes are named with file and line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+
+from frobs_core.errors import ConfigFileError
+
+MAX_VALUES = 100_000
+"""Most values that a file may hold once its aliases are written out."""
+
+_STANDARD = "tag:yaml.org,2002:"
+_PLAIN_TAGS = {_STANDARD + name for name in ("null", "bool", "int", "float", "str")}
+
+
+class ConfigMapping(dict[str, Any]):
+    """A mapping that remembers where each of its keys was written.
+
+    Args:
+        values: The mapping.
+        origins: For each key that was read from a file: the file and the 1-based line.
+    """
+
+    def __init__(
+        self, values: Mapping[str, Any] | None = None, origins: Mapping[str, tuple[Path, int]] | None = None
+    ) -> None:
+        super().__init__(values or {})
+        self.origins = dict(origins or {})
+
+
+class _Loader(yaml.SafeLoader):
+    """PyYAML's safe loader, which reads 1e-4 as a number and a date as text."""
+
+
+_Loader.yaml_implicit_resolvers = {
+    first: [(tag, regexp) for tag, regexp in resolvers if tag != _STANDARD + "timestamp"]
+    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+_Loader.add_implicit_resolver(
+    _STANDARD + "float", re.compile(r"^[-+]?(\d[\d_]*\.?[\d_]*|\.\d[\d_]*)[eE][-+]?\d+$"), list("-+.0123456789")
+)
+
+
+def load_yaml(path: Path | str) -> ConfigMapping:
+    """Read a YAML file whose top level is a mapping.
+
+    Args:
+        path: The file, UTF-8.
+
+    Returns:
+        The mapping; every mapping in it is a :class:`ConfigMapping` that knows its keys' lines.
+
+    Raises:
+        ConfigFileError: The file is missing, empty, not UTF-8, not YAML, not a mapping, uses tabs for indentation,
+            repeats a key, holds a tag that would build a Python object, or is too large.
+    """
+    path = Path(path)
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise ConfigFileError(path, None, f"cannot be read: {error.strerror}; check the path.") from error
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise ConfigFileError(path, line, "is not UTF-8 text; save it with UTF-8 encoding.") from error
+    return load_yaml_text(text, path)
+
+
+def load_yaml_text(text: str, path: Path | str = "<text>") -> ConfigMapping:
+    """Read YAML text whose top level is a mapping; see :func:`load_yaml`.
+
+    Args:
+        text: The YAML.
+        path: What errors call it.
+    """
+    path = Path(path)
+    node = _compose(text, path)
+    if node is None:
+        raise ConfigFileError(path, None, "is empty; write 'key: value' lines.")
+    if not isinstance(node, MappingNode):
+        raise ConfigFileError(path, _line(node), "its top level is not a mapping; write 'key: value' lines.")
+    result = _Builder(path).build(node)
+    assert isinstance(result, ConfigMapping)
+    return result
+
+
+def load_yaml_value(text: str, name: str) -> Any:
+    """Read one YAML value, as in ``--set key=value``.
+
+    Args:
+        text: The YAML; empty means null.
+        name: What errors call it.
+
+    Raises:
+        ConfigFileError: As :func:`load_yaml`.
+    """
+    node = _compose(text, Path(name))
+    return None if node is None else _Builder(Path(name)).build(node)
+
+
+def _compose(text: str, path: Path) -> Node | None:
+    """Parse into nodes; nothing is constructed yet."""
+    for number, line in enumerate(text.splitlines(), 1):
+        if "\t" in line[: len(line) - len(line.lstrip())] and line.strip():
+            raise ConfigFileError(path, number, "a tab indents this line; YAML wants spaces: replace it.")
+    try:
+        loader = _Loader(text)
+        try:
+            node: Node | None = loader.get_single_node()
+        finally:
+            loader.dispose()  # type: ignore[no-untyped-call]
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        reason = ", ".join(part for part in (error.context, error.problem) if part)
+        raise ConfigFileError(path, mark.line + 1 if mark else None, f"is not valid YAML: {reason}.") from error
+    except yaml.reader.ReaderError as error:
+        line = text[: error.position].count("\n") + 1
+        raise ConfigFileError(path, line, "holds a control character that YAML does not allow; remove it.") from error
+    except RecursionError:
+        raise ConfigFileError(path, None, "is nested too deeply; flatten it.") from None
+    return node
+
+
+class _Builder:
+    """Turns nodes into values."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._values = 0
+        self._scalars = _Loader("")
+        self._open: set[int] = set()
+
+    def build(self, node: Node) -> Any:
+        # Aliases are written out again and again, so that counting what is built stops an alias bomb.
+        self._values += 1
+        if self._values > MAX_VALUES:
+            raise self._error(node, f"holds more than {MAX_VALUES} values once its aliases are written out; shorten it")
+        if id(node) in self._open:
+            raise self._error(node, "an alias contains itself; write the value out")
+        self._open.add(id(node))
+        try:
+            if isinstance(node, MappingNode) and node.tag == _STANDARD + "map":
+                return self._mapping(node)
+            if isinstance(node, SequenceNode) and node.tag == _STANDARD + "seq":
+                return [self.build(item) for item in node.value]
+            if isinstance(node, ScalarNode) and node.tag in _PLAIN_TAGS:
+                return self._scalar(node)
+        finally:
+            self._open.discard(id(node))
+        tag = node.tag.replace(_STANDARD, "!!")
+        if tag.startswith("!!python"):
+            raise self._error(node, f"the tag '{tag}' would run Python code, which is never done; write a plain value")
+        raise self._error(node, f"the tag '{tag}' is not supported; write a plain value, list or mapping")
+
+    def _scalar(self, node: ScalarNode) -> Any:
+        try:
+            return self._scalars.construct_object(node)  # type: ignore[no-untyped-call]
+        except (ValueError, KeyError, yaml.YAMLError):
+            kind = node.tag.removeprefix(_STANDARD)
+            raise self._error(node, f"'{node.value}' is not a valid {kind}; correct or quote it") from None
+
+    def _mapping(self, node: MappingNode) -> ConfigMapping:
+        result = ConfigMapping()
+        for key_node, value_node in node.value:
+            key = key_node.value
+            if key_node.tag != _STANDARD + "str":
+                raise self._error(key_node, f"the key {_shown(key)} is not text; put quotes around it")
+            if key in result:
+                first = result.origins[key][1]
+                raise self._error(key_node, f"the key '{key}' stands in line {first} already; remove one")
+            result[key] = self.build(value_node)
+            result.origins[key] = (self._path, _line(key_node))
+        return result
+
+    def _error(self, node: Node, reason: str) -> ConfigFileError:
+        return ConfigFileError(self._path, _line(node), f"{reason}.")
+
+
+def _shown(key: Any) -> str:
+    return f"'{key}'" if isinstance(key, str) else "of this line"
+
+
+def _line(node: Node) -> int:
+    return int(node.start_mark.line) + 1
+
+
+def merge(*layers: Mapping[str, Any]) -> ConfigMapping:
+    """Merge mappings, deep; later ones win, and each key remembers the file that its value is from."""
+    result = ConfigMapping()
+    for layer in layers:
+        origins = layer.origins if isinstance(layer, ConfigMapping) else {}
+        for key, value in layer.items():
+            if isinstance(value, Mapping):
+                below = result.get(key)
+                result[key] = merge(below, value) if isinstance(below, Mapping) else merge(value)
+            else:
+                result[key] = value
+            result.origins.pop(key, None)
+            if key in origins:
+                result.origins[key] = origins[key]
+    return result
+
+
+def find_origin(mapping: Mapping[str, Any], keys: Iterable[str | int]) -> tuple[Path, int] | None:
+    """Return file and line of the innermost key on a path that was read from a file, or None."""
+    found = None
+    value: Any = mapping
+    for key in keys:
+        if isinstance(value, ConfigMapping) and key in value.origins:
+            found = value.origins[str(key)]
+        elif isinstance(value, Mapping):
+            found = None  # this key was given in another way: the file is not to blame
+        try:
+            value = value[key]
+        except (KeyError, IndexError, TypeError):
+            break
+    return found
+
+
+def plain(value: Any) -> Any:
+    """Return the value with plain dictionaries and lists, for writing it to a file."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    return value
+
+
+def dump_yaml(mapping: Mapping[str, Any]) -> str:
+    """Return YAML text that :func:`load_yaml` reads back."""
+    return yaml.safe_dump(plain(mapping), sort_keys=False, allow_unicode=True, width=120)

@@ -1,0 +1,280 @@
+"""What all algorithms of stable-baselines3 have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+import gymnasium as gym
+import numpy as np
+import torch as th
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.logger import Logger
+from stable_baselines3.common.preprocessing import is_image_space
+from stable_baselines3.common.utils import set_random_seed
+from stable_baselines3.common.vec_env import VecNormalize
+
+from frobs_algos_sb3 import state, storage
+from frobs_algos_sb3.config import SB3Config
+from frobs_algos_sb3.features import ScaledFlattenExtractor
+from frobs_algos_sb3.spaces import space_from_json, space_to_json
+from frobs_algos_sb3.vec_env import VectorEnvAdapter
+from frobs_core.arrays import Action, Mask
+from frobs_core.errors import CheckpointError, ConfigurationError, RunError
+from frobs_core.interfaces import Algorithm, TrainingMonitor
+from frobs_core.interfaces.task import Observation
+from frobs_core.validation import validate
+
+FORMAT = 1
+"""Of the files that :meth:`SB3Algorithm.save` writes."""
+
+
+class SB3Algorithm(Algorithm):
+    """Base class: a subclass names its model, its settings, and little else.
+
+    Attributes:
+        name: The record's.
+        config_model: Settings that it takes.
+        model_class: The class in stable-baselines3.
+        model: The instance.
+        venv: The environment as stable-baselines3 sees it, without the normaliser.
+        normalizer: Scales observations and rewards, if the settings say so.
+    """
+
+    name: ClassVar[str]
+    config_model: ClassVar[type[SB3Config]]
+    model_class: ClassVar[type[BaseAlgorithm]]
+
+    model: BaseAlgorithm
+    venv: VectorEnvAdapter
+    normalizer: VecNormalize | None
+
+    def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any], seed: int) -> None:
+        settings = self._settings(config)
+        scale = _suggested_scale(env) if settings.scale_observation and not settings.normalize_observation else None
+        self._build(env, settings, seed, scale)
+
+    @classmethod
+    def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
+        """Check settings and fill in the defaults."""
+        return cls._settings(config).model_dump(mode="json")
+
+    def train(self, steps: int, monitor: TrainingMonitor) -> None:
+        """Learn until ``steps`` environment steps were taken."""
+        if isinstance(self.venv.env, _NoEnvironment):
+            raise RunError("this algorithm was loaded for prediction only; load it with an environment to train it.")
+        callback = _MonitorCallback(self, monitor)
+        left = steps - self.model.num_timesteps
+        if left <= 0:
+            return
+        try:
+            self.model.learn(left, callback, log_interval=None, reset_num_timesteps=self.model.num_timesteps == 0)  # type: ignore[arg-type]
+        except _Stopped:
+            return
+        callback.report()
+
+    def predict(
+        self,
+        observation: Observation,
+        state: tuple[np.ndarray[Any, Any], ...] | None = None,
+        episode_start: Mask | None = None,
+        deterministic: bool = True,
+    ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
+        """Return actions for a batch of observations."""
+        if self.normalizer is not None:
+            observation = self.normalizer.normalize_obs(observation)
+        return self.model.predict(observation, state, episode_start, deterministic)
+
+    def save(self, folder: Path) -> None:
+        """Write ``algorithm.json``, and tensors and arrays beside it."""
+        storage.write_json(
+            folder / "algorithm.json",
+            {
+                "format": FORMAT,
+                "algorithm": self.name,
+                "config": self._config.model_dump(mode="json"),
+                "seed": self._seed,
+                "observation_scale": self._scale,
+                "num_envs": self.venv.num_envs,
+                "observation_space": space_to_json(self.observation_space),
+                "action_space": space_to_json(self.action_space),
+                "counters": {name: getattr(self.model, name) for name in state.COUNTERS},
+            },
+        )
+        optimizers = {name: optimizer.state_dict() for name, optimizer in state.optimizers(self.model).items()}
+        storage.write_tensors(folder / "policy.pt", self.model.policy.state_dict())
+        storage.write_tensors(folder / "optimizers.pt", optimizers)
+        storage.write_arrays(folder / "last_step.npz", state.last_step(self.model))
+        storage.write_arrays(folder / "generators.npz", state.generators())
+        if self.normalizer is not None:
+            storage.write_arrays(folder / "normalizer.npz", state.normalizer_arrays(self.normalizer))
+
+    @classmethod
+    def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
+        """Read what :meth:`save` wrote; with an environment, to train on from there."""
+        saved = storage.read_json(folder / "algorithm.json")
+        if saved.get("format") != FORMAT or saved.get("algorithm") != cls.name:
+            raise CheckpointError(
+                f"{folder} holds algorithm '{saved.get('algorithm')}', format {saved.get('format')}; "
+                f"'{cls.name}', format {FORMAT} is needed."
+            )
+        algorithm = cls.__new__(cls)
+        try:
+            settings = cls._settings(saved["config"])
+            detached = _NoEnvironment(
+                saved["num_envs"], space_from_json(saved["observation_space"]), space_from_json(saved["action_space"])
+            )
+            if env is not None:
+                _check_same_spaces(detached, env)
+            algorithm._build(detached if env is None else env, settings, saved["seed"], saved["observation_scale"])
+            algorithm._restore(folder, saved["counters"], continuing=env is not None)
+        except KeyError as error:
+            raise CheckpointError(f"{folder} is incomplete: {error} is missing.") from error
+        return algorithm
+
+    @classmethod
+    def _settings(cls, config: Mapping[str, Any]) -> SB3Config:
+        return validate(cls.config_model, config, f"algorithm '{cls.name}'")
+
+    def _build(
+        self, env: gym.vector.VectorEnv[Any, Any, Any], config: SB3Config, seed: int, scale: list[float] | None
+    ) -> None:
+        self._config, self._seed, self._scale = config, seed, scale
+        self._at_start: dict[str, state.Arrays] | None = None
+        self.observation_space, self.action_space = env.single_observation_space, env.single_action_space
+        space_to_json(self.observation_space)  # refuses what could not be learned from
+        self._check_action_space(self.action_space)
+        th.set_num_threads(config.torch_threads)
+        self.venv = VectorEnvAdapter(env)
+        self.normalizer = None
+        if config.normalize_observation or config.normalize_reward:
+            self.normalizer = VecNormalize(
+                self.venv,
+                norm_obs=config.normalize_observation,
+                norm_reward=config.normalize_reward,
+                clip_obs=config.clip_observation,
+                clip_reward=config.clip_reward,
+                gamma=config.gamma,
+            )
+        # Not by the model itself: it would also give the environment this seed.
+        set_random_seed(seed, using_cuda=config.device != "cpu")
+        self.action_space.seed(seed)
+        kwargs = config.model_kwargs()
+        if scale is not None:
+            kwargs["policy_kwargs"] |= {
+                "features_extractor_class": ScaledFlattenExtractor,
+                "features_extractor_kwargs": {"scale": scale},
+            }
+        self.model = self._make_model(_policy(self.observation_space), **kwargs)
+        self.model.set_logger(Logger(folder=None, output_formats=[]))
+
+    def _make_model(self, policy: str, **kwargs: Any) -> BaseAlgorithm:
+        env = self.venv if self.normalizer is None else self.normalizer
+        return self.model_class(policy, env, **kwargs)
+
+    def _check_action_space(self, space: gym.Space[Any]) -> None:
+        if isinstance(space, spaces.Box) and not space.is_bounded():
+            raise ConfigurationError(
+                f"algorithm '{self.name}' needs actions with finite bounds, and the action space is {space}; "
+                "scale it with gymnasium.wrappers.RescaleAction, or choose another controller."
+            )
+
+    def _restore(self, folder: Path, counters: Mapping[str, Any], continuing: bool) -> None:
+        try:
+            self.model.policy.load_state_dict(storage.read_tensors(folder / "policy.pt"))
+        except RuntimeError as error:
+            raise CheckpointError(f"{folder / 'policy.pt'} does not fit the settings beside it: {error}.") from error
+        if self.normalizer is not None:
+            state.restore_normalizer(self.normalizer, storage.read_arrays(folder / "normalizer.npz"))
+            self.normalizer.training = continuing
+        for name in state.COUNTERS:
+            setattr(self.model, name, counters[name])
+        if continuing:
+            saved = storage.read_tensors(folder / "optimizers.pt")
+            for name, optimizer in state.optimizers(self.model).items():
+                optimizer.load_state_dict(saved[name])
+            state.restore_last_step(self.model, storage.read_arrays(folder / "last_step.npz"))
+            self._at_start = {"generators": storage.read_arrays(folder / "generators.npz")}
+
+    def _begin(self) -> None:
+        """Set what must be set last: the generators, once everything that draws from them has been built."""
+        if self._at_start is not None:
+            state.restore_generators(self._at_start["generators"])
+            self._at_start = None
+
+
+class _Stopped(Exception):  # noqa: N818  # no error: the monitor wants no more
+    """Ends ``learn`` where the algorithm could continue exactly."""
+
+
+class _MonitorCallback(BaseCallback):
+    """Tells the monitor at the start of each rollout, the only moment at which a model can be saved exactly."""
+
+    def __init__(self, algorithm: SB3Algorithm, monitor: TrainingMonitor) -> None:
+        super().__init__()
+        self._algorithm = algorithm
+        self._monitor = monitor
+        self._reported = algorithm.model.num_timesteps
+
+    def _on_rollout_start(self) -> None:
+        if self.num_timesteps == self._reported:  # nothing was learned yet
+            self._algorithm._begin()
+            return
+        go_on = self.report()
+        self._monitor.offer_checkpoint(self._reported, self._algorithm.save)
+        if not go_on:
+            raise _Stopped
+
+    def _on_step(self) -> bool:
+        return True
+
+    def report(self) -> bool:
+        """Tell what the last iteration came to; return whether to go on."""
+        self._reported = self.model.num_timesteps
+        values = self.model.logger.name_to_value
+        metrics = {
+            f"{self._algorithm.name}/{key.removeprefix('train/')}": float(value)
+            for key, value in values.items()
+            if key.startswith("train/")
+        }
+        values.clear()
+        self.model.logger.name_to_count.clear()
+        self.model.logger.name_to_excluded.clear()
+        return self._monitor.on_progress(self._reported, metrics)
+
+
+class _NoEnvironment(gym.vector.VectorEnv[Any, Any, Any]):
+    """Spaces alone, for a policy that only predicts."""
+
+    def __init__(self, num_envs: int, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
+        self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}
+        self.num_envs = num_envs
+        self.single_observation_space = observation_space
+        self.single_action_space = action_space
+
+
+def _suggested_scale(env: gym.vector.VectorEnv[Any, Any, Any]) -> list[float] | None:
+    """Return what the task suggests to multiply a flat observation by, or None."""
+    scale = getattr(getattr(env.unwrapped, "task", None), "observation_scale", None)
+    if scale is None or np.shape(scale) != env.single_observation_space.shape:
+        return None
+    return [float(factor) for factor in scale]
+
+
+def _policy(space: gym.Space[Any]) -> str:
+    if isinstance(space, spaces.Dict):
+        return "MultiInputPolicy"
+    return "CnnPolicy" if is_image_space(space) else "MlpPolicy"
+
+
+def _check_same_spaces(saved: gym.vector.VectorEnv[Any, Any, Any], env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
+    for what in ("single_observation_space", "single_action_space"):
+        if getattr(saved, what) != getattr(env, what):
+            raise ConfigurationError(
+                f"the {what.removeprefix('single_').replace('_', ' ')} of the environment, {getattr(env, what)}, is not "
+                f"that of the training, {getattr(saved, what)}."
+            )

@@ -1,0 +1,57 @@
+"""Gymnasium spaces as JSON, so that a saved policy can be opened without its environment."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+
+from frobs_core.errors import CheckpointError, ConfigurationError
+
+
+def space_to_json(space: gym.Space[Any]) -> dict[str, Any]:
+    """Return what JSON can hold.
+
+    Raises:
+        ConfigurationError: The space is of a kind that no algorithm here can use.
+    """
+    dtype = None if space.dtype is None else np.dtype(space.dtype).name
+    if isinstance(space, spaces.Box):
+        return {"type": "Box", "low": space.low.tolist(), "high": space.high.tolist(), "dtype": dtype}
+    if isinstance(space, spaces.Discrete):
+        return {"type": "Discrete", "n": int(space.n), "start": int(space.start), "dtype": dtype}
+    if isinstance(space, spaces.MultiDiscrete):
+        return {"type": "MultiDiscrete", "nvec": space.nvec.tolist(), "start": space.start.tolist(), "dtype": dtype}
+    if isinstance(space, spaces.MultiBinary):
+        return {"type": "MultiBinary", "n": space.n if isinstance(space.n, int) else list(space.n)}
+    if isinstance(space, spaces.Dict):
+        return {"type": "Dict", "spaces": {key: space_to_json(inner) for key, inner in space.spaces.items()}}
+    raise ConfigurationError(
+        f"the space {space} cannot be learned from; it must be Box, Discrete, MultiDiscrete, MultiBinary, or Dict of these."
+    )
+
+
+def space_from_json(data: dict[str, Any]) -> gym.Space[Any]:
+    """Return the space that :func:`space_to_json` described.
+
+    Raises:
+        CheckpointError: The description is damaged.
+    """
+    try:
+        kind = data["type"]
+        dtype = np.dtype(data["dtype"]) if data.get("dtype") else None
+        if kind == "Box":
+            return spaces.Box(np.array(data["low"], dtype), np.array(data["high"], dtype), dtype=dtype.type)
+        if kind == "Discrete":
+            return spaces.Discrete(data["n"], start=data["start"], dtype=dtype.type)
+        if kind == "MultiDiscrete":
+            return spaces.MultiDiscrete(data["nvec"], dtype=dtype.type, start=data["start"])
+        if kind == "MultiBinary":
+            return spaces.MultiBinary(data["n"])
+        if kind == "Dict":
+            return spaces.Dict({key: space_from_json(inner) for key, inner in data["spaces"].items()})
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise CheckpointError(f"a saved space is damaged: {error}.") from error
+    raise CheckpointError(f"a saved space has the unknown type '{kind}'.")

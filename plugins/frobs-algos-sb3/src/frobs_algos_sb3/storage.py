@@ -1,0 +1,97 @@
+"""Reading and writing state so that no file can execute anything: tensors, plain arrays, JSON."""
+
+from __future__ import annotations
+
+import io
+import json
+import pickle
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch as th
+
+from frobs_core.errors import CheckpointError, UntrustedFileError
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Write JSON."""
+    path.write_text(json.dumps(value, indent=2) + "\n", encoding="utf-8")
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Read JSON.
+
+    Raises:
+        CheckpointError: The file is missing or damaged.
+    """
+    try:
+        value = json.loads(path.read_text("utf-8"))
+    except (OSError, ValueError) as error:
+        raise CheckpointError(f"{path} cannot be read: {error}.") from error
+    if not isinstance(value, dict):
+        raise CheckpointError(f"{path} is damaged: it holds no JSON object.")
+    return value
+
+
+def write_tensors(path: Path, value: Any) -> None:
+    """Write nested dictionaries of tensors and numbers.
+
+    They are put together in memory first: PyTorch, writing by itself, hides that the disk is full.
+    """
+    buffer = io.BytesIO()
+    th.save(value, buffer)
+    path.write_bytes(buffer.getbuffer())
+
+
+def read_tensors(path: Path) -> Any:
+    """Read what :func:`write_tensors` wrote.
+
+    Raises:
+        CheckpointError: The file is missing or damaged.
+        UntrustedFileError: It holds something else than tensors and numbers.
+    """
+    data = _read_zip(path)
+    try:
+        return th.load(io.BytesIO(data), map_location="cpu", weights_only=True)
+    except pickle.UnpicklingError as error:
+        raise UntrustedFileError(path, "it holds objects that only Python code can build") from error
+    except (RuntimeError, EOFError, KeyError, ValueError) as error:
+        raise CheckpointError(f"{path} is damaged: {error}.") from error
+
+
+def write_arrays(path: Path, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
+    """Write arrays by name."""
+    with path.open("wb") as file:
+        np.savez(file, allow_pickle=False, **arrays)
+
+
+def read_arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
+    """Read what :func:`write_arrays` wrote.
+
+    Raises:
+        CheckpointError: The file is missing or damaged.
+        UntrustedFileError: It holds Python objects.
+    """
+    data = _read_zip(path)
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as file:
+            return {name: file[name] for name in file.files}
+    except ValueError as error:
+        if "allow_pickle" in str(error):
+            raise UntrustedFileError(path, "it holds arrays of Python objects") from error
+        raise CheckpointError(f"{path} is damaged: {error}.") from error
+    except (OSError, EOFError, KeyError, zipfile.BadZipFile) as error:
+        raise CheckpointError(f"{path} is damaged: {error}.") from error
+
+
+def _read_zip(path: Path) -> bytes:
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise CheckpointError(f"{path} cannot be read: {error.strerror}.") from error
+    if not zipfile.is_zipfile(io.BytesIO(data)):
+        raise CheckpointError(f"{path} is damaged: it is no zip archive.")
+    return data

@@ -1,0 +1,160 @@
+"""stable-baselines3's idea of a vector environment over Gymnasium's, without copying per environment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from stable_baselines3.common.vec_env import VecEnv
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
+
+from frobs_core.errors import ConfigurationError
+
+_NOTHING: dict[str, Any] = {}
+"""The info of every environment whose episode goes on: shared, for nobody may write to it."""
+
+
+class VectorEnvAdapter(VecEnv):
+    """A ``gymnasium.vector.VectorEnv`` as stable-baselines3 wants it.
+
+    Batched arrays go straight through. Only where an episode has ended does an environment get an info of its own:
+    ``terminal_observation``, ``TimeLimit.truncated``, ``is_success`` and ``episode`` where the environment says so,
+    and what else its last info holds.
+
+    The environment keeps the seed that it was reset with: :meth:`seed` before :meth:`reset` gives it another one.
+
+    Args:
+        env: With same-step autoreset.
+
+    Raises:
+        ConfigurationError: The environment resets in another way.
+    """
+
+    def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
+        mode = env.metadata.get("autoreset_mode")
+        if mode != AutoresetMode.SAME_STEP:
+            raise ConfigurationError(f"a vector environment with autoreset {mode}: make it with AutoresetMode.SAME_STEP.")
+        self.env = env
+        self._base = env.unwrapped
+        self._actions: Any = None
+        super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
+        self._infos = [_NOTHING] * env.num_envs
+
+    def reset(self) -> VecEnvObs:
+        """Reset all environments."""
+        seeds = None if self._seeds[0] is None else list(self._seeds)
+        options = self._options[0] or None
+        observation, info = self.env.reset(seed=seeds, options=options)
+        self.reset_infos = [_row(info, index) for index in range(self.num_envs)]
+        self._reset_seeds()
+        self._reset_options()
+        return observation
+
+    def step_async(self, actions: np.ndarray[Any, Any]) -> None:
+        """Take the actions."""
+        self._actions = actions
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """Step all environments."""
+        observation, rewards, terminated, truncated, info = self.env.step(self._actions)
+        done = terminated | truncated
+        infos = self._infos
+        if done.any():
+            infos = infos.copy()
+            for index in np.flatnonzero(done).tolist():
+                infos[index] = self._final_info(info, index, bool(truncated[index] and not terminated[index]))
+        # stable-baselines3 adds the bootstrapped value to the rewards in place: they must be its own.
+        return observation, rewards.astype(np.float32), done, infos
+
+    def close(self) -> None:
+        """Close all environments."""
+        self.env.close()
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        """Return an attribute of each environment; of a native batch, the same one for all."""
+        single = self._single()
+        if single is None:
+            return [getattr(self._base, attr_name)] * len(self._ids(indices))
+        return [single[index].get_wrapper_attr(attr_name) for index in self._ids(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        """Set an attribute of each environment; of a native batch, for all at once."""
+        single = self._single()
+        if single is None:
+            setattr(self._base, attr_name, value)
+            return
+        for index in self._ids(indices):
+            single[index].set_wrapper_attr(attr_name, value)
+
+    def env_method(self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any) -> list[Any]:
+        """Call a method of each environment; of a native batch once, with one result for all.
+
+        ``compute_reward``, which hindsight replay calls with a batch of goals, is the task's.
+        """
+        single = self._single()
+        if single is not None:
+            return [
+                single[index].get_wrapper_attr(method_name)(*method_args, **method_kwargs)
+                for index in self._ids(indices)
+            ]
+        owner = self._base
+        if not hasattr(owner, method_name) and hasattr(getattr(owner, "task", None), method_name):
+            owner = owner.task  # type: ignore[attr-defined]
+        return [getattr(owner, method_name)(*method_args, **method_kwargs)] * len(self._ids(indices))
+
+    def env_is_wrapped(self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: VecEnvIndices = None) -> list[bool]:
+        """Return whether each environment is wrapped so."""
+        from stable_baselines3.common.env_util import is_wrapped
+
+        single = self._single()
+        return [single is not None and is_wrapped(single[index], wrapper_class) for index in self._ids(indices)]
+
+    def get_images(self) -> Sequence[np.ndarray[Any, Any] | None]:
+        """Return a picture of each environment."""
+        return self.env.render() or []
+
+    def _single(self) -> Sequence[gym.Env[Any, Any]] | None:
+        """Return the single environments of a vector that steps them one by one."""
+        return getattr(self._base, "envs", None)
+
+    def _ids(self, indices: VecEnvIndices) -> Sequence[int]:
+        return list(self._get_indices(indices))
+
+    def _final_info(self, info: Mapping[str, Any], index: int, timed_out: bool) -> dict[str, Any]:
+        result = _row(info.get("final_info", _NOTHING), index)
+        if "episode" in info:
+            episode = info["episode"]
+            result["episode"] = {"r": float(episode["r"][index]), "l": int(episode["l"][index])}
+        result["TimeLimit.truncated"] = timed_out
+        batched = getattr(self._base, "final_observation", None)
+        if batched is None:
+            result["terminal_observation"] = info["final_obs"][index]
+        elif isinstance(batched, dict):
+            result["terminal_observation"] = {key: value[index] for key, value in batched.items()}
+        else:
+            result["terminal_observation"] = batched[index]
+        if "frobs/diverged" in result:  # there is no state beyond whose value could be trusted
+            result["TimeLimit.truncated"] = False
+        return result
+
+
+def _row(info: Mapping[str, Any], index: int) -> dict[str, Any]:
+    """Return one environment's part of a batched info."""
+    row = {}
+    for key, value in info.items():
+        if not key.startswith("_") and info.get(f"_{key}", _ALL)[index]:
+            row[key] = _row(value, index) if isinstance(value, dict) else value[index]
+    return row
+
+
+class _Everywhere:
+    """A mask of what has none."""
+
+    def __getitem__(self, index: int) -> bool:
+        return True
+
+
+_ALL = _Everywhere()
