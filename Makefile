@@ -1,0 +1,78 @@
+# The single door: `make` lists what is behind it. Every target makes the virtual environment that it needs.
+
+VENV = .venv
+ID = frobs/Irb120Reach-v0
+SEED = 0
+CONTROLLER =
+PYTEST_ARGS =
+
+BIN := $(VENV)/bin
+PLUGINS := $(sort $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml)))
+PROJECTS := pyproject.toml $(PLUGINS:%=%/pyproject.toml) constraints.txt
+PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip --quiet --no-input
+PYTEST := $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.NOTPARALLEL:
+.PHONY: help install demo test test-all lint docs benchmark clean
+
+help: ## list the targets
+	@echo "FRobs: robot reinforcement learning from plugins"
+	@echo
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)$$/  make \1|\2/p' $(firstword $(MAKEFILE_LIST)) | awk -F'|' '{printf "%-18s %s\n", $$1, $$2}'
+	@echo
+	@echo "variables: SEED=$(SEED)  CONTROLLER=tcp_delta_position  ID=$(ID)  PYTHON=python3.11  VENV=$(VENV)"
+
+install: $(VENV)/.installed ## the virtual environment with every distribution of this repository, editable
+
+demo: install ## train an arm to reach, evaluate it on 1,000 new goals, draw the curve, make a video (SEED= CONTROLLER= ID=)
+	@FROBS="$(BIN)/frobs" ID="$(ID)" SEED="$(SEED)" CONTROLLER="$(CONTROLLER)" sh docs/demo.sh
+
+test: $(VENV)/.installed-dev ## the tests that a change must pass (≤ 10 minutes)
+	@$(PYTEST) -m "not slow" $(PYTEST_ARGS)
+
+test-all: $(VENV)/.installed-dev ## every test, the slow ones too (≤ 40 minutes)
+	@$(PYTEST) $(PYTEST_ARGS)
+
+lint: $(VENV)/.installed-dev ## ruff check, ruff format and mypy
+	@$(BIN)/python -m ruff check .
+	@$(BIN)/python -m ruff format --check .
+	@$(BIN)/python -m mypy
+
+docs: $(VENV)/.installed-dev ## the documentation, as site/index.html; a broken link is an error
+	@$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --nitpicky --quiet --doctree-dir build/doctrees docs site
+	@echo "The documentation is at site/index.html."
+
+benchmark: $(VENV)/.installed-dev ## the tables of the documentation, measured anew (hours)
+	@$(BIN)/python -m pytest tests/benchmarks --run-benchmarks -s $(PYTEST_ARGS)
+
+clean: ## remove what the other targets made; runs and demo/ stay
+	rm -rf $(VENV) site build .pytest_cache .mypy_cache .ruff_cache .hypothesis docs/reference/generated
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(BIN)/python:
+	@python=; \
+	for candidate in $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python); do \
+	  if $$candidate -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then python=$$candidate; break; fi; \
+	done; \
+	if [ -z "$$python" ]; then \
+	  echo "FRobs needs Python 3.11 or newer; here $(or $(PYTHON),python3) is: $$($(or $(PYTHON),python3) --version 2>&1)." >&2; \
+	  echo "Install one, or name it: make PYTHON=/path/to/python3.11" >&2; exit 2; \
+	fi; \
+	if ! $$python -c 'import ensurepip, venv' 2>/dev/null; then \
+	  echo "$$python has no venv module; install it: apt-get install python3-venv" >&2; exit 2; \
+	fi; \
+	echo "Making $(VENV) with $$($$python --version)."; \
+	$$python -m venv $(VENV)
+
+# The stamps are renewed when a distribution or a pinned version changes.
+$(VENV)/.installed: $(BIN)/python $(PROJECTS)
+	@echo "Installing FRobs into $(VENV) (the first time takes a few minutes: PyTorch is large)."
+	@$(PIP) install --constraint constraints.txt --editable ".[plots,video]" $(PLUGINS:%=--editable ./%)
+	@touch $@
+
+$(VENV)/.installed-dev: $(VENV)/.installed requirements-dev.txt
+	@echo "Installing what tests, checks and documentation need."
+	@$(PIP) install --constraint constraints.txt --requirement requirements-dev.txt
+	@touch $@

@@ -1,0 +1,38 @@
+"""Writes the reference from the code: hooks, records, kinds, IDs, capabilities, errors and the command line.
+
+A Sphinx extension: the pages are written anew before each build, to ``docs/reference/generated`` (not in git).
+"""
+
+from pathlib import Path
+
+from generate import api, capabilities, commands, environments, errors, hooks, plugins
+
+PAGES = {
+    "hooks": hooks.page,
+    "plugins": plugins.page,
+    "environments": environments.page,
+    "capabilities": capabilities.page,
+    "errors": errors.page,
+    "commands": commands.page,
+    "api": api.page,
+}
+"""Each page of the reference, with what writes it."""
+
+
+def write_reference(folder: Path) -> None:
+    """Write all pages; a page that is up to date keeps its time, so that it is not built again."""
+    pages = {name: page() for name, page in PAGES.items()}
+    pages |= environments.pages() | api.pages()
+    wanted = {folder / f"{name}.rst": text for name, text in pages.items()}
+    for stale in set(folder.rglob("*.rst")) - set(wanted):
+        stale.unlink()
+    for path, text in wanted.items():
+        if not path.exists() or path.read_text() != text:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text)
+
+
+def setup(app):
+    """Tell Sphinx to write the pages before it looks for them."""
+    app.connect("builder-inited", lambda app: write_reference(Path(app.srcdir) / "reference" / "generated"))
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,33 @@
+"""A section for each kind: what is installed, as ``frobs list`` and ``frobs show NAME`` say it."""
+
+from frobs_core.cli.catalogue import listed, plural
+from frobs_core.cli.describe_record import describe_record
+from frobs_core.specs import KINDS
+from generate import facts
+from generate.rst import code, directive, escape, heading, label, table
+
+_WITH_CLASS = ("controller", "task", "algorithm")
+"""Kinds whose implementations' docstrings say what they are; a robot is data, a simulator's class is the contract's."""
+
+
+def page() -> str:
+    """Return the page."""
+    text = label("plugins") + heading("Built-in plugins")
+    text += "What comes with FRobs, by kind. The plugins use the same hooks as everybody else's.\n\n"
+    for kind in KINDS:
+        text += label(plural(kind)) + heading(plural(kind).capitalize(), "-")
+        rows = [(code(item.name), escape(item.record.summary), escape(item.distribution)) for item in listed(kind)]
+        text += table(["name", "what it is", "distribution"], rows)
+        text += "".join(_section(kind, item.name, item.record) for item in listed(kind))
+    return text
+
+
+def _section(kind, name, record) -> str:
+    found = describe_record(kind, record)
+    text = label(f"{kind}-{name.replace('_', '-')}") + heading(name, "~")
+    if "error" in found:
+        text += f".. warning::\n\n   {escape(found['error'])}\n\n"
+    elif kind in _WITH_CLASS:
+        module, _, attribute = record.entry_point.partition(":")
+        text += directive("autoclass", f"{module}.{attribute}", no_members="")
+    return text + facts.scalars(found) + facts.tables(found, skip=("parameters", "capabilities"))
