@@ -1,5 +1,8 @@
 """Robot model files, read without an engine."""
 
+from frobs_core.models.defaults import default_gains, default_tcp, home_positions
+from frobs_core.models.kinematics import forward_kinematics
+from frobs_core.models.load import load_model
 from frobs_core.models.model import (
     Box,
     Capsule,
@@ -36,4 +39,9 @@ __all__ = [
     "RobotModel",
     "Sphere",
     "Visual",
+    "default_gains",
+    "default_tcp",
+    "forward_kinematics",
+    "home_positions",
+    "load_model",
 ]

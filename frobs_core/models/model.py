@@ -6,11 +6,14 @@ from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from frobs_core.arrays import Floats
+
+if TYPE_CHECKING:
+    from frobs_core.models.kinematics import Chain
 
 Vector3: TypeAlias = tuple[float, float, float]
 Quaternion: TypeAlias = tuple[float, float, float, float]
@@ -201,6 +204,11 @@ class RobotModel:
     def joint_names(self) -> tuple[str, ...]:
         """Names of :attr:`actuated_joints`: the order of every joint array."""
         return tuple(joint.name for joint in self.actuated_joints)
+
+    @cached_property
+    def _chains(self) -> dict[str, Chain]:
+        """Kinematics of the frames that were asked for, by name."""
+        return {}
 
     def frame_pose(self, frame: str, joint_positions: Floats) -> tuple[Floats, Floats]:
         """Return where a link is, relative to the root link.

@@ -1,0 +1,116 @@
+"""Masses and inertias that an engine can simulate.
+
+Rules, each with a note: a link with mass but no inertia gets that of a solid sphere of 5 cm radius; an inertia that no
+body can have (one principal moment above the sum of the others) becomes the mean of its principal moments, as
+MuJoCo's ``balanceinertia`` does it; links that move but have no mass among them get 1 g and 10⁻⁶ kg·m². An
+inertia with a moment that is negative is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.models.model import Inertial, Joint, JointType, Pose
+from frobs_core.models.urdf_shapes import read_pose
+from frobs_core.models.xmltree import Element
+from frobs_core.rotations import matrix_from_quat
+
+_KEYS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+_RADIUS = 0.05  # [m]
+_MASS = 0.001  # [kg]
+_MOMENT = 1e-6  # [kg·m²]
+
+
+def read_inertials(
+    links: Mapping[str, Element], joints: Sequence[Joint], notes: list[str]
+) -> dict[str, Inertial | None]:
+    """Return the inertial of each link; what is repaired is repaired in the elements too.
+
+    Raises:
+        ModelFileError: A mass or a moment is negative or not finite.
+    """
+    inertials = {name: _read(name, element, notes) for name, element in links.items()}
+    fixed = {joint.child: joint.parent for joint in joints if joint.type == JointType.FIXED}
+    bodies: dict[str, list[str]] = {}  # links that move as one, by the first of them
+    for name in links:
+        first = name
+        while first in fixed:
+            first = fixed[first]
+        bodies.setdefault(first, []).append(name)
+    for joint in joints:
+        if joint.type != JointType.FIXED and all(inertials[link] is None for link in bodies[joint.child]):
+            moments = (_MOMENT, 0.0, 0.0, _MOMENT, 0.0, _MOMENT)
+            inertials[joint.child] = Inertial(_MASS, Pose(), moments)
+            _write(links[joint.child], _MASS, moments)
+            notes.append(f"link '{joint.child}' moves but has no mass; it gets {_MASS:g} kg")
+    return inertials
+
+
+def inertia_matrix(inertial: Inertial) -> Floats:
+    """Return the inertia about the centre of mass in the link's axes, (3, 3) [kg·m²]."""
+    rotation = matrix_from_quat(inertial.origin.quat_wxyz)
+    turned: Floats = rotation @ _symmetric(inertial.inertia) @ rotation.T
+    return turned
+
+
+def _symmetric(moments: Sequence[float]) -> Floats:
+    ixx, ixy, ixz, iyy, iyz, izz = moments
+    return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+
+
+def _read(name: str, link: Element, notes: list[str]) -> Inertial | None:
+    element = link.child("inertial")
+    if element is None:
+        return None
+    mass_element = element.child("mass")
+    mass = mass_element.number("value") if mass_element is not None else 0.0
+    if mass < 0.0:
+        element.refuse(f"link '{name}' has a mass of {mass:g} kg.")
+    inertia = element.child("inertia")
+    moments = tuple(inertia.number(key, "0") for key in _KEYS) if inertia is not None else (0.0,) * 6
+    if mass == 0.0:
+        notes.append(f"link '{name}' has a mass of 0; its <inertial> is left out")
+        link.remove(element)
+        return None
+    moments = _possible(name, mass, moments, element, notes)
+    ixx, ixy, ixz, iyy, iyz, izz = moments
+    return Inertial(mass, read_pose(element), (ixx, ixy, ixz, iyy, iyz, izz))
+
+
+def _possible(
+    name: str, mass: float, moments: tuple[float, ...], element: Element, notes: list[str]
+) -> tuple[float, ...]:
+    """Return moments of inertia that a body can have."""
+    principal = np.linalg.eigvalsh(_symmetric(moments))  # ascending
+    if principal[0] < -1e-9 * max(abs(principal[2]), 1e-12):
+        element.refuse(f"the inertia of link '{name}' has a negative principal moment, {principal[0]:g} kg·m².")
+    if principal[2] == 0.0:
+        moment = 0.4 * mass * _RADIUS**2
+        notes.append(f"link '{name}' has a mass but no inertia; it gets that of a solid sphere of {_RADIUS:g} m")
+    elif principal[2] > (principal[0] + principal[1]) * (1 + 1e-6):
+        moment = float(principal.mean())
+        notes.append(f"link '{name}' has an inertia that no body has; it gets the mean of its principal moments")
+    else:
+        return moments
+    moments = (moment, 0.0, 0.0, moment, 0.0, moment)
+    link_inertia = element.child("inertia")
+    if link_inertia is not None:
+        element.remove(link_inertia)
+    element.append(_element("inertia", dict(zip(_KEYS, map(repr, moments), strict=True)), element))
+    return moments
+
+
+def _write(link: Element, mass: float, moments: Sequence[float]) -> None:
+    inertial = _element("inertial", {}, link)
+    inertial.append(_element("mass", {"value": repr(mass)}, link))
+    inertial.append(_element("inertia", dict(zip(_KEYS, map(repr, moments), strict=True)), link))
+    link.insert(0, inertial)
+
+
+def _element(tag: str, attributes: dict[str, str], beside: Element) -> Element:
+    element = Element(tag, attributes)
+    element.file, element.line = beside.file, beside.line
+    return element

@@ -1,0 +1,53 @@
+"""Reading a model file, whatever its format."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from frobs_core.errors import ModelFileError
+from frobs_core.models.mjcf import read_mjcf
+from frobs_core.models.model import RobotModel
+from frobs_core.models.resources import Packages, resolve_path
+from frobs_core.models.urdf import read_urdf
+from frobs_core.models.xacro_files import read_text
+from frobs_core.models.xmltree import parse_xml
+
+_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
+
+
+def load_model(
+    path: str | Path,
+    *,
+    xacro_args: Mapping[str, str] | None = None,
+    package_paths: Mapping[str, str | Path] | None = None,
+) -> RobotModel:
+    """Read a robot's model file.
+
+    Args:
+        path: A file, or ``"package:relative/path"`` inside an installed Python package. The ending says what it is:
+            ``.urdf``, ``.xacro`` (a URDF with macros), ``.xml`` or ``.mjcf`` (MJCF).
+        xacro_args: Arguments of a xacro file.
+        package_paths: Folders of the ROS packages that the file names, by package name; packages beside or above
+            the file and in ``ROS_PACKAGE_PATH`` are found without.
+
+    Returns:
+        The robot's kinematic tree, with a note for each thing that was changed or left out.
+
+    Raises:
+        ModelFileError: The file, or one that it refers to, is missing, empty or broken, says something
+            impossible, or declares a document type; the message names the file, the line and what to do.
+    """
+    file = resolve_path(path)
+    if file.is_dir():
+        raise ModelFileError(file, "is a folder; name the file in it.")
+    if file.suffix.lower() not in _ENDINGS:
+        raise ModelFileError(file, f"the ending '{file.suffix}' is of no model file; there are {', '.join(_ENDINGS)}.")
+    packages = Packages(package_paths, file)
+    text, expanded = read_text(file, xacro_args or {}, packages)
+    root = parse_xml(text, file, expanded=expanded)
+    if root.tag == "robot":
+        return read_urdf(root, file, packages)
+    if root.tag == "mujoco":
+        return read_mjcf(root, file)
+    return root.refuse("the first element must be <robot> (URDF) or <mujoco> (MJCF).")

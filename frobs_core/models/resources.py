@@ -1,0 +1,137 @@
+"""Where model files and what they refer to are found, without ROS."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+
+from frobs_core.errors import ModelFileError, nearest
+
+_PACKAGE = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
+_SCHEME = re.compile(r"^([A-Za-z][A-Za-z0-9+.-]+)://(.*)$", re.DOTALL)  # one letter is a Windows drive
+
+
+def resolve_path(path: str | Path) -> Path:
+    """Return the absolute path of a file or of ``"package:relative/path"`` inside an installed package.
+
+    A file of that very name comes first, so paths with a colon work.
+
+    Raises:
+        ModelFileError: There is no such file or package; the message names what is near.
+    """
+    text = os.path.expanduser(path)
+    if os.path.exists(text):
+        return Path(text).resolve()
+    package, colon, inside = text.partition(":")
+    if colon and len(package) > 1 and all(part.isidentifier() for part in package.split(".")):
+        try:
+            base = Path(str(files(package)))
+        except (ImportError, TypeError) as error:
+            raise ModelFileError(text, f"the Python package '{package}' is not installed here.") from error
+        if (base / inside).exists():
+            return (base / inside).resolve()
+        raise ModelFileError(base / inside, f"no such file in the package '{package}'.{_beside(base / inside)}")
+    raise ModelFileError(text, f"no such file.{_beside(Path(text))}")
+
+
+def _beside(path: Path) -> str:
+    """Say what is in the nearest folder that exists, above a path that does not."""
+    folder = path.absolute().parent
+    while not folder.is_dir():
+        path, folder = folder, folder.parent
+    names = sorted(entry.name for entry in folder.iterdir())
+    close = nearest(path.name, names)
+    if close:
+        return f" Did you mean '{folder / close}'?"
+    shown = ", ".join(names[:10]) + (", …" if len(names) > 10 else "")
+    return f" {folder} holds: {shown or 'nothing'}."
+
+
+class Packages:
+    """ROS packages by name, found without ROS.
+
+    Looked for in this order: the folders given; ``ROS_PACKAGE_PATH``, ``AMENT_PREFIX_PATH`` and
+    ``GAZEBO_MODEL_PATH``; the folders above the model file that are named so or whose ``package.xml`` names them so,
+    and the folders beside those.
+
+    Args:
+        given: Folder of each package by name; also ``"package:relative/path"`` of an installed Python package.
+        file: The model file.
+    """
+
+    def __init__(self, given: Mapping[str, str | Path] | None, file: Path) -> None:
+        self.given = dict(given or {})
+        self.file = file
+
+    def find(self, name: str) -> Path:
+        """Return the folder of a package.
+
+        Raises:
+            ModelFileError: It is nowhere; the message names where it was looked for.
+        """
+        if name in self.given:
+            folder = resolve_path(self.given[name])
+            if not folder.is_dir():
+                raise ModelFileError(folder, f"package_paths names it for '{name}', but it is no folder.")
+            return folder
+        searched = self._folders()
+        for folder in searched:
+            for candidate in (folder, folder / name):
+                if candidate.is_dir() and _package_name(candidate) == name:
+                    return candidate
+        close = nearest(name, self.given)
+        hint = f" Did you mean '{close}', which package_paths names?" if close else ""
+        places = ", ".join(["package_paths", *map(str, searched)])
+        raise ModelFileError(
+            self.file,
+            f"the ROS package '{name}' is not found; say where it is with package_paths={{'{name}': FOLDER}} or "
+            f"ROS_PACKAGE_PATH.{hint} Looked in: {places}.",
+        )
+
+    def _folders(self) -> list[Path]:
+        """Folders that are packages or hold them, in the order in which they are searched."""
+        folders = [Path(p) for p in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if p]
+        folders += [Path(p) / "share" for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
+        folders += [Path(p) for p in os.environ.get("GAZEBO_MODEL_PATH", "").split(os.pathsep) if p]
+        above = list(self.file.parents)
+        roots = [i for i, folder in enumerate(above) if (folder / "package.xml").is_file()]
+        depth = roots[0] + 2 if roots else 3  # without a package.xml: not up to the root of the disk
+        return list(dict.fromkeys(folders + above[:depth]))
+
+    def resolve(self, uri: str, base: Path) -> Path:
+        """Return the file that a model refers to.
+
+        Args:
+            uri: ``package://name/path``, ``model://name/path``, ``file:///path``, or a path.
+            base: Folder that relative paths begin at.
+
+        Raises:
+            ModelFileError: It is not there, or the scheme is none of these.
+        """
+        match = _SCHEME.match(uri)
+        if match is None:
+            found = base / os.path.expanduser(uri)
+        elif match[1] in ("package", "model"):
+            package, _, inside = match[2].partition("/")
+            found = self.find(package) / inside
+        elif match[1] == "file":
+            found = base / re.sub(r"^localhost(?=/)", "", match[2])
+        else:
+            raise ModelFileError(
+                self.file, f"'{uri}': nothing is fetched by {match[1]}://; use package://, file:// or a path."
+            )
+        if not found.is_file():
+            raise ModelFileError(self.file, f"the file '{uri}' is missing: looked for {found}.{_beside(found)}")
+        return found.resolve()
+
+
+def _package_name(folder: Path) -> str:
+    """Return the name that a folder's ``package.xml`` gives it, else its own."""
+    try:
+        match = _PACKAGE.search((folder / "package.xml").read_text(errors="replace"))
+    except OSError:
+        match = None
+    return match[1] if match else folder.name

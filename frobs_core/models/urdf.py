@@ -1,0 +1,169 @@
+"""The URDF reader.
+
+Nothing is changed silently. Refused: what has two meanings or none (two parents, a range of zero width, a zero axis, a
+number that is not finite). Repaired, with a line in ``RobotModel.notes`` and in its ``xml``: what an engine
+could not simulate but has an obvious reading (see :mod:`frobs_core.models.inertia`).
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from frobs_core.errors import nearest
+from frobs_core.models.inertia import read_inertials
+from frobs_core.models.model import Joint, JointLimits, JointType, Link, Mimic, RobotModel
+from frobs_core.models.resources import Packages
+from frobs_core.models.tree import check_tree, check_unique
+from frobs_core.models.urdf_shapes import Shapes, read_colour, read_pose
+from frobs_core.models.xmltree import Element, to_text
+
+_ROBOT_TAGS = ("link", "joint", "material", "gazebo", "transmission", "ros2_control", "mujoco", "sensor")
+
+
+def read_urdf(root: Element, path: Path, packages: Packages) -> RobotModel:
+    """Read a URDF document.
+
+    Mesh paths in ``root`` become absolute.
+
+    Raises:
+        ModelFileError: It says something impossible; the message names the element, the file and the line.
+    """
+    notes: list[str] = []
+    name = root.get("name", "").strip()
+    if not name:
+        name = path.name.split(".")[0]
+        notes.append(f"the robot has no name; '{name}' is used")
+    for child in root.children():
+        if child.tag.startswith("xacro:"):
+            child.refuse("xacro macros in a file that is no .xacro; rename it to end in '.urdf.xacro'.")
+        if child.tag not in _ROBOT_TAGS:
+            notes.append(f"{child.named()} is not known and left out")
+    link_elements = check_unique(root.children("link"))
+    if not link_elements:
+        root.refuse("there is no <link>.")
+    joint_elements = check_unique(root.children("joint"))
+    colours = {material.required("name"): read_colour(material, notes) for material in root.children("material")}
+    shapes = Shapes(packages, colours, notes)
+    joints = tuple(_joint(element, link_elements, joint_elements, notes) for element in joint_elements.values())
+    check_tree(link_elements, joints, joint_elements, root)
+    _check_mimics(joints, joint_elements)
+    inertials = read_inertials(link_elements, joints, notes)
+    links = tuple(
+        Link(
+            name=link,
+            inertial=inertials[link],
+            visuals=tuple(shapes.visual(v) for v in element.children("visual")),
+            collisions=tuple(shapes.collision(c) for c in element.children("collision")),
+        )
+        for link, element in link_elements.items()
+    )
+    return RobotModel(
+        name=name, path=path, format="urdf", xml=to_text(root), links=links, joints=joints, notes=tuple(notes)
+    )
+
+
+def _joint(element: Element, links: dict[str, Element], joints: dict[str, Element], notes: list[str]) -> Joint:
+    name = element.required("name")
+    try:
+        kind = JointType(element.required("type"))
+    except ValueError:
+        known = [member.value for member in JointType]
+        close = nearest(element.get("type", ""), known)
+        hint = f" Did you mean '{close}'?" if close else ""
+        element.refuse(f"no joint type is named '{element.get('type')}'.{hint} There are {', '.join(known)}.")
+    ends = []
+    for tag in ("parent", "child"):
+        end = element.child(tag)
+        if end is None:
+            element.refuse(f"<{tag} link=…/> is missing.")
+        link = end.required("link")
+        if link not in links:
+            close = nearest(link, links)
+            hint = f" Did you mean '{close}'?" if close else ""
+            element.refuse(f"its {tag} link '{link}' does not exist.{hint} Links: {', '.join(links)}.")
+        ends.append(link)
+    moving = kind in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
+    if kind in (JointType.FLOATING, JointType.PLANAR):
+        notes.append(f"the {kind.value} joint '{name}' has no drive; kinematics take it as zero")
+    dynamics = element.child("dynamics")
+    return Joint(
+        name=name,
+        type=kind,
+        parent=ends[0],
+        child=ends[1],
+        origin=read_pose(element),
+        axis=_axis(element) if moving else (1.0, 0.0, 0.0),
+        limits=_limits(element, kind, notes) if moving else JointLimits(),
+        damping=_not_negative(dynamics, "damping") if dynamics is not None else 0.0,
+        friction=_not_negative(dynamics, "friction") if dynamics is not None else 0.0,
+        mimic=_mimic(element, joints) if moving else None,
+    )
+
+
+def _not_negative(element: Element, attribute: str) -> float:
+    value = element.number(attribute, "0")
+    return value if value >= 0.0 else element.refuse(f"{attribute}={value:g} is negative.")
+
+
+def _axis(element: Element) -> tuple[float, float, float]:
+    axis = element.child("axis")
+    if axis is None:
+        return (1.0, 0.0, 0.0)  # the default of URDF
+    x, y, z = axis.numbers("xyz", 3)
+    length = math.sqrt(x * x + y * y + z * z)
+    if length < 1e-9:
+        axis.refuse(f"the axis of joint '{element.get('name')}' is zero; give its direction.")
+    if abs(length - 1.0) < 1e-12:
+        return (x, y, z)
+    return (x / length, y / length, z / length)
+
+
+def _limits(element: Element, kind: JointType, notes: list[str]) -> JointLimits:
+    limit = element.child("limit")
+    name = element.get("name")
+    if limit is None:
+        if kind == JointType.CONTINUOUS:
+            return JointLimits()
+        element.refuse(f"a {kind.value} joint needs <limit lower=… upper=… effort=… velocity=…/>.")
+    caps = []
+    for attribute in ("velocity", "effort"):
+        cap = _not_negative(limit, attribute)
+        if cap == 0.0:
+            notes.append(f"joint '{name}': no {attribute} limit is given, or 0; taken as unlimited")
+        caps.append(cap or math.inf)
+    if kind == JointType.CONTINUOUS:
+        return JointLimits(velocity=caps[0], effort=caps[1])
+    lower, upper = limit.number("lower", "0"), limit.number("upper", "0")
+    if lower >= upper:
+        limit.refuse(
+            f"joint '{name}' has lower={lower:g} and upper={upper:g}, no range to move in; for no limits write "
+            'type="continuous", for a joint that does not move type="fixed".'
+        )
+    return JointLimits(lower, upper, *caps)
+
+
+def _mimic(element: Element, joints: dict[str, Element]) -> Mimic | None:
+    mimic = element.child("mimic")
+    if mimic is None:
+        return None
+    joint = mimic.required("joint")
+    if joint not in joints:
+        close = nearest(joint, joints)
+        hint = f" Did you mean '{close}'?" if close else ""
+        mimic.refuse(f"joint '{element.get('name')}' mimics '{joint}', which does not exist.{hint}")
+    return Mimic(joint, mimic.number("multiplier", "1"), mimic.number("offset", "0"))
+
+
+def _check_mimics(joints: tuple[Joint, ...], elements: dict[str, Element]) -> None:
+    """Refuse joints that mimic each other in a ring, or one that cannot move."""
+    by_name = {joint.name: joint for joint in joints}
+    for joint in joints:
+        seen, leader = {joint.name}, joint
+        while leader.mimic is not None:
+            leader = by_name[leader.mimic.joint]
+            if leader.name in seen:
+                elements[joint.name].refuse(f"mimics itself: {', '.join(sorted(seen))}.")
+            seen.add(leader.name)
+        if leader is not joint and leader.type in (JointType.FIXED, JointType.FLOATING, JointType.PLANAR):
+            elements[joint.name].refuse(f"mimics '{leader.name}', a {leader.type.value} joint.")

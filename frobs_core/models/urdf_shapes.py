@@ -1,0 +1,110 @@
+"""Shapes, colours and places of URDF."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+from frobs_core.errors import ModelFileError
+from frobs_core.models.model import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Pose, Sphere, Visual
+from frobs_core.models.resources import Packages
+from frobs_core.models.xmltree import Element
+from frobs_core.rotations import quat_from_rpy
+
+Rgba: TypeAlias = tuple[float, float, float, float]
+
+
+def read_pose(element: Element) -> Pose:
+    """Return the ``<origin>`` of an element."""
+    origin = element.child("origin")
+    if origin is None:
+        return Pose()
+    x, y, z = origin.numbers("xyz", 3, "0 0 0")
+    w, i, j, k = quat_from_rpy(origin.numbers("rpy", 3, "0 0 0")).tolist()
+    return Pose((x, y, z), (w, i, j, k))
+
+
+class Shapes:
+    """Reads visual and collision elements; mesh paths in them become absolute.
+
+    Args:
+        packages: Where meshes are looked for.
+        colours: Of the materials that the robot defines.
+        notes: Takes a line for each thing that is changed.
+    """
+
+    def __init__(self, packages: Packages, colours: dict[str, Rgba | None], notes: list[str]) -> None:
+        self.packages = packages
+        self.colours = colours
+        self.notes = notes
+
+    def visual(self, element: Element) -> Visual:
+        """Read a ``<visual>``."""
+        material = element.child("material")
+        rgba = None
+        if material is not None:
+            rgba = read_colour(material, self.notes)
+            name = material.get("name", "")
+            if rgba is None:
+                if name not in self.colours and not len(material):
+                    self.notes.append(f"the material '{name}' is not defined; the visual has no colour of its own")
+                rgba = self.colours.get(name)
+            else:
+                self.colours.setdefault(name, rgba)  # as ROS does: a material once defined is known from there on
+        return Visual(self.geometry(element), read_pose(element), rgba)
+
+    def collision(self, element: Element) -> Collision:
+        """Read a ``<collision>``."""
+        return Collision(self.geometry(element), read_pose(element))
+
+    def geometry(self, element: Element) -> Geometry:
+        """Read the one shape of a visual or collision."""
+        holder = element.child("geometry")
+        shapes = [] if holder is None else list(holder.children())
+        if len(shapes) != 1:
+            element.refuse("needs one <geometry> with one shape in it.")
+        shape = shapes[0]
+        match shape.tag:
+            case "box":
+                x, y, z = shape.numbers("size", 3)
+                return Box((_positive(shape, x), _positive(shape, y), _positive(shape, z)))
+            case "sphere":
+                return Sphere(_positive(shape, shape.number("radius")))
+            case "cylinder":
+                return Cylinder(
+                    _positive(shape, shape.number("radius")), _positive(shape, shape.number("length"))
+                )
+            case "capsule":
+                return Capsule(_positive(shape, shape.number("radius")), _positive(shape, shape.number("length")))
+            case "mesh":
+                return self.mesh(shape)
+        return shape.refuse("no shape of URDF; there are box, sphere, cylinder, capsule and mesh.")
+
+    def mesh(self, shape: Element) -> Mesh:
+        """Read a ``<mesh>`` and find its file."""
+        x, y, z = shape.numbers("scale", 3, "1 1 1")
+        if 0.0 in (x, y, z):
+            shape.refuse("a scale of 0.")
+        uri = shape.required("filename")
+        try:
+            file = self.packages.resolve(uri, self.packages.file.parent)
+        except ModelFileError as error:
+            shape.refuse(f"the mesh '{uri}' cannot be used: {error.reason}")
+        shape.set("filename", str(file))
+        return Mesh(file, (x, y, z))
+
+
+def _positive(element: Element, number: float) -> float:
+    return number if number > 0.0 else element.refuse(f"sizes must be > 0, not {number:g}.")
+
+
+def read_colour(material: Element, notes: list[str]) -> Rgba | None:
+    """Return the colour that a ``<material>`` defines, or None if it only names one."""
+    colour = material.child("color")
+    if colour is None:
+        return None
+    values = colour.numbers("rgba", 4)
+    clipped = [min(1.0, max(0.0, value)) for value in values]
+    if list(values) != clipped:
+        notes.append(f"{material.named()}: rgba {colour.get('rgba')} is clipped to [0, 1]")
+    r, g, b, a = clipped
+    return r, g, b, a

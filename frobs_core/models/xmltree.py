@@ -1,0 +1,145 @@
+"""XML that remembers its lines, and that no document type can make explode."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NoReturn
+from xml.etree import ElementTree
+from xml.parsers import expat
+
+from frobs_core.errors import ModelFileError
+
+MAX_DEPTH = 400
+"""Elements within elements; readers recurse, and Python allows about 1,000 calls."""
+
+
+class Element(ElementTree.Element):
+    """An XML element.
+
+    Attributes:
+        file: The file that it stands in.
+        line: 1-based line of its start tag, or None where the text is not the file's own.
+    """
+
+    file: Path
+    line: int | None
+
+    def named(self) -> str:
+        """Return what a message calls this element: ``<joint name="elbow">``."""
+        name = self.get("name")
+        return f'<{self.tag} name="{name}">' if name else f"<{self.tag}>"
+
+    def refuse(self, reason: str) -> NoReturn:
+        """Raise a ModelFileError that names this element, its file and its line."""
+        raise ModelFileError(self.file, f"{self.named()}: {reason}", self.line)
+
+    def children(self, *tags: str) -> Iterator[Element]:
+        """Yield the children with one of these tags; all children where none is given."""
+        for child in self:
+            if isinstance(child, Element) and (not tags or child.tag in tags):
+                yield child
+
+    def child(self, tag: str) -> Element | None:
+        """Return the first child with this tag."""
+        return next(self.children(tag), None)
+
+    def required(self, attribute: str) -> str:
+        """Return an attribute that must be there and not be empty."""
+        value = (self.get(attribute) or "").strip()
+        return value or self.refuse(f"the attribute '{attribute}' is missing or empty.")
+
+    def numbers(self, attribute: str, count: int, default: str | None = None) -> tuple[float, ...]:
+        """Return ``count`` finite numbers; without a default the attribute must be there."""
+        text = self.get(attribute, default)
+        if text is None:
+            self.refuse(f"the attribute '{attribute}' is missing; it takes {_numbers(count)}.")
+        try:
+            values = tuple(float(word) for word in text.split())
+        except ValueError:
+            self.refuse(f"{attribute}=\"{text}\" is not {_numbers(count)}.")
+        if len(values) != count:
+            self.refuse(f"{attribute}=\"{text}\" holds {_numbers(len(values))}; it takes {count}.")
+        if not all(math.isfinite(value) for value in values):
+            self.refuse(f"{attribute}=\"{text}\" is not finite.")
+        return values
+
+    def number(self, attribute: str, default: str | None = None) -> float:
+        """Return one finite number; without a default the attribute must be there."""
+        return self.numbers(attribute, 1, default)[0]
+
+
+def _numbers(count: int) -> str:
+    return "one number" if count == 1 else f"{count} numbers"
+
+
+def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False) -> Element:
+    """Parse XML; a document type is refused before anything in it is read.
+
+    Args:
+        text: The XML.
+        file: Where it is from, for messages.
+        expanded: Whether macros wrote the text, so that its lines are not the file's.
+
+    Raises:
+        ModelFileError: The text is empty, broken, has a document type, or is nested too deep.
+    """
+    if not text.strip():
+        raise ModelFileError(file, "the file is empty.")
+    stack: list[Element] = []
+    roots: list[Element] = []
+    parser = expat.ParserCreate()
+    parser.buffer_text = True
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        element = Element(tag, attributes)
+        element.file, element.line = file, None if expanded else parser.CurrentLineNumber
+        if len(stack) >= MAX_DEPTH:
+            element.refuse(f"elements are nested deeper than {MAX_DEPTH}.")
+        (stack[-1].append if stack else roots.append)(element)
+        stack.append(element)
+
+    def data(text: str) -> None:
+        if len(stack[-1]):
+            stack[-1][-1].tail = (stack[-1][-1].tail or "") + text
+        else:
+            stack[-1].text = (stack[-1].text or "") + text
+
+    def doctype(*_: Any) -> None:
+        raise ModelFileError(
+            file,
+            "the file declares a document type (<!DOCTYPE …>); robot models need none, and its entities could "
+            "exhaust the memory or read other files: remove it.",
+            parser.CurrentLineNumber,
+        )
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = lambda tag: stack.pop()
+    parser.CharacterDataHandler = data
+    parser.StartDoctypeDeclHandler = doctype
+    try:
+        parser.Parse(text, True)
+    except expat.ExpatError as error:
+        reason = f"not well-formed XML: {expat.ErrorString(error.code)} (column {error.offset + 1})."
+        raise ModelFileError(file, reason, error.lineno) from error
+    except (LookupError, ValueError) as error:  # an encoding that Python does not know, or a NUL in it
+        raise ModelFileError(file, f"not readable as XML: {error}.") from error
+    return roots[0]
+
+
+def to_text(root: Element) -> str:
+    """Return the XML text of a tree."""
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def read_bytes(file: Path) -> bytes:
+    """Read a file.
+
+    Raises:
+        ModelFileError: It cannot be read.
+    """
+    try:
+        return file.read_bytes()
+    except OSError as error:
+        raise ModelFileError(file, f"cannot be read: {error.strerror or error}.") from error

@@ -1,0 +1,167 @@
+"""Rotations in batches: quaternions scalar first, matrices (…, 3, 3), angles in [rad].
+
+Leading dimensions broadcast. Row *i* of a result does not depend on how many rows there are: only elementwise
+functions and sums over the last axis are used.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from frobs_core.arrays import Floats
+
+
+def quat_multiply(first: npt.ArrayLike, second: npt.ArrayLike) -> Floats:
+    """Return the rotation that does ``second``, then ``first``.
+
+    Args:
+        first: (…, 4)
+        second: (…, 4)
+
+    Returns:
+        (…, 4)
+    """
+    w1, x1, y1, z1 = _columns(first)
+    w2, x2, y2, z2 = _columns(second)
+    return np.stack(
+        [
+            w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
+            w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
+            w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
+            w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
+        ],
+        axis=-1,
+    )
+
+
+def quat_conjugate(quat_wxyz: npt.ArrayLike) -> Floats:
+    """Return the inverse rotations of unit quaternions (…, 4)."""
+    return np.asarray(quat_wxyz, float) * np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def quat_rotate(quat_wxyz: npt.ArrayLike, vector: npt.ArrayLike) -> Floats:
+    """Rotate vectors.
+
+    Args:
+        quat_wxyz: (…, 4), of length 1.
+        vector: (…, 3)
+
+    Returns:
+        (…, 3)
+    """
+    quat, vector = np.asarray(quat_wxyz, float), np.asarray(vector, float)
+    twice = 2.0 * np.cross(quat[..., 1:], vector)
+    return vector + quat[..., :1] * twice + np.cross(quat[..., 1:], twice)
+
+
+def quat_from_rpy(rpy: npt.ArrayLike) -> Floats:
+    """Return the quaternions of roll, pitch and yaw about fixed axes: R = Rz(yaw)·Ry(pitch)·Rx(roll).
+
+    Args:
+        rpy: (…, 3) [rad]
+
+    Returns:
+        (…, 4)
+    """
+    half = 0.5 * np.asarray(rpy, float)
+    cr, cp, cy = _columns(np.cos(half))
+    sr, sp, sy = _columns(np.sin(half))
+    return np.stack(
+        [
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+        ],
+        axis=-1,
+    )
+
+
+def quat_from_axis_angle(axis: npt.ArrayLike, angle: npt.ArrayLike) -> Floats:
+    """Return the quaternions of rotations about unit axes.
+
+    Args:
+        axis: (…, 3), of length 1.
+        angle: (…) [rad]
+
+    Returns:
+        (…, 4)
+    """
+    axis, half = np.asarray(axis, float), 0.5 * np.asarray(angle, float)
+    vector = np.sin(half)[..., None] * axis
+    scalar = np.broadcast_to(np.cos(half)[..., None], (*vector.shape[:-1], 1))
+    return np.concatenate([scalar, vector], axis=-1)
+
+
+def quat_from_matrix(matrix: npt.ArrayLike) -> Floats:
+    """Return the quaternions of rotation matrices, with w ≥ 0.
+
+    The largest of the four components is computed first (Shepperd 1978), so no rotation loses precision.
+
+    Args:
+        matrix: (…, 3, 3)
+
+    Returns:
+        (…, 4), of length 1.
+    """
+    m = np.asarray(matrix, float)
+    xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
+    wx, wy, wz = m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]
+    xy, xz, yz = m[..., 1, 0] + m[..., 0, 1], m[..., 0, 2] + m[..., 2, 0], m[..., 2, 1] + m[..., 1, 2]
+    rows = np.stack(  # row i is 4·q_i·(w, x, y, z)
+        [
+            np.stack([1 + xx + yy + zz, wx, wy, wz], -1),
+            np.stack([wx, 1 + xx - yy - zz, xy, xz], -1),
+            np.stack([wy, xy, 1 - xx + yy - zz, yz], -1),
+            np.stack([wz, xz, yz, 1 - xx - yy + zz], -1),
+        ],
+        axis=-2,
+    )  # (…, 4, 4)
+    best = np.argmax(np.diagonal(rows, axis1=-2, axis2=-1), axis=-1)[..., None, None]
+    quat = np.take_along_axis(rows, best, axis=-2)[..., 0, :]
+    quat = quat / np.sqrt((quat * quat).sum(-1, keepdims=True))
+    return np.where(quat[..., :1] < 0.0, -quat, quat)
+
+
+def matrix_from_quat(quat_wxyz: npt.ArrayLike) -> Floats:
+    """Return the rotation matrices of unit quaternions.
+
+    Args:
+        quat_wxyz: (…, 4), of length 1.
+
+    Returns:
+        (…, 3, 3)
+    """
+    w, x, y, z = _columns(quat_wxyz)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, -1) for row in rows], -2)
+
+
+def quat_difference(target: npt.ArrayLike, current: npt.ArrayLike) -> Floats:
+    """Return the shortest rotation from ``current`` to ``target``, as a vector in the common outer frame.
+
+    Args:
+        target: (…, 4), of length 1.
+        current: (…, 4), of length 1.
+
+    Returns:
+        (…, 3) [rad]: axis times angle, of length in [0, π].
+    """
+    delta = quat_multiply(target, quat_conjugate(current))
+    delta = np.where(delta[..., :1] < 0.0, -delta, delta)
+    vector = delta[..., 1:]
+    sine = np.sqrt((vector * vector).sum(-1, keepdims=True))  # of half the angle
+    tiny = sine < 1e-12
+    factor = np.where(tiny, 2.0, 2.0 * np.arctan2(sine, delta[..., :1]) / np.where(tiny, 1.0, sine))
+    return factor * vector
+
+
+def _columns(array: npt.ArrayLike) -> list[Floats]:
+    """Return the components along the last axis, each (…)."""
+    array = np.asarray(array, float)
+    return [array[..., i] for i in range(array.shape[-1])]
