@@ -1,0 +1,290 @@
+"""Reach: hold the tool centre point at a goal that stands still."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import (
+    Camera,
+    Controller,
+    Marker,
+    RobotHandle,
+    Scene,
+    Simulation,
+    Snapshot,
+    Task,
+)
+from frobs_core.interfaces.task import Observation
+from frobs_core.random import RandomSource
+from frobs_tasks_reach import terms
+from frobs_tasks_reach.observation import FlatObservation, ObservationTerm
+from frobs_tasks_reach.parameters import finite, numbers, positive, vector3
+from frobs_tasks_reach.sampling import JointSampler, in_box, longest_reach
+
+_FLOOR_CLEARANCE = 0.05  # [m] lowest tool at the start of an episode, so that the arm does not start in the floor
+_LIMIT_MARGIN = 0.1  # share of a joint's range by which drives may overshoot its limits within the observation space
+_LIMIT_ROUNDING = 1e-6  # [rad or m] a given joint position may be this far outside, as float32 rounds
+_SURVEY = 4096  # joint vectors that are tried once, to tell a box out of reach from an unlucky draw
+
+
+class Reach(Task):
+    """Bring the tool centre point to a goal, and hold it there.
+
+    A goal is where forward kinematics puts the tool for a random joint vector inside the limits, if that lies in
+    the goal box: reachable by construction. So goals cover all of the box that the arm can reach, but not evenly:
+    a place that more joint vectors reach is drawn more often. Whether the arm would touch itself is not looked at.
+
+    An episode never terminates. It is a success if the tool is within the tolerance when the time limit ends it:
+    passing by the goal does not count, holding it does. ``is_success`` of any step tells of that step.
+
+    Reward, with d the distance from tool to goal:
+
+    - ``dense``: −distance_weight · d + precision_weight · exp(−(d / tolerance)²)
+    - ``sparse``: 0 where d ≤ tolerance, else −1
+
+    Args:
+        tolerance: Distance that counts as reached [m].
+        goal_low: Lowest corner of the goal box in the world [m].
+        goal_high: Highest corner of the goal box in the world [m].
+        initial: Joint positions at reset. ``"random"``: uniform inside the limits, the tool not lower than 5 cm.
+            ``"home"``: the robot's home.
+        distance_weight: [1/m]
+        precision_weight: Of the term that rewards the last centimetres.
+
+    Attributes:
+        observation_terms: What the columns of the observation are.
+        observation_scale: (k,) by which a learner may multiply the observation, which itself is in SI units.
+
+    Raises:
+        ConfigurationError: A value is out of range.
+    """
+
+    reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
+    reset_options: ClassVar[Sequence[str]] = ("goal", "joint_positions")
+    control_timestep: ClassVar[float] = 0.04
+    physics_timestep: ClassVar[float] = 0.002
+
+    observation_space: gym.spaces.Space[Any]
+    observation_terms: Mapping[str, ObservationTerm]
+    observation_scale: Floats
+
+    def __init__(
+        self,
+        *,
+        tolerance: float = 0.05,
+        goal_low: Sequence[float] = (-0.5, -0.5, 0.0),
+        goal_high: Sequence[float] = (0.5, 0.5, 1.0),
+        initial: str = "random",
+        distance_weight: float = 1.0,
+        precision_weight: float = 0.5,
+    ) -> None:
+        self.tolerance = positive("tolerance", tolerance)
+        self.goal_low = vector3("goal_low", goal_low)
+        self.goal_high = vector3("goal_high", goal_high)
+        if not (self.goal_low < self.goal_high).all():
+            raise ConfigurationError(
+                f"goal_low {numbers(self.goal_low)} must be below goal_high {numbers(self.goal_high)} on every axis."
+            )
+        if initial not in ("random", "home"):
+            raise ConfigurationError(f"initial is '{initial}'; it must be 'random' or 'home'.")
+        self.initial = initial
+        self.distance_weight = finite("distance_weight", distance_weight)
+        self.precision_weight = finite("precision_weight", precision_weight)
+        self.reward_type = self.reward_types[0]
+
+    def scene(self) -> Scene:
+        """Return a floor, and a camera that sees the whole goal box of an arm at the origin."""
+        return Scene(cameras={"overview": Camera(pos=(1.35, -1.35, 1.05), target=(0.0, 0.0, 0.4), fov_y=42.0)})
+
+    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+        """Prepare for a simulation.
+
+        Raises:
+            ConfigurationError: The robot has no joints, or reaches nothing of the goal box.
+        """
+        self._simulation = simulation
+        self._robot: RobotHandle = simulation.robots["robot"]
+        if not self._robot.dof:
+            raise ConfigurationError(f"robot '{self._robot.robot.name}' has no actuated joint: it cannot reach.")
+        self._sampler = self._make_sampler()
+        self._check_box()
+        self._observation = FlatObservation(self._robot.num_envs, self._observation_terms())
+        self.observation_space = self._observation.space
+        self.observation_terms = self._observation.terms
+        self.observation_scale = self._observation.scale
+        # Views into the observation: what is measured is written once, where it is observed.
+        self._joint_positions = self._observation.view("joint_positions")
+        self._tcp = self._observation.view("tcp_position")
+        self._goal = self._observation.view("goal")
+        self._offset = self._observation.view("goal_offset")
+        self._distance: Floats = np.zeros(self._robot.num_envs)
+        self._reward_terms: dict[str, Floats] = {}
+
+    def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
+        """Place the robot and the goal.
+
+        Args:
+            mask: The environments.
+            rng: Streams ``"joint_positions"`` and ``"goal"``.
+            options: ``joint_positions`` (num_envs, dof) [rad or m] and ``goal`` (num_envs, 3) [m] in the world.
+
+        Raises:
+            ConfigurationError: A given joint position is outside the limits, or a given goal beyond any reach.
+        """
+        rows = slice(None) if mask is None else mask
+        self._place_robot(rows, mask, rng, options.get("joint_positions"))
+        self._place_goal(rows, mask, rng, options.get("goal"))
+        self._measure()
+
+    def advance(self, rng: RandomSource) -> None:
+        """Measure where the tool is."""
+        self._measure()
+
+    def observe(self, rng: RandomSource) -> Observation:
+        """Return (num_envs, dof + 9) float32: joint positions, tool, goal, goal − tool."""
+        return self._observation.read()
+
+    def reward(self) -> Floats:
+        """Return the reward, (num_envs,)."""
+        if self.reward_type == "sparse":
+            outside = sparse_reward(self._distance, self.tolerance)
+            self._reward_terms = {"outside": outside}
+            return outside
+        distance = self._distance * -self.distance_weight
+        precision = terms.gaussian(self._distance, self.tolerance) * self.precision_weight
+        self._reward_terms = {"distance": distance, "precision": precision}
+        return distance + precision
+
+    def reward_terms(self) -> Mapping[str, Floats]:
+        """Return ``distance`` and ``precision`` (dense) or ``outside`` (sparse), (num_envs,) each."""
+        return self._reward_terms
+
+    def is_success(self) -> Mask:
+        """Return where the tool is within the tolerance now, (num_envs,) bool."""
+        return terms.inside(self._distance, self.tolerance)
+
+    @property
+    def distance(self) -> Floats:
+        """(num_envs,) [m] from tool to goal, now."""
+        return self._distance
+
+    def markers(self) -> Sequence[Marker]:
+        """Return the goal, as large as the tolerance, and the tool."""
+        return (
+            Marker(self._goal, self.tolerance),
+            Marker(self._tcp, 0.012, (0.95, 0.45, 0.1, 1.0)),
+        )
+
+    def snapshot(self) -> Snapshot:
+        """Return the measured state and the goal."""
+        return {"observation": self._observation.values.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._observation.values[:] = snapshot["observation"]
+        self._distance = terms.distance(self._offset)
+
+    # -- What tasks built on this one change --
+
+    def _make_sampler(self) -> JointSampler:
+        return JointSampler(self._robot)
+
+    def _observation_terms(self) -> dict[str, ObservationTerm]:
+        """Return the terms of the observation; they must include the four that :meth:`bind` takes views of."""
+        robot = self._robot
+        margin = _LIMIT_MARGIN * (robot.position_upper[0] - robot.position_lower[0])
+        low, high = self._reach_box()
+        goal_low, goal_high = np.minimum(self.goal_low, low), np.maximum(self.goal_high, high)
+        return {
+            "joint_positions": ObservationTerm(
+                low=robot.position_lower[0] - margin, high=robot.position_upper[0] + margin, unit="rad or m"
+            ),
+            "tcp_position": ObservationTerm(low=low, high=high, unit="m", scale=2.0),
+            "goal": ObservationTerm(low=goal_low, high=goal_high, unit="m", scale=2.0),
+            "goal_offset": ObservationTerm(low=goal_low - high, high=goal_high - low, unit="m", scale=5.0),
+        }
+
+    def _measure(self) -> None:
+        self._joint_positions[...] = self._robot.joint_positions
+        self._tcp[...] = self._robot.frame_pose("tcp")[0]
+        np.subtract(self._goal, self._tcp, out=self._offset)
+        self._distance = terms.distance(self._offset)
+
+    def _draw_goals(self, mask: Mask | None, rng: RandomSource) -> Floats:
+        """Return goals (n, 3) [m] for the environments of the mask."""
+        return self._sampler.draw("goal", rng, mask, self._is_in_box, self._box_text())[1]
+
+    def _place_goal(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
+        self._goal[rows] = self._draw_goals(mask, rng) if given is None else self._checked_goal(given[rows])
+
+    # -- Parts --
+
+    def _place_robot(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
+        robot = self._robot
+        if given is not None:
+            robot.write_joint_state(self._checked_joints(given[rows]), mask=mask)
+        elif self.initial == "random":
+            what = f"initial joint positions with the tool at least {_FLOOR_CLEARANCE} m above the floor"
+            robot.write_joint_state(
+                self._sampler.draw("joint_positions", rng, mask, _is_above_floor, what)[0], mask=mask
+            )
+        # "home" is where the simulation's reset has put it
+
+    def _is_in_box(self, positions: Floats) -> Mask:
+        return in_box(positions, self.goal_low, self.goal_high)
+
+    def _box_text(self) -> str:
+        return f"goal box {numbers(self.goal_low)} to {numbers(self.goal_high)} m"
+
+    def _check_box(self) -> None:
+        reached = self._sampler.survey(_SURVEY)
+        if self._is_in_box(reached).any():
+            return
+        raise ConfigurationError(
+            f"robot '{self._robot.robot.name}' reaches nothing of the {self._box_text()}: its tool "
+            f"'{self._robot.tcp}' moves between {numbers(reached.min(axis=0))} and {numbers(reached.max(axis=0))} m "
+            f"({_SURVEY} random joint vectors were tried); choose goal_low and goal_high inside of that."
+        )
+
+    def _reach_box(self) -> tuple[Floats, Floats]:
+        """Return corners (3,) [m] in the world that the tool never leaves; infinite if the base can move."""
+        if self._robot.robot.base != "fixed":
+            return np.full(3, -np.inf), np.full(3, np.inf)
+        reach = 1.01 * longest_reach(self._robot.model, self._robot.frame_name("tcp"))
+        base = self._robot.base_pose[0][0]
+        return base - reach, base + reach
+
+    def _checked_goal(self, goal: Floats) -> Floats:
+        goal_term = self._observation.terms["goal"]
+        if not in_box(goal, goal_term.low, goal_term.high).all():
+            raise ConfigurationError(
+                f"the given goal {numbers(goal[~in_box(goal, goal_term.low, goal_term.high)][0])} m is beyond any "
+                f"reach: goals may lie between {numbers(goal_term.low)} and {numbers(goal_term.high)} m."
+            )
+        return goal
+
+    def _checked_joints(self, positions: Floats) -> Floats:
+        lower, upper = self._robot.position_lower[0], self._robot.position_upper[0]
+        outside = (positions < lower - _LIMIT_ROUNDING) | (positions > upper + _LIMIT_ROUNDING)  # (n, dof)
+        if outside.any():
+            row, joint = np.argwhere(outside)[0]
+            raise ConfigurationError(
+                f"the given joint position {positions[row, joint]:.6g} of '{self._robot.joint_names[joint]}' is outside "
+                f"its limits [{lower[joint]:.6g}, {upper[joint]:.6g}]."
+            )
+        return np.clip(positions, lower, upper)
+
+
+def sparse_reward(distance: Floats, tolerance: float) -> Floats:
+    """Return 0 within the tolerance and −1 outside; the argument is (...) [m]."""
+    return terms.inside(distance, tolerance) - 1.0
+
+
+def _is_above_floor(positions: Floats) -> Mask:
+    return positions[..., 2] >= _FLOOR_CLEARANCE

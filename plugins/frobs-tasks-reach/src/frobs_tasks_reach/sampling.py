@@ -1,0 +1,114 @@
+"""Drawing joint vectors inside the limits, and goals that are reachable because one of them puts the tool there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import RobotHandle
+from frobs_core.models import JointType, RobotModel
+from frobs_core.random import RandomSource
+
+_ROUNDS = (4, 16, 64, 256, 1024, 4096, 4096, 4096)
+"""Candidates for each environment in each round: a few, as most succeed at once, then many."""
+
+Accept = Callable[[Floats], Mask]
+"""Tool positions (..., 3) [m] in the world → (...) bool: which of them will do."""
+
+
+class JointSampler:
+    """Draws joint vectors uniformly inside the limits, such that the tool centre point stands where it may.
+
+    A joint without limits is drawn from [−π, π].
+
+    Args:
+        robot: Its handle.
+        lower: (dof,) narrows the robot's own limits [rad or m].
+        upper: (dof,) narrows the robot's own limits [rad or m].
+
+    Attributes:
+        lower: (dof,) [rad or m]
+        upper: (dof,) [rad or m]
+    """
+
+    def __init__(self, robot: RobotHandle, lower: Floats | None = None, upper: Floats | None = None) -> None:
+        self._robot = robot
+        own_lower, own_upper = robot.position_lower[0], robot.position_upper[0]
+        self.lower: Floats = np.where(np.isinf(own_lower), -np.pi, own_lower)
+        self.upper: Floats = np.where(np.isinf(own_upper), np.pi, own_upper)
+        if lower is not None:
+            self.lower = np.maximum(self.lower, lower)
+        if upper is not None:
+            self.upper = np.minimum(self.upper, upper)
+
+    def survey(self, count: int) -> Floats:
+        """Return where ``count`` joint vectors put the tool: (count, 3) [m], always the same."""
+        vectors = RandomSource(1).uniform("survey", self.lower, self.upper, (count, len(self.lower)))[0]
+        return self._robot.frame_pose("tcp", vectors)[0].copy()
+
+    def draw(
+        self, stream: str, rng: RandomSource, mask: Mask | None, accept: Accept, what: str
+    ) -> tuple[Floats, Floats]:
+        """Draw one joint vector for each environment, by rejection.
+
+        Args:
+            stream: Of random numbers.
+            rng: Their source.
+            mask: The n environments.
+            accept: What the tool's position must fulfil.
+            what: What is being drawn, for the message.
+
+        Returns:
+            joint_positions (n, dof) [rad or m] and the tool's position (n, 3) [m] in the world.
+
+        Raises:
+            ConfigurationError: Thousands of joint vectors were tried for an environment and none will do.
+        """
+        dof = len(self.lower)
+        open_rows = np.ones(self._robot.num_envs, bool) if mask is None else mask.copy()
+        wanted = np.flatnonzero(open_rows)
+        joint_positions, positions = np.empty((len(open_rows), dof)), np.empty((len(open_rows), 3))
+        for count in _ROUNDS:
+            rows = np.flatnonzero(open_rows)
+            if not len(rows):
+                break
+            candidates = rng.uniform(stream, self.lower, self.upper, (count, dof), open_rows)  # (m, count, dof)
+            reached = self._robot.frame_pose("tcp", candidates.reshape(-1, dof))[0].reshape(-1, count, 3)
+            good = accept(reached)  # (m, count)
+            first = good.argmax(axis=1)
+            found = good[np.arange(len(rows)), first]
+            joint_positions[rows[found]] = candidates[found, first[found]]
+            positions[rows[found]] = reached[found, first[found]]
+            open_rows[rows[found]] = False
+        if open_rows.any():
+            raise ConfigurationError(
+                f"{what}: {sum(_ROUNDS)} random joint vectors of robot '{self._robot.robot.name}' were tried for "
+                f"environment {int(np.flatnonzero(open_rows)[0])} and none will do; choose a wider box."
+            )
+        return joint_positions[wanted], positions[wanted]
+
+
+def in_box(positions: Floats, low: Floats, high: Floats) -> Mask:
+    """Return which positions (..., 3) lie in the closed box [low, high]; (...) bool."""
+    return ((positions >= low) & (positions <= high)).all(axis=-1)
+
+
+def longest_reach(model: RobotModel, frame: str) -> float:
+    """Return a distance [m] from the root that a link never exceeds: the lengths along its chain, added up.
+
+    Infinite where the chain has a joint that translates without limits.
+    """
+    joint_of = {joint.child: joint for joint in model.joints}
+    total = 0.0
+    while frame in joint_of:
+        joint = joint_of[frame]
+        total += float(np.linalg.norm(joint.origin.pos))
+        if joint.type is JointType.PRISMATIC:
+            total += max(abs(joint.limits.lower), abs(joint.limits.upper))
+        elif joint.type in (JointType.FLOATING, JointType.PLANAR):
+            total = np.inf
+        frame = joint.parent
+    return total

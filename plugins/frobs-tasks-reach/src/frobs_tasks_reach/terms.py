@@ -1,0 +1,91 @@
+"""The terms of the reaching tasks: small pure functions, row by row, each of use alone.
+
+They are elementwise, so that a row of a batch gets the bits that it would get alone, in any memory layout.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+
+
+def distance(offset: Floats) -> Floats:
+    """Return the length of vectors.
+
+    Args:
+        offset: (..., 3) [m]
+
+    Returns:
+        (...) [m]
+    """
+    x, y, z = offset[..., 0], offset[..., 1], offset[..., 2]
+    return np.sqrt(x * x + y * y + z * z)  # by columns: a sum over the last axis may depend on the layout
+
+
+def unit_direction(offset: Floats) -> Floats:
+    """Return vectors scaled to length 1; the zero vector stays zero.
+
+    Args:
+        offset: (..., 3) [m]
+
+    Returns:
+        (..., 3), each component in [−1, 1].
+    """
+    length = distance(offset)[..., None]
+    return offset / np.where(length == 0.0, 1.0, length)
+
+
+def gaussian(distance: Floats, width: float) -> Floats:
+    """Return exp(−(distance / width)²), in (0, 1]: 1 at the goal, 0.37 at one width from it.
+
+    Args:
+        distance: (...) [m]
+        width: [m]
+    """
+    return np.exp(distance * distance * (-1.0 / (width * width)))
+
+
+def inside(distance: Floats, tolerance: float) -> Mask:
+    """Return where a distance is at most the tolerance.
+
+    Args:
+        distance: (...) [m]
+        tolerance: [m]
+
+    Returns:
+        (...) bool.
+    """
+    return distance <= tolerance
+
+
+def at_limits(joint_positions: Floats, lower: Floats, upper: Floats, margin: float) -> Mask:
+    """Return where any joint is at one of its limits, or beyond.
+
+    Args:
+        joint_positions: (..., dof) [rad or m]
+        lower: Broadcasts to (..., dof) [rad or m].
+        upper: Broadcasts to (..., dof) [rad or m].
+        margin: How near a limit counts [rad or m].
+
+    Returns:
+        (...) bool.
+    """
+    return ((joint_positions <= lower + margin) | (joint_positions >= upper - margin)).any(axis=-1)
+
+
+def oscillation(time: Floats, amplitude: Floats, frequency: Floats, phase: Floats) -> tuple[Floats, Floats]:
+    """Return amplitude · sin(2π · frequency · time + phase) and its rate of change.
+
+    Args:
+        time: (...) [s]
+        amplitude: (..., 3) [m]
+        frequency: (..., 3) [Hz]
+        phase: (..., 3) [rad]
+
+    Returns:
+        offset (..., 3) [m] and velocity (..., 3) [m/s].
+    """
+    rate = 2.0 * np.pi * frequency
+    angle = rate * time[..., None] + phase
+    return amplitude * np.sin(angle), amplitude * rate * np.cos(angle)
