@@ -10,38 +10,41 @@ import numpy.typing as npt
 from frobs_core.arrays import Floats
 from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.models.model import Joint, JointType, Pose, RobotModel
-from frobs_core.rotations import matrix_from_quat
+from frobs_core.rotations import matrix_from_quat, quat_conjugate, quat_from_matrix, quat_multiply, quat_rotate
 
-_ROTATING = (JointType.REVOLUTE, JointType.CONTINUOUS)
+MOVING = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
+"""Types of joints that have one position."""
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
     """The moving joints between the root and a link, with all that is fixed folded into them.
 
-    The transform of joint j at position q is A + sin(q)·B + cos(q)·C + q·D, (4, 4) each: its constant frame times its
-    motion. The same holds for its quaternion with the half angle: as a matrix that multiplies from the left it is
-    P·cos(q/2) + Q·sin(q/2). So a batch is a few elementwise operations, then one stacked product for each joint.
+    Every joint's frame is turned so that the joint moves about or along z. What is carried from the tip to the root is
+    (7, n): a point [m] and a quaternion. So a joint is three products of arrays that are n long.
 
     Attributes:
         columns: (k,) which actuated joint each of the k joints follows.
         multipliers: (k, 1) for mimic joints, else 1.
         offsets: (k, 1) [rad or m]
-        halves: (k, 1, 1, 1): 0.5, or 0 for a prismatic joint, which turns nothing.
-        transforms: (4, k, 1, 4, 4): A, B, C and D.
-        quaternions: (2, k, 1, 4, 4): P and Q.
-        pos: (4, 1) the link's origin in the frame of the last moving joint, homogeneous [m].
-        quat_wxyz: (4, 1) its orientation there.
+        turns: (k, 1): 1 for a joint that rotates, 0 for one that slides.
+        slides: For each of the k joints, whether it slides.
+        frames: (k, 7, 7, 1): the rotation of the joint's frame, for points and for quaternions.
+        origins: (k, 7, 1): the origin of the joint's frame [m], and zeros.
+        tip: (7, 1): the link in the frame of the last moving joint.
     """
 
     columns: npt.NDArray[np.intp]
     multipliers: Floats
     offsets: Floats
-    halves: Floats
-    transforms: Floats
-    quaternions: Floats
-    pos: Floats
-    quat_wxyz: Floats
+    turns: Floats
+    slides: tuple[bool, ...]
+    frames: Floats
+    origins: Floats
+    tip: Floats
+
+
+_SWAP = np.array([1, 0, 2, 6, 5, 4, 3])  # which component a rotation about z mixes with which
 
 
 def forward_kinematics(model: RobotModel, frame: str, joint_positions: npt.ArrayLike) -> tuple[Floats, Floats]:
@@ -72,20 +75,30 @@ def forward_kinematics(model: RobotModel, frame: str, joint_positions: npt.Array
             f"joint_positions has the shape {positions.shape}; '{model.name}' takes (n, {dof}): {model.joint_names}."
         )
     q = positions.T.take(chain.columns, axis=0) * chain.multipliers + chain.offsets  # (k, n)
-    n = len(positions)
-    pos = np.broadcast_to(chain.pos, (n, 4, 1))
-    quat = np.broadcast_to(chain.quat_wxyz, (n, 4, 1))
-    if len(q):
-        angle = q[:, :, None, None]
-        a, b, c, d = chain.transforms
-        transforms = a + np.sin(angle) * b + np.cos(angle) * c + angle * d  # (k, n, 4, 4)
-        p, r = chain.quaternions
-        half = chain.halves * angle
-        quaternions = np.cos(half) * p + np.sin(half) * r
-        for j in range(len(q) - 1, -1, -1):
-            pos = transforms[j] @ pos
-            quat = quaternions[j] @ quat
-    return pos[:, :3, 0].copy(), quat[:, :, 0].copy()
+    cosines, sines = _mixing(q * chain.turns)
+    state = np.repeat(chain.tip, len(positions), axis=1)  # (7, n)
+    for j in range(len(q) - 1, -1, -1):
+        state = cosines[j] * state + sines[j] * state.take(_SWAP, axis=0)
+        if chain.slides[j]:
+            state[2] += q[j]
+        state = (chain.frames[j] * state).sum(axis=1) + chain.origins[j]
+    return state[:3].T.copy(), state[3:].T.copy()
+
+
+def _mixing(angle: Floats) -> tuple[Floats, Floats]:
+    """Return what multiplies a state and its swapped components in a rotation about z, (k, 7, n) each."""
+    cosines = np.empty((len(angle), 7, angle.shape[1]))
+    sines = np.empty_like(cosines)
+    half = 0.5 * angle
+    cosines[:, :2] = np.cos(angle)[:, None]
+    cosines[:, 2] = 1.0
+    cosines[:, 3:] = np.cos(half)[:, None]
+    sines[:, 1] = np.sin(angle)
+    sines[:, 0] = -sines[:, 1]
+    sines[:, 2] = 0.0
+    sines[:, 5:] = np.sin(half)[:, None]
+    sines[:, 3:5] = -sines[:, 5:]
+    return cosines, sines
 
 
 def make_chain(model: RobotModel, frame: str) -> Chain:
@@ -97,32 +110,55 @@ def make_chain(model: RobotModel, frame: str) -> Chain:
     links = [link.name for link in model.links]
     if frame not in links:
         raise UnknownNameError("link", frame, links)
-    columns, multipliers, offsets, halves, transforms, quaternions = [], [], [], [], [], []
-    matrix, left = np.eye(4), np.eye(4)  # what is fixed since the last moving joint; its quaternion as a matrix
+    columns, multipliers, offsets, slides, frames, origins = [], [], [], [], [], []
+    state = _pack(Pose())  # what is fixed since the last moving joint
     for joint in joint_path(model, frame):
-        matrix = matrix @ pose_matrix(joint.origin)
-        left = left @ _left_product(np.array(joint.origin.quat_wxyz))
-        if joint.type not in (*_ROTATING, JointType.PRISMATIC):
+        state = compose(state, _pack(joint.origin))
+        if joint.type not in MOVING:
             continue
+        align = np.concatenate([np.zeros(3), _turn_z_to(np.array(joint.axis))])
         source, multiplier, offset = resolve_mimic(model, joint)
         columns.append(model.joint_names.index(source))
         multipliers.append(multiplier)
         offsets.append(offset)
-        transforms.append([matrix @ part for part in _motion(joint)])
-        halves.append(0.5 if joint.type in _ROTATING else 0.0)
-        quaternions.append([left, left @ _left_product(np.array([0.0, *joint.axis]))])
-        matrix, left = np.eye(4), np.eye(4)
+        slides.append(joint.type == JointType.PRISMATIC)
+        aligned = compose(state, align)
+        block = np.zeros((7, 7))
+        block[:3, :3] = matrix_from_quat(aligned[3:])
+        block[3:, 3:] = _left_product(aligned[3:])
+        frames.append(block)
+        origins.append([*aligned[:3], 0.0, 0.0, 0.0, 0.0])
+        state = np.concatenate([np.zeros(3), quat_conjugate(align[3:])])
     k = len(columns)
     return Chain(
         columns=np.array(columns, dtype=np.intp),
         multipliers=np.array(multipliers, dtype=float).reshape(k, 1),
         offsets=np.array(offsets, dtype=float).reshape(k, 1),
-        halves=np.array(halves, dtype=float).reshape(k, 1, 1, 1),
-        transforms=np.ascontiguousarray(np.array(transforms).reshape(k, 4, 1, 4, 4).transpose(1, 0, 2, 3, 4)),
-        quaternions=np.ascontiguousarray(np.array(quaternions).reshape(k, 2, 1, 4, 4).transpose(1, 0, 2, 3, 4)),
-        pos=matrix[:, 3:].copy(),
-        quat_wxyz=left[:, :1].copy(),
+        turns=1.0 - np.array(slides, dtype=float).reshape(k, 1),
+        slides=tuple(slides),
+        frames=np.array(frames, dtype=float).reshape(k, 7, 7, 1),
+        origins=np.array(origins, dtype=float).reshape(k, 7, 1),
+        tip=state[:, None],
     )
+
+
+def _pack(pose: Pose) -> Floats:
+    """Return (7,): position and quaternion."""
+    return np.array([*pose.pos, *pose.quat_wxyz])
+
+
+def compose(outer: Floats, inner: Floats) -> Floats:
+    """Return the pose (7,) of ``inner``, which is given in the frame ``outer``."""
+    pos = outer[:3] + quat_rotate(outer[3:], inner[:3])
+    return np.concatenate([pos, quat_multiply(outer[3:], inner[3:])])
+
+
+def _turn_z_to(axis: Floats) -> Floats:
+    """Return a quaternion that turns z to a unit axis; it is exact where the axis is one of the frame's."""
+    helper = np.eye(3)[(int(np.argmax(np.abs(axis))) + 2) % 3]
+    x = np.cross(helper, axis)
+    x /= np.sqrt((x * x).sum())
+    return quat_from_matrix(np.stack([x, np.cross(axis, x), axis], axis=-1))
 
 
 def joint_path(model: RobotModel, frame: str) -> list[Joint]:
@@ -144,30 +180,6 @@ def resolve_mimic(model: RobotModel, joint: Joint) -> tuple[str, float, float]:
         multiplier *= joint.mimic.multiplier
         joint = by_name[joint.mimic.joint]
     return joint.name, multiplier, offset
-
-
-def pose_matrix(pose: Pose) -> Floats:
-    """Return a pose as a homogeneous matrix, (4, 4)."""
-    matrix = np.eye(4)
-    matrix[:3, :3] = matrix_from_quat(pose.quat_wxyz)
-    matrix[:3, 3] = pose.pos
-    return matrix
-
-
-def _motion(joint: Joint) -> list[Floats]:
-    """Return A, B, C, D of a joint alone: Rodrigues' formula, or the shift along its axis."""
-    parts = [np.zeros((4, 4)) for _ in range(4)]
-    axis = np.array(joint.axis)
-    if joint.type == JointType.PRISMATIC:
-        parts[0] = np.eye(4)
-        parts[3][:3, 3] = axis
-        return parts
-    x, y, z = axis
-    outer = axis[:, None] * axis
-    parts[0][:3, :3], parts[0][3, 3] = outer, 1.0
-    parts[1][:3, :3] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
-    parts[2][:3, :3] = np.eye(3) - outer
-    return parts
 
 
 def _left_product(quat_wxyz: Floats) -> Floats:
