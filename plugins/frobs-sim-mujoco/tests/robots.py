@@ -47,7 +47,7 @@ _BOX = f"""<robot name="drone"><link name="hull">{_inertial(1.0)}{_shape('<box s
 
 def _rover() -> str:
     hull = f'<link name="hull">{_inertial(2.4)}{_shape("<cylinder radius=&quot;0.15&quot; length=&quot;0.08&quot;/>")}'
-    casters = "".join(_shape('<sphere radius="0.02"/>', f"{x} 0 -0.05") for x in (-0.1, 0.1))
+    casters = "".join(_shape('<sphere radius="0.02"/>', f"{x} 0 -0.049") for x in (-0.1, 0.1))
     wheels, joints = "", ""
     for side, y in (("left", 0.115), ("right", -0.115)):
         wheel = '<collision><origin rpy="1.5707963 0 0"/><geometry><cylinder radius="0.035" length="0.02"/></geometry>'

@@ -48,6 +48,7 @@ class MujocoRobot(RobotHandle):
         actuators = [mj.actuator(f"{name}/{joint}").id for joint in self.joint_names]
         self.actuators = slice(actuators[0], actuators[0] + self.dof) if actuators else slice(0, 0)
         self._ctrl = self._batch.bind("ctrl")[:, self.actuators]  # a view of the state rows
+        self._efforts = self._batch.bind("actuator_force")[:, self.actuators]
         self._stiffness, self._damping = (expand(gain) for gain in drive_gains(placement))
         self._command_mode = placement.command_mode
         self._gain = self._mode_gain()
@@ -78,7 +79,7 @@ class MujocoRobot(RobotHandle):
     @property
     def joint_efforts(self) -> Floats:
         """(num_envs, dof) [N·m or N]: what the drives applied in the last physics step."""
-        return self._batch.bind("actuator_force")[:, self.actuators]
+        return self._efforts
 
     def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
         """Put the joints somewhere at once."""

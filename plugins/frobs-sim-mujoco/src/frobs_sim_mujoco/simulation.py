@@ -149,7 +149,7 @@ class MujocoSimulation(Simulation):
         rows = self._rows
         if rows is not None and rows.shape[1] != decimation:
             raise ConfigurationError(f"a command has {rows.shape[1]} rows for {decimation} physics steps.")
-        record = ("sensordata",) if self.scene.contacts else ("time",)
+        record = ("sensordata",) if self.scene.contacts else ("qpos",)
         recorded = self.batch.rollout(decimation, control=rows, control_spec=_CTRL, record=record)
         self._rows = None
         self.batch.forward(stage=_VEL)

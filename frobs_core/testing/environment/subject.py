@@ -1,0 +1,73 @@
+"""The environment that is checked, as an ID and keywords: every check makes its own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import gymnasium as gym
+from gymnasium.vector import AutoresetMode
+
+from frobs_core import registry
+from frobs_core.testing.checks import NotApplicable
+
+OTHER = NotApplicable("only for environments of FRobs")
+"""What a check of our own promises returns for another's environment."""
+
+
+@dataclass(frozen=True)
+class EnvUnderTest:
+    """An environment ID with keywords.
+
+    Attributes:
+        id: As it was given.
+        kwargs: Keywords of the environment.
+    """
+
+    id: str
+    kwargs: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def bare_id(self) -> str:
+        """The ID without a module to import."""
+        return self.id.rpartition(":")[2]
+
+    @property
+    def self_importing_id(self) -> str:
+        """The ID with the module that registers it, where that is known."""
+        ours = self.bare_id in registry.environments() or self.bare_id.startswith("frobs/")
+        return f"frobs_core:{self.bare_id}" if ours and ":" not in self.id else self.id
+
+    @property
+    def spec(self) -> gym.envs.registration.EnvSpec:
+        """The registered spec; imports the module of a self-importing ID."""
+        return gym.envs.registration._find_spec(self.self_importing_id)
+
+    def make(self, **kwargs: Any) -> gym.Env[Any, Any]:
+        """Make the single environment as users do, time limit and all."""
+        return gym.make(self.self_importing_id, **{**self.kwargs, **kwargs})
+
+    def make_vec(self, num_envs: int, mode: AutoresetMode, **kwargs: Any) -> gym.vector.VectorEnv[Any, Any, Any]:
+        """Make the native batch, or Gymnasium's own vector of environments where there is none."""
+        keywords = {**self.kwargs, **kwargs}
+        if self.spec.vector_entry_point is None:
+            return gym.make_vec(
+                self.self_importing_id,
+                num_envs,
+                vectorization_mode="sync",
+                vector_kwargs={"autoreset_mode": mode},
+                **keywords,
+            )
+        return gym.make_vec(
+            self.self_importing_id,
+            num_envs,
+            vectorization_mode="vector_entry_point",
+            autoreset_mode=mode,
+            **keywords,
+        )
+
+
+def is_ours(env: Any) -> bool:
+    """Whether an environment, single or vector, is composed of a simulator, a robot, a controller and a task."""
+    return hasattr(env.unwrapped, "simulation")
