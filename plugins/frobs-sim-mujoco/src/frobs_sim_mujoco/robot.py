@@ -60,6 +60,10 @@ class MujocoRobot(RobotHandle):
         self._root = mj.body(f"{name}/{model.root}").id
         self._mocap = int(mj.body_mocapid[self._root])
         self._free = None if self._mocap >= 0 else mj.joint(f"{name}/base")
+        self._tree = int(mj.body_rootid[self._root])
+        self._arm = np.zeros((n, 3))
+        self._shift = np.zeros((n, 6, 6))
+        self._shift[:, :3, 3:] = self._shift[:, 3:, :3] = np.eye(3)
         self._poses: dict[str, tuple[Floats, Floats]] = {}
         self._ancestors: dict[str, Floats] = {}
         self._rays: dict[str, Floats] = {}
@@ -191,25 +195,19 @@ class MujocoRobot(RobotHandle):
             :, self._body(frame)
         ]  # about the tree's centre of mass: angular, linear
         pos, _ = self.frame_pose(frame)
-        arm = pos - self._simulation.derived("subtree_com")[:, self._root_of_tree()]
+        arm = pos - self._simulation.derived("subtree_com")[:, self._tree]
         return twist[:, 3:] + np.cross(twist[:, :3], arm), twist[:, :3]
 
     def frame_jacobian(self, frame: str) -> Floats:
         """Return (num_envs, 6, dof): rows 0–2 linear, rows 3–5 angular, in the world."""
-        cdof = self._simulation.derived("cdof")[:, self.dofs]  # (num_envs, dof, 6) about the tree's centre of mass
+        motion = self._simulation.derived("cdof")[:, self.dofs]  # (num_envs, dof, 6): angular, linear
         pos, _ = self.frame_pose(frame)
-        arm = pos - self._simulation.derived("subtree_com")[:, self._root_of_tree()]
-        moves = self._moved_by(frame)  # (dof, 1): 1 where the joint moves the frame
-        angular = cdof[:, :, :3] * moves
-        jacobian = np.empty((self.num_envs, 6, self.dof))
-        x, y, z = angular[:, :, 0], angular[:, :, 1], angular[:, :, 2]
-        a, b, c = arm[:, :1], arm[:, 1:2], arm[:, 2:]
-        linear = cdof[:, :, 3:] * moves
-        jacobian[:, 0] = linear[:, :, 0] + (y * c - z * b)
-        jacobian[:, 1] = linear[:, :, 1] + (z * a - x * c)
-        jacobian[:, 2] = linear[:, :, 2] + (x * b - y * a)
-        jacobian[:, 3], jacobian[:, 4], jacobian[:, 5] = x, y, z
-        return jacobian
+        centre = self._simulation.derived("subtree_com")[:, self._tree]  # what MuJoCo refers motions to
+        shift = self._shift  # (num_envs, 6, 6): linear − arm × angular; angular
+        arm = np.subtract(pos, centre, out=self._arm)
+        shift[:, 0, 1], shift[:, 0, 2], shift[:, 1, 2] = arm[:, 2], -arm[:, 1], arm[:, 0]
+        shift[:, 1, 0], shift[:, 2, 0], shift[:, 2, 1] = -arm[:, 2], arm[:, 1], -arm[:, 0]
+        return (shift @ motion.transpose(0, 2, 1)) * self._moved_by(frame)
 
     def lidar(self, name: str) -> Floats:
         """Return (num_envs, rays) [m] of a lidar of the robot."""
@@ -230,9 +228,6 @@ class MujocoRobot(RobotHandle):
     def _body(self, frame: str) -> int:
         return self._simulation.model.body(f"{self.name}/{self.frame_name(frame)}").id
 
-    def _root_of_tree(self) -> int:
-        return int(self._simulation.model.body_rootid[self._root])
-
     def _moved_by(self, frame: str) -> Floats:
         if frame not in self._ancestors:
             mj, body = self._simulation.model, self._body(frame)
@@ -241,7 +236,7 @@ class MujocoRobot(RobotHandle):
                 chain.add(body)
                 body = int(mj.body_parentid[body])
             dofs = np.arange(mj.nv)[self.dofs]
-            self._ancestors[frame] = np.array([[float(mj.dof_bodyid[dof] in chain)] for dof in dofs])
+            self._ancestors[frame] = np.array([float(mj.dof_bodyid[dof] in chain) for dof in dofs])
         return self._ancestors[frame]
 
 
