@@ -53,17 +53,17 @@ class Renderer:
 
     Args:
         batch: The states.
+        model: The batch's model, with what is only drawn.
         size: (height, width) [pixels]
 
     Raises:
         RenderingUnavailableError: Nothing can be drawn on this machine.
     """
 
-    def __init__(self, batch: Batch, size: tuple[int, int]) -> None:
+    def __init__(self, batch: Batch, model: mujoco.MjModel, size: tuple[int, int]) -> None:
         self.size = size
         self._batch = batch
-        self._model = batch.get_model(0)
-        self._data = mujoco.MjData(self._model)
+        self._model, self._data = model, mujoco.MjData(model)
         if os.environ.get("MUJOCO_GL", "").lower() not in ("egl", "osmesa", "glfw"):
             # MuJoCo chose when it was imported, before anyone asked for pictures; choose again.
             gl_context.GLContext = importlib.import_module(f"mujoco.{_choose_backend()}").GLContext
@@ -77,9 +77,7 @@ class Renderer:
 
     def draw(self, env: int, camera: str | None, modality: str, markers: Sequence[Marker]) -> np.ndarray[Any, Any]:
         """Draw one environment; (h, w, c) as ``Simulation.render`` says."""
-        self._model = self._batch.get_model(env, self._model)
-        self._batch.get_data(env, self._data)
-        mujoco.mj_forward(self._model, self._data)
+        _pose(self._model, self._data, self._batch, env)
         renderer = self._renderer
         renderer.update_scene(self._data, -1 if camera is None else camera, self._option)
         match modality:
@@ -106,18 +104,21 @@ class Renderer:
 class Viewer:
     """A window on the first environment of a batch.
 
+    Args:
+        batch: The states.
+        model: The batch's model, with what is only drawn.
+
     Raises:
         RenderingUnavailableError: There is no display.
     """
 
-    def __init__(self, batch: Batch) -> None:
+    def __init__(self, batch: Batch, model: mujoco.MjModel) -> None:
         if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
             raise RenderingUnavailableError("there is no display for a window", "xvfb, and run under xvfb-run")
         import mujoco.viewer
 
         self._batch = batch
-        self._model = batch.get_model(0)
-        self._data = mujoco.MjData(self._model)
+        self._model, self._data = model, mujoco.MjData(model)
         self._window = mujoco.viewer.launch_passive(self._model, self._data, show_left_ui=False, show_right_ui=False)
         for group in ROBOT_GROUPS:
             self._window.opt.geomgroup[group] = 0
@@ -126,13 +127,19 @@ class Viewer:
         """Show the present state; nothing once the window was closed."""
         if self._window.is_running():
             with self._window.lock():
-                self._batch.get_data(0, self._data)
-                mujoco.mj_forward(self._model, self._data)
+                _pose(self._model, self._data, self._batch, 0)
             self._window.sync()
 
     def close(self) -> None:
         """Close the window."""
         self._window.close()
+
+
+def _pose(model: mujoco.MjModel, data: mujoco.MjData, batch: Batch, env: int) -> None:
+    """Put what is drawn where an environment's bodies are."""
+    mujoco.mj_setState(model, data, batch.state[env], mujoco.mjtState.mjSTATE_INTEGRATION)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_camlight(model, data)
 
 
 def _add_marker(scene: mujoco.MjvScene, marker: Marker, env: int) -> None:

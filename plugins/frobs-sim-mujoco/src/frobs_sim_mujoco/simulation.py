@@ -79,7 +79,8 @@ class MujocoSimulation(Simulation):
         self.num_envs = num_envs
         self.physics_timestep = physics_timestep
         self.scene = scene
-        self.model = build_model(robots, scene, physics_timestep)
+        self._placements = robots
+        self.model = build_model(robots, scene, physics_timestep, visuals=False)
         # One environment keeps its derived quantities, so that the next step need not compute them again; many would
         # need an MjData each, which costs more memory and time than it saves.
         self.batch = Batch(self.model, num_envs, 1 if num_envs == 1 else num_threads, persistent=num_envs == 1)
@@ -238,7 +239,7 @@ class MujocoSimulation(Simulation):
             self._renderer.close()
             self._renderer = None
         if self._renderer is None:
-            self._renderer = Renderer(self.batch, tuple(size))
+            self._renderer = Renderer(self.batch, self._drawn_model(), tuple(size))
         chosen = range(self.num_envs) if mask is None else np.flatnonzero(mask).tolist()
         return np.stack([self._renderer.draw(i, name, modality, markers) for i in chosen])
 
@@ -246,7 +247,7 @@ class MujocoSimulation(Simulation):
         """Open a window on the first environment."""
         self._check_open()
         if self._viewer is None:
-            self._viewer = Viewer(self.batch)
+            self._viewer = Viewer(self.batch, self._drawn_model())
         self._viewer.sync()
 
     def bare_engine(self) -> BareMujoco:
@@ -260,6 +261,9 @@ class MujocoSimulation(Simulation):
                 resource.close()
         self._renderer = self._viewer = None
         self._closed = True
+
+    def _drawn_model(self) -> mujoco.MjModel:
+        return build_model(self._placements, self.scene, self.physics_timestep, visuals=True)
 
     def mark_stale(self, mask: Mask | None) -> None:
         """Remember that states were written: what derives from them must be computed before it is read."""
