@@ -107,16 +107,17 @@ class AmbiguousNameError(PluginError):
         kind: The kind of the name.
         name: The bare name that was asked for.
         distributions: Each distribution that offers it, with its version: ``"dist 1.0"``.
+        ways: What to ask for instead; ``"dist:name"`` for each of them where nothing else is said.
     """
 
-    def __init__(self, kind: str, name: str, distributions: Sequence[str]) -> None:
+    def __init__(self, kind: str, name: str, distributions: Sequence[str], ways: Sequence[str] = ()) -> None:
         self.kind = kind
         self.name = name
         self.distributions = tuple(distributions)
-        ways = " or ".join(f"'{d.split()[0]}:{name}'" for d in self.distributions)
+        self.ways = tuple(ways) or tuple(f"{d.split()[0]}:{name}" for d in self.distributions)
         super().__init__(
             f"{kind} '{name}' is offered by {' and by '.join(self.distributions)}; "
-            f"ask for {ways}, or uninstall one of them."
+            f"ask for {' or '.join(repr(way) for way in self.ways)}, or uninstall one of them."
         )
 
 

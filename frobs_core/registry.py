@@ -1,7 +1,212 @@
-"""Registering the Gymnasium IDs of all plugins: strings only, nothing is imported."""
+"""Registering the Gymnasium IDs of all plugins: strings only, nothing is imported.
+
+An ID that two distributions offer is registered for neither: asking for it raises an error that names both, and
+each stays reachable with its distribution as the namespace (``"frobs-tasks-reach/Irb120Reach-v0"``).
+"""
 
 from __future__ import annotations
 
+import copy
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Any, NoReturn
+
+import gymnasium as gym
+from gymnasium.envs.registration import EnvSpec, get_env_id, parse_env_id
+
+from frobs_core import plugins
+from frobs_core.errors import AmbiguousNameError, UnknownNameError
+from frobs_core.plugins.collection import PluginReport, Plugins, warn
+from frobs_core.plugins.discovery import normalize
+from frobs_core.specs import EnvironmentRecord, TaskRecord
+
+COMPOSITIONAL_ID = "frobs/Env-v0"
+"""The ID that is given its robot, task, controller and simulator as keywords."""
+
+_SINGLE = "frobs_core.env:RobotEnv"
+_VECTOR = "frobs_core.env:RobotVectorEnv"
+_CLASH = "frobs_core.registry:raise_clash"
+
+
+@dataclass
+class _Table:
+    """What the IDs of a collection come to."""
+
+    environments: dict[str, tuple[TaskRecord, EnvironmentRecord]] = field(default_factory=dict)
+    specs: dict[str, EnvSpec] = field(default_factory=dict)
+    clashes: dict[str, list[str]] = field(default_factory=dict)
+    problems: dict[str, str] = field(default_factory=dict)
+
 
 def register_environments() -> None:
-    """Register every environment record and ``frobs/Env-v0``; twice is harmless."""
+    """Register every environment record and ``frobs/Env-v0``; twice is harmless.
+
+    An ID that cannot be registered is logged in one line and listed by :func:`problems`; the others are registered.
+
+    Raises:
+        PluginLoadError: A plugin is broken, and ``FROBS_STRICT_PLUGINS`` is set.
+    """
+    table = _table(plugins.active())
+    for spec in table.specs.values():
+        if spec.id not in gym.registry:
+            try:
+                gym.register(
+                    id=spec.id,
+                    entry_point=spec.entry_point,
+                    vector_entry_point=spec.vector_entry_point,
+                    max_episode_steps=spec.max_episode_steps,
+                    kwargs=spec.kwargs,
+                )
+            except gym.error.Error as error:
+                table.problems[spec.id] = f"environment ID '{spec.id}' is not registered: {error}"
+    for line in table.problems.values():
+        _warn_once(line)
+
+
+def environments() -> Mapping[str, tuple[TaskRecord, EnvironmentRecord]]:
+    """Return the IDs of all plugins that can be made, with what they stand for."""
+    return dict(sorted(_table(plugins.active()).environments.items()))
+
+
+def problems() -> Mapping[str, str]:
+    """Return the IDs of plugins that cannot be made, each with a line that says why."""
+    return dict(_table(plugins.active()).problems)
+
+
+def find_environment(id: str) -> tuple[TaskRecord, EnvironmentRecord]:
+    """Return what an ID stands for; the form ``frobs_core:frobs/…`` is understood.
+
+    Raises:
+        UnknownNameError: No plugin offers it.
+        AmbiguousNameError: Two distributions offer it.
+    """
+    collection = plugins.active()
+    table = _table(collection)
+    bare = id.removeprefix("frobs_core:")
+    if bare in table.clashes:
+        raise_clash(bare, table.clashes[bare])
+    if bare not in table.environments:
+        raise UnknownNameError(
+            "environment ID", bare, table.environments, [*collection.failures(), *table.problems.values()]
+        )
+    return table.environments[bare]
+
+
+def raise_clash(id: str, distributions: Sequence[str], **_: Any) -> NoReturn:
+    """Stand in for an ID that two distributions offer.
+
+    Raises:
+        AmbiguousNameError: Always.
+    """
+    ways = [_qualified(id, distribution.split()[0]) for distribution in distributions]
+    raise AmbiguousNameError("environment ID", id, distributions, ways)
+
+
+def _table(collection: Plugins) -> _Table:
+    table = _Table(specs={COMPOSITIONAL_ID: _spec(COMPOSITIONAL_ID, 100, {})})
+    offers: dict[str, list[tuple[PluginReport, TaskRecord, EnvironmentRecord]]] = {}
+    for report in collection.reports():
+        for task in report.records["task"]:
+            assert isinstance(task, TaskRecord)
+            for environment in task.environments:
+                offers.setdefault(environment.id, []).append((report, task, environment))
+    for id, offered in offers.items():
+        if len(offered) > 1:
+            table.clashes[id] = [report.origin for report, _, _ in offered]
+            ways = [_qualified(id, report.distribution) for report, _, _ in offered]
+            table.problems[id] = (
+                f"environment ID '{id}' is offered by {' and by '.join(table.clashes[id])}; "
+                f"it is registered as {' and as '.join(repr(way) for way in ways)}"
+            )
+        for report, task, environment in offered:
+            if len(offered) > 1:
+                environment = replace(environment, id=_qualified(id, report.distribution))
+            _add(table, collection, report, task, environment)
+    for id, distributions in table.clashes.items():
+        if id not in gym.registry:
+            table.specs[id] = EnvSpec(
+                id, _CLASH, vector_entry_point=_CLASH, kwargs={"id": id, "distributions": distributions}
+            )
+    return table
+
+
+def _add(
+    table: _Table, collection: Plugins, report: PluginReport, task: TaskRecord, environment: EnvironmentRecord
+) -> None:
+    problem = _problem(environment)
+    if not problem:
+        spec = _spec(environment.id, environment.max_episode_steps, _kwargs(collection, report, task, environment))
+        if gym.registry.get(spec.id, spec) != spec:
+            problem = "it is registered already, by somebody else"
+        elif spec.id in table.specs:
+            problem = "it is reserved"
+    if problem:
+        table.problems[environment.id] = (
+            f"environment ID '{environment.id}' of plugin '{report.name}' of {report.origin} is not registered: {problem}"
+        )
+    else:
+        table.specs[spec.id] = spec
+        table.environments[spec.id] = (task, environment)
+
+
+def _spec(id: str, max_episode_steps: int, kwargs: dict[str, Any]) -> EnvSpec:
+    return EnvSpec(id, _SINGLE, max_episode_steps=max_episode_steps, kwargs=kwargs, vector_entry_point=_VECTOR)
+
+
+def _kwargs(
+    collection: Plugins, report: PluginReport, task: TaskRecord, environment: EnvironmentRecord
+) -> dict[str, Any]:
+    name = task.name if task.name in collection.records("task") else f"{report.distribution}:{task.name}"
+    return {
+        "task": name,
+        "robot": environment.robot,
+        "controller": environment.controller,
+        "simulator": environment.simulator,
+        **copy.deepcopy(dict(environment.parameters)),
+    }
+
+
+def _problem(environment: EnvironmentRecord) -> str:
+    """Return why Gymnasium could not work with an environment record, or an empty string."""
+    try:
+        parsed = parse_env_id(environment.id)
+    except (gym.error.Error, TypeError):
+        return "an ID looks like 'namespace/Name-v0'"
+    if parsed[2] is None or get_env_id(*parsed) != environment.id or ":" in environment.id:
+        return "an ID looks like 'namespace/Name-v0', with a version and no colon"
+    if type(environment.max_episode_steps) is not int or environment.max_episode_steps < 1:
+        return f"max_episode_steps is {environment.max_episode_steps!r}, not a whole number ≥ 1"
+    for name in ("robot", "controller", "simulator"):
+        if not isinstance(getattr(environment, name), str):
+            return f"{name} is {getattr(environment, name)!r}, not a name"
+    if not isinstance(environment.parameters, Mapping):
+        return "its parameters are no mapping"
+    for name, value in environment.parameters.items():
+        if not _is_plain(value):
+            return (
+                f"parameter '{name}' is a {type(value).__name__}; numbers, strings, lists and dictionaries can travel"
+            )
+        if name in ("task", "robot", "controller", "simulator"):
+            return f"parameter '{name}' is a field of the record"
+    return ""
+
+
+def _is_plain(value: object) -> bool:
+    """Return whether Gymnasium can compare, copy, pickle and write a value as JSON."""
+    if isinstance(value, dict):
+        return all(isinstance(key, str) and _is_plain(item) for key, item in value.items())
+    if isinstance(value, (list, tuple)):
+        return all(_is_plain(item) for item in value)
+    return value is None or type(value) in (bool, int, float, str)
+
+
+def _qualified(id: str, distribution: str) -> str:
+    namespace = re.sub(r"[^\w-]", "-", normalize(distribution))
+    return f"{namespace}/{id.rpartition('/')[2]}"
+
+
+@cache
+def _warn_once(line: str) -> None:
+    warn(line)

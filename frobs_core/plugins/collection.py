@@ -1,0 +1,293 @@
+"""The collection of plugins: each loaded in its own guard, what became of it, and looking names up."""
+
+from __future__ import annotations
+
+import logging
+import multiprocessing
+import os
+import sys
+import threading
+import traceback
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from importlib.metadata import Distribution
+from importlib.metadata import distributions as installed_distributions
+from time import perf_counter
+from types import MappingProxyType
+
+from frobs_core.errors import AmbiguousNameError, PluginError, PluginLoadError, UnknownNameError, nearest
+from frobs_core.plugins.discovery import Candidate, find_candidates, match_disabled, normalize
+from frobs_core.plugins.loading import import_plugin, read_records
+from frobs_core.specs import KINDS, Record
+
+STRICT = "FROBS_STRICT_PLUGINS"
+"""Environment variable: anything but empty, 0, false, no or off makes a broken plugin an error."""
+
+DISABLE = "FROBS_DISABLE_PLUGINS"
+"""Environment variable: entry points, distributions or ``distribution:name``, with commas between them."""
+
+_BUILT_IN = {
+    "simulator": {"mujoco": "frobs-sim-mujoco", "pybullet": "frobs-sim-pybullet", "gazebo": "frobs-sim-gazebo"},
+    "robot": {"irb120": "frobs-robots-abb", "kobuki": "frobs-robots-kobuki"},
+    "task": {"reach": "frobs-tasks-reach", "navigation": "frobs-tasks-navigation"},
+    "controller": {
+        "joint_position": "frobs-controllers",
+        "joint_delta_position": "frobs-controllers",
+        "tcp_delta_position": "frobs-controllers",
+        "differential_drive": "frobs-controllers",
+        "trajectory": "frobs-controllers-planning",
+    },
+    "algorithm": dict.fromkeys(("ppo", "sac", "td3", "ddpg", "a2c", "dqn"), "frobs-algos-sb3"),
+}
+
+_log = logging.getLogger("frobs")
+
+
+@dataclass(frozen=True)
+class PluginReport:
+    """What became of one plugin.
+
+    Attributes:
+        name: The entry point's name.
+        distribution: The pip package that holds it.
+        version: Of the distribution.
+        module: That the entry point names.
+        state: ``"loaded"``, ``"failed"`` or ``"disabled"``.
+        cause: One line that says why it is not loaded.
+        traceback: Of the failure.
+        import_seconds: How long its import took.
+        records: Its records, by kind; all kinds are present.
+    """
+
+    name: str
+    distribution: str
+    version: str
+    module: str
+    state: str
+    cause: str
+    traceback: str
+    import_seconds: float
+    records: Mapping[str, tuple[Record, ...]]
+
+    @property
+    def origin(self) -> str:
+        """The distribution with its version: ``"frobs-robots-abb 0.1.0"``."""
+        return f"{self.distribution} {self.version}"
+
+
+class Plugins:
+    """The plugins of some distributions, loaded when something is first asked of them.
+
+    What is broken is logged to the logger ``frobs`` in one line each, and kept in :meth:`reports`.
+
+    Args:
+        distributions: Where to look; None: everything that is installed.
+        strict: Whether a broken plugin is an error; None: as ``FROBS_STRICT_PLUGINS`` says.
+        disabled: Entry points, distributions or ``distribution:name`` that are not even imported; None: as
+            ``FROBS_DISABLE_PLUGINS`` says.
+        slow_seconds: After how long a plugin that is still loading is named on stderr [s].
+    """
+
+    def __init__(
+        self,
+        distributions: Iterable[Distribution] | None = None,
+        *,
+        strict: bool | None = None,
+        disabled: Iterable[str] | None = None,
+        slow_seconds: float = 5.0,
+    ) -> None:
+        self._distributions = distributions
+        self._strict = strict
+        self._disabled = disabled
+        self._slow_seconds = slow_seconds
+        self._lock = threading.RLock()
+        self._loading = False
+        self._reports: tuple[PluginReport, ...] | None = None
+        self._offers: Mapping[str, Mapping[str, Mapping[str, PluginReport]]] = {}
+
+    def reports(self) -> tuple[PluginReport, ...]:
+        """Return what became of each plugin, by distribution and name; loads them on the first call.
+
+        Raises:
+            PluginLoadError: A plugin is broken, and ``strict`` is set.
+        """
+        if self._reports is None:
+            with self._lock:
+                if self._loading:
+                    raise PluginError("plugins are being loaded; ask when your entry_point is used, not on import")
+                if self._reports is None:
+                    self._loading = True
+                    try:
+                        self._load()
+                    finally:
+                        self._loading = False
+        assert self._reports is not None
+        return self._reports
+
+    def records(self, kind: str) -> Mapping[str, Record]:
+        """Return the records of a kind by name; names that two distributions offer are ``"distribution:name"``.
+
+        Raises:
+            UnknownNameError: There is no such kind.
+        """
+        found = {}
+        for name, offers in self._offers_of(kind).items():
+            for distribution, report in offers.items():
+                key = name if len(offers) == 1 else f"{distribution}:{name}"
+                found[key] = _record(report, kind, name)
+        return MappingProxyType(dict(sorted(found.items())))
+
+    def get_record(self, kind: str, name: str) -> Record:
+        """Return one record by its name or its ``"distribution:name"``.
+
+        Raises:
+            UnknownNameError: Nothing of the kind has this name.
+            AmbiguousNameError: Two distributions offer the name.
+        """
+        return _record(self.get_report(kind, name), kind, name.rpartition(":")[2])
+
+    def get_report(self, kind: str, name: str) -> PluginReport:
+        """Return the report of the plugin that offers a record; the arguments and errors of :meth:`get_record`."""
+        distribution, _, bare = name.rpartition(":")
+        offers = self._offers_of(kind).get(bare, {})
+        if distribution:
+            offers = {d: report for d, report in offers.items() if normalize(d) == normalize(distribution)}
+        if len(offers) > 1:
+            raise AmbiguousNameError(kind, bare, [report.origin for report in offers.values()])
+        if not offers:
+            package = _BUILT_IN[kind].get(bare, "")
+            there = any(normalize(report.distribution) == package for report in self.reports())
+            hint = f"pip install {package}" if package and not there else ""
+            raise UnknownNameError(kind, name, self.records(kind), self.failures(), hint)
+        return next(iter(offers.values()))
+
+    def failures(self) -> tuple[str, ...]:
+        """Return a line for each plugin that is not loaded: its name, distribution, version and cause."""
+        return tuple(f"'{r.name}' of {r.origin}: {r.cause}" for r in self.reports() if r.state != "loaded")
+
+    def _offers_of(self, kind: str) -> Mapping[str, Mapping[str, PluginReport]]:
+        """Return who offers each name of a kind, by distribution."""
+        if kind not in KINDS:
+            raise UnknownNameError("kind", kind, KINDS)
+        self.reports()
+        return self._offers[kind]
+
+    def _load(self) -> None:
+        distributions = installed_distributions() if self._distributions is None else self._distributions
+        candidates = find_candidates(distributions)
+        off, unknown = match_disabled(candidates, self._disabled_words())
+        reports: list[PluginReport] = []
+        offers: dict[str, dict[str, dict[str, PluginReport]]] = {kind: {} for kind in KINDS}
+        for candidate in candidates:
+            if candidate.key in off:
+                report = _report(candidate, "disabled", f"disabled by {DISABLE}")
+            else:
+                report = self._load_one(candidate, offers)
+            reports.append(report)
+        self._offers, self._reports = offers, tuple(reports)
+        for word in unknown:
+            suggestion = nearest(word, [w for c in candidates for w in (c.name, c.distribution)])
+            hint = f"; did you mean '{suggestion}'?" if suggestion else ""
+            warn(f"{DISABLE} names '{word}', which is no installed plugin{hint}")
+
+    def _load_one(self, candidate: Candidate, offers: dict[str, dict[str, dict[str, PluginReport]]]) -> PluginReport:
+        origin = f"{candidate.distribution} {candidate.version}"
+        start = perf_counter()
+        seconds = 0.0
+        try:
+            if candidate.problem:
+                raise PluginError(candidate.problem)
+            with self._told_when_slow(candidate, origin):
+                module = import_plugin(candidate.value)
+                seconds = perf_counter() - start
+                records = read_records(module, candidate.key)
+            _refuse_second_offers(candidate, records, offers)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # also SystemExit, and what test frameworks skip and abort with
+            cause = _one_line(error)
+            if self._is_strict():
+                raise PluginLoadError(candidate.name, origin, cause) from error
+            warn(f"plugin '{candidate.name}' of {origin} did not load: {cause}")
+            lines = "".join(traceback.format_exception(error))
+            return replace(
+                _report(candidate, "failed", cause), traceback=lines, import_seconds=seconds or perf_counter() - start
+            )
+        report = replace(_report(candidate, "loaded"), import_seconds=seconds, records=MappingProxyType(records))
+        for kind, offered in records.items():
+            for record in offered:
+                offers[kind].setdefault(record.name, {})[candidate.distribution] = report
+        return report
+
+    @contextmanager
+    def _told_when_slow(self, candidate: Candidate, origin: str) -> Iterator[None]:
+        """Name the plugin on stderr when it takes long; an import that hangs cannot be stopped from inside."""
+        line = (
+            f"frobs: plugin '{candidate.name}' of {origin} is still loading after {self._slow_seconds:g} s; "
+            f"if it never ends, set {DISABLE}={candidate.key}\n"
+        )
+        timer = threading.Timer(self._slow_seconds, lambda: sys.stderr.write(line))
+        timer.daemon = True
+        timer.start()
+        try:
+            yield
+        finally:
+            timer.cancel()
+            timer.join()  # so that no thread is left when somebody forks
+
+    def _is_strict(self) -> bool:
+        if self._strict is not None:
+            return self._strict
+        return os.environ.get(STRICT, "").strip().lower() not in ("", "0", "false", "no", "off")
+
+    def _disabled_words(self) -> list[str]:
+        words = os.environ.get(DISABLE, "").split(",") if self._disabled is None else self._disabled
+        return [word.strip() for word in words if word.strip()]
+
+
+def warn(line: str) -> None:
+    """Log a line as a warning, except in a worker process, whose parent has said it already."""
+    _log.log(logging.DEBUG if multiprocessing.parent_process() else logging.WARNING, "%s", line)
+
+
+def _report(candidate: Candidate, state: str, cause: str = "") -> PluginReport:
+    return PluginReport(
+        name=candidate.name,
+        distribution=candidate.distribution,
+        version=candidate.version,
+        module=candidate.value,
+        state=state,
+        cause=cause,
+        traceback="",
+        import_seconds=0.0,
+        records=MappingProxyType(dict.fromkeys(KINDS, ())),
+    )
+
+
+def _record(report: PluginReport, kind: str, name: str) -> Record:
+    return next(record for record in report.records[kind] if record.name == name)
+
+
+def _refuse_second_offers(
+    candidate: Candidate,
+    records: Mapping[str, tuple[Record, ...]],
+    offers: Mapping[str, Mapping[str, Mapping[str, PluginReport]]],
+) -> None:
+    """Refuse what another plugin of the same distribution offers: ``distribution:name`` must mean one thing."""
+    for kind, offered in records.items():
+        for record in offered:
+            other = offers[kind].get(record.name, {}).get(candidate.distribution)
+            if other:
+                raise PluginError(f"{kind} '{record.name}' is offered by '{other.name}' of the same distribution")
+
+
+def _one_line(error: BaseException) -> str:
+    """Return the class and the first line of an exception, shortened."""
+    try:
+        text = next(iter(str(error).strip().splitlines()), "")
+    except Exception:  # a broken __str__ is one more way to be broken
+        text = ""
+    if isinstance(error, PluginError) and text:
+        return text
+    return f"{type(error).__name__}: {text[:300]}" if text else type(error).__name__

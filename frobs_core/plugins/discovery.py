@@ -1,0 +1,105 @@
+"""Reading the entry points of distributions. Nothing is imported here."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from importlib.metadata import Distribution
+
+GROUP = "frobs"
+"""The entry-point group that makes a module a plugin."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An entry point of the group, not yet imported.
+
+    Attributes:
+        name: The entry point's name.
+        distribution: Name of the pip package that holds it.
+        version: Of the distribution.
+        value: What the entry point names.
+        problem: Why there is nothing to import; empty as a rule.
+    """
+
+    name: str
+    distribution: str
+    version: str
+    value: str
+    problem: str = ""
+
+    @property
+    def key(self) -> str:
+        """``"distribution:name"``, which no other entry point has."""
+        return f"{self.distribution}:{self.name}"
+
+
+def normalize(distribution: str) -> str:
+    """Return the spelling of a distribution's name by which pip compares."""
+    return re.sub(r"[-_.]+", "-", distribution).lower()
+
+
+def find_candidates(distributions: Iterable[Distribution]) -> list[Candidate]:
+    """Return every entry point of the group, sorted by distribution and name.
+
+    Of a distribution that is found twice the first counts, as it does for ``import``.
+    """
+    found: dict[str, list[Candidate]] = {}
+    for distribution in distributions:
+        text = _read_entry_points(distribution)
+        if GROUP not in text:  # spares reading the metadata of all the others
+            continue
+        candidates = list(_candidates(distribution, text))
+        if candidates:
+            found.setdefault(normalize(candidates[0].distribution), candidates)
+    return sorted((c for group in found.values() for c in group), key=lambda c: (normalize(c.distribution), c.name))
+
+
+def match_disabled(candidates: Iterable[Candidate], disabled: Iterable[str]) -> tuple[set[str], list[str]]:
+    """Match entry point names, distribution names or ``distribution:name`` against candidates.
+
+    Returns:
+        The keys of the candidates that are meant, and the words that meant none.
+    """
+    keys: dict[str, set[str]] = {}
+    for candidate in candidates:
+        distribution = normalize(candidate.distribution)
+        for word in (candidate.name, distribution, f"{distribution}:{candidate.name}"):
+            keys.setdefault(word, set()).add(candidate.key)
+    hit: set[str] = set()
+    unknown = []
+    for word in disabled:
+        distribution, colon, name = word.rpartition(":")
+        spellings = {f"{normalize(distribution)}:{name}"} if colon else {word, normalize(word)}
+        meant = set().union(*(keys.get(spelling, set()) for spelling in spellings))
+        hit |= meant
+        if not meant:
+            unknown.append(word)
+    return hit, unknown
+
+
+def _read_entry_points(distribution: Distribution) -> str:
+    try:
+        return distribution.read_text("entry_points.txt") or ""
+    except (OSError, UnicodeDecodeError):  # a foreign distribution with a damaged file is none of our business
+        return ""
+
+
+def _candidates(distribution: Distribution, text: str) -> Iterator[Candidate]:
+    try:
+        name = distribution.metadata["Name"] or "(unnamed distribution)"
+        version = distribution.metadata["Version"] or "(no version)"
+    except Exception:  # whatever a damaged METADATA file makes the standard library raise
+        name, version = "(unnamed distribution)", "(no version)"
+    try:
+        points = list(distribution.entry_points.select(group=GROUP))
+    except Exception as error:
+        if re.search(rf"^\s*\[\s*{GROUP}\s*\]", text, re.MULTILINE):
+            yield Candidate("entry_points.txt", name, version, "", f"entry_points.txt cannot be read: {error}")
+        return
+    seen: set[str] = set()
+    for point in points:
+        problem = f"the distribution has two entry points '{point.name}'" if point.name in seen else ""
+        seen.add(point.name)
+        yield Candidate(point.name, name, version, point.value, problem)

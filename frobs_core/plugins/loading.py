@@ -1,0 +1,144 @@
+"""Importing one plugin, calling its hooks and checking its records.
+
+Every function here raises what goes wrong; :class:`frobs_core.plugins.Plugins` is the guard.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from importlib.util import module_from_spec
+from types import ModuleType
+
+import pluggy
+
+from frobs_core import hookspecs
+from frobs_core.errors import PluginError, nearest
+from frobs_core.specs import KINDS, EnvironmentRecord, Record, TaskRecord
+
+HOOKS: Mapping[str, str] = {f"frobs_{kind}s": kind for kind in KINDS}
+"""The kind that each hook offers."""
+
+_PROJECT = hookspecs.hookimpl.project_name
+_MODULE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*")
+_NAME = re.compile(r"[a-z0-9_]+")
+_ENTRY_POINT = re.compile(rf"{_MODULE.pattern}:{_MODULE.pattern}")
+
+
+def import_plugin(value: str) -> ModuleType:
+    """Import the module that an entry point names.
+
+    Raises:
+        PluginError: The entry point names no module.
+        BaseException: Whatever its import raises.
+    """
+    if not _MODULE.fullmatch(value):
+        raise PluginError(f"the entry point must name a module, as in 'package.plugin', not '{value}'")
+    module = import_module(value)
+    if not isinstance(module, ModuleType):
+        raise PluginError(f"'{value}' put a {type(module).__name__} in the place of its module")
+    spec = module.__spec__
+    if getattr(spec, "_initializing", False) and spec is not None and spec.loader is not None:
+        # Somebody imported the plugin's module first, and its own first line brought us here, before it has hooks.
+        # It cannot be finished now, so its records are read from a second copy.
+        module = module_from_spec(spec)
+        spec.loader.exec_module(module)
+    return module
+
+
+def read_records(module: ModuleType, key: str) -> dict[str, tuple[Record, ...]]:
+    """Call the hooks of a plugin and return its records by kind, all kinds present.
+
+    Args:
+        module: The plugin.
+        key: ``"distribution:name"``.
+
+    Raises:
+        PluginError: A hook is misspelt, or what it returns cannot be used.
+        BaseException: Whatever a hook raises.
+    """
+    # A manager for each plugin: what pluggy keeps of one that fails half-way goes with it, hook wrappers reach no
+    # other plugin's hooks, and equal names of entry points cannot meet.
+    manager = pluggy.PluginManager(_PROJECT)
+    manager.add_hookspecs(hookspecs)
+    manager.register(_only_hooks(module), name=key)
+    records: dict[str, list[Record]] = {kind: [] for kind in KINDS}
+    for hook, caller in vars(manager.hook).items():
+        for implementation in caller.get_hookimpls():
+            if hook in HOOKS:
+                # Called directly, because pluggy drops None, which is a forgotten 'return' here.
+                records[HOOKS[hook]] += _checked(hook, HOOKS[hook], implementation.function())
+            elif not implementation.optionalhook:
+                suggestion = nearest(hook, HOOKS)
+                hint = f"did you mean '{suggestion}'?" if suggestion else f"there are {', '.join(HOOKS)}"
+                raise PluginError(f"there is no hook '{hook}'; {hint}")
+    _check_unique(records)
+    return {kind: tuple(offered) for kind, offered in records.items()}
+
+
+def _only_hooks(module: ModuleType) -> ModuleType:
+    """Return a module with the marked functions alone.
+
+    pluggy looks at every attribute that ``dir`` lists, which would import all of a package with lazy attributes.
+    """
+    hooks = ModuleType(module.__name__)
+    for name, value in list(vars(module).items()):
+        if inspect.isfunction(value) and hasattr(value, f"{_PROJECT}_impl"):
+            setattr(hooks, name, value)
+        elif name in HOOKS:
+            raise PluginError(f"'{name}' must be a function that is marked with '@hookimpl'")
+    if not any(inspect.isfunction(value) for value in vars(hooks).values()):
+        raise PluginError(f"'{module.__name__}' has no function that is marked with '@hookimpl'")
+    return hooks
+
+
+def _checked(hook: str, kind: str, returned: object) -> Sequence[Record]:
+    if inspect.isgenerator(returned) or inspect.iscoroutine(returned):
+        returned.close()
+        raise PluginError(f"{hook} is a {type(returned).__name__}; write a plain function that returns a list")
+    if not isinstance(returned, (list, tuple)):
+        raise PluginError(f"{hook} returned {_article(returned)}; return a list of {KINDS[kind].__name__}")
+    for record in returned:
+        if not isinstance(record, KINDS[kind]):
+            raise PluginError(f"{hook} offers {_article(record)}; it may only offer {KINDS[kind].__name__}")
+        _check_record(kind, record)
+    return returned
+
+
+def _check_record(kind: str, record: Record) -> None:
+    if not isinstance(record.name, str) or not _NAME.fullmatch(record.name):
+        raise PluginError(f"{kind} {record.name!r}: a name has lower-case letters, digits and underscores only")
+    if not isinstance(record.entry_point, str) or not _ENTRY_POINT.fullmatch(record.entry_point):
+        raise PluginError(f"{kind} '{record.name}': entry_point is {record.entry_point!r}, not 'module:attribute'")
+    for text in ("summary", "install_hint"):
+        if not isinstance(getattr(record, text), str):
+            raise PluginError(f"{kind} '{record.name}': {text} is {_article(getattr(record, text))}, not a string")
+    for mapping in ("capabilities", "needs", "tuned"):
+        if not isinstance(getattr(record, mapping, {}), Mapping):
+            raise PluginError(
+                f"{kind} '{record.name}': {mapping} is {_article(getattr(record, mapping))}, not a mapping"
+            )
+    if isinstance(record, TaskRecord):
+        if not isinstance(record.environments, tuple):
+            raise PluginError(f"task '{record.name}': environments is {_article(record.environments)}, not a tuple")
+        for environment in record.environments:
+            if not isinstance(environment, EnvironmentRecord):
+                raise PluginError(f"task '{record.name}': environments holds {_article(environment)}")
+
+
+def _check_unique(records: Mapping[str, Sequence[Record]]) -> None:
+    for kind, offered in records.items():
+        names = [record.name for record in offered]
+        for name in names:
+            if names.count(name) > 1:
+                raise PluginError(f"it offers {kind} '{name}' twice")
+    ids = [e.id for task in records["task"] if isinstance(task, TaskRecord) for e in task.environments]
+    for name in ids:
+        if ids.count(name) > 1:
+            raise PluginError(f"it offers the environment ID '{name}' twice")
+
+
+def _article(value: object) -> str:
+    return "None" if value is None else f"a {type(value).__name__}"
