@@ -2,8 +2,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from frobs_controllers.differential_drive import DifferentialDrive
 
+from frobs_controllers.differential_drive import DifferentialDrive
 from frobs_core.errors import ConfigurationError
 
 LEFT, MAST, RIGHT = range(3)

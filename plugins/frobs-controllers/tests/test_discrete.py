@@ -1,9 +1,9 @@
 import gymnasium as gym
 import numpy as np
 import pytest
+
 from frobs_controllers.discrete import Discrete
 from frobs_controllers.plugin import frobs_controllers
-
 from frobs_core.errors import ConfigurationError, InvalidActionError, UnknownParameterError
 from frobs_core.interfaces import CommandMode
 

@@ -3,6 +3,7 @@
 import gymnasium as gym
 import numpy as np
 import pytest
+
 from frobs_controllers.plugin import frobs_controllers
 
 RECORDS = {record.name: record for record in frobs_controllers()}

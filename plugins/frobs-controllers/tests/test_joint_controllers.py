@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
+
 from frobs_controllers.joint_delta_position import JointDeltaPosition
 from frobs_controllers.joint_effort import JointEffort
 from frobs_controllers.joint_position import JointPosition
 from frobs_controllers.joint_velocity import JointVelocity
-
 from frobs_core.errors import ConfigurationError
 
 
