@@ -6,13 +6,18 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.interfaces import RobotHandle
+from frobs_core.models.model import RobotModel
 
 
 class DampedLeastSquares:
-    """Moves commanded joint positions so that a frame moves by an error: u += Jᵀ (J Jᵀ + λ² 1)⁻¹ e.
+    """Moves commanded joint positions so that a frame moves by an error: u += z + Jᵀ (J Jᵀ + λ² 1)⁻¹ (e − J z).
 
-    The damping λ keeps the joints slow where the arm is near a singularity, at the price of going there more slowly
-    (Nakamura, Hanafusa 1986; Wampler 1986). Two limits are kept:
+    The damping λ keeps the joints slow where the arm is near a singularity, and still where it is asked to go beyond
+    its reach (Nakamura, Hanafusa 1986; Wampler 1986). The posture step z = g · (home − u) uses what freedom the error
+    leaves: a redundant arm does not wander, and a stretched one can bend again, which the Jacobian alone cannot tell
+    it to (Siciliano et al., "Robotics", 2009, §3.5).
+
+    Two limits are kept:
 
     - No joint moves by more than its velocity limit allows within the control step.
     - A joint that is at a position limit and would have to go beyond is left out, so that the others take over its
@@ -21,16 +26,19 @@ class DampedLeastSquares:
     Every product is a stack of products in C order, so that environment i of many gets the bits that it gets alone.
 
     Args:
-        robot: The robot.
+        robot: The robot; the frame is its ``"tcp"``.
         rows: Of the frame's Jacobian that count: 3 for the position, 6 for the pose.
         damping: λ, in units of the Jacobian [m/rad], > 0.
+        posture_gain: g, the share of the way home in each step, in [0, 1).
         control_timestep: [s]
 
     Attributes:
         commanded: (num_envs, dof) [rad or m]: u.
     """
 
-    def __init__(self, robot: RobotHandle, rows: int, damping: float, control_timestep: float) -> None:
+    def __init__(
+        self, robot: RobotHandle, *, rows: int, damping: float, posture_gain: float, control_timestep: float
+    ) -> None:
         n, dof = robot.num_envs, robot.dof
         self._robot = robot
         self._rows = rows
@@ -38,40 +46,51 @@ class DampedLeastSquares:
         self._fastest = robot.velocity_limit * control_timestep  # (n, dof) [rad or m] in a control step
         self._slowest = -self._fastest
         self._damping = np.broadcast_to(damping**2 * np.eye(rows), (n, rows, rows)).copy()
+        self._home = robot.home.copy()
+        # Wheels and fingers do not move the tool: nothing would hold them against the posture.
+        moving = joints_between(robot.model, robot.tcp)
+        gains = [posture_gain if joint in moving else 0.0 for joint in robot.joint_names]
+        self._posture_gain = np.broadcast_to(gains, (n, dof)).copy()
         self.commanded: Floats = np.zeros((n, dof))
+
         self._jacobian: Floats = np.zeros((n, rows, dof))
-        self._transposed = np.zeros((n, dof, rows))
-        self._gram = np.zeros((n, rows, rows))
-        self._offset, self._delta = np.zeros((n, dof, 1)), np.zeros((n, dof, 1))
-        self._ahead = np.zeros((n, rows, 1))
+        self._transposed, self._gram = np.zeros((n, dof, rows)), np.zeros((n, rows, rows))
+        self._offset, self._posture, self._delta = (np.zeros((n, dof, 1)) for _ in range(3))
+        self._ahead, self._task = np.zeros((n, rows, 1)), np.zeros((n, rows, 1))
         self._at_lower, self._at_upper = np.zeros((n, dof), np.bool_), np.zeros((n, dof), np.bool_)
         # The same memory in the shape that elementwise operations of (n, dof) and (n, rows) want.
-        self._offset_flat, self._delta_flat = self._offset[:, :, 0], self._delta[:, :, 0]
-        self._ahead_flat = self._ahead[:, :, 0]
+        self._offset_flat, self._posture_flat = self._offset[:, :, 0], self._posture[:, :, 0]
+        self._delta_flat, self._ahead_flat = self._delta[:, :, 0], self._ahead[:, :, 0]
+        self._jacobian_turned = self._jacobian.transpose(0, 2, 1)
 
-    def lead(self, frame: str) -> Floats:
+    def lead(self) -> Floats:
         """Read the Jacobian, and return how far the command is ahead of the arm: J (u − q), (num_envs, rows).
 
-        The frame's pose plus this is, to first order, where the commanded joint positions bring it: what the drives
+        The tool's pose plus this is, to first order, where the commanded joint positions bring it: what the drives
         have still to travel, and what gravity makes them fall short, is not mistaken for an error.
         """
-        jacobian = self._robot.frame_jacobian(frame)
-        np.copyto(self._jacobian, jacobian[:, : self._rows])
+        np.copyto(self._jacobian, self._robot.frame_jacobian("tcp")[:, : self._rows])
         np.subtract(self.commanded, self._robot.joint_positions, out=self._offset_flat)
         np.matmul(self._jacobian, self._offset, out=self._ahead)
         return self._ahead_flat
 
     def move(self, error: Floats) -> Floats:
-        """Move the command so that the frame moves by ``error``, (num_envs, rows, 1); return the command."""
-        commanded, jacobian, delta = self.commanded, self._jacobian, self._delta_flat
+        """Move the command so that the tool moves by ``error``, (num_envs, rows, 1); return the command."""
+        commanded, posture, task, delta = self.commanded, self._posture_flat, self._task, self._delta_flat
+        np.subtract(self._home, commanded, out=posture)
+        np.multiply(posture, self._posture_gain, out=posture)
         np.less_equal(commanded, self._lower, out=self._at_lower)
         np.greater_equal(commanded, self._upper, out=self._at_upper)
         if np.count_nonzero(self._at_lower) or np.count_nonzero(self._at_upper):
             self._hold_at_limits(error)
-        np.copyto(self._transposed, jacobian.transpose(0, 2, 1))
-        np.matmul(jacobian, self._transposed, out=self._gram)
+        np.matmul(self._jacobian, self._posture, out=task)
+        np.subtract(error, task, out=task)
+
+        np.copyto(self._transposed, self._jacobian_turned)
+        np.matmul(self._jacobian, self._transposed, out=self._gram)
         np.add(self._gram, self._damping, out=self._gram)
-        np.matmul(self._transposed, np.linalg.solve(self._gram, error), out=self._delta)
+        np.matmul(self._transposed, np.linalg.solve(self._gram, task), out=self._delta)
+        np.add(delta, posture, out=delta)
         np.maximum(delta, self._slowest, out=delta)
         np.minimum(delta, self._fastest, out=delta)
         np.add(commanded, delta, out=commanded)
@@ -80,11 +99,23 @@ class DampedLeastSquares:
         return commanded
 
     def _hold_at_limits(self, error: Floats) -> None:
-        """Clear the Jacobian's columns of joints that the error pushes against their limits.
+        """Leave out the joints that the error pushes against their limits.
 
-        An environment with no such joint has its Jacobian multiplied by 1, which changes no bit of it.
+        An environment with no such joint has its numbers multiplied by 1, which changes no bit of them.
         """
-        np.copyto(self._transposed, self._jacobian.transpose(0, 2, 1))
-        push = np.matmul(self._transposed, error)[:, :, 0]  # (num_envs, dof): downhill
+        np.copyto(self._transposed, self._jacobian_turned)
+        np.matmul(self._transposed, error, out=self._offset)
+        push = self._offset_flat  # (num_envs, dof): downhill
         free = ~((self._at_lower & (push < 0.0)) | (self._at_upper & (push > 0.0)))
         np.multiply(self._jacobian, free[:, None, :], out=self._jacobian)
+        np.multiply(self._posture_flat, free, out=self._posture_flat)
+
+
+def joints_between(model: RobotModel, link: str) -> set[str]:
+    """Return the names of the joints between the root and a link."""
+    parent_joint = {joint.child: joint for joint in model.joints}
+    names = set()
+    while link in parent_joint:
+        names.add(parent_joint[link].name)
+        link = parent_joint[link].parent
+    return names

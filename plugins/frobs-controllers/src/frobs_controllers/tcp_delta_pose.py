@@ -6,7 +6,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_controllers.inverse_kinematics import DampedLeastSquares
-from frobs_controllers.parameters import positive, rows
+from frobs_controllers.parameters import not_negative, positive, rows
 from frobs_controllers.rotations import quat_between, quat_from_rotation_vector, quat_multiply
 from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.errors import ConfigurationError
@@ -25,22 +25,36 @@ class TcpDeltaPose(Controller):
     Args:
         max_delta: Step of an action of 1, per axis [m].
         max_rotation: Turn of an action of 1, per axis [rad], ≤ 1.
-        damping: Of the least squares [m/rad]: more is calmer near singularities, and slower.
+        damping: Of the least squares [m/rad]: more is calmer near singularities and at the end of the reach, and
+            slower. A larger step wants more: about the root of half of it.
+        posture_gain: Share of the way home that the joints go in each step, as far as the tool stays where it is,
+            in [0, 1).
     """
 
     command_mode = CommandMode.POSITION
 
-    def __init__(self, *, max_delta: float = 0.05, max_rotation: float = 0.15, damping: float = 0.05) -> None:
+    def __init__(
+        self, *, max_delta: float = 0.05, max_rotation: float = 0.15, damping: float = 0.1, posture_gain: float = 0.02
+    ) -> None:
         self.max_delta = positive(_OWNER, "max_delta", max_delta, "m")
         self.max_rotation = positive(_OWNER, "max_rotation", max_rotation, "rad")
         if self.max_rotation > 1.0:  # two of them on each axis must stay short of half a turn
             raise ConfigurationError(f"{_OWNER}: max_rotation must be in (0, 1] rad, not {max_rotation!r}.")
         self.damping = positive(_OWNER, "damping", damping, "m/rad")
+        self.posture_gain = not_negative(_OWNER, "posture_gain", posture_gain, "1")
+        if self.posture_gain >= 1.0:
+            raise ConfigurationError(f"{_OWNER}: posture_gain must be in [0, 1), not {posture_gain!r}.")
 
     def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
         """Prepare for a robot."""
         self._robot = robot
-        self._ik = DampedLeastSquares(robot, 6, self.damping, control_timestep)
+        self._ik = DampedLeastSquares(
+            robot,
+            rows=6,
+            damping=self.damping,
+            posture_gain=self.posture_gain,
+            control_timestep=control_timestep,
+        )
         shape = (robot.num_envs, 6)
         steps = (self.max_delta,) * 3 + (self.max_rotation,) * 3
         self._ones, self._minus_ones = np.ones(shape), -np.ones(shape)
@@ -70,7 +84,7 @@ class TcpDeltaPose(Controller):
         pos, quat_wxyz = self._robot.frame_pose("tcp")
         np.subtract(self._target_pos, pos, out=left[:, :3])
         left[:, 3:] = quat_between(quat_wxyz, self._target_quat)
-        np.subtract(left, self._ik.lead("tcp"), out=left)  # what earlier steps have left over
+        np.subtract(left, self._ik.lead(), out=left)  # what earlier steps have left over
         np.maximum(left, self._minus_leash, out=kept)
         np.minimum(kept, self._leash, out=kept)
         np.add(kept, step, out=self._error_flat)

@@ -6,8 +6,9 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_controllers.inverse_kinematics import DampedLeastSquares
-from frobs_controllers.parameters import positive, rows
+from frobs_controllers.parameters import not_negative, positive, rows
 from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
 
 _OWNER = "tcp_delta_position"
@@ -22,19 +23,31 @@ class TcpDeltaPosition(Controller):
 
     Args:
         max_delta: Step of an action of 1, per axis [m].
-        damping: Of the least squares [m/rad]: more is calmer near singularities, and slower.
+        damping: Of the least squares [m/rad]: more is calmer near singularities and at the end of the reach, and
+            slower. A larger step wants more: about the root of half of it.
+        posture_gain: Share of the way home that the joints go in each step, as far as the tool stays where it is,
+            in [0, 1).
     """
 
     command_mode = CommandMode.POSITION
 
-    def __init__(self, *, max_delta: float = 0.05, damping: float = 0.05) -> None:
+    def __init__(self, *, max_delta: float = 0.05, damping: float = 0.1, posture_gain: float = 0.02) -> None:
         self.max_delta = positive(_OWNER, "max_delta", max_delta, "m")
         self.damping = positive(_OWNER, "damping", damping, "m/rad")
+        self.posture_gain = not_negative(_OWNER, "posture_gain", posture_gain, "1")
+        if self.posture_gain >= 1.0:
+            raise ConfigurationError(f"{_OWNER}: posture_gain must be in [0, 1), not {posture_gain!r}.")
 
     def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
         """Prepare for a robot."""
         self._robot = robot
-        self._ik = DampedLeastSquares(robot, 3, self.damping, control_timestep)
+        self._ik = DampedLeastSquares(
+            robot,
+            rows=3,
+            damping=self.damping,
+            posture_gain=self.posture_gain,
+            control_timestep=control_timestep,
+        )
         shape = (robot.num_envs, 3)
         self._ones, self._minus_ones = np.ones(shape), -np.ones(shape)
         self._leash, self._minus_leash = np.full(shape, self.max_delta), np.full(shape, -self.max_delta)
@@ -58,7 +71,7 @@ class TcpDeltaPosition(Controller):
         np.multiply(step, self._leash, out=step)
 
         np.subtract(target, self._robot.frame_pose("tcp")[0], out=left)
-        np.subtract(left, self._ik.lead("tcp"), out=left)  # what earlier steps have left over
+        np.subtract(left, self._ik.lead(), out=left)  # what earlier steps have left over
         np.maximum(left, self._minus_leash, out=kept)
         np.minimum(kept, self._leash, out=kept)
         np.add(kept, step, out=error)

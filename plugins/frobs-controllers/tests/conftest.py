@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from frobs_core.interfaces import CommandMode, DifferentialDrive, DriveGains, Robot, RobotHandle
 from frobs_core.models.model import Joint, JointLimits, JointType, Link, Pose, RobotModel
@@ -173,3 +174,31 @@ def _quat_wxyz(rotation):
     best = np.argmax(np.stack([outer[:, i, i] for i in range(4)], -1), axis=-1)
     row = outer[np.arange(len(r)), best]
     return row / np.sqrt((row * row).sum(-1, keepdims=True))
+
+
+@pytest.fixture
+def fake_arm():
+    """Make a fake IRB120: ``fake_arm(num_envs, share=…, sag=…, home=…)``."""
+    return FakeRobot
+
+
+@pytest.fixture
+def fake_cart():
+    """Make a fake cart with two wheels and a mast without limits."""
+
+    def make(num_envs=1, *, wheel_velocity=np.inf, robot=CART):
+        return FakeRobot(num_envs, model=cart_model(wheel_velocity), robot=robot)
+
+    return make
+
+
+@pytest.fixture
+def bound():
+    """Bind a controller to a robot and reset it: ``bound(controller, robot)``."""
+
+    def bind(controller, robot, control_timestep=0.04, decimation=20):
+        controller.bind(robot, control_timestep, decimation)
+        controller.reset(None)
+        return controller
+
+    return bind

@@ -1,0 +1,126 @@
+import numpy as np
+import pytest
+
+from frobs_controllers.joint_delta_position import JointDeltaPosition
+from frobs_controllers.joint_effort import JointEffort
+from frobs_controllers.joint_position import JointPosition
+from frobs_controllers.joint_velocity import JointVelocity
+from frobs_core.errors import ConfigurationError
+
+
+def test_joint_position_maps_the_ends_of_the_action_to_the_limits(fake_arm, bound):
+    robot = fake_arm()
+    controller = bound(JointPosition(), robot)
+    assert np.array_equal(controller.apply(np.ones((1, 6))), robot.position_upper)
+    assert np.array_equal(controller.apply(-np.ones((1, 6))), robot.position_lower)
+    assert np.allclose(controller.apply(np.zeros((1, 6))), (robot.position_lower + robot.position_upper) / 2)
+
+
+def test_joint_position_clips_actions(fake_arm, bound):
+    robot = fake_arm()
+    assert np.array_equal(bound(JointPosition(), robot).apply(np.full((1, 6), 7.0)), robot.position_upper)
+
+
+def test_joint_position_turns_a_continuous_joint_half_a_turn_each_way(fake_arm, bound):
+    robot = fake_arm()
+    robot.position_lower[:, 5], robot.position_upper[:, 5] = -np.inf, np.inf
+    assert bound(JointPosition(), robot).apply(np.ones((1, 6)))[0, 5] == np.pi
+
+
+def test_joint_position_refuses_a_prismatic_joint_without_limits(fake_cart, bound):
+    with pytest.raises(ConfigurationError, match="'mast_lift' has no position limits"):
+        bound(JointPosition(), fake_cart())
+
+
+def test_joint_delta_position_moves_each_joint_by_its_step(fake_arm, bound):
+    robot = fake_arm()
+    controller = bound(JointDeltaPosition(max_delta=0.1), robot)
+    action = np.array([[1.0, -1.0, 0.5, 0.0, 2.0, -2.0]])
+    assert np.allclose(controller.apply(action) - robot.home, [[0.1, -0.1, 0.05, 0.0, 0.1, -0.1]])
+
+
+def test_joint_delta_position_does_not_sink_where_the_joints_hang_below_the_command(fake_arm, bound):
+    robot = fake_arm(sag=0.01)
+    controller = bound(JointDeltaPosition(), robot)
+    for _ in range(50):
+        robot.command(controller.apply(np.zeros((1, 6))))
+        robot.step()
+    assert np.allclose(robot.joint_positions, robot.home - 0.01)
+
+
+def test_joint_delta_position_stays_inside_the_limits_and_comes_back_at_once(fake_arm, bound):
+    robot = fake_arm()
+    controller = bound(JointDeltaPosition(), robot)
+    for _ in range(100):
+        target = controller.apply(np.ones((1, 6)))
+    assert np.array_equal(target, robot.position_upper)
+    assert (controller.apply(-np.ones((1, 6))) < robot.position_upper).all()
+
+
+def test_full_range_offers_the_limits_and_adds_to_the_measured_positions(fake_arm, bound):
+    robot = fake_arm()
+    controller = bound(JointDeltaPosition(full_range=True), robot)
+    assert np.allclose(controller.action_space.high, robot.position_upper[0])
+    assert np.allclose(controller.action_space.low, robot.position_lower[0])
+    robot.write_joint_state(np.full((1, 6), 0.25))
+    assert np.allclose(controller.apply(np.full((1, 6), 0.5)), 0.75)
+    assert np.array_equal(controller.apply(np.full((1, 6), 100.0)), robot.position_upper)
+
+
+def test_joint_velocity_scales_to_the_limits(fake_arm, bound):
+    robot = fake_arm()
+    assert np.allclose(bound(JointVelocity(), robot).apply(np.full((1, 6), 0.5)), 0.5 * robot.velocity_limit)
+    slow = bound(JointVelocity(max_velocity=0.2), robot)
+    assert np.allclose(slow.apply(np.full((1, 6), 2.0)), 0.2)
+
+
+def test_joint_velocity_stops_at_a_position_limit_and_lets_go_of_it(fake_arm, bound):
+    robot = fake_arm()
+    controller = bound(JointVelocity(), robot)
+    robot.write_joint_state(robot.position_upper - 0.004)
+    assert np.allclose(controller.apply(np.ones((1, 6))), 0.1)  # 4 mrad in 40 ms
+    robot.write_joint_state(robot.position_upper)
+    assert np.array_equal(controller.apply(np.ones((1, 6))), np.zeros((1, 6)))
+    assert np.array_equal(controller.apply(-np.ones((1, 6))), -robot.velocity_limit)
+
+
+def test_joint_velocity_does_not_throw_back_a_joint_beyond_its_limit(fake_arm, bound):
+    robot = fake_arm()
+    controller = bound(JointVelocity(), robot)
+    robot.write_joint_state(robot.position_upper + 1.0)
+    assert np.array_equal(controller.apply(np.ones((1, 6))), -robot.velocity_limit)
+
+
+@pytest.mark.parametrize(
+    ("controller", "message"),
+    [(JointVelocity(), "say max_velocity="), (JointEffort(), "say max_effort=")],
+    ids=["velocity", "effort"],
+)
+def test_a_missing_limit_must_be_given_as_a_parameter(fake_cart, bound, controller, message):
+    with pytest.raises(ConfigurationError, match=message):
+        bound(controller, fake_cart())
+
+
+def test_joint_effort_scales_to_the_limits(fake_arm, fake_cart, bound):
+    robot = fake_arm()
+    assert np.allclose(bound(JointEffort(), robot).apply(np.full((1, 6), -0.5)), -0.5 * robot.effort_limit)
+    assert np.allclose(bound(JointEffort(max_effort=3.0), fake_cart()).apply(np.full((1, 3), 9.0)), 3.0)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf, "0.1", True, None], ids=repr)
+def test_steps_must_be_positive_and_finite(value):
+    with pytest.raises(ConfigurationError, match="joint_delta_position: max_delta must be a finite number above 0"):
+        JointDeltaPosition(max_delta=value)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf, "fast"], ids=repr)
+def test_own_limits_must_be_positive_and_finite(value):
+    with pytest.raises(ConfigurationError, match="max_velocity"):
+        JointVelocity(max_velocity=value)
+    with pytest.raises(ConfigurationError, match="max_effort"):
+        JointEffort(max_effort=value)
+
+
+def test_full_range_must_be_a_flag():
+    with pytest.raises(ConfigurationError, match="full_range must be True or False"):
+        JointDeltaPosition(full_range="yes")
