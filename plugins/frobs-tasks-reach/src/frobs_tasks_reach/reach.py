@@ -24,7 +24,7 @@ from frobs_core.interfaces.task import Observation
 from frobs_core.random import RandomSource
 from frobs_tasks_reach import terms
 from frobs_tasks_reach.observation import FlatObservation, ObservationTerm
-from frobs_tasks_reach.parameters import finite, numbers, positive, vector3
+from frobs_tasks_reach.parameters import box, finite, numbers, positive
 from frobs_tasks_reach.sampling import JointSampler, in_box, longest_reach
 
 _FLOOR_CLEARANCE = 0.05  # [m] lowest tool at the start of an episode, so that the arm does not start in the floor
@@ -70,6 +70,7 @@ class Reach(Task):
     control_timestep: ClassVar[float] = 0.04
     physics_timestep: ClassVar[float] = 0.002
 
+    distance_term: ClassVar[str] = "distance"
     observation_space: gym.spaces.Space[Any]
     observation_terms: Mapping[str, ObservationTerm]
     observation_scale: Floats
@@ -85,12 +86,7 @@ class Reach(Task):
         precision_weight: float = 0.5,
     ) -> None:
         self.tolerance = positive("tolerance", tolerance)
-        self.goal_low = vector3("goal_low", goal_low)
-        self.goal_high = vector3("goal_high", goal_high)
-        if not (self.goal_low < self.goal_high).all():
-            raise ConfigurationError(
-                f"goal_low {numbers(self.goal_low)} must be below goal_high {numbers(self.goal_high)} on every axis."
-            )
+        self.goal_low, self.goal_high = box("goal_low", goal_low, "goal_high", goal_high)
         if initial not in ("random", "home"):
             raise ConfigurationError(f"initial is '{initial}'; it must be 'random' or 'home'.")
         self.initial = initial
@@ -120,9 +116,9 @@ class Reach(Task):
         self.observation_scale = self._observation.scale
         # Views into the observation: what is measured is written once, where it is observed.
         self._joint_positions = self._observation.view("joint_positions")
-        self._tcp = self._observation.view("tcp_position")
         self._goal = self._observation.view("goal")
-        self._offset = self._observation.view("goal_offset")
+        self._tcp = self._view_or_buffer("tcp_position")
+        self._offset = self._view_or_buffer("goal_offset")
         self._distance: Floats = np.zeros(self._robot.num_envs)
         self._reward_terms: dict[str, Floats] = {}
 
@@ -158,7 +154,7 @@ class Reach(Task):
             return outside
         distance = self._distance * -self.distance_weight
         precision = terms.gaussian(self._distance, self.tolerance) * self.precision_weight
-        self._reward_terms = {"distance": distance, "precision": precision}
+        self._reward_terms = {self.distance_term: distance, "precision": precision}
         return distance + precision
 
     def reward_terms(self) -> Mapping[str, Floats]:
@@ -183,12 +179,13 @@ class Reach(Task):
 
     def snapshot(self) -> Snapshot:
         """Return the measured state and the goal."""
-        return {"observation": self._observation.values.copy()}
+        return {"observation": self._observation.values.copy(), "tcp": self._tcp.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
         self._observation.values[:] = snapshot["observation"]
-        self._distance = terms.distance(self._offset)
+        self._tcp[:] = snapshot["tcp"]
+        self._compare()
 
     # -- What tasks built on this one change --
 
@@ -196,11 +193,12 @@ class Reach(Task):
         return JointSampler(self._robot)
 
     def _observation_terms(self) -> dict[str, ObservationTerm]:
-        """Return the terms of the observation; they must include the four that :meth:`bind` takes views of."""
+        """Return the terms of the observation; ``joint_positions`` and ``goal`` must be among them."""
         robot = self._robot
         margin = _LIMIT_MARGIN * (robot.position_upper[0] - robot.position_lower[0])
         low, high = self._reach_box()
-        goal_low, goal_high = np.minimum(self.goal_low, low), np.maximum(self.goal_high, high)
+        goal_low, goal_high = self._goal_bounds()
+        goal_low, goal_high = goal_low - self._goal_excursion(), goal_high + self._goal_excursion()
         return {
             "joint_positions": ObservationTerm(
                 low=robot.position_lower[0] - margin, high=robot.position_upper[0] + margin, unit="rad or m"
@@ -213,6 +211,9 @@ class Reach(Task):
     def _measure(self) -> None:
         self._joint_positions[...] = self._robot.joint_positions
         self._tcp[...] = self._robot.frame_pose("tcp")[0]
+        self._compare()
+
+    def _compare(self) -> None:
         np.subtract(self._goal, self._tcp, out=self._offset)
         self._distance = terms.distance(self._offset)
 
@@ -223,7 +224,17 @@ class Reach(Task):
     def _place_goal(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
         self._goal[rows] = self._draw_goals(mask, rng) if given is None else self._checked_goal(given[rows])
 
+    def _goal_excursion(self) -> float:
+        """Return how far from where it is put a goal may go along an axis [m]."""
+        return 0.0
+
     # -- Parts --
+
+    def _view_or_buffer(self, name: str) -> Floats:
+        """Return where something is measured to, (num_envs, 3), observed or not."""
+        if name in self._observation.terms:
+            return self._observation.view(name)
+        return np.zeros((self._robot.num_envs, 3))
 
     def _place_robot(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
         robot = self._robot
@@ -260,17 +271,30 @@ class Reach(Task):
         base = self._robot.base_pose[0][0]
         return base - reach, base + reach
 
+    def _goal_bounds(self) -> tuple[Floats, Floats]:
+        """Return corners (3,) [m] in the world of all that a goal may be: the goal box, and all within reach."""
+        low, high = self._reach_box()
+        return np.minimum(self.goal_low, low), np.maximum(self.goal_high, high)
+
     def _checked_goal(self, goal: Floats) -> Floats:
-        goal_term = self._observation.terms["goal"]
-        if not in_box(goal, goal_term.low, goal_term.high).all():
+        if goal.shape[1:] != (3,):
+            raise ConfigurationError(f"a given goal has the shape {goal.shape[1:]}; it must be (3,): x, y, z [m].")
+        low, high = self._goal_bounds()
+        inside = in_box(goal, low, high)
+        if not inside.all():
             raise ConfigurationError(
-                f"the given goal {numbers(goal[~in_box(goal, goal_term.low, goal_term.high)][0])} m is beyond any "
-                f"reach: goals may lie between {numbers(goal_term.low)} and {numbers(goal_term.high)} m."
+                f"the given goal {numbers(goal[~inside][0])} m is beyond any reach: goals may lie between "
+                f"{numbers(low)} and {numbers(high)} m."
             )
         return goal
 
     def _checked_joints(self, positions: Floats) -> Floats:
         lower, upper = self._robot.position_lower[0], self._robot.position_upper[0]
+        if positions.shape[1:] != lower.shape:
+            raise ConfigurationError(
+                f"given joint positions have the shape {positions.shape[1:]}; it must be {lower.shape}: "
+                f"{', '.join(self._robot.joint_names)}."
+            )
         outside = (positions < lower - _LIMIT_ROUNDING) | (positions > upper + _LIMIT_ROUNDING)  # (n, dof)
         if outside.any():
             row, joint = np.argwhere(outside)[0]

@@ -15,6 +15,9 @@ from frobs_core.random import RandomSource
 _ROUNDS = (4, 16, 64, 256, 1024, 4096, 4096, 4096)
 """Candidates for each environment in each round: a few, as most succeed at once, then many."""
 
+_CHUNK = 4096
+"""Joint vectors whose forward kinematics are computed at a time, which bounds the memory."""
+
 Accept = Callable[[Floats], Mask]
 """Tool positions (..., 3) [m] in the world → (...) bool: which of them will do."""
 
@@ -47,7 +50,8 @@ class JointSampler:
     def survey(self, count: int) -> Floats:
         """Return where ``count`` joint vectors put the tool: (count, 3) [m], always the same."""
         vectors = RandomSource(1).uniform("survey", self.lower, self.upper, (count, len(self.lower)))[0]
-        return self._robot.frame_pose("tcp", vectors)[0].copy()
+        parts = (vectors[start : start + _CHUNK] for start in range(0, count, _CHUNK))
+        return np.concatenate([self._robot.frame_pose("tcp", part)[0] for part in parts])
 
     def draw(
         self, stream: str, rng: RandomSource, mask: Mask | None, accept: Accept, what: str

@@ -1,0 +1,126 @@
+"""Reach a goal that moves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import Controller, Simulation, Snapshot
+from frobs_core.random import RandomSource
+from frobs_tasks_reach.motion import Oscillation
+from frobs_tasks_reach.observation import ObservationTerm
+from frobs_tasks_reach.parameters import positive
+from frobs_tasks_reach.reach import Reach
+from frobs_tasks_reach.workspace import Workspace
+
+_SURVEY = 1 << 16  # joint vectors that tell which cells of the goal box are within reach
+
+
+class ReachDynamic(Reach):
+    """Keep the tool centre point at a goal that moves.
+
+    The goal swings along each axis: centre + amplitude · sin(2π · frequency · t + phase), drawn anew in each
+    episode. The centre is where forward kinematics puts the tool for a random joint vector inside the limits, at a
+    place from which the largest amplitude along every axis leads neither out of the goal box nor out of the arm's
+    reach (looked up on a grid of 5 cm). A goal that is given to ``reset`` is where the motion starts.
+
+    An episode never terminates. It is a success if the tool is within the tolerance when the time limit ends it.
+    The reward is that of :class:`frobs_tasks_reach.reach.Reach`, with respect to where the goal is at the end of
+    the control step; its distance term is named ``tracking_error``. The observation tells the goal's velocity too.
+
+    Args:
+        tolerance: Distance that counts as reached [m].
+        goal_low: Lowest corner of the goal box in the world [m].
+        goal_high: Highest corner of the goal box in the world [m].
+        initial: Joint positions at reset: ``"random"`` or ``"home"``.
+        distance_weight: [1/m]
+        precision_weight: Of the term that rewards the last centimetres.
+        max_amplitude: Amplitudes are uniform in [0, max_amplitude) [m].
+        max_frequency: Frequencies are uniform in [0, max_frequency) [Hz]. FRobs_RL's goal hardly moved, at up to
+            0.01 Hz; 0.2 Hz is up to 0.13 m/s along each axis.
+
+    Raises:
+        ConfigurationError: A value is out of range.
+    """
+
+    distance_term: ClassVar[str] = "tracking_error"
+
+    def __init__(
+        self,
+        *,
+        tolerance: float = 0.05,
+        goal_low: Sequence[float] = (-0.5, -0.5, 0.0),
+        goal_high: Sequence[float] = (0.5, 0.5, 1.0),
+        initial: str = "random",
+        distance_weight: float = 1.0,
+        precision_weight: float = 0.5,
+        max_amplitude: float = 0.1,
+        max_frequency: float = 0.2,
+    ) -> None:
+        super().__init__(
+            tolerance=tolerance,
+            goal_low=goal_low,
+            goal_high=goal_high,
+            initial=initial,
+            distance_weight=distance_weight,
+            precision_weight=precision_weight,
+        )
+        self.max_amplitude = positive("max_amplitude", max_amplitude)
+        self.max_frequency = positive("max_frequency", max_frequency)
+
+    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+        """Prepare for a simulation.
+
+        Raises:
+            ConfigurationError: The robot has no joints, or the box has no room within reach for the motion.
+        """
+        self._motion = Oscillation(simulation.num_envs, np.full(3, self.max_amplitude), np.full(3, self.max_frequency))
+        super().bind(simulation, controller, control_timestep)
+        self._goal_velocity = self._observation.view("goal_velocity")
+        self._workspace = Workspace(self.goal_low, self.goal_high, self._sampler.survey(_SURVEY))
+        self._workspace.shrink(self.max_amplitude)
+        if self._workspace.is_empty:
+            raise ConfigurationError(
+                f"the {self._box_text()} has no room within reach for a goal that swings by {self.max_amplitude} m: "
+                "choose a smaller max_amplitude or a wider box."
+            )
+
+    @property
+    def tracking_error(self) -> Floats:
+        """(num_envs,) [m] from tool to goal, now."""
+        return self._distance
+
+    def snapshot(self) -> Snapshot:
+        """Return the measured state and the goal's motion."""
+        return {**super().snapshot(), **self._motion.snapshot()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._motion.restore(snapshot)
+        super().restore(snapshot)
+
+    def _observation_terms(self) -> dict[str, ObservationTerm]:
+        speed = self._motion.max_speed
+        return {
+            **super()._observation_terms(),
+            "goal_velocity": ObservationTerm(low=-speed, high=speed, unit="m/s", scale=5.0),
+        }
+
+    def _goal_excursion(self) -> float:
+        return 2.0 * self.max_amplitude  # a goal that is given may be where the motion turns
+
+    def _place_goal(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
+        start = None if given is None else self._checked_goal(given[rows])
+        centre = self._draw_goals(mask, rng) if given is None else None
+        self._motion.begin(mask, rng, centre=centre, start=start)
+
+    def _draw_goals(self, mask: Mask | None, rng: RandomSource) -> Floats:
+        return self._sampler.draw("goal", rng, mask, self._workspace.contains, self._box_text())[1]
+
+    def _measure(self) -> None:
+        self._goal[...], self._goal_velocity[...] = self._motion.at(self._simulation.time)
+        super()._measure()

@@ -1,0 +1,126 @@
+"""Reach, goal-conditioned: for hindsight experience replay."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.interfaces import Controller, GoalTask, Simulation
+from frobs_core.interfaces.task import Observation
+from frobs_core.random import RandomSource
+from frobs_tasks_reach import terms
+from frobs_tasks_reach.reach import Reach, sparse_reward
+
+
+class ReachGoal(Reach, GoalTask):
+    """Bring the tool centre point to a goal, and hold it there; the observation tells goals apart from state.
+
+    Goals, starts, success and the end of episodes are those of :class:`frobs_tasks_reach.reach.Reach`. The
+    observation is a dictionary: ``observation`` (dof + 3: joint positions, tool), ``achieved_goal`` (3: tool) and
+    ``desired_goal`` (3), all float32, in SI units.
+
+    Reward, with d the distance between the two goals *as they are observed*, that is after rounding to float32: so
+    :meth:`reward` equals :meth:`compute_reward` of a replayed observation to the last bit.
+
+    - ``sparse``: 0 where d ≤ tolerance, else −1
+    - ``dense``: −d
+
+    Args:
+        tolerance: Distance that counts as reached [m].
+        goal_low: Lowest corner of the goal box in the world [m].
+        goal_high: Highest corner of the goal box in the world [m].
+        initial: Joint positions at reset: ``"random"`` or ``"home"``.
+
+    Raises:
+        ConfigurationError: A value is out of range.
+    """
+
+    reward_types: ClassVar[Sequence[str]] = ("sparse", "dense")
+
+    def __init__(
+        self,
+        *,
+        tolerance: float = 0.05,
+        goal_low: Sequence[float] = (-0.5, -0.5, 0.0),
+        goal_high: Sequence[float] = (0.5, 0.5, 1.0),
+        initial: str = "random",
+    ) -> None:
+        super().__init__(tolerance=tolerance, goal_low=goal_low, goal_high=goal_high, initial=initial)
+
+    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+        """Prepare for a simulation.
+
+        Raises:
+            ConfigurationError: The robot has no joints, or reaches nothing of the goal box.
+        """
+        super().bind(simulation, controller, control_timestep)
+        flat = self._observation
+        self._state = flat.values[:, : flat.columns["goal"].start]  # (num_envs, dof + 3) view
+        width = self._state.shape[1]
+        self.observation_terms = {name: flat.terms[name] for name in ("joint_positions", "tcp_position")}
+        self.observation_scale = flat.scale[:width]
+        tcp, goal = flat.columns["tcp_position"], flat.columns["goal"]
+        self.observation_space = gym.spaces.Dict(
+            {
+                "observation": _part(flat.space, slice(0, width)),
+                "achieved_goal": _part(flat.space, tcp),
+                "desired_goal": _part(flat.space, goal),
+            }
+        )
+
+    def observe(self, rng: RandomSource) -> Observation:
+        """Return ``observation`` (num_envs, dof + 3), ``achieved_goal`` and ``desired_goal`` (num_envs, 3), float32."""
+        return {
+            "observation": self._state.astype(np.float32),
+            "achieved_goal": self._achieved.copy(),
+            "desired_goal": self._desired.copy(),
+        }
+
+    def reward(self) -> Floats:
+        """Return the reward, (num_envs,)."""
+        reward = self._reward(self._distance)
+        self._reward_terms = {"outside" if self.reward_type == "sparse" else "distance": reward}
+        return reward
+
+    def reward_terms(self) -> Mapping[str, Floats]:
+        """Return ``outside`` (sparse) or ``distance`` (dense), (num_envs,)."""
+        return self._reward_terms
+
+    def compute_reward(self, achieved_goal: Floats, desired_goal: Floats, info: Any) -> Floats:
+        """Return the reward for goals, with no regard to the state.
+
+        Args:
+            achieved_goal: (..., 3) [m]
+            desired_goal: (..., 3) [m]
+            info: Ignored.
+
+        Returns:
+            (...) float64.
+        """
+        return self._reward(_goal_distance(achieved_goal, desired_goal))
+
+    def is_success(self) -> Mask:
+        """Return where the tool is within the tolerance now, (num_envs,) bool."""
+        return terms.inside(self._distance, self.tolerance)
+
+    def _reward(self, distance: Floats) -> Floats:
+        return sparse_reward(distance, self.tolerance) if self.reward_type == "sparse" else -distance
+
+    def _compare(self) -> None:
+        self._achieved: npt.NDArray[np.float32] = self._tcp.astype(np.float32)
+        self._desired: npt.NDArray[np.float32] = self._goal.astype(np.float32)
+        self._distance = _goal_distance(self._achieved, self._desired)
+
+
+def _goal_distance(achieved_goal: npt.ArrayLike, desired_goal: npt.ArrayLike) -> Floats:
+    """Return the distance [m] in float64, whatever the goals come as."""
+    return terms.distance(np.asarray(desired_goal, np.float64) - np.asarray(achieved_goal, np.float64))
+
+
+def _part(space: gym.spaces.Box, columns: slice) -> gym.spaces.Box:
+    return gym.spaces.Box(space.low[columns], space.high[columns], dtype=np.float32)

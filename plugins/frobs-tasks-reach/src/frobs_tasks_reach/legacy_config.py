@@ -1,0 +1,123 @@
+"""Reading the task YAML of FRobs_RL's reacher."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from frobs_core.errors import ConfigFileError, ConfigurationError, nearest
+from frobs_core.yaml import load_yaml, load_yaml_text
+from frobs_tasks_reach.parameters import boolean, finite, non_negative, number_list, positive
+
+ROOT = "irb120"
+"""The key under which FRobs_RL's file has everything."""
+
+IGNORED = (
+    "n_actions",
+    "n_observations",
+    "max_steps",
+    "position_ee_min",
+    "position_ee_max",
+    "max_distance",
+    "time_step",
+    "update_rate_multiplier",
+    "goal_ee_pos",
+)
+"""Keys that FRobs_RL's files have and that change nothing here."""
+
+_AXES = ("x", "y", "z")
+_DYNAMIC = tuple(f"{axis}_max_{what}" for what in ("amplitude", "freq") for axis in _AXES)
+
+
+def axes(name: str, value: Any) -> tuple[float, ...]:
+    """Return (x, y, z) of a mapping with these keys, or of three numbers.
+
+    Raises:
+        ConfigurationError: It is neither.
+    """
+    if isinstance(value, Mapping):
+        _check_keys(name, value, _AXES)
+        value = [value[axis] for axis in _AXES]
+    return number_list(name, value, 3)
+
+
+def dynamic(name: str, value: Any) -> dict[str, float]:
+    """Return the six numbers of ``pos_dynamic_params``.
+
+    Raises:
+        ConfigurationError: One is missing, unknown or negative.
+    """
+    if not isinstance(value, Mapping):
+        raise ConfigurationError(f"{name} is {value!r}; it must be a mapping with {', '.join(_DYNAMIC)}.")
+    _check_keys(name, value, _DYNAMIC)
+    return {key: non_negative(f"{name}.{key}", value[key]) for key in _DYNAMIC}
+
+
+USED: Mapping[str, Callable[[str, Any], Any]] = {
+    "min_joint_pos": number_list,
+    "max_joint_pos": number_list,
+    "position_goal_min": axes,
+    "position_goal_max": axes,
+    "tolerance_goal_pos": positive,
+    "training": boolean,
+    "pos_dynamic": boolean,
+    "pos_dynamic_params": dynamic,
+    "step_reward": finite,
+    "multiplier_dist_reward": finite,
+    "reached_goal_reward": finite,
+    "joint_limits_reward": finite,
+}
+"""Keys that mean something, with what checks and reads their values."""
+
+
+def read(config_file: str | Path | None, keywords: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a value for each key of :data:`USED`: a keyword's, else the file's, else FRobs_RL's own.
+
+    Args:
+        config_file: A task YAML of FRobs_RL, unchanged; None: none.
+        keywords: By key; those that are None are not given.
+
+    Raises:
+        ConfigFileError: The file cannot be read, or has an unknown key or an unusable value; names file and line.
+        ConfigurationError: A keyword has an unusable value.
+    """
+    source = files("frobs_tasks_reach") / "reacher_task.yaml"
+    values = _checked(load_yaml_text(source.read_text("utf-8"), str(source)), str(source))
+    if config_file is not None:
+        values |= _checked(load_yaml(config_file), config_file)
+    return values | {name: USED[name](name, value) for name, value in keywords.items() if value is not None}
+
+
+def _checked(document: Mapping[str, Any], path: str | Path) -> dict[str, Any]:
+    """Return the values that mean something, and refuse what is unknown."""
+    for key in document:
+        if key != ROOT:
+            raise ConfigFileError(path, _line(document, key), f"unknown key '{key}'; the file must hold '{ROOT}:'.")
+    section = document.get(ROOT)
+    if not isinstance(section, Mapping):
+        raise ConfigFileError(path, _line(document, ROOT), f"must hold a mapping under '{ROOT}:'.")
+    values = {}
+    for key, value in section.items():
+        if key in USED:
+            try:
+                values[key] = USED[key](key, value)
+            except ConfigurationError as error:
+                raise ConfigFileError(path, _line(section, key), str(error)) from error
+        elif key not in IGNORED:
+            known = [*USED, *IGNORED]
+            suggestion = nearest(str(key), known)
+            hint = f" Did you mean '{suggestion}'?" if suggestion else ""
+            raise ConfigFileError(path, _line(section, key), f"unknown key '{key}'.{hint} Known: {', '.join(known)}.")
+    return values
+
+
+def _line(mapping: Mapping[str, Any], key: str) -> int | None:
+    origin = getattr(mapping, "origins", {}).get(key)
+    return None if origin is None else origin[1]
+
+
+def _check_keys(name: str, value: Mapping[str, Any], expected: tuple[str, ...]) -> None:
+    if set(value) != set(expected):
+        raise ConfigurationError(f"{name} has the keys {', '.join(map(str, value))}; it needs {', '.join(expected)}.")

@@ -1,0 +1,53 @@
+"""Which parts of a box an arm can reach, on a grid."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_tasks_reach.sampling import in_box
+
+_CELL = 0.05  # [m] edge of a cell, as fine as the joint vectors below fill it
+_MAX_CELLS = 40  # along an axis, so that a large box costs no more than a small one
+
+
+class Workspace:
+    """The cells of a box in which at least one of many joint vectors puts the tool.
+
+    Args:
+        low: (3,) lowest corner of the box [m].
+        high: (3,) highest corner of the box [m].
+        reached: (k, 3) tool positions [m].
+    """
+
+    def __init__(self, low: Floats, high: Floats, reached: Floats) -> None:
+        counts = np.clip(np.ceil((high - low) / _CELL - 1e-9), 1, _MAX_CELLS).astype(int)
+        self._low, self._high = low, high
+        self._cell: Floats = (high - low) / counts
+        self._cells = np.zeros(counts, bool)
+        self._cells[self._index(reached[in_box(reached, low, high)])] = True
+
+    def shrink(self, margin: float) -> None:
+        """Keep only cells from which nothing within ``margin`` [m] along each axis leaves the reachable cells."""
+        steps = np.ceil(margin / self._cell - 1e-9).astype(int)
+        padded = np.pad(self._cells, [(s, s) for s in steps])  # outside of the box is out of reach
+        shape = self._cells.shape
+        for shift in itertools.product(*(range(2 * s + 1) for s in steps)):
+            self._cells &= padded[tuple(slice(s, s + n) for s, n in zip(shift, shape, strict=True))]
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether no cell is left."""
+        return not self._cells.any()
+
+    def contains(self, positions: Floats) -> Mask:
+        """Return which positions (..., 3) [m] lie in the cells that are left; (...) bool."""
+        inside = in_box(positions, self._low, self._high)
+        inside[inside] = self._cells[self._index(positions[inside])]
+        return inside
+
+    def _index(self, positions: Floats) -> tuple[np.ndarray, ...]:
+        index = ((positions - self._low) / self._cell).astype(int)
+        return tuple(np.minimum(index, np.array(self._cells.shape) - 1).T)
