@@ -1,0 +1,70 @@
+"""The table of commands: to add one, write its file and name it here, under the heading of ``--help`` that it suits."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any
+
+import typer
+
+from frobs_core import __version__
+from frobs_core.cli.check import check
+from frobs_core.cli.evaluate import evaluate
+from frobs_core.cli.group import FrobsGroup
+from frobs_core.cli.list import list_
+from frobs_core.cli.play import play
+from frobs_core.cli.plot import plot
+from frobs_core.cli.plugins import plugins
+from frobs_core.cli.show import show
+from frobs_core.cli.train import train
+
+COMMANDS: Mapping[str, Mapping[str, Callable[..., Any]]] = {
+    "Look around": {"list": list_, "show": show, "plugins": plugins},
+    "Learn": {"train": train, "evaluate": evaluate, "play": play, "plot": plot},
+    "Verify": {"check": check},
+}
+"""Heading, then word, then what it does. A family of its own (``doctor …``) is a typer app, added below."""
+
+
+def _help(function: Callable[..., Any]) -> str:
+    """Return a docstring as help: paragraphs without line breaks, then the example, a line for each command."""
+    *paragraphs, example = (inspect.getdoc(function) or "").split("\n\n")
+    lines = [line.strip() for line in example.splitlines()]
+    commands = [f"[not dim cyan]{line}[/]" for line in lines[1:]]
+    return "\n\n".join([*(" ".join(paragraph.split()) for paragraph in paragraphs), "\n".join([lines[0], *commands])])
+
+
+app = typer.Typer(
+    cls=FrobsGroup,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+)
+
+for _heading, _commands in COMMANDS.items():
+    for _word, _function in _commands.items():
+        app.command(_word, help=_help(_function), rich_help_panel=_heading)(_function)
+
+
+def frobs(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Show the version and exit.")] = False,
+    debug: Annotated[
+        bool, typer.Option("--debug", help="Show the traceback of an error; also FROBS_DEBUG=1, on any command.")
+    ] = False,
+) -> None:
+    """Robot reinforcement learning from plugins: simulators, robots, controllers, tasks and algorithms.
+
+    Example:
+        $ frobs list envs
+        $ frobs train frobs/Irb120Reach-v0
+        $ frobs COMMAND --help
+    """
+    if version:
+        typer.echo(f"frobs {__version__}")
+    elif context.invoked_subcommand is None:
+        typer.echo(context.get_help(), nl=False)
+
+
+app.callback(invoke_without_command=True, help=_help(frobs))(frobs)

@@ -1,0 +1,60 @@
+"""What ``frobs show`` says about a robot: what its description adds, and what its model file says."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from frobs_core.errors import FrobsError
+from frobs_core.interfaces import Robot
+from frobs_core.models import JointType, RobotModel
+
+
+def describe_robot(robot: Robot) -> dict[str, Any]:
+    """Return the facts about a robot. A model file that cannot be read is a fact too: ``error``."""
+    facts: dict[str, Any] = {"model": robot.model, "base": robot.base, "tcp": robot.tcp}
+    try:
+        model = _load(robot)
+    except FrobsError as error:
+        return {**facts, "error": str(error)}
+    facts |= {
+        "dof": len(model.actuated_joints),
+        "links": len(model.links),
+        "mass": f"{sum(link.inertial.mass for link in model.links if link.inertial):.6g} kg",
+        "sensors": [f"{name} ({lidar.rays} rays)" for name, lidar in robot.lidars.items()],
+        "notes": list(model.notes),
+        "joints": joints(model, robot.home),
+    }
+    return facts
+
+
+def joints(model: RobotModel, home: Mapping[str, float]) -> list[dict[str, Any]]:
+    """Return a row for each actuated joint: limits, and where it rests [rad or m, rad/s or m/s, N·m or N]."""
+    rows = []
+    for joint in model.actuated_joints:
+        limits = joint.limits
+        resting = 0.0 if limits.lower <= 0.0 <= limits.upper else (limits.lower + limits.upper) / 2.0
+        rows.append(
+            {
+                "joint": joint.name,
+                "type": joint.type.value,
+                "lower": _finite(limits.lower),
+                "upper": _finite(limits.upper),
+                "velocity": _finite(limits.velocity),
+                "effort": _finite(limits.effort),
+                "home": home.get(joint.name, resting),
+                "unit": "m" if joint.type is JointType.PRISMATIC else "rad",
+            }
+        )
+    return rows
+
+
+def _load(robot: Robot) -> RobotModel:
+    from frobs_core.models import load_model
+
+    return load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,53 @@
+"""What ``frobs show`` says about a run folder."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+
+def is_run(path: Path) -> bool:
+    """Tell a run's folder."""
+    return (path / "config.yaml").is_file()
+
+
+def describe_run(path: Path) -> dict[str, Any]:
+    """Return the facts about a run: configuration, the last row of its log, checkpoints and evaluations."""
+    from frobs_core.runs import Run
+
+    run = Run.open(path)
+    config = run.config.model_dump()
+    log = path / "progress.csv"
+    files = sorted(item.name for item in path.iterdir() if item.suffix in (".png", ".mp4"))
+    return {
+        "kind": "run",
+        "name": str(run.path),
+        "checkpoints": [checkpoint.steps for checkpoint in run.checkpoints],
+        "files": files,
+        "config": _flat(config),
+        "progress": _last_row(log) if log.is_file() else {},
+        "evaluations": [_evaluation(found) for found in run.evaluations()],
+    }
+
+
+def _flat(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return dotted keys, as ``--set`` takes them."""
+    flat: dict[str, Any] = {}
+    for key, value in mapping.items():
+        if isinstance(value, Mapping) and value:
+            flat |= _flat(value, f"{prefix}{key}.")
+        else:
+            flat[prefix + key] = value
+    return flat
+
+
+def _last_row(log: Path) -> dict[str, float]:
+    from frobs_core.runs.progress import read_progress
+
+    return {name: values[-1] for name, values in read_progress(log).items() if values}
+
+
+def _evaluation(found: Mapping[str, Any]) -> dict[str, Any]:
+    keys = ("steps", "episodes", "success_rate", "mean_reward", "mean_length", "simulator", "seed")
+    return {key: found.get(key) for key in keys}

@@ -1,0 +1,57 @@
+"""``frobs evaluate``: measure what a run has learned."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from frobs_core.cli.facts import print_facts
+from frobs_core.cli.options import Json, RunFolder, Seed, Simulator
+from frobs_core.cli.output import console, only_json, print_json
+from frobs_core.cli.progress import number, percent
+
+if TYPE_CHECKING:
+    from frobs_core.runs import Evaluation
+
+
+def evaluate(
+    run: RunFolder,
+    episodes: Annotated[int, typer.Option(metavar="N", min=1, help="How many episodes.")] = 1000,
+    simulator: Simulator = None,
+    seed: Seed = None,
+    json: Json = False,
+) -> None:
+    """Measure what a run has learned, on episodes that the training has never seen.
+
+    Example:
+        $ frobs evaluate runs/first
+        $ frobs evaluate runs/first --simulator pybullet
+        $ frobs evaluate runs/first --episodes 200 --json
+    """
+    from frobs_core.runs import Run
+    from frobs_core.runs import evaluate as evaluate_run
+
+    with only_json(json):
+        opened = Run.open(run)
+        with console(stderr=True).status(f"playing {episodes:,} episodes"):
+            found = evaluate_run(opened, episodes, simulator=simulator, seed=seed)
+    if json:
+        print_json({"run": opened.path, **found.to_dict()})
+    else:
+        print_facts({"name": str(opened.path), "kind": "run", **summary(found)})
+
+
+def summary(found: Evaluation) -> dict[str, object]:
+    """Return an evaluation as people read it."""
+    facts: dict[str, object] = {"environment": found.environment, "simulator": found.simulator}
+    if found.success_rate is not None and found.success_interval is not None:
+        low, high = found.success_interval
+        facts["success"] = f"{percent(found.success_rate)}  (95 % interval: {percent(low)} to {percent(high)})"
+    if found.success_by_octant:
+        name, worst = min(found.success_by_octant.items(), key=lambda item: item[1].success_rate)
+        facts["worst_octant"] = f"{percent(worst.success_rate)}  ({name}: {worst.episodes:,} episodes)"
+    facts["reward"] = f"{number(found.mean_reward)} per episode"
+    facts["length"] = f"{number(found.mean_length)} steps per episode"
+    facts["episodes"] = f"{found.episodes:,}, after {found.steps:,} steps of training"
+    return facts

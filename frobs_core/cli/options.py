@@ -1,0 +1,33 @@
+"""Arguments and options that several commands share, so that they read the same everywhere."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from frobs_core.cli.catalogue import complete_id
+
+Json = Annotated[bool, typer.Option("--json", help="Write JSON to stdout, and nothing else there.")]
+
+EnvId = Annotated[
+    str,
+    typer.Argument(
+        metavar="ID",
+        show_default=False,
+        help="A Gymnasium ID: one of 'frobs list envs', or any other ('CartPole-v1', 'module:Id-v0').",
+        autocompletion=complete_id,
+    ),
+]
+
+RunFolder = Annotated[
+    Path, typer.Argument(metavar="RUN", show_default=False, help="The folder that 'frobs train' wrote.")
+]
+
+Simulator = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", show_default="the environment's own", help="One of 'frobs list simulators'."),
+]
+
+Seed = Annotated[int | None, typer.Option(metavar="S", min=0, show_default=False, help="Random seed.")]

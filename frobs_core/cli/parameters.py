@@ -1,0 +1,75 @@
+"""The parameters of a class, read from its constructor's signature and from its docstring."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+_SECTIONS = ("Args:", "Attributes:")
+_ENTRY = re.compile(r"^(\w+)(?:\s*\([^)]*\))?:\s*(.*)$")
+
+
+def parameters(cls: type) -> list[dict[str, Any]]:
+    """Return the keywords that a class's constructor takes, those of its parents included where it passes them on.
+
+    Returns:
+        For each ``name``, ``required``, ``default`` (None where required) and ``help``.
+    """
+    documented = descriptions(cls)
+    found: dict[str, dict[str, Any]] = {}
+    for parameter in _signature(cls):
+        required = parameter.default is inspect.Parameter.empty
+        found.setdefault(
+            parameter.name,
+            {
+                "name": parameter.name,
+                "required": required,
+                "default": None if required else parameter.default,
+                "help": documented.get(parameter.name, ""),
+            },
+        )
+    return list(found.values())
+
+
+def descriptions(cls: type) -> Mapping[str, str]:
+    """Return what the docstrings of a class and its parents say about each parameter, in one line each."""
+    found: dict[str, str] = {}
+    for parent in cls.__mro__[:-1]:
+        for document in (parent.__doc__, vars(parent).get("__init__", object).__doc__):
+            for name, text in _entries(inspect.cleandoc(document or "")):
+                found.setdefault(name, text)
+    return found
+
+
+def _signature(cls: type) -> Iterator[inspect.Parameter]:
+    """Yield the parameters of the constructor, and of the next one that it passes ``**keywords`` on to."""
+    for parent in cls.__mro__[:-1]:
+        if "__init__" not in vars(parent):
+            continue
+        given = list(inspect.signature(vars(parent)["__init__"]).parameters.values())[1:]
+        kinds = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+        yield from (parameter for parameter in given if parameter.kind not in kinds)
+        if all(parameter.kind is not inspect.Parameter.VAR_KEYWORD for parameter in given):
+            return
+
+
+def _entries(document: str) -> Iterator[tuple[str, str]]:
+    """Yield name and text of each entry in the sections of a Google-style docstring that describe parameters."""
+    inside, name, text = False, "", ""
+    for line in [*document.splitlines(), ""]:
+        entry = _ENTRY.match(line.strip()) if inside and _indent(line) == 4 else None
+        if name and (entry or not line.strip() or _indent(line) <= 4):
+            yield name, text
+            name = ""
+        if entry:
+            name, text = entry[1], entry[2]
+        elif name:
+            text += f" {line.strip()}"
+        elif line.strip() and _indent(line) == 0:
+            inside = line.strip() in _SECTIONS
+
+
+def _indent(line: str) -> int:
+    return len(line) - len(line.lstrip())

@@ -1,0 +1,40 @@
+"""``frobs play``: watch what a run has learned."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from frobs_core.cli.options import RunFolder
+from frobs_core.cli.output import console, print_line
+from frobs_core.errors import ConfigurationError
+
+
+def play(
+    run: RunFolder,
+    video: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", dir_okay=False, show_default=False, help="Write an MP4 instead of a window."),
+    ] = None,
+    viewer: Annotated[bool, typer.Option("--viewer", help="Open a window; that is the default.")] = False,
+    episodes: Annotated[int, typer.Option(metavar="N", min=1, help="How many episodes the video shows.")] = 3,
+) -> None:
+    """Watch what a run has learned: in a window, or as a video.
+
+    Example:
+        $ frobs play runs/first
+        $ frobs play runs/first --video first.mp4
+    """
+    if video is not None and viewer:
+        raise ConfigurationError("--video and --viewer exclude each other; choose one.")
+    from frobs_core.runs import Run, record_video, view
+
+    opened = Run.open(run)
+    if video is None:
+        view(opened)
+        return
+    with console(stderr=True).status(f"recording {episodes} episodes"):
+        record_video(opened, video, episodes=episodes)
+    print_line(str(video))

@@ -1,0 +1,39 @@
+"""``frobs plot``: see how runs have learned."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from frobs_core.cli.output import print_line
+
+
+def plot(
+    runs: Annotated[
+        list[Path], typer.Argument(metavar="RUN...", show_default=False, help="Folders that 'frobs train' wrote.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            dir_okay=False,
+            show_default="learning_curve.png in the run, or here for several",
+            help="The picture.",
+        ),
+    ] = None,
+) -> None:
+    """Draw learning curves and reward terms as a PNG: of one run, or of several side by side.
+
+    Example:
+        $ frobs plot runs/first
+        $ frobs plot runs/seed0 runs/seed1 runs/seed2 --out seeds.png
+    """
+    from frobs_core.runs import Run, plot_runs
+
+    opened = [Run.open(path) for path in runs]
+    folder = opened[0].path if len(opened) == 1 else Path()
+    target = out or folder / "learning_curve.png"
+    plot_runs(opened, target)
+    print_line(str(target))

@@ -1,0 +1,92 @@
+"""``frobs show``: everything about one thing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+import gymnasium as gym
+import typer
+
+from frobs_core import plugins
+from frobs_core.cli import catalogue
+from frobs_core.cli.describe_environment import describe_environment
+from frobs_core.cli.describe_record import describe_record
+from frobs_core.cli.describe_run import describe_run, is_run
+from frobs_core.cli.facts import print_facts
+from frobs_core.cli.options import Json
+from frobs_core.cli.output import only_json, print_json, print_line, print_note
+from frobs_core.errors import UnknownNameError
+from frobs_core.specs import KINDS
+
+Facts = dict[str, Any]
+
+
+def show(
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME",
+            show_default=False,
+            help="A simulator, robot, controller, task or algorithm, an environment ID, or a run's folder; "
+            "KIND:NAME where it is several.",
+        ),
+    ],
+    json: Json = False,
+) -> None:
+    """Show everything about one thing: what it is, what it takes, what it needs, and what it goes with.
+
+    Example:
+        $ frobs show irb120
+        $ frobs show frobs/Irb120Reach-v0
+        $ frobs show controller:joint_position
+        $ frobs show runs/first --json
+    """
+    with only_json(json):
+        found = [describe() for describe in _meanings(name)]
+    if json:
+        print_json(found)
+        return
+    for i, facts in enumerate(found):
+        if i:
+            print_line()
+        print_facts(facts)
+    if len(found) > 1:
+        ways = ", ".join(f"'{facts['kind']}:{name}'" for facts in found)
+        print_note(f"'{name}' is several things; for one of them: {ways}")
+
+
+def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
+    """Yield what describes each thing that a name means.
+
+    Raises:
+        UnknownNameError: It means nothing.
+        AmbiguousNameError: Two distributions offer it.
+    """
+    prefix, _, rest = name.partition(":")
+    kind = prefix if prefix in (*KINDS, catalogue.ENVIRONMENT, "run") else None
+    wanted = rest if kind else name
+    found = False
+    for candidate in KINDS if kind is None else [kind] if kind in KINDS else []:
+        records = plugins.records(candidate)
+        offered_twice = any(known.endswith(f":{wanted}") for known in records)
+        if wanted in records or offered_twice or kind:
+            found = True
+            record = plugins.get_record(candidate, wanted)
+            yield lambda candidate=candidate, record=record: describe_record(candidate, record)  # type: ignore[misc]
+    if kind in (None, catalogue.ENVIRONMENT) and (kind or _is_id(wanted)):
+        found = True
+        spec = catalogue.find_spec(wanted)
+        yield lambda: describe_environment(spec)
+    if kind in (None, "run") and (kind or is_run(Path(wanted))):
+        found = True
+        yield lambda: describe_run(Path(wanted))
+    if not found:
+        names = {known for kind in KINDS for known in plugins.records(kind)} | set(catalogue.environments())
+        raise UnknownNameError("record, environment ID or run", name, names, catalogue.failed_plugins())
+
+
+def _is_id(name: str) -> bool:
+    """Tell an environment ID, in its self-importing form too."""
+    return catalogue.bare_id(name) in gym.registry or (":" in name and "/" in name)
