@@ -1,0 +1,161 @@
+"""The configuration of a run, and how it is put together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, cast
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownParameterError
+from frobs_core.plugins import get_record
+from frobs_core.specs import AlgorithmRecord
+from frobs_core.validation import validate
+from frobs_core.yaml import ConfigMapping, find_origin, load_yaml, load_yaml_text, load_yaml_value, merge
+
+_OWNER = "the run configuration"
+
+
+class RunConfig(BaseModel):
+    """Everything that a training is made from.
+
+    Attributes:
+        environment: Gymnasium ID; ``"module:ID"`` imports the module first.
+        environment_kwargs: Keywords of the environment: simulator, controller, task parameters, …
+        algorithm: Name of the algorithm.
+        algorithm_config: The algorithm's own settings.
+        num_envs: Environments that are stepped together.
+        steps: Environment steps, over all environments.
+        seed: Everything random comes from it; None: another one each time.
+        checkpoint_every: [environment steps] between checkpoints; None: a tenth of ``steps``.
+        keep_checkpoints: How many of the newest checkpoints stay.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    environment: Annotated[str, Field(min_length=1)]
+    environment_kwargs: dict[str, Any] = Field(default_factory=dict)
+    algorithm: str = "ppo"
+    algorithm_config: dict[str, Any] = Field(default_factory=dict)
+    num_envs: Annotated[int, Field(ge=1)] = 8
+    steps: Annotated[int, Field(ge=1)] = 100_000
+    seed: Annotated[int, Field(ge=0)] | None = None
+    checkpoint_every: Annotated[int, Field(ge=1)] | None = None
+    keep_checkpoints: Annotated[int, Field(ge=1)] = 3
+
+
+def resolve_config(
+    environment: str | None = None,
+    *,
+    file: Path | str | None = None,
+    flags: Mapping[str, Any] | None = None,
+    settings: Sequence[str] = (),
+) -> RunConfig:
+    """Put a configuration together; what comes later in the list wins.
+
+    1. what the algorithm's record has tuned for this ID; 2. the file; 3. the flags; 4. the settings.
+    A file may have a section ``controllers`` with one mapping for each controller, which counts when that controller
+    is chosen.
+
+    Args:
+        environment: Gymnasium ID; None: the file has it.
+        file: A YAML file with the keys of :class:`RunConfig`.
+        flags: Keys of :class:`RunConfig`, and ``simulator`` and ``controller``; those that are None do not count.
+        settings: ``"algorithm_config.n_steps=16"``: a dotted key and a YAML value.
+
+    Returns:
+        The configuration, with every default of the algorithm filled in.
+
+    Raises:
+        UnknownNameError: No algorithm has the name.
+        UnknownParameterError: A key is unknown.
+        ConfigurationError: A value cannot be used.
+        ConfigFileError: Either, in a file.
+    """
+    from_file = load_yaml(file) if file is not None else ConfigMapping()
+    from_flags = _from_flags(environment, flags or {})
+    from_settings = merge(*(_from_setting(setting) for setting in settings))
+    chosen = merge({"environment": "", "algorithm": "ppo"}, from_file, from_flags, from_settings)
+    record = algorithm_record(str(chosen["algorithm"]))
+    tuned = _tuned(record, str(chosen["environment"]))
+    given = merge(tuned, from_file, from_flags, from_settings)
+    controller = _environment_kwargs(given).get("controller")
+    merged = merge(
+        *_with_section(tuned, controller), *_with_section(from_file, controller), from_flags, from_settings
+    )
+    config = validate(RunConfig, merged, _OWNER)
+    return config.model_copy(
+        update={"algorithm_config": resolve_algorithm_config(record, merged.get("algorithm_config", {}))}
+    )
+
+
+def algorithm_record(name: str) -> AlgorithmRecord:
+    """Return an algorithm's record.
+
+    Raises:
+        UnknownNameError: No algorithm has the name.
+    """
+    return cast(AlgorithmRecord, get_record("algorithm", name))
+
+
+def resolve_algorithm_config(record: AlgorithmRecord, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Check an algorithm's settings and fill in its defaults; what is filled in already stays as it is.
+
+    Raises:
+        ConfigurationError: A key is unknown or a value cannot be used.
+    """
+    try:
+        return dict(record.load().resolve_config(settings))
+    except UnknownParameterError as error:  # of an algorithm that does not look at where a key was written
+        origin = find_origin(settings, [error.name])
+        if origin is None:
+            raise
+        raise ConfigFileError(*origin, str(error)) from None
+
+
+def _from_flags(environment: str | None, flags: Mapping[str, Any]) -> dict[str, Any]:
+    given = {key: value for key, value in flags.items() if value is not None}
+    if environment is not None:
+        given["environment"] = environment
+    for name in ("simulator", "controller"):
+        if name in given:
+            given["environment_kwargs"] = {**given.get("environment_kwargs", {}), name: given.pop(name)}
+    return given
+
+
+def _from_setting(setting: str) -> dict[str, Any]:
+    path, equals, text = setting.partition("=")
+    keys = path.strip().split(".")
+    if not equals or not all(keys):
+        raise ConfigurationError(f"--set {setting}: write it as key=value or section.key=value.")
+    value = load_yaml_value(text, f"--set {setting}")
+    for key in reversed(keys):
+        value = {key: value}
+    return cast("dict[str, Any]", value)
+
+
+def _tuned(record: AlgorithmRecord, environment: str) -> ConfigMapping:
+    resource = record.tuned.get(environment.rpartition(":")[2])
+    if resource is None:
+        return ConfigMapping()
+    package, _, path = resource.partition(":")
+    return load_yaml_text(resources.files(package).joinpath(path).read_text("utf-8"), f"{package}/{path}")
+
+
+def _environment_kwargs(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
+    kwargs = mapping.get("environment_kwargs")
+    return kwargs if isinstance(kwargs, Mapping) else {}
+
+
+def _with_section(layer: ConfigMapping, controller: Any) -> tuple[Mapping[str, Any], ...]:
+    """Take the section of a controller out of a layer, to be laid over it."""
+    sections = layer.get("controllers")
+    if sections is None:
+        return (layer,)
+    rest = ConfigMapping({key: value for key, value in layer.items() if key != "controllers"}, layer.origins)
+    if not isinstance(sections, Mapping) or not all(isinstance(section, Mapping) for section in sections.values()):
+        raise ConfigFileError(*layer.origins["controllers"], "'controllers' must hold one mapping for each controller.")
+    section = sections.get(controller)
+    return (rest,) if section is None else (rest, section)

@@ -1,0 +1,246 @@
+"""Plots of runs: success, reward and reward terms over environment steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import RunError
+from frobs_core.runs.files import write_aside
+from frobs_core.runs.progress import STEPS, read_progress
+from frobs_core.runs.run import Run
+
+# Distinguishable for the colour-blind too (Okabe and Ito 2008), the yellow left out.
+_COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#444444")
+_INK = "#2b2b2b"
+_GRID = "#e4e4e4"
+
+
+@dataclass(frozen=True)
+class _Curves:
+    """The log of one run; every column (rows,), smoothed columns beside the raw ones."""
+
+    run: Run
+    columns: dict[str, Floats]
+
+    def __getitem__(self, name: str) -> Floats:
+        missing = np.full(len(self.columns[STEPS]), np.nan)
+        return self.columns.get(name, missing)
+
+    def smooth(self, name: str) -> Floats:
+        return smooth(self[name], self["episode/count"])
+
+
+def plot_runs(runs: Sequence[Run], path: Path | str | None = None) -> Path:
+    """Draw learning curve and reward terms of runs as one PNG.
+
+    Runs of one environment and algorithm that differ in their seed share a colour: a bold mean in a band from the
+    lowest to the highest.
+
+    Args:
+        runs: At least one.
+        path: The file; None: ``plots/learning_curve.png`` in the folder of a single run, ``learning_curves.png``
+            beside the first of several.
+
+    Returns:
+        The file.
+
+    Raises:
+        RunError: matplotlib is not installed, there is no run, or a run has no log yet.
+    """
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise RunError("a plot needs matplotlib: pip install 'frobs-core[plots]'.") from error
+
+    curves = [_read(run) for run in runs]
+    if not curves:
+        raise RunError("there is no run to plot; name at least one run folder.")
+    groups = _groups(curves)
+    terms = _terms(curves[0]) if len(groups) == 1 else []
+    panels = [panel for panel, wanted in ((_success, _has(curves, "episode/success")), (_reward, True)) if wanted]
+    figure = Figure(figsize=(5.2 * (len(panels) + bool(terms)), 4.2), dpi=150, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(1, len(panels) + bool(terms), squeeze=False)[0]
+    for axis, draw in zip(axes, panels, strict=False):
+        _dress(axis)
+        draw(axis, groups)
+    if terms:
+        _dress(axes[-1])
+        _draw_terms(axes[-1], next(iter(groups.values())), terms)
+    if len(groups) > 1:
+        axes[0].legend(frameon=False, fontsize=9, labelcolor=_INK)
+    figure.suptitle(_title(groups), x=0.01, ha="left", fontsize=13, fontweight="bold", color=_INK)
+
+    target = Path(path) if path is not None else _default_path(runs)
+    write_aside(target, lambda aside: figure.savefig(aside, format="png"))
+    return target
+
+
+def smooth(values: Floats, weights: Floats, window: float = 0.04) -> Floats:
+    """Return a moving mean over a share of the rows, weighted; NaNs do not count.
+
+    Args:
+        values: (rows,)
+        weights: (rows,)
+        window: Share of the rows, in (0, 1].
+
+    Returns:
+        (rows,): NaN where the window holds no number.
+    """
+    half = int(window * len(values) / 2)
+    valid = np.isfinite(values)
+    weight = np.where(valid, np.nan_to_num(weights), 0.0)
+    sums = np.concatenate([[0.0], np.cumsum(np.where(valid, values, 0.0) * weight)])
+    counts = np.concatenate([[0.0], np.cumsum(weight)])
+    rows = np.arange(len(values))
+    first, last = np.maximum(rows - half, 0), np.minimum(rows + half + 1, len(values))
+    count = counts[last] - counts[first]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(count > 0, (sums[last] - sums[first]) / count, np.nan)
+
+
+def _read(run: Run) -> _Curves:
+    try:
+        columns = read_progress(run.path / "progress.csv")
+    except FileNotFoundError:
+        columns = {}
+    if not columns.get(STEPS):
+        raise RunError(f"{run.path} has no rows in its progress.csv yet; plot it once it has trained a while.")
+    return _Curves(run, {name: np.array(values) for name, values in columns.items()})
+
+
+def _groups(curves: Sequence[_Curves]) -> dict[str, list[_Curves]]:
+    """Gather runs that differ in nothing but the seed."""
+    keyed: dict[str, list[_Curves]] = {}
+    for curve in curves:
+        keyed.setdefault(curve.run.config.model_copy(update={"seed": None}).model_dump_json(), []).append(curve)
+    groups: dict[str, list[_Curves]] = {}
+    for members in keyed.values():
+        name = _label(members[0].run)
+        if name in groups or sum(_label(other[0].run) == name for other in keyed.values()) > 1:
+            name += f" ({members[0].run.path.name})"
+        groups[name] = members
+    return groups
+
+
+def _label(run: Run) -> str:
+    controller = run.config.environment_kwargs.get("controller")
+    return f"{run.config.environment} · {run.config.algorithm.upper()}{f' · {controller}' if controller else ''}"
+
+
+def _title(groups: dict[str, list[_Curves]]) -> str:
+    if len(groups) > 1:
+        return f"{sum(len(members) for members in groups.values())} runs"
+    name, members = next(iter(groups.items()))
+    seeds = ", ".join(str(member.run.config.seed) for member in members)
+    return f"{name} · seed{'s' if len(members) > 1 else ''} {seeds}"
+
+
+def _success(axis: Any, groups: dict[str, list[_Curves]]) -> None:
+    axis.set_title("Success at the end of the episode", loc="left", fontsize=10, color=_INK)
+    axis.set_ylim(-2, 102)
+    axis.yaxis.set_major_formatter(lambda value, _: f"{value:.0f} %")
+    axis.axhline(95, color="#9a9a9a", linewidth=0.8, linestyle=(0, (4, 3)))
+    for color, (name, members) in zip(_colors(groups), groups.items(), strict=True):
+        _draw(axis, members, "episode/success", color, name, 100.0)
+        for member in members:
+            _mark_evaluation(axis, member, color, len(groups) == len(members) == 1)
+
+
+def _reward(axis: Any, groups: dict[str, list[_Curves]]) -> None:
+    axis.set_title("Reward of an episode", loc="left", fontsize=10, color=_INK)
+    for color, (name, members) in zip(_colors(groups), groups.items(), strict=True):
+        _draw(axis, members, "episode/reward", color, name)
+
+
+def _draw_terms(axis: Any, members: Sequence[_Curves], terms: Sequence[str]) -> None:
+    axis.set_title("Reward terms of an episode", loc="left", fontsize=10, color=_INK)
+    for color, term in zip(_colors(terms), terms, strict=True):
+        _draw(axis, members, f"reward/{term}", color, term.replace("_", " "))
+    axis.legend(frameon=False, fontsize=9, labelcolor=_INK)
+
+
+def _draw(axis: Any, members: Sequence[_Curves], name: str, color: str, label: str, scale: float = 1.0) -> None:
+    """Draw one run with its raw values behind, or several as mean and band."""
+    if len(members) == 1:
+        axis.plot(members[0][STEPS], scale * members[0][name], color=color, alpha=0.25, linewidth=0.8)
+        axis.plot(members[0][STEPS], scale * members[0].smooth(name), color=color, linewidth=2.0, label=label)
+        return
+    steps = np.unique(np.concatenate([member[STEPS] for member in members]))
+    steps = steps[steps <= min(member[STEPS][-1] for member in members)]
+    rows = np.stack([_at(steps, member, name) for member in members])  # (runs, steps)
+    axis.fill_between(steps, scale * rows.min(0), scale * rows.max(0), color=color, alpha=0.18, linewidth=0)
+    axis.plot(steps, scale * rows.mean(0), color=color, linewidth=2.0, label=label)
+
+
+def _at(steps: Floats, member: _Curves, name: str) -> Floats:
+    values = member.smooth(name)
+    valid = np.isfinite(values)
+    if not valid.any():
+        return np.full(len(steps), np.nan)
+    return np.interp(steps, member[STEPS][valid], values[valid], left=np.nan)
+
+
+def _mark_evaluation(axis: Any, member: _Curves, color: str, annotate: bool) -> None:
+    """Mark what the deterministic policy reached on new episodes."""
+    found = [result for result in member.run.evaluations() if result.get("success_rate") is not None]
+    if not found:
+        return
+    latest = max(found, key=lambda result: (result["steps"], result["episodes"]))
+    rate, interval = 100.0 * latest["success_rate"], latest["success_interval"]
+    error = [[rate - 100.0 * interval[0]], [100.0 * interval[1] - rate]]
+    axis.errorbar(
+        [latest["steps"]], [rate], yerr=error, fmt="o", color=color, markersize=6,
+        markeredgecolor="white", markeredgewidth=1.2, capsize=3, zorder=5, clip_on=False,
+    )  # fmt: skip
+    if annotate:
+        text = f"{rate:.1f} % of {latest['episodes']}\nnew episodes"
+        axis.annotate(
+            text, (latest["steps"], rate), xytext=(-8, -14), textcoords="offset points", ha="right", va="top",
+            fontsize=9, color=color,
+        )  # fmt: skip
+
+
+def _dress(axis: Any) -> None:
+    axis.grid(color=_GRID, linewidth=0.8)
+    axis.set_axisbelow(True)
+    for side in ("top", "right", "left"):
+        axis.spines[side].set_visible(False)
+    axis.spines["bottom"].set_color("#b0b0b0")
+    axis.tick_params(colors=_INK, labelsize=9, length=0)
+    axis.set_xlabel("environment steps", fontsize=9, color=_INK)
+    axis.xaxis.set_major_formatter(lambda value, _: _count(value))
+    axis.margins(x=0.02)
+
+
+def _count(value: float) -> str:
+    """Return a number of steps as people say it: 300 k, 1.5 M."""
+    for size, unit in ((1e6, " M"), (1e3, " k")):
+        if abs(value) >= size:
+            return f"{value / size:.3g}{unit}"
+    return f"{value:.3g}"
+
+
+def _colors(items: Any) -> list[str]:
+    return [_COLORS[index % len(_COLORS)] for index in range(len(items))]
+
+
+def _has(curves: Sequence[_Curves], name: str) -> bool:
+    return any(bool(np.isfinite(curve[name]).any()) for curve in curves)
+
+
+def _terms(curve: _Curves) -> list[str]:
+    return [name.removeprefix("reward/") for name in curve.columns if name.startswith("reward/")]
+
+
+def _default_path(runs: Sequence[Run]) -> Path:
+    if len(runs) == 1:
+        return runs[0].path / "plots" / "learning_curve.png"
+    return runs[0].path.parent / "learning_curves.png"

@@ -1,0 +1,127 @@
+"""Watching a vector environment: what every episode came to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+
+from frobs_core.arrays import Floats
+
+TERM_PREFIX = "frobs/reward/"
+"""What the keys of reward terms in ``info`` begin with."""
+
+
+@dataclass(frozen=True)
+class FinishedEpisodes:
+    """The episodes that ended in one step.
+
+    Attributes:
+        env_ids: (n,) the environments that they ended in.
+        rewards: (n,) undiscounted sums.
+        lengths: (n,) [control steps]
+        successes: (n,) 1.0 or 0.0 at the end; None where the environment does not say.
+        terms: (n,) sum of each reward term.
+    """
+
+    env_ids: npt.NDArray[np.intp]
+    rewards: Floats
+    lengths: npt.NDArray[np.int64]
+    successes: Floats | None
+    terms: Mapping[str, Floats]
+
+
+class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
+    """Hands over the episodes that end, and changes nothing.
+
+    The info of a step in which episodes end gets ``episode``: ``{"r": rewards, "l": lengths}``, (num_envs,)
+    each, with the mask ``_episode``, as Gymnasium's own recorder has it.
+
+    Args:
+        env: With same-step autoreset.
+        on_episodes: Called in each step in which episodes end.
+    """
+
+    def __init__(
+        self, env: gym.vector.VectorEnv[Any, Any, Any], on_episodes: Callable[[FinishedEpisodes], None]
+    ) -> None:
+        super().__init__(env)
+        self._on_episodes = on_episodes
+        self._rewards: Floats = np.zeros(env.num_envs)
+        self._lengths = np.zeros(env.num_envs, np.int64)
+        self._terms: dict[str, Floats] = {}
+
+    @property
+    def term_names(self) -> tuple[str, ...]:
+        """Names of the reward terms that were seen so far."""
+        return tuple(self._terms)
+
+    def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Begin all episodes anew."""
+        self._rewards[:] = 0.0
+        self._lengths[:] = 0
+        for sums in self._terms.values():
+            sums[:] = 0.0
+        return super().reset(seed=seed, options=options)
+
+    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """Step, and add up."""
+        observation, rewards, terminated, truncated, info = self.env.step(actions)
+        self._rewards += rewards
+        self._lengths += 1
+        done = terminated | truncated
+        any_done = done.any()
+        self._add_terms(info, done if any_done else None)
+        if any_done:
+            self._finish(done, info)
+        return observation, rewards, terminated, truncated, info
+
+    def snapshot(self) -> dict[str, np.ndarray[Any, Any]] | None:
+        """Return the complete state of the environment and of the recorder; None where the environment has none."""
+        take = getattr(self.unwrapped, "snapshot", None)
+        if take is None:
+            return None
+        own = {"recorder/rewards": self._rewards.copy(), "recorder/lengths": self._lengths.copy()}
+        own |= {f"recorder/terms/{name}": sums.copy() for name, sums in self._terms.items()}
+        return {**take(), **own}
+
+    def restore(self, snapshot: Mapping[str, np.ndarray[Any, Any]]) -> None:
+        """Return to a snapshot."""
+        self._rewards[:] = snapshot["recorder/rewards"]
+        self._lengths[:] = snapshot["recorder/lengths"]
+        prefix = "recorder/terms/"
+        self._terms = {
+            key.removeprefix(prefix): np.array(sums) for key, sums in snapshot.items() if key.startswith(prefix)
+        }
+        self.unwrapped.restore({key: value for key, value in snapshot.items() if not key.startswith("recorder/")})
+
+    def _add_terms(self, info: Mapping[str, Any], done: npt.NDArray[np.bool_] | None) -> None:
+        # Where an episode ended, the step's own terms are in final_info: info tells of the reset already.
+        final = info.get("final_info", {}) if done is not None else {}
+        for key in info if not final else {**info, **final}:
+            if key.startswith(TERM_PREFIX):
+                name = key.removeprefix(TERM_PREFIX)
+                if name not in self._terms:
+                    self._terms[name] = np.zeros(self.num_envs)
+                if done is None:
+                    self._terms[name] += info[key]
+                else:
+                    self._terms[name] += np.where(done, final.get(key, 0.0), info.get(key, 0.0))
+
+    def _finish(self, done: npt.NDArray[np.bool_], info: dict[str, Any]) -> None:
+        ids = np.flatnonzero(done)
+        final = info.get("final_info", {})
+        successes = final["is_success"][ids].astype(np.float64) if "is_success" in final else None
+        terms = {name: sums[ids] for name, sums in self._terms.items()}
+        finished = FinishedEpisodes(ids, self._rewards[ids], self._lengths[ids], successes, terms)
+        info["episode"] = {"r": np.where(done, self._rewards, 0.0), "l": np.where(done, self._lengths, 0)}
+        info["_episode"] = done
+        self._rewards[ids] = 0.0
+        self._lengths[ids] = 0
+        for sums in self._terms.values():
+            sums[ids] = 0.0
+        self._on_episodes(finished)

@@ -1,0 +1,112 @@
+"""A run: one training, and the folder that holds all of it."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from frobs_core.errors import RunError, RunExistsError
+from frobs_core.runs.checkpoints import Checkpoint, list_checkpoints, newest_checkpoint
+from frobs_core.runs.config import RunConfig
+from frobs_core.runs.files import write_json, write_text
+from frobs_core.runs.seeds import RunSeeds, draw_seed, spread_seed
+from frobs_core.runs.versions import versions
+from frobs_core.validation import validate
+from frobs_core.yaml import dump_yaml, load_yaml
+
+
+class Run:
+    """A run folder.
+
+    ::
+
+        config.yaml      the resolved configuration
+        versions.json    of Python, the core, the plugins and the libraries
+        progress.csv     a row for each iteration
+        tensorboard/     the same as events
+        checkpoints/     step_…, each complete
+        evaluations/     what `frobs evaluate` found, as JSON
+        plots/           learning curve and reward terms
+        video.mp4
+
+    Made by :meth:`create` or :meth:`open`.
+
+    Attributes:
+        path: The folder.
+        config: The resolved configuration; its seed is never None.
+    """
+
+    def __init__(self, path: Path, config: RunConfig) -> None:
+        self.path = path
+        self.config = config
+
+    @classmethod
+    def create(cls, path: Path, config: RunConfig) -> Run:
+        """Make a new run folder.
+
+        Args:
+            path: The folder; it must not exist.
+            config: Resolved; a missing seed is drawn.
+
+        Raises:
+            RunExistsError: The folder exists.
+            RunError: It cannot be made.
+        """
+        if config.seed is None:
+            config = config.model_copy(update={"seed": draw_seed()})
+        try:
+            path.mkdir(parents=True)
+        except FileExistsError as error:
+            raise RunExistsError(path) from error
+        except OSError as error:
+            raise RunError(f"the run folder {path} cannot be made: {error.strerror}; choose another.") from error
+        run = cls(path, config)
+        write_text(path / "config.yaml", dump_yaml(config.model_dump()))
+        write_json(path / "versions.json", versions())
+        return run
+
+    @classmethod
+    def open(cls, path: Path | str) -> Run:
+        """Open a run folder.
+
+        Raises:
+            RunError: The folder is none.
+            ConfigFileError: Its configuration is damaged.
+        """
+        path = Path(path)
+        if not (path / "config.yaml").is_file():
+            what = "holds no config.yaml" if path.is_dir() else "is no folder"
+            raise RunError(f"{path} {what}; name a run folder, as 'frobs train' prints it at its end.")
+        return cls(path, validate(RunConfig, load_yaml(path / "config.yaml"), "a run"))
+
+    @property
+    def seeds(self) -> RunSeeds:
+        """The seeds that the run's seed was spread into."""
+        assert self.config.seed is not None
+        return spread_seed(self.config.seed)
+
+    @property
+    def checkpoints(self) -> list[Checkpoint]:
+        """The complete checkpoints, oldest first."""
+        return list_checkpoints(self.path / "checkpoints")
+
+    def newest_checkpoint(self) -> tuple[Checkpoint, list[str]]:
+        """Return the newest undamaged checkpoint, and one line for each damaged one that is newer.
+
+        Raises:
+            CheckpointError: There is none.
+        """
+        return newest_checkpoint(self.path / "checkpoints")
+
+    def evaluations(self) -> list[dict[str, Any]]:
+        """Return what ``evaluations/`` holds, in the order of the names."""
+        import json
+
+        return [json.loads(path.read_text("utf-8")) for path in sorted((self.path / "evaluations").glob("*.json"))]
+
+
+def default_run_dir(config: RunConfig) -> Path:
+    """Return ``runs/<ID>/<algorithm>_seed<seed>``, or with the time where no seed was chosen."""
+    ending = datetime.now().strftime("%Y%m%d-%H%M%S") if config.seed is None else f"seed{config.seed}"
+    return Path("runs") / config.environment.rpartition(":")[2] / f"{config.algorithm}_{ending}"
