@@ -65,14 +65,14 @@ def _fields(model: type[BaseModel], keys: tuple[int | str, ...]) -> list[str]:
 
 
 def _present(settings: Any, keys: tuple[int | str, ...]) -> list[str]:
-    """Leave out what pydantic adds for the members of a union; a missing key is kept."""
+    """Leave out what pydantic adds for the members of a union; a key that is missing is kept."""
     names: list[str] = []
     for key in keys:
-        if names and not isinstance(settings, Mapping | list):
+        if not isinstance(settings, Mapping | list):
             break
-        names.append(str(key))
         try:
             settings = settings[key]
         except (KeyError, IndexError, TypeError):
-            break
+            return [*names, str(key)] if isinstance(settings, Mapping) else names
+        names.append(str(key))
     return names

@@ -15,6 +15,9 @@ from frobs_core.errors import ConfigFileError
 MAX_VALUES = 100_000
 """Most values that a file may hold once its aliases are written out."""
 
+MAX_DEPTH = 50
+"""Deepest nesting."""
+
 _STANDARD = "tag:yaml.org,2002:"
 _PLAIN_TAGS = {_STANDARD + name for name in ("null", "bool", "int", "float", "str")}
 
@@ -35,7 +38,18 @@ class ConfigMapping(dict[str, Any]):
 
 
 class _Loader(yaml.SafeLoader):
-    """PyYAML's safe loader, which reads 1e-4 as a number and a date as text."""
+    """PyYAML's safe loader, which reads 1e-4 as a number and a date as text, and goes only so deep."""
+
+    _depth = 0
+
+    def compose_node(self, parent: Node | None, index: Any) -> Node | None:
+        self._depth += 1
+        if self._depth > MAX_DEPTH:
+            mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
+            raise yaml.MarkedYAMLError(problem=f"nested deeper than {MAX_DEPTH} levels", problem_mark=mark)
+        node: Node | None = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
 
 
 _Loader.yaml_implicit_resolvers = {
@@ -123,8 +137,6 @@ def _compose(text: str, path: Path) -> Node | None:
     except yaml.reader.ReaderError as error:
         line = text[: error.position].count("\n") + 1
         raise ConfigFileError(path, line, "holds a control character that YAML does not allow; remove it.") from error
-    except RecursionError:
-        raise ConfigFileError(path, None, "is nested too deeply; flatten it.") from None
     return node
 
 
@@ -235,4 +247,12 @@ def plain(value: Any) -> Any:
 
 def dump_yaml(mapping: Mapping[str, Any]) -> str:
     """Return YAML text that :func:`load_yaml` reads back."""
-    return yaml.safe_dump(plain(mapping), sort_keys=False, allow_unicode=True, width=120)
+    text: str = yaml.dump(plain(mapping), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
+    return text
+
+
+class _Dumper(yaml.SafeDumper):
+    """Quotes what :class:`_Loader` would read as a number."""
+
+
+_Dumper.yaml_implicit_resolvers = _Loader.yaml_implicit_resolvers

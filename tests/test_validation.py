@@ -1,0 +1,57 @@
+from __future__ import annotations
+
+import pytest
+from pydantic import BaseModel, ConfigDict, Field
+
+from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownParameterError
+from frobs_core.validation import validate
+from frobs_core.yaml import load_yaml_text, merge
+
+
+class Inner(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    width: int = Field(1, ge=1)
+    rate: float | str = 0.1
+
+
+class Outer(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    steps: int
+    inner: Inner = Inner()
+
+
+def test_an_unknown_key_names_the_nearest() -> None:
+    with pytest.raises(UnknownParameterError, match=r"thing takes no parameter 'step'\. Did you mean 'steps'\?"):
+        validate(Outer, {"step": 3}, "thing")
+
+
+def test_an_unknown_inner_key_names_where_it_stands() -> None:
+    with pytest.raises(UnknownParameterError, match=r"'inner' of thing takes no parameter 'with'\. Did you mean 'width'"):
+        validate(Outer, {"steps": 1, "inner": {"with": 3}}, "thing")
+
+
+def test_a_bad_value_names_the_key_and_the_bound() -> None:
+    with pytest.raises(ConfigurationError, match=r"thing: inner\.width = 0: Input should be greater than or equal to 1"):
+        validate(Outer, {"steps": 1, "inner": {"width": 0}}, "thing")
+
+
+def test_a_missing_key_is_named() -> None:
+    with pytest.raises(ConfigurationError, match="thing: steps: Field required"):
+        validate(Outer, {}, "thing")
+
+
+def test_a_member_of_a_union_is_not_named() -> None:
+    with pytest.raises(ConfigurationError, match=r"thing: inner\.rate = \[\]"):
+        validate(Outer, {"steps": 1, "inner": {"rate": []}}, "thing")
+
+
+def test_a_key_from_a_file_is_reported_with_file_and_line() -> None:
+    settings = load_yaml_text("steps: 1\ninner:\n  wdth: 3\n", "x.yaml")
+    with pytest.raises(ConfigFileError, match=r"x\.yaml:3: 'inner' of thing takes no parameter 'wdth'"):
+        validate(Outer, settings, "thing")
+
+
+def test_a_key_that_overrides_a_file_is_not_blamed_on_it() -> None:
+    settings = merge(load_yaml_text("steps: 1\n", "x.yaml"), {"steps": "many"})
+    with pytest.raises(ConfigurationError, match=r"^thing: steps = 'many'"):
+        validate(Outer, settings, "thing")
