@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from frobs_core import __version__
+from frobs_core.cli.bench import bench
 from frobs_core.cli.check import check
 from frobs_core.cli.evaluate import evaluate
 from frobs_core.cli.group import FrobsGroup
@@ -22,7 +23,7 @@ from frobs_core.cli.train import train
 COMMANDS: Mapping[str, Mapping[str, Callable[..., Any]]] = {
     "Look around": {"list": list_, "show": show, "plugins": plugins},
     "Learn": {"train": train, "evaluate": evaluate, "play": play, "plot": plot},
-    "Verify": {"check": check},
+    "Verify": {"check": check, "bench": bench},
 }
 """Heading, then word, then what it does. A family of its own (``doctor …``) is a typer app, added below."""
 
@@ -30,9 +31,8 @@ COMMANDS: Mapping[str, Mapping[str, Callable[..., Any]]] = {
 def _help(function: Callable[..., Any]) -> str:
     """Return a docstring as help: paragraphs without line breaks, then the example, a line for each command."""
     *paragraphs, example = (inspect.getdoc(function) or "").split("\n\n")
-    lines = [line.strip() for line in example.splitlines()]
-    commands = [f"[not dim cyan]{line}[/]" for line in lines[1:]]
-    return "\n\n".join([*(" ".join(paragraph.split()) for paragraph in paragraphs), "\n".join([lines[0], *commands])])
+    lines = "\n".join(line.strip() for line in example.splitlines())
+    return "\n\n".join([*(" ".join(paragraph.split()) for paragraph in paragraphs), lines])
 
 
 app = typer.Typer(

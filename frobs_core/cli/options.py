@@ -30,4 +30,9 @@ Simulator = Annotated[
     typer.Option(metavar="NAME", show_default="the environment's own", help="One of 'frobs list simulators'."),
 ]
 
+Controller = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", show_default="the environment's own", help="One of 'frobs list controllers'."),
+]
+
 Seed = Annotated[int | None, typer.Option(metavar="S", min=0, show_default=False, help="Random seed.")]

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from frobs_core.cli.options import RunFolder
-from frobs_core.cli.output import console, print_line
+from frobs_core.cli.output import console, print_line, print_note
 from frobs_core.errors import ConfigurationError
 
 
@@ -33,8 +33,9 @@ def play(
 
     opened = Run.open(run)
     if video is None:
+        print_note("playing until Ctrl-C, or until the window is closed")
         view(opened)
         return
     with console(stderr=True).status(f"recording {episodes} episodes"):
-        record_video(opened, video, episodes=episodes)
-    print_line(str(video))
+        path = record_video(opened, video, episodes=episodes)
+    print_line(str(path))

@@ -19,7 +19,7 @@ def plot(
         typer.Option(
             metavar="FILE",
             dir_okay=False,
-            show_default="learning_curve.png in the run, or here for several",
+            show_default="plots/learning_curve.png in the run, learning_curves.png beside several",
             help="The picture.",
         ),
     ] = None,
@@ -32,8 +32,4 @@ def plot(
     """
     from frobs_core.runs import Run, plot_runs
 
-    opened = [Run.open(path) for path in runs]
-    folder = opened[0].path if len(opened) == 1 else Path()
-    target = out or folder / "learning_curve.png"
-    plot_runs(opened, target)
-    print_line(str(target))
+    print_line(str(plot_runs([Run.open(path) for path in runs], out)))

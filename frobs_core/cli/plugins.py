@@ -45,7 +45,9 @@ def plugins(
                 print_line()
             _print_verbose(report)
     else:
-        rows = [[r.name, _state(r), f"{r.distribution} {r.version}", r.cause or _counts(r.records)] for r in found]
+        rows: list[list[str | Text]] = [
+            [r.name, _state(r), f"{r.distribution} {r.version}", r.cause or _counts(r.records)] for r in found
+        ]
         print_table(("plugin", "state", "from", "offers"), rows)
 
 

@@ -9,7 +9,7 @@ import typer
 
 from frobs_core.cli.catalogue import find_spec
 from frobs_core.cli.facts import print_facts
-from frobs_core.cli.options import EnvId, Json, Seed, Simulator
+from frobs_core.cli.options import Controller, EnvId, Json, Seed, Simulator
 from frobs_core.cli.output import only_json, print_json, print_note
 from frobs_core.cli.progress import TrainingProgress, duration, number, percent
 
@@ -27,10 +27,7 @@ def train(
         typer.Option(metavar="FILE", exists=True, dir_okay=False, show_default=False, help="YAML with settings."),
     ] = None,
     simulator: Simulator = None,
-    controller: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", show_default="the environment's own", help="One of 'frobs list controllers'."),
-    ] = None,
+    controller: Controller = None,
     num_envs: Annotated[
         int | None, typer.Option(metavar="N", min=1, show_default=False, help="Environments stepped together.")
     ] = None,
