@@ -8,23 +8,37 @@ from frobs_controllers.joint_velocity import JointVelocity
 from frobs_core.errors import ConfigurationError
 
 
+def arrive(controller, action):
+    """Return the command once the velocity limits have let it arrive."""
+    for _ in range(60):
+        command = controller.apply(action)
+    return command
+
+
 def test_joint_position_maps_the_ends_of_the_action_to_the_limits(fake_arm, bound):
     robot = fake_arm()
     controller = bound(JointPosition(), robot)
-    assert np.array_equal(controller.apply(np.ones((1, 6))), robot.position_upper)
-    assert np.array_equal(controller.apply(-np.ones((1, 6))), robot.position_lower)
-    assert np.allclose(controller.apply(np.zeros((1, 6))), (robot.position_lower + robot.position_upper) / 2)
+    assert np.allclose(arrive(controller, np.ones((1, 6))), robot.position_upper)
+    assert np.allclose(arrive(controller, -np.ones((1, 6))), robot.position_lower)
+    assert np.allclose(arrive(controller, np.zeros((1, 6))), (robot.position_lower + robot.position_upper) / 2)
 
 
 def test_joint_position_clips_actions(fake_arm, bound):
     robot = fake_arm()
-    assert np.array_equal(bound(JointPosition(), robot).apply(np.full((1, 6), 7.0)), robot.position_upper)
+    assert np.array_equal(arrive(bound(JointPosition(), robot), np.full((1, 6), 7.0)), robot.position_upper)
+
+
+def test_joint_position_goes_no_faster_than_the_velocity_limits(fake_arm, bound):
+    robot = fake_arm()
+    controller = bound(JointPosition(), robot)
+    moved = controller.apply(np.ones((1, 6))) - robot.home
+    assert np.allclose(moved, 0.04 * robot.velocity_limit)
 
 
 def test_joint_position_turns_a_continuous_joint_half_a_turn_each_way(fake_arm, bound):
     robot = fake_arm()
     robot.position_lower[:, 5], robot.position_upper[:, 5] = -np.inf, np.inf
-    assert bound(JointPosition(), robot).apply(np.ones((1, 6)))[0, 5] == np.pi
+    assert arrive(bound(JointPosition(), robot), np.full((1, 6), 2.0))[0, 5] == np.pi
 
 
 def test_joint_position_refuses_a_prismatic_joint_without_limits(fake_cart, bound):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Mapping
 from typing import Any, cast
 
@@ -12,7 +11,8 @@ import numpy as np
 from frobs_controllers.parameters import positive
 from frobs_core import plugins
 from frobs_core.arrays import Action, Floats, Mask
-from frobs_core.errors import ConfigurationError, InvalidActionError, UnknownParameterError
+from frobs_core.compose import build
+from frobs_core.errors import ConfigurationError, InvalidActionError
 from frobs_core.interfaces import Controller, RobotHandle, Snapshot
 from frobs_core.specs import ControllerRecord
 
@@ -53,7 +53,7 @@ class Discrete(Controller):
             plugins.get_record("controller", controller) if isinstance(controller, str) else controller,
         )
         self._name = record.name
-        self.inner = _build(record, controller_kwargs or {})
+        self.inner: Controller = build(f"controller '{record.name}'", record.load(), controller_kwargs or {})
         self.command_mode = self.inner.command_mode  # type: ignore[misc] # of the one that it wraps
 
     def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
@@ -101,18 +101,3 @@ class Discrete(Controller):
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
         self.inner.restore(snapshot)
-
-
-def _build(record: ControllerRecord, parameters: Mapping[str, Any]) -> Controller:
-    """Build a controller from its record.
-
-    Raises:
-        UnknownParameterError: It takes no such parameter.
-    """
-    factory = record.load()
-    known = inspect.signature(factory).parameters
-    for name in parameters:
-        if name not in known:
-            raise UnknownParameterError(f"controller '{record.name}'", name, known)
-    controller: Controller = factory(**parameters)
-    return controller

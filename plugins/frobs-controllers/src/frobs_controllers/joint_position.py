@@ -5,15 +5,16 @@ from __future__ import annotations
 import gymnasium as gym
 import numpy as np
 
-from frobs_controllers.parameters import position_range
+from frobs_controllers.parameters import position_range, rows
 from frobs_core.arrays import Action, Floats, Mask
-from frobs_core.interfaces import CommandMode, Controller, RobotHandle
+from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
 
 
 class JointPosition(Controller):
     """Commands the joint positions that an action names: −1 is the lower limit, 1 the upper, 0 the middle.
 
-    A joint without limits turns in [−π, π].
+    A joint without limits turns in [−π, π]. The command goes there no faster than the velocity limits allow: a jump
+    over the whole range would throw the arm.
     """
 
     command_mode = CommandMode.POSITION
@@ -24,20 +25,37 @@ class JointPosition(Controller):
         Raises:
             ConfigurationError: A prismatic joint has no limits.
         """
+        self._robot = robot
         self._lower, self._upper = position_range("joint_position", robot)
         self._middle = 0.5 * (self._lower + self._upper)
         self._half_range = 0.5 * (self._upper - self._lower)
-        self._target = np.zeros((robot.num_envs, robot.dof))
+        self._fastest = robot.velocity_limit * control_timestep  # (num_envs, dof) [rad or m] in a control step
+        self._slowest = -self._fastest
+        self._wanted, self._target = np.zeros(self._lower.shape), np.zeros(self._lower.shape)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (robot.dof,), np.float32)
+        self.reset(None)
 
     def reset(self, mask: Mask | None) -> None:
-        """Do nothing: an action names the whole target."""
+        """Command the present positions."""
+        self._target[rows(mask)] = self._robot.joint_positions[rows(mask)]
 
     def apply(self, action: Action) -> Floats:
-        """Return the joint positions that the action names, (num_envs, dof) [rad or m]."""
-        target = self._target
-        np.multiply(action, self._half_range, out=target)
-        np.add(target, self._middle, out=target)
+        """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""
+        wanted, target = self._wanted, self._target
+        np.multiply(action, self._half_range, out=wanted)
+        np.add(wanted, self._middle, out=wanted)
+        np.subtract(wanted, target, out=wanted)
+        np.maximum(wanted, self._slowest, out=wanted)
+        np.minimum(wanted, self._fastest, out=wanted)
+        np.add(target, wanted, out=target)
         np.maximum(target, self._lower, out=target)  # bounds the action too, and rounding
         np.minimum(target, self._upper, out=target)
         return target
+
+    def snapshot(self) -> Snapshot:
+        """Return the commanded positions."""
+        return {"target": self._target.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._target[:] = snapshot["target"]

@@ -1,0 +1,63 @@
+"""Observations in [−1, 1] for any environment with a bounded Box of observations."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+from gymnasium.utils import RecordConstructorArgs
+
+from frobs_core.wrappers.bounds import finite_bounds
+
+
+class NormalizeObservationWrapper(
+    gym.ObservationWrapper[npt.NDArray[np.float32], Any, npt.NDArray[Any]], RecordConstructorArgs
+):
+    """Scales observations from the environment's bounds to [−1, 1]; a component with low = high becomes 0.
+
+    Args:
+        env: The environment. Its own observation space stays as it is.
+        clip: Whether observations beyond the environment's bounds are brought back to [−1, 1].
+
+    Raises:
+        ConfigurationError: The observation space is no Box, or has a component without bounds.
+    """
+
+    def __init__(self, env: gym.Env[npt.NDArray[Any], Any], clip: bool = False) -> None:
+        RecordConstructorArgs.__init__(self, clip=clip)
+        super().__init__(env)
+        self.clip = clip
+        low, high = finite_bounds(type(self).__name__, "observation", env.observation_space)
+        self._middle = 0.5 * low + 0.5 * high
+        half_range = 0.5 * high - 0.5 * low  # halves first: the whole range may overflow
+        self._has_range = half_range > 0.0
+        self._divisor = np.where(self._has_range, half_range, 1.0)
+        self.observation_space = gym.spaces.Box(-1.0, 1.0, low.shape, np.float32)
+
+    def observation(self, observation: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+        """Return the scaled observation."""
+        return self.scale_observation(observation)
+
+    def scale_observation(self, observation: npt.ArrayLike) -> npt.NDArray[np.float32]:
+        """Scale from [low, high] to [−1, 1].
+
+        Args:
+            observation: Of the observation space's shape.
+
+        Returns:
+            Of the same shape, float32.
+
+        Raises:
+            ValueError: Its shape is another.
+        """
+        values = np.asarray(observation, dtype=np.float64)
+        if values.shape != self._middle.shape:
+            raise ValueError(
+                f"{type(self).__name__}: an observation must have the shape {self._middle.shape}, not {values.shape}."
+            )
+        scaled = np.where(self._has_range, (values - self._middle) / self._divisor, 0.0)
+        if self.clip:
+            scaled = np.clip(scaled, -1.0, 1.0)
+        return scaled.astype(np.float32)

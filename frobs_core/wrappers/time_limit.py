@@ -1,0 +1,63 @@
+"""A limit of steps that tells success from running out of time."""
+
+from __future__ import annotations
+
+from typing import Any, SupportsFloat
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.utils import RecordConstructorArgs
+
+from frobs_core.errors import ConfigurationError, ResetNeededError
+
+
+class TimeLimitWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
+    """Truncates an episode after a number of steps.
+
+    The info of an episode's last step has ``time_limit_reached`` (bool) and ``is_success`` (1.0 or 0.0): what the
+    environment says, also on the very last step, or 0.0 where it says nothing.
+
+    Args:
+        env: The environment.
+        max_steps: Steps per episode, ≥ 1.
+        legacy: As FRobs_RL did it: the limit also sets ``terminated``, which teaches an agent that the last state is
+            worth nothing.
+
+    Raises:
+        ConfigurationError: ``max_steps`` is no whole number ≥ 1.
+    """
+
+    def __init__(self, env: gym.Env[Any, Any], max_steps: int = 100, legacy: bool = False) -> None:
+        RecordConstructorArgs.__init__(self, max_steps=max_steps, legacy=legacy)
+        super().__init__(env)
+        if isinstance(max_steps, bool) or not isinstance(max_steps, int | np.integer) or max_steps < 1:
+            raise ConfigurationError(
+                f"{type(self).__name__}: max_steps must be a whole number of at least 1, not {max_steps!r}."
+            )
+        self.max_steps = int(max_steps)
+        self.legacy = legacy
+        self._elapsed_steps: int | None = None
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Begin an episode of at most ``max_steps`` steps."""
+        self._elapsed_steps = 0
+        return self.env.reset(seed=seed, options=options)
+
+    def step(self, action: Any) -> tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]:
+        """Step, and truncate at the limit.
+
+        Raises:
+            ResetNeededError: There was no ``reset`` yet.
+        """
+        if self._elapsed_steps is None:
+            raise ResetNeededError(f"{type(self).__name__}: call reset() before the first step().")
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        self._elapsed_steps += 1
+        limit_reached = self._elapsed_steps >= self.max_steps
+        if limit_reached:
+            truncated = True
+            terminated = terminated or self.legacy
+        if terminated or truncated:
+            info["time_limit_reached"] = limit_reached
+            info.setdefault("is_success", 0.0)
+        return observation, reward, terminated, truncated, info
