@@ -17,7 +17,7 @@ from frobs_tasks_reach.parameters import positive
 from frobs_tasks_reach.reach import Reach
 from frobs_tasks_reach.workspace import Workspace
 
-_SURVEY = 1 << 16  # joint vectors that tell which cells of the goal box are within reach
+_SURVEY = 1 << 17  # joint vectors that tell which cells of the goal box are within reach
 
 
 class ReachDynamic(Reach):
@@ -81,7 +81,8 @@ class ReachDynamic(Reach):
         self._motion = Oscillation(simulation.num_envs, np.full(3, self.max_amplitude), np.full(3, self.max_frequency))
         super().bind(simulation, controller, control_timestep)
         self._goal_velocity = self._observation.view("goal_velocity")
-        self._workspace = Workspace(self.goal_low, self.goal_high, self._sampler.survey(_SURVEY))
+        reached = self._sampler.survey(_SURVEY)
+        self._workspace = Workspace(self.goal_low, self.goal_high, reached[self._is_in_box(reached)])
         self._workspace.shrink(self.max_amplitude)
         if self._workspace.is_empty:
             raise ConfigurationError(

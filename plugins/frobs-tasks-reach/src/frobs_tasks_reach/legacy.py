@@ -26,7 +26,7 @@ class ReachLegacy(Reach):
 
     Its action is the whole way of each joint, and was carried out by a motion that the step waited for. So the ID
     has the controller ``joint_delta_position`` with ``full_range=True``, and the control timestep is 0.5 s: the
-    drives get to the commanded positions in it, whatever the action, and stand there when the step ends. What is
+    drives get to the commanded positions in it, whatever the action, if nothing is in the way. What is
     not as it was: the way there (no planned path, no speed limit), goals (forward kinematics of random joint
     vectors instead of points that a planner accepts), and the arm collides.
 

@@ -23,11 +23,13 @@ from frobs_core.interfaces import (
 from frobs_core.interfaces.task import Observation
 from frobs_core.random import RandomSource
 from frobs_tasks_reach import terms
+from frobs_tasks_reach.keep_out import Foot
 from frobs_tasks_reach.observation import FlatObservation, ObservationTerm
 from frobs_tasks_reach.parameters import box, finite, numbers, positive
 from frobs_tasks_reach.sampling import JointSampler, in_box, longest_reach
 
 _FLOOR_CLEARANCE = 0.05  # [m] lowest tool at the start of an episode, so that the arm does not start in the floor
+_FOOT_CLEARANCE = 0.03  # [m] between a goal and the robot's own foot: half the width of a flange
 _LIMIT_MARGIN = 0.1  # share of a joint's range by which drives may overshoot its limits within the observation space
 _LIMIT_ROUNDING = 1e-6  # [rad or m] a given joint position may be this far outside, as float32 rounds
 _SURVEY = 4096  # joint vectors that are tried once, to tell a box out of reach from an unlucky draw
@@ -38,7 +40,8 @@ class Reach(Task):
 
     A goal is where forward kinematics puts the tool for a random joint vector inside the limits, if that lies in
     the goal box: reachable by construction. So goals cover all of the box that the arm can reach, but not evenly:
-    a place that more joint vectors reach is drawn more often. Whether the arm would touch itself is not looked at.
+    a place that more joint vectors reach is drawn more often. Goals inside the robot's own foot are left out; beyond
+    that, whether the arm would touch itself is not looked at.
 
     An episode never terminates. It is a success if the tool is within the tolerance when the time limit ends it:
     passing by the goal does not count, holding it does. ``is_success`` of any step tells of that step.
@@ -108,6 +111,7 @@ class Reach(Task):
         self._robot: RobotHandle = simulation.robots["robot"]
         if not self._robot.dof:
             raise ConfigurationError(f"robot '{self._robot.robot.name}' has no actuated joint: it cannot reach.")
+        self._foot = Foot(self._robot)
         self._sampler = self._make_sampler()
         self._check_box()
         self._observation = FlatObservation(self._robot.num_envs, self._observation_terms())
@@ -248,7 +252,7 @@ class Reach(Task):
         # "home" is where the simulation's reset has put it
 
     def _is_in_box(self, positions: Floats) -> Mask:
-        return in_box(positions, self.goal_low, self.goal_high)
+        return in_box(positions, self.goal_low, self.goal_high) & self._foot.is_clear(positions, _FOOT_CLEARANCE)
 
     def _box_text(self) -> str:
         return f"goal box {numbers(self.goal_low)} to {numbers(self.goal_high)} m"

@@ -28,6 +28,7 @@ class Workspace:
         self._cell: Floats = (high - low) / counts
         self._cells = np.zeros(counts, bool)
         self._cells[self._index(reached[in_box(reached, low, high)])] = True
+        self._fill_holes()
 
     def shrink(self, margin: float) -> None:
         """Keep only cells from which nothing within ``margin`` [m] along each axis leaves the reachable cells."""
@@ -47,6 +48,13 @@ class Workspace:
         inside = in_box(positions, self._low, self._high)
         inside[inside] = self._cells[self._index(positions[inside])]
         return inside
+
+    def _fill_holes(self) -> None:
+        """Count a cell as reachable if at least 5 of the 6 that touch its faces are: it was missed by chance."""
+        padded = np.pad(self._cells, 1).astype(int)
+        x, y, z = self._cells.shape
+        faces = [(0, 1, 1), (2, 1, 1), (1, 0, 1), (1, 2, 1), (1, 1, 0), (1, 1, 2)]
+        self._cells |= sum(padded[i : i + x, j : j + y, k : k + z] for i, j, k in faces) >= 5
 
     def _index(self, positions: Floats) -> tuple[np.ndarray, ...]:
         index = ((positions - self._low) / self._cell).astype(int)

@@ -1,0 +1,88 @@
+"""Where a tool cannot be because the robot's own foot is there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.interfaces import RobotHandle
+from frobs_core.models import Box, Capsule, Cylinder, Geometry, JointType, Pose, RobotModel, Sphere
+from frobs_core.rotations import matrix_from_quat
+
+Solid = tuple[Geometry, Floats, Floats]
+"""A shape with its origin (3,) [m] and its rotation matrix (3, 3) in the world."""
+
+
+class Foot:
+    """The collision shapes of the root link and of what is fixed to it, where the scene places them.
+
+    Meshes are left out, and so is all of a robot whose base can move.
+
+    Args:
+        robot: Its handle.
+    """
+
+    def __init__(self, robot: RobotHandle) -> None:
+        self._solids: list[Solid] = []
+        if robot.robot.base != "fixed":
+            return
+        base_pos, base_quat = robot.base_pose[0][0], robot.base_pose[1][0]
+        rotation = matrix_from_quat(base_quat)
+        for link, pos, turn in _fixed_links(robot.model):
+            for collision in next(found for found in robot.model.links if found.name == link).collisions:
+                offset, local = _matrix(collision.origin)
+                self._solids.append(
+                    (
+                        collision.geometry,
+                        base_pos + rotation @ (pos + turn @ offset),
+                        rotation @ turn @ local,
+                    )
+                )
+
+    def is_clear(self, positions: Floats, clearance: float) -> Mask:
+        """Return which positions (..., 3) [m] are farther than ``clearance`` [m] from every shape; (...) bool."""
+        clear = np.ones(positions.shape[:-1], bool)
+        for geometry, origin, rotation in self._solids:
+            local = ((positions - origin)[..., None] * rotation).sum(axis=-2)  # rotationᵀ · (p − origin)
+            clear &= distance_to(geometry, local) > clearance
+        return clear
+
+
+def distance_to(geometry: Geometry, positions: Floats) -> Floats:
+    """Return how far positions are from a shape's surface, 0 inside; infinite for a mesh.
+
+    Args:
+        geometry: The shape.
+        positions: (..., 3) [m] in its frame.
+
+    Returns:
+        (...) [m]
+    """
+    x, y, z = positions[..., 0], positions[..., 1], positions[..., 2]
+    radial = np.hypot(x, y)
+    match geometry:
+        case Sphere(radius):
+            return np.maximum(np.hypot(radial, z) - radius, 0.0)
+        case Capsule(radius, length):
+            return np.maximum(np.hypot(radial, np.maximum(np.abs(z) - length / 2, 0.0)) - radius, 0.0)
+        case Cylinder(radius, length):
+            return np.hypot(np.maximum(radial - radius, 0.0), np.maximum(np.abs(z) - length / 2, 0.0))
+        case Box(size):
+            outside = [np.maximum(np.abs(c) - edge / 2, 0.0) for c, edge in zip((x, y, z), size, strict=True)]
+            return np.hypot(np.hypot(outside[0], outside[1]), outside[2])
+    return np.full(positions.shape[:-1], np.inf)
+
+
+def _fixed_links(model: RobotModel) -> list[tuple[str, Floats, Floats]]:
+    """Return the root and the links that are fixed to it: name, origin (3,) and rotation (3, 3) in the root's frame."""
+    found = [(model.root, np.zeros(3), np.eye(3))]
+    for name, pos, turn in found:  # grows while it is read
+        for joint in model.joints:
+            if joint.parent == name and joint.type is JointType.FIXED:
+                offset, local = _matrix(joint.origin)
+                found.append((joint.child, pos + turn @ offset, turn @ local))
+    return found
+
+
+def _matrix(pose: Pose) -> tuple[Floats, Floats]:
+    return np.array(pose.pos), matrix_from_quat(pose.quat_wxyz)

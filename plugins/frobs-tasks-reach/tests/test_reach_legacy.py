@@ -1,0 +1,135 @@
+from __future__ import annotations
+
+import re
+from importlib.resources import files
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from frobs_core.errors import ConfigFileError, ConfigurationError
+from frobs_tasks_reach.legacy import ReachLegacy
+
+LEGACY = "frobs/Irb120ReachLegacy-v0"
+SHIPPED = files("frobs_tasks_reach") / "reacher_task.yaml"
+STILL = np.zeros(6, np.float32)
+
+
+@pytest.fixture
+def config_file(tmp_path):
+    """Write the shipped task YAML with changes: (what to find, what to put in its place)."""
+
+    def write(*changes):
+        text = SHIPPED.read_text("utf-8")
+        for find, put in changes:
+            text, count = re.subn(find, put, text)
+            assert count == 1
+        path = tmp_path / "reacher_task.yaml"
+        path.write_text(text, "utf-8")
+        return path
+
+    return write
+
+
+def test_observation_is_direction_goal_and_joints(make):
+    env = make(LEGACY)
+    joints = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+    observation, _ = env.reset(seed=0, options={"goal": (0.3, 0.1, 0.4), "joint_positions": joints})
+    tool = env.unwrapped.robot.frame_pose("tcp")[0][0]
+    offset = np.array([0.3, 0.1, 0.4]) - tool
+    np.testing.assert_allclose(observation, [*offset / np.linalg.norm(offset), 0.3, 0.1, 0.4, *joints], atol=1e-6)
+
+
+def test_direction_is_zero_at_the_goal_not_nan(make):
+    env = make(LEGACY)
+    env.reset(seed=0, options={"joint_positions": np.zeros(6)})
+    tool = env.unwrapped.robot.frame_pose("tcp")[0][0].copy()
+    observation, _ = env.reset(options={"joint_positions": np.zeros(6), "goal": tool})
+    assert observation[:3].tolist() == [0.0, 0.0, 0.0]
+
+
+def test_reaching_the_goal_pays_ten_and_terminates(make):
+    env = make(LEGACY)
+    env.reset(seed=0, options={"joint_positions": np.zeros(6), "goal": (0.374, 0.0, 0.63)})
+    _, reward, terminated, _, info = env.step(STILL)
+    assert (reward, terminated, info["is_success"]) == (10.0, True, 1.0)
+
+
+def test_away_from_the_goal_the_distance_and_the_step_are_paid_for(make):
+    env = make(LEGACY)
+    env.reset(seed=0, options={"joint_positions": np.zeros(6), "goal": (-0.3, 0.1, 0.4)})
+    _, reward, terminated, _, info = env.step(STILL)
+    np.testing.assert_allclose(reward, -env.unwrapped.task.distance[0] - 0.01, rtol=1e-12)
+    assert not terminated
+    assert info["frobs/reward/joint_limits"] == 0.0
+
+
+def test_an_action_is_a_delta_over_the_full_range_that_ends_at_the_limit_with_a_penalty(make):
+    env = make(LEGACY)
+    env.reset(seed=0, options={"joint_positions": np.zeros(6), "goal": (-0.3, 0.1, 0.4)})
+    np.testing.assert_allclose(env.action_space.high, env.unwrapped.robot.position_upper[0], rtol=1e-6)
+    action = STILL.copy()
+    action[5] = env.action_space.high[5]
+    env.step(action)
+    _, _, _, _, info = env.step(action)
+    np.testing.assert_allclose(env.unwrapped.robot.joint_positions[0, 5], 6.98132, atol=1e-3)
+    assert info["frobs/reward/joint_limits"] == -5.0
+
+
+def test_a_moving_goal_never_terminates_and_is_success_inside(make):
+    params = {f"{axis}_max_amplitude": 0.1 for axis in "xyz"} | {f"{axis}_max_freq": 0.5 for axis in "xyz"}
+    env = make(LEGACY, pos_dynamic=True, pos_dynamic_params=params, tolerance_goal_pos=1.0)
+    start, _ = env.reset(seed=0, options={"goal": (0.3, 0.1, 0.4)})
+    observation, _, terminated, _, info = env.step(STILL)
+    assert (terminated, info["is_success"], info["frobs/reward/reached_goal"]) == (False, 1.0, 10.0)
+    assert (observation[3:6] != start[3:6]).all()
+
+
+def test_without_training_the_goal_must_be_given(make):
+    env = make(LEGACY, training=False)
+    with pytest.raises(ConfigurationError, match="no goal is drawn"):
+        env.reset(seed=0)
+    env.reset(seed=0, options={"goal": (0.3, 0.1, 0.4)})
+
+
+def test_a_task_file_of_frobs_rl_is_read_and_keywords_go_before_it(config_file):
+    path = config_file((r"tolerance_goal_pos: 0\.05", "tolerance_goal_pos: 0.01"), (r"reward: -5\.0", "reward: -1"))
+    task = ReachLegacy(config_file=path, step_reward=-0.5)
+    assert task.tolerance == 0.01
+    assert task.config["joint_limits_reward"] == -1.0
+    assert task.config["step_reward"] == -0.5
+    assert task.goal_high.tolist() == [0.5, 0.5, 1.0]
+
+
+def test_the_shipped_file_is_the_default():
+    assert ReachLegacy(config_file=str(SHIPPED)).config == ReachLegacy().config
+    assert ReachLegacy().config["reached_goal_reward"] == 10.0
+
+
+@pytest.mark.parametrize(
+    ("find", "put", "message"),
+    [
+        (
+            "step_reward:",
+            "step_rewrad:",
+            r"reacher_task.yaml:\d+: unknown key 'step_rewrad'. Did you mean 'step_reward'",
+        ),
+        (r"irb120:", "irb140:", r"reacher_task.yaml:\d+: unknown key 'irb140'; the file must hold 'irb120:'"),
+        (r"pos: 0\.05", "pos: -1", r"reacher_task.yaml:\d+: tolerance_goal_pos is -1; it must be above 0"),
+        (r"x_max_freq: 0.01 ", "x_max_frequency: 0.01 ", r"reacher_task.yaml:\d+: pos_dynamic_params has the keys"),
+        (r"training: true", "training: 1", r"reacher_task.yaml:\d+: training is 1; it must be true or false"),
+        (
+            r"position_goal_min: .*",
+            "position_goal_min: {x: 1}",
+            r"reacher_task.yaml:\d+: position_goal_min has the keys",
+        ),
+    ],
+)
+def test_a_mistake_in_the_file_is_named_with_its_line(config_file, find, put, message):
+    with pytest.raises(ConfigFileError, match=message):
+        ReachLegacy(config_file=config_file((find, put)))
+
+
+def test_joint_positions_of_another_arm_are_refused():
+    with pytest.raises(ConfigurationError, match=r"min_joint_pos has 2 numbers, but robot 'irb120' has 6 joints"):
+        gym.make(LEGACY, min_joint_pos=(-1.0, -1.0))
