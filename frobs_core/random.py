@@ -11,40 +11,40 @@ import hashlib
 from collections.abc import Sequence
 from functools import lru_cache
 from math import prod
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError
 
-_MULTIPLIERS = (np.uint64(0xD2511F53), np.uint64(0xCD9E8D57))
-_WEYL = (0x9E3779B9, 0xBB67AE85)
-_LOW = np.uint64(0xFFFFFFFF)
-_HALF = np.uint64(32)
+_LOW = 0xFFFFFFFF
+_FULL = 0xFFFFFFFFFFFFFFFF
+_FEW = 8  # so many blocks are faster one by one in plain Python than in forty small NumPy calls
 
 Words = npt.NDArray[np.uint64]
 """Unsigned 32-bit words, held in 64 bits so that products fit."""
 
 
-def philox4x32(counter: Sequence[Words], key: Sequence[Words]) -> list[Words]:
-    """Return Philox 4×32-10 of broadcastable arrays.
+def philox4x32(counter: Sequence[Any], key: Sequence[Any]) -> tuple[Any, Any, Any, Any]:
+    """Return Philox 4×32-10 of whole numbers, or of broadcastable arrays of :data:`Words`.
 
     Args:
-        counter: Four arrays of 32-bit words.
-        key: Two arrays of 32-bit words.
+        counter: Four 32-bit words.
+        key: Two 32-bit words.
 
     Returns:
-        Four arrays of 32-bit words.
+        Four 32-bit words.
     """
     c0, c1, c2, c3 = counter
     k0, k1 = key
-    for i in range(10):
-        p0 = _MULTIPLIERS[0] * c0
-        p1 = _MULTIPLIERS[1] * c2
-        bump0, bump1 = np.uint64(i * _WEYL[0] & 0xFFFFFFFF), np.uint64(i * _WEYL[1] & 0xFFFFFFFF)
-        c0, c2 = (p1 >> _HALF) ^ c1 ^ ((k0 + bump0) & _LOW), (p0 >> _HALF) ^ c3 ^ ((k1 + bump1) & _LOW)
-        c1, c3 = p1 & _LOW, p0 & _LOW
-    return [c0, c1, c2, c3]
+    for _ in range(10):
+        p0 = 0xD2511F53 * c0
+        p1 = 0xCD9E8D57 * c2
+        c0, c1, c2, c3 = (p1 >> 32) ^ c1 ^ k0, p1 & _LOW, (p0 >> 32) ^ c3 ^ k1, p0 & _LOW
+        k0, k1 = (k0 + 0x9E3779B9) & _LOW, (k1 + 0xBB67AE85) & _LOW
+    return c0, c1, c2, c3
 
 
 @lru_cache(maxsize=1024)
@@ -54,9 +54,9 @@ def _stream_number(stream: str) -> int:
 
 def _mix(x: Words) -> Words:
     """Spread neighbouring numbers over 64 bits (the finaliser of SplitMix64, Steele, Lea, Flood 2014)."""
-    x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return x ^ (x >> np.uint64(31))
+    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9
+    x = (x ^ (x >> 27)) * 0x94D049BB133111EB
+    return x ^ (x >> 31)
 
 
 class RandomSource:
@@ -75,24 +75,33 @@ class RandomSource:
         self._episodes: Words = np.zeros(num_envs, np.uint64)
         self._steps: Words = np.zeros(num_envs, np.uint64)
         self._draws: dict[str, Words] = {}
+        self._keys: dict[str, Words] = {}
 
     def seed(self, seeds: Sequence[int] | Words, mask: Mask | None = None) -> None:
-        """Give the environments of ``mask`` seeds (taken modulo 2⁶⁴); their next episode is number 0."""
+        """Give the n environments of ``mask`` seeds (taken modulo 2⁶⁴); their next episode is number 0.
+
+        Raises:
+            ConfigurationError: There are not n seeds.
+        """
         rows = slice(None) if mask is None else mask
-        self._seeds[rows] = [int(seed) & 0xFFFFFFFFFFFFFFFF for seed in seeds]
-        self._episodes[rows] = np.uint64(0xFFFFFFFF)  # begin_episode counts up to 0
+        n = len(self._seeds[rows])
+        if len(seeds) != n:
+            raise ConfigurationError(f"{len(seeds)} seeds were given for {n} environments; give one for each.")
+        self._seeds[rows] = np.array([int(seed) & _FULL for seed in seeds], np.uint64)
+        self._episodes[rows] = _LOW  # begin_episode counts up to 0
+        self._keys.clear()
 
     def begin_episode(self, mask: Mask | None = None) -> None:
         """Count an episode, and start at step 0 of it."""
         rows = slice(None) if mask is None else mask
-        self._episodes[rows] = (self._episodes[rows] + np.uint64(1)) & _LOW
+        self._episodes[rows] = (self._episodes[rows] + 1) & _LOW
         self._steps[rows] = 0
         for draws in self._draws.values():
             draws[rows] = 0
 
     def begin_step(self) -> None:
         """Count a step of every environment."""
-        self._steps += np.uint64(1)
+        self._steps += 1
         if self._draws:
             self._draws.clear()
 
@@ -104,7 +113,7 @@ class RandomSource:
         shape: tuple[int, ...] = (),
         mask: Mask | None = None,
     ) -> Floats:
-        """Draw from [low, high).
+        """Draw from [low, high); rounding may give ``high`` once in 10¹⁵ draws.
 
         Args:
             stream: Name of what is drawn: ``"goal"``.
@@ -133,7 +142,13 @@ class RandomSource:
     def integers(
         self, stream: str, low: int, high: int, shape: tuple[int, ...] = (), mask: Mask | None = None
     ) -> npt.NDArray[np.int64]:
-        """Draw whole numbers from [low, high); (n, …shape) int64."""
+        """Draw whole numbers from [low, high); (n, …shape) int64.
+
+        Raises:
+            ConfigurationError: There is no whole number in [low, high).
+        """
+        if low >= high:
+            raise ConfigurationError(f"stream '{stream}': there is no whole number in [{low}, {high}).")
         return low + np.floor((high - low) * self._unit(stream, shape, mask)).astype(np.int64)
 
     def snapshot(self) -> dict[str, npt.NDArray[np.uint64]]:
@@ -145,19 +160,38 @@ class RandomSource:
         self._seeds[:], self._episodes[:] = snapshot["seeds"], snapshot["episodes"]
         self._steps[:] = snapshot["steps"]
         self._draws.clear()
+        self._keys.clear()
+
+    def _key(self, stream: str) -> Words:
+        """Return the key of each environment for a stream; (2, num_envs)."""
+        key = self._keys.get(stream)
+        if key is None:
+            mixed = _mix(self._seeds + np.uint64(_stream_number(stream)))
+            key = self._keys[stream] = np.stack((mixed & _LOW, mixed >> 32))
+        return key
 
     def _unit(self, stream: str, shape: tuple[int, ...], mask: Mask | None) -> Floats:
         """Draw from [0, 1) with 53 bits; (n, *shape)."""
         rows = slice(None) if mask is None else mask
-        seeds, steps, episodes = self._seeds[rows], self._steps[rows], self._episodes[rows]
-        draws = self._draws.setdefault(stream, np.zeros(self.num_envs, np.uint64))
-        size = prod(shape)
-        blocks = np.arange((size + 1) // 2, dtype=np.uint64)
-        key = _mix(seeds + np.uint64(_stream_number(stream)))[:, None]
-        words = philox4x32(
-            (blocks[None, :], draws[rows][:, None], steps[:, None], episodes[:, None]), (key & _LOW, key >> _HALF)
-        )
-        draws[rows] += np.uint64(1)
-        halves = [(words[i] >> np.uint64(5)) * 67108864.0 + (words[i + 1] >> np.uint64(6)) for i in (0, 2)]
-        numbers = np.stack(halves, axis=-1).reshape(len(seeds), -1)[:, :size]  # (n, size)
-        return (numbers * (1.0 / 9007199254740992.0)).reshape(len(seeds), *shape)
+        if stream not in self._draws:
+            self._draws[stream] = np.zeros(self.num_envs, np.uint64)
+        draws, steps, episodes = self._draws[stream][rows], self._steps[rows], self._episodes[rows]
+        key = self._key(stream)[:, rows]
+        n, size = len(draws), prod(shape)
+        blocks = (size + 1) // 2
+        if n * blocks <= _FEW:
+            counters = zip(draws.tolist(), steps.tolist(), episodes.tolist(), key.T.tolist(), strict=True)
+            words = [philox4x32((i, *counter), k) for *counter, k in counters for i in range(blocks)]
+            numbers = np.array([number for w in words for number in _fractions(w)])
+        else:
+            counter = (np.arange(blocks, dtype=np.uint64), draws[:, None], steps[:, None], episodes[:, None])
+            numbers = np.stack(_fractions(philox4x32(counter, key[:, :, None])), axis=-1)
+        self._draws[stream][rows] += np.uint64(1)
+        return numbers.reshape(n, 2 * blocks)[:, :size].reshape(n, *shape)
+
+
+def _fractions(words: Sequence[Any]) -> tuple[Any, Any]:
+    """Make two numbers in [0, 1) of four words: 53 of 64 bits each."""
+    w0, w1, w2, w3 = words
+    unit = 1.0 / 9007199254740992.0  # 2⁻⁵³
+    return ((w0 >> 5) * 67108864 + (w1 >> 6)) * unit, ((w2 >> 5) * 67108864 + (w3 >> 6)) * unit
