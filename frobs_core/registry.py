@@ -1,7 +1,7 @@
 """Registering the Gymnasium IDs of all plugins: strings only, nothing is imported.
 
 An ID that two distributions offer is registered for neither: asking for it raises an error that names both, and
-each stays reachable with its distribution as the namespace (``"frobs-tasks-reach/Irb120Reach-v0"``).
+each stays reachable with its distribution as the namespace (``"frobs-tasks-reach/frobs.Irb120Reach-v0"``).
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from gymnasium.envs.registration import EnvSpec, get_env_id, parse_env_id
 
 from frobs_core import plugins
 from frobs_core.errors import AmbiguousNameError, UnknownNameError
-from frobs_core.plugins.collection import PluginReport, Plugins, warn
+from frobs_core.plugins.collection import Plugins, warn
 from frobs_core.plugins.discovery import normalize
+from frobs_core.plugins.report import PluginReport
 from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 COMPOSITIONAL_ID = "frobs/Env-v0"
@@ -28,6 +29,8 @@ COMPOSITIONAL_ID = "frobs/Env-v0"
 _SINGLE = "frobs_core.env:RobotEnv"
 _VECTOR = "frobs_core.env:RobotVectorEnv"
 _CLASH = "frobs_core.registry:raise_clash"
+
+_registered: dict[str, EnvSpec] = {}  # known again even when a user has changed, say, its max_episode_steps
 
 
 @dataclass
@@ -59,6 +62,7 @@ def register_environments() -> None:
                     max_episode_steps=spec.max_episode_steps,
                     kwargs=spec.kwargs,
                 )
+                _registered[spec.id] = gym.registry[spec.id]
             except gym.error.Error as error:
                 table.problems[spec.id] = f"environment ID '{spec.id}' is not registered: {error}"
     for line in table.problems.values():
@@ -106,6 +110,7 @@ def raise_clash(id: str, distributions: Sequence[str], **_: Any) -> NoReturn:
 
 def _table(collection: Plugins) -> _Table:
     table = _Table(specs={COMPOSITIONAL_ID: _spec(COMPOSITIONAL_ID, 100, {})})
+    task_names = set(collection.records("task"))
     offers: dict[str, list[tuple[PluginReport, TaskRecord, EnvironmentRecord]]] = {}
     for report in collection.reports():
         for task in report.records["task"]:
@@ -123,7 +128,8 @@ def _table(collection: Plugins) -> _Table:
         for report, task, environment in offered:
             if len(offered) > 1:
                 environment = replace(environment, id=_qualified(id, report.distribution))
-            _add(table, collection, report, task, environment)
+            name = task.name if task.name in task_names else f"{report.distribution}:{task.name}"
+            _add(table, report, name, task, environment)
     for id, distributions in table.clashes.items():
         if id not in gym.registry:
             table.specs[id] = EnvSpec(
@@ -132,20 +138,26 @@ def _table(collection: Plugins) -> _Table:
     return table
 
 
-def _add(
-    table: _Table, collection: Plugins, report: PluginReport, task: TaskRecord, environment: EnvironmentRecord
-) -> None:
+def _add(table: _Table, report: PluginReport, task_name: str, task: TaskRecord, environment: EnvironmentRecord) -> None:
     problem = _problem(environment)
     if not problem:
-        spec = _spec(environment.id, environment.max_episode_steps, _kwargs(collection, report, task, environment))
-        if gym.registry.get(spec.id, spec) != spec:
+        kwargs = {
+            "task": task_name,
+            "robot": environment.robot,
+            "controller": environment.controller,
+            "simulator": environment.simulator,
+            **copy.deepcopy(dict(environment.parameters)),
+        }
+        spec = _spec(environment.id, environment.max_episode_steps, kwargs)
+        there = gym.registry.get(spec.id)
+        if spec.id in table.specs:
+            problem = "another environment of FRobs has this ID"
+        elif there is not None and there is not _registered.get(spec.id) and there != spec:
             problem = "it is registered already, by somebody else"
-        elif spec.id in table.specs:
-            problem = "it is reserved"
     if problem:
-        table.problems[environment.id] = (
-            f"environment ID '{environment.id}' of plugin '{report.name}' of {report.origin} is not registered: {problem}"
-        )
+        origin = f"plugin '{report.name}' of {report.origin}"
+        line = f"environment ID '{environment.id}' of {origin} is not registered: {problem}"
+        table.problems[environment.id] = line
     else:
         table.specs[spec.id] = spec
         table.environments[spec.id] = (task, environment)
@@ -153,19 +165,6 @@ def _add(
 
 def _spec(id: str, max_episode_steps: int, kwargs: dict[str, Any]) -> EnvSpec:
     return EnvSpec(id, _SINGLE, max_episode_steps=max_episode_steps, kwargs=kwargs, vector_entry_point=_VECTOR)
-
-
-def _kwargs(
-    collection: Plugins, report: PluginReport, task: TaskRecord, environment: EnvironmentRecord
-) -> dict[str, Any]:
-    name = task.name if task.name in collection.records("task") else f"{report.distribution}:{task.name}"
-    return {
-        "task": name,
-        "robot": environment.robot,
-        "controller": environment.controller,
-        "simulator": environment.simulator,
-        **copy.deepcopy(dict(environment.parameters)),
-    }
 
 
 def _problem(environment: EnvironmentRecord) -> str:
@@ -204,7 +203,7 @@ def _is_plain(value: object) -> bool:
 
 def _qualified(id: str, distribution: str) -> str:
     namespace = re.sub(r"[^\w-]", "-", normalize(distribution))
-    return f"{namespace}/{id.rpartition('/')[2]}"
+    return f"{namespace}/{id.replace('/', '.')}"
 
 
 @cache

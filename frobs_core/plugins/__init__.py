@@ -2,7 +2,8 @@
 
     discovery.py    reads the entry points of the installed distributions; imports nothing
     loading.py      imports one plugin, calls its hooks, checks its records
-    collection.py   guards each of them, keeps what became of it, and looks names up
+    report.py       what became of it
+    collection.py   guards each of them, keeps the reports, and looks names up
 
 The functions below ask one collection, that of everything installed. :func:`isolated` puts another in its place.
 """
@@ -12,7 +13,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
-from frobs_core.plugins.collection import PluginReport, Plugins
+from frobs_core.plugins.collection import Plugins
+from frobs_core.plugins.report import PluginReport
 from frobs_core.specs import Record
 
 __all__ = ["PluginReport", "Plugins", "active", "get_record", "get_report", "isolated", "records", "reports"]

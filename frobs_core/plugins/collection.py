@@ -10,15 +10,16 @@ import threading
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 from importlib.metadata import Distribution
 from importlib.metadata import distributions as installed_distributions
 from time import perf_counter
 from types import MappingProxyType
 
 from frobs_core.errors import AmbiguousNameError, PluginError, PluginLoadError, UnknownNameError, nearest
+from frobs_core.plugins.built_in import BUILT_IN
 from frobs_core.plugins.discovery import Candidate, find_candidates, match_disabled, normalize
 from frobs_core.plugins.loading import import_plugin, read_records
+from frobs_core.plugins.report import PluginReport, environment_ids
 from frobs_core.specs import KINDS, Record
 
 STRICT = "FROBS_STRICT_PLUGINS"
@@ -27,53 +28,7 @@ STRICT = "FROBS_STRICT_PLUGINS"
 DISABLE = "FROBS_DISABLE_PLUGINS"
 """Environment variable: entry points, distributions or ``distribution:name``, with commas between them."""
 
-_BUILT_IN = {
-    "simulator": {"mujoco": "frobs-sim-mujoco", "pybullet": "frobs-sim-pybullet", "gazebo": "frobs-sim-gazebo"},
-    "robot": {"irb120": "frobs-robots-abb", "kobuki": "frobs-robots-kobuki"},
-    "task": {"reach": "frobs-tasks-reach", "navigation": "frobs-tasks-navigation"},
-    "controller": {
-        "joint_position": "frobs-controllers",
-        "joint_delta_position": "frobs-controllers",
-        "tcp_delta_position": "frobs-controllers",
-        "differential_drive": "frobs-controllers",
-        "trajectory": "frobs-controllers-planning",
-    },
-    "algorithm": dict.fromkeys(("ppo", "sac", "td3", "ddpg", "a2c", "dqn"), "frobs-algos-sb3"),
-}
-
 _log = logging.getLogger("frobs")
-
-
-@dataclass(frozen=True)
-class PluginReport:
-    """What became of one plugin.
-
-    Attributes:
-        name: The entry point's name.
-        distribution: The pip package that holds it.
-        version: Of the distribution.
-        module: That the entry point names.
-        state: ``"loaded"``, ``"failed"`` or ``"disabled"``.
-        cause: One line that says why it is not loaded.
-        traceback: Of the failure.
-        import_seconds: How long its import took.
-        records: Its records, by kind; all kinds are present.
-    """
-
-    name: str
-    distribution: str
-    version: str
-    module: str
-    state: str
-    cause: str
-    traceback: str
-    import_seconds: float
-    records: Mapping[str, tuple[Record, ...]]
-
-    @property
-    def origin(self) -> str:
-        """The distribution with its version: ``"frobs-robots-abb 0.1.0"``."""
-        return f"{self.distribution} {self.version}"
 
 
 class Plugins:
@@ -97,7 +52,7 @@ class Plugins:
         disabled: Iterable[str] | None = None,
         slow_seconds: float = 5.0,
     ) -> None:
-        self._distributions = distributions
+        self._distributions = None if distributions is None else tuple(distributions)
         self._strict = strict
         self._disabled = disabled
         self._slow_seconds = slow_seconds
@@ -156,7 +111,7 @@ class Plugins:
         if len(offers) > 1:
             raise AmbiguousNameError(kind, bare, [report.origin for report in offers.values()])
         if not offers:
-            package = _BUILT_IN[kind].get(bare, "")
+            package = BUILT_IN[kind].get(bare, "")
             there = any(normalize(report.distribution) == package for report in self.reports())
             hint = f"pip install {package}" if package and not there else ""
             raise UnknownNameError(kind, name, self.records(kind), self.failures(), hint)
@@ -178,20 +133,23 @@ class Plugins:
         candidates = find_candidates(distributions)
         off, unknown = match_disabled(candidates, self._disabled_words())
         reports: list[PluginReport] = []
-        offers: dict[str, dict[str, dict[str, PluginReport]]] = {kind: {} for kind in KINDS}
         for candidate in candidates:
             if candidate.key in off:
-                report = _report(candidate, "disabled", f"disabled by {DISABLE}")
+                reports.append(PluginReport.of(candidate, "disabled", cause=f"disabled by {DISABLE}"))
             else:
-                report = self._load_one(candidate, offers)
-            reports.append(report)
+                reports.append(self._load_one(candidate, reports))
+        offers: dict[str, dict[str, dict[str, PluginReport]]] = {kind: {} for kind in KINDS}
+        for report in reports:
+            for kind, records in report.records.items():
+                for record in records:
+                    offers[kind].setdefault(record.name, {})[report.distribution] = report
         self._offers, self._reports = offers, tuple(reports)
         for word in unknown:
             suggestion = nearest(word, [w for c in candidates for w in (c.name, c.distribution)])
             hint = f"; did you mean '{suggestion}'?" if suggestion else ""
             warn(f"{DISABLE} names '{word}', which is no installed plugin{hint}")
 
-    def _load_one(self, candidate: Candidate, offers: dict[str, dict[str, dict[str, PluginReport]]]) -> PluginReport:
+    def _load_one(self, candidate: Candidate, others: Iterable[PluginReport]) -> PluginReport:
         origin = f"{candidate.distribution} {candidate.version}"
         start = perf_counter()
         seconds = 0.0
@@ -202,7 +160,7 @@ class Plugins:
                 module = import_plugin(candidate.value)
                 seconds = perf_counter() - start
                 records = read_records(module, candidate.key)
-            _refuse_second_offers(candidate, records, offers)
+            _refuse_second_offers(candidate, records, others)
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # also SystemExit, and what test frameworks skip and abort with
@@ -211,14 +169,9 @@ class Plugins:
                 raise PluginLoadError(candidate.name, origin, cause) from error
             warn(f"plugin '{candidate.name}' of {origin} did not load: {cause}")
             lines = "".join(traceback.format_exception(error))
-            return replace(
-                _report(candidate, "failed", cause), traceback=lines, import_seconds=seconds or perf_counter() - start
-            )
-        report = replace(_report(candidate, "loaded"), import_seconds=seconds, records=MappingProxyType(records))
-        for kind, offered in records.items():
-            for record in offered:
-                offers[kind].setdefault(record.name, {})[candidate.distribution] = report
-        return report
+            seconds = seconds or perf_counter() - start
+            return PluginReport.of(candidate, "failed", cause=cause, traceback=lines, import_seconds=seconds)
+        return PluginReport.of(candidate, "loaded", import_seconds=seconds, records=records)
 
     @contextmanager
     def _told_when_slow(self, candidate: Candidate, origin: str) -> Iterator[None]:
@@ -251,35 +204,23 @@ def warn(line: str) -> None:
     _log.log(logging.DEBUG if multiprocessing.parent_process() else logging.WARNING, "%s", line)
 
 
-def _report(candidate: Candidate, state: str, cause: str = "") -> PluginReport:
-    return PluginReport(
-        name=candidate.name,
-        distribution=candidate.distribution,
-        version=candidate.version,
-        module=candidate.value,
-        state=state,
-        cause=cause,
-        traceback="",
-        import_seconds=0.0,
-        records=MappingProxyType(dict.fromkeys(KINDS, ())),
-    )
-
-
 def _record(report: PluginReport, kind: str, name: str) -> Record:
     return next(record for record in report.records[kind] if record.name == name)
 
 
 def _refuse_second_offers(
-    candidate: Candidate,
-    records: Mapping[str, tuple[Record, ...]],
-    offers: Mapping[str, Mapping[str, Mapping[str, PluginReport]]],
+    candidate: Candidate, records: Mapping[str, tuple[Record, ...]], others: Iterable[PluginReport]
 ) -> None:
     """Refuse what another plugin of the same distribution offers: ``distribution:name`` must mean one thing."""
-    for kind, offered in records.items():
-        for record in offered:
-            other = offers[kind].get(record.name, {}).get(candidate.distribution)
-            if other:
-                raise PluginError(f"{kind} '{record.name}' is offered by '{other.name}' of the same distribution")
+    for other in others:
+        if other.distribution == candidate.distribution:
+            taken = [(kind, record.name) for kind in KINDS for record in other.records[kind]]
+            taken += [("environment ID", id) for id in other.environment_ids]
+            offered = [(kind, record.name) for kind in KINDS for record in records[kind]]
+            offered += [("environment ID", id) for id in environment_ids(records)]
+            for kind, name in offered:
+                if (kind, name) in taken:
+                    raise PluginError(f"{kind} '{name}' is offered by '{other.name}' of the same distribution")
 
 
 def _one_line(error: BaseException) -> str:

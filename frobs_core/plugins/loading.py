@@ -38,7 +38,7 @@ def import_plugin(value: str) -> ModuleType:
         raise PluginError(f"the entry point must name a module, as in 'package.plugin', not '{value}'")
     module = import_module(value)
     if not isinstance(module, ModuleType):
-        raise PluginError(f"'{value}' put a {type(module).__name__} in the place of its module")
+        raise PluginError(f"'{value}' put {_article(module)} in the place of its module")
     spec = module.__spec__
     if getattr(spec, "_initializing", False) and spec is not None and spec.loader is not None:
         # Somebody imported the plugin's module first, and its own first line brought us here, before it has hooks.
@@ -141,4 +141,5 @@ def _check_unique(records: Mapping[str, Sequence[Record]]) -> None:
 
 
 def _article(value: object) -> str:
-    return "None" if value is None else f"a {type(value).__name__}"
+    name = type(value).__name__
+    return "None" if value is None else f"{'an' if name[0] in 'aeiouAEIOU' else 'a'} {name}"

@@ -1,0 +1,78 @@
+"""What became of one plugin."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from frobs_core.plugins.discovery import Candidate
+from frobs_core.specs import KINDS, Record, TaskRecord
+
+_NO_RECORDS: Mapping[str, tuple[Record, ...]] = MappingProxyType(dict.fromkeys(KINDS, ()))
+
+
+@dataclass(frozen=True)
+class PluginReport:
+    """What became of one plugin.
+
+    Attributes:
+        name: The entry point's name.
+        distribution: The pip package that holds it.
+        version: Of the distribution.
+        module: That the entry point names.
+        state: ``"loaded"``, ``"failed"`` or ``"disabled"``.
+        cause: One line that says why it is not loaded.
+        traceback: Of the failure.
+        import_seconds: How long its import took.
+        records: Its records, by kind; all kinds are present.
+    """
+
+    name: str
+    distribution: str
+    version: str
+    module: str
+    state: str
+    cause: str
+    traceback: str
+    import_seconds: float
+    records: Mapping[str, tuple[Record, ...]]
+
+    @property
+    def origin(self) -> str:
+        """The distribution with its version: ``"frobs-robots-abb 0.1.0"``."""
+        return f"{self.distribution} {self.version}"
+
+    @property
+    def environment_ids(self) -> tuple[str, ...]:
+        """The Gymnasium IDs of its tasks."""
+        return environment_ids(self.records)
+
+    @classmethod
+    def of(
+        cls,
+        candidate: Candidate,
+        state: str,
+        *,
+        cause: str = "",
+        traceback: str = "",
+        import_seconds: float = 0.0,
+        records: Mapping[str, tuple[Record, ...]] = _NO_RECORDS,
+    ) -> PluginReport:
+        """Return the report of an entry point."""
+        return cls(
+            name=candidate.name,
+            distribution=candidate.distribution,
+            version=candidate.version,
+            module=candidate.value,
+            state=state,
+            cause=cause,
+            traceback=traceback,
+            import_seconds=import_seconds,
+            records=MappingProxyType(dict(records)),
+        )
+
+
+def environment_ids(records: Mapping[str, tuple[Record, ...]]) -> tuple[str, ...]:
+    """Return the Gymnasium IDs of the tasks among records."""
+    return tuple(e.id for task in records["task"] if isinstance(task, TaskRecord) for e in task.environments)

@@ -1,0 +1,89 @@
+"""What ``import frobs_core`` costs and does, in interpreters of their own."""
+
+import json
+
+import pytest
+
+HEAVY = [
+    "mujoco",
+    "pybullet",
+    "torch",
+    "stable_baselines3",
+    "matplotlib",
+    "rospy",
+    "rclpy",
+    "typer",
+    "rich",
+    "pydantic",
+    "xacro",
+    "imageio",
+    "scipy",
+    "pandas",
+    "yaml",
+]
+
+
+def test_importing_the_core_imports_nothing_heavy(site):
+    done = site.python("import sys, frobs_core; print(*{name.partition('.')[0] for name in sys.modules})")
+    assert done.returncode == 0, done.stderr
+    assert not set(HEAVY) & set(done.stdout.split())
+
+
+def test_fifty_plugins_import_nothing_but_themselves(site):
+    for i in range(50):
+        site.add_robot(f"dist-{i}", f"plugin_{i}", f"arm_{i}")
+    done = site.python("""
+        import gymnasium, json, sys
+        before = set(sys.modules)
+        import frobs_core
+        print(json.dumps([len(frobs_core.plugins.records("robot")), sorted(set(sys.modules) - before)]))
+    """)
+    assert done.stderr == ""
+    robots, modules = json.loads(done.stdout)
+    assert robots >= 50
+    core = [name for name in modules if not name.startswith("plugin_")]
+    assert len(modules) - len(core) == 50
+    assert len(core) <= 100  # the core, pluggy, the installed plugins, and what of the standard library they use
+
+
+def test_a_broken_plugin_costs_an_import_one_line_on_stderr(site):
+    site.add("broken-dist", {"broken.py": "import no_such_module"}, version="0.3")
+    done = site.python("import frobs_core, gymnasium; print(gymnasium.spec('frobs/Irb120Reach-v0').id)")
+    assert done.stdout == "frobs/Irb120Reach-v0\n"
+    assert done.stderr == (
+        "plugin 'broken' of broken-dist 0.3 did not load: ModuleNotFoundError: No module named 'no_such_module'\n"
+    )
+
+
+def test_a_broken_plugin_stops_the_import_when_strict(site):
+    site.add("broken-dist", {"broken.py": "import no_such_module"}, version="0.3")
+    done = site.python("import frobs_core", FROBS_STRICT_PLUGINS="1")
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == (
+        "frobs_core.errors.PluginLoadError: plugin 'broken' of broken-dist 0.3 did not load: "
+        "ModuleNotFoundError: No module named 'no_such_module'"
+    )
+
+
+def test_a_disabled_plugin_is_not_imported(site):
+    site.add("hanging-dist", {"hanging.py": "while True: pass"})
+    done = site.python("import frobs_core; print('done')", FROBS_DISABLE_PLUGINS="hanging-dist:hanging")
+    assert (done.stdout, done.stderr) == ("done\n", "")
+
+
+@pytest.mark.parametrize("method", ["spawn", "fork"])
+def test_workers_know_the_ids_by_their_self_importing_form_and_say_nothing_twice(site, method):
+    site.add("broken-dist", {"broken.py": "1 / 0"})
+    done = site.python(f"""
+        import multiprocessing, gymnasium
+
+        def work(id):
+            return gymnasium.make(id).unwrapped.spec.id
+
+        if __name__ == "__main__":
+            import frobs_core
+            with multiprocessing.get_context({method!r}).Pool(2) as pool:
+                print(pool.map(work, ["frobs_core:frobs/Irb120Reach-v0", "frobs_core:frobs/Irb120ReachGoal-v0"]))
+    """)
+    assert done.stdout == "['frobs/Irb120Reach-v0', 'frobs/Irb120ReachGoal-v0']\n"
+    assert done.stderr == "plugin 'broken' of broken-dist 1.0 did not load: ZeroDivisionError: division by zero\n"
