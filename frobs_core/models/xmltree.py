@@ -41,6 +41,12 @@ class Element(ElementTree.Element):
             if isinstance(child, Element) and (not tags or child.tag in tags):
                 yield child
 
+    def descendants(self, tag: str) -> Iterator[Element]:
+        """Yield the elements with this tag at any depth, itself included, in the file's order."""
+        for element in self.iter(tag):
+            assert isinstance(element, Element)  # the parser makes no other
+            yield element
+
     def child(self, tag: str) -> Element | None:
         """Return the first child with this tag."""
         return next(self.children(tag), None)
@@ -58,11 +64,11 @@ class Element(ElementTree.Element):
         try:
             values = tuple(float(word) for word in text.split())
         except ValueError:
-            self.refuse(f"{attribute}=\"{text}\" is not {_numbers(count)}.")
+            self.refuse(f'{attribute}="{text}" is not {_numbers(count)}.')
         if len(values) != count:
-            self.refuse(f"{attribute}=\"{text}\" holds {_numbers(len(values))}; it takes {count}.")
+            self.refuse(f'{attribute}="{text}" holds {_numbers(len(values))}; it takes {count}.')
         if not all(math.isfinite(value) for value in values):
-            self.refuse(f"{attribute}=\"{text}\" is not finite.")
+            self.refuse(f'{attribute}="{text}" is not finite.')
         return values
 
     def number(self, attribute: str, default: str | None = None) -> float:
