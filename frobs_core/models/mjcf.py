@@ -21,6 +21,7 @@ from frobs_core.models.kinematics import compose
 from frobs_core.models.mjcf_document import MjcfDocument
 from frobs_core.models.mjcf_inertia import body_inertial
 from frobs_core.models.model import Joint, JointLimits, JointType, Link, Mimic, Pose, RobotModel
+from frobs_core.models.tree import flatten_mimics
 from frobs_core.models.xmltree import Element, to_text
 from frobs_core.rotations import quat_from_axis_angle
 
@@ -216,7 +217,7 @@ class _MjcfReader:
             origin=_pose(origin),
             axis=(x, y, z),
             limits=JointLimits(lower * scale, upper * scale, effort=effort),
-            damping=float(joint.get("damping", "0").split()[0]),
+            damping=joint.numbers("damping", default="0")[0],
             friction=joint.number("frictionloss", "0"),
         )
 
@@ -240,7 +241,7 @@ class _MjcfReader:
             joint = element.get("joint")
             if not joint:
                 continue
-            gear = abs(float(element.get("gear", "1").split()[0]))
+            gear = abs(element.numbers("gear", default="1")[0])
             low, high = self._range(element, "forcerange", "forcelimited")
             if plain.tag == "motor" and math.isinf(high):
                 low, high = self._range(element, "ctrlrange", "ctrllimited")
@@ -250,27 +251,22 @@ class _MjcfReader:
     def _mimics(self) -> None:
         """Take equalities between two joints that are straight lines as mimic joints."""
         places = {joint.name: i for i, joint in enumerate(self.joints)}
+        elements: dict[str, Element] = {}
         for plain in self.document.children("joint", of="equality"):
             element = self.document.with_defaults(plain, None, "equality")
             follower, leader = element.required("joint1"), element.get("joint2")
             for name in filter(None, (follower, leader)):
                 if name not in places:
                     element.refuse(f"the joint '{name}' does not exist.")
-            coefficients = [float(word) for word in element.get("polycoef", "0 1 0 0 0").split()] + [0.0] * 5
+            coefficients = [*element.numbers("polycoef", default="0 1 0 0 0"), 0.0, 0.0, 0.0, 0.0]
             offset, multiplier, *rest = coefficients[:5]
             if leader is None or any(rest) or element.get("active", "true") != "true":
                 self.notes.append(f"the equality of joint '{follower}' is the engine's alone; both sides are driven")
                 continue
             offset += self.references[follower] - multiplier * self.references[leader]
-            if self._leader(places, leader) == follower:
-                element.refuse(f"the joint '{follower}' follows itself.")
-            i = places[follower]
+            elements[follower], i = element, places[follower]
             self.joints[i] = replace(self.joints[i], mimic=Mimic(leader, multiplier, offset))
-
-    def _leader(self, places: dict[str, int], name: str) -> str:
-        while (mimic := self.joints[places[name]].mimic) is not None:
-            name = mimic.joint
-        return name
+        self.joints = list(flatten_mimics(self.joints, elements))
 
 
 def _pose(packed: Floats) -> Pose:

@@ -58,7 +58,7 @@ def _geom(document: MjcfDocument, geom: Element, frame: Floats) -> tuple[float, 
     kind = geom.get("type", "sphere")
     if kind not in _SIZES:
         return None
-    sizes = [float(word) for word in geom.get("size", "").split()]
+    sizes = list(geom.numbers("size"))
     pose = document.pose(geom)
     if "fromto" in geom.attrib and kind != "sphere":
         ends = np.array(geom.numbers("fromto", 6)).reshape(2, 3)

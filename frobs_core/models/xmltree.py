@@ -56,8 +56,8 @@ class Element(ElementTree.Element):
         value = (self.get(attribute) or "").strip()
         return value or self.refuse(f"the attribute '{attribute}' is missing or empty.")
 
-    def numbers(self, attribute: str, count: int, default: str | None = None) -> tuple[float, ...]:
-        """Return ``count`` finite numbers; without a default the attribute must be there."""
+    def numbers(self, attribute: str, count: int | None = None, default: str | None = None) -> tuple[float, ...]:
+        """Return finite numbers, ``count`` of them or at least one; without a default the attribute must be there."""
         text = self.get(attribute, default)
         if text is None:
             self.refuse(f"the attribute '{attribute}' is missing; it takes {_numbers(count)}.")
@@ -65,8 +65,8 @@ class Element(ElementTree.Element):
             values = tuple(float(word) for word in text.split())
         except ValueError:
             self.refuse(f'{attribute}="{text}" is not {_numbers(count)}.')
-        if len(values) != count:
-            self.refuse(f'{attribute}="{text}" holds {_numbers(len(values))}; it takes {count}.')
+        if len(values) != (count or max(1, len(values))):
+            self.refuse(f'{attribute}="{text}" holds {_numbers(len(values))}; it takes {count or 1}.')
         if not all(math.isfinite(value) for value in values):
             self.refuse(f'{attribute}="{text}" is not finite.')
         return values
@@ -76,7 +76,9 @@ class Element(ElementTree.Element):
         return self.numbers(attribute, 1, default)[0]
 
 
-def _numbers(count: int) -> str:
+def _numbers(count: int | None) -> str:
+    if count is None:
+        return "numbers"
     return "one number" if count == 1 else f"{count} numbers"
 
 
