@@ -3,12 +3,13 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-import mujoco
 import numpy as np
 import pytest
 
 from frobs_core.errors import ModelFileError
 from frobs_core.models import Box, Capsule, Cylinder, JointType, Mesh, Mimic, Sphere, load_model
+
+mujoco = pytest.importorskip("mujoco")
 
 INERTIAL = '<inertial><mass value="1"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>'
 LIMIT = '<limit lower="-1" upper="2" velocity="3" effort="4"/>'
