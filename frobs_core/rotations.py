@@ -37,7 +37,8 @@ def quat_multiply(first: npt.ArrayLike, second: npt.ArrayLike) -> Floats:
 
 def quat_conjugate(quat_wxyz: npt.ArrayLike) -> Floats:
     """Return the inverse rotations of unit quaternions (…, 4)."""
-    return np.asarray(quat_wxyz, float) * np.array([1.0, -1.0, -1.0, -1.0])
+    inverse: Floats = np.asarray(quat_wxyz, float) * np.array([1.0, -1.0, -1.0, -1.0])
+    return inverse
 
 
 def quat_rotate(quat_wxyz: npt.ArrayLike, vector: npt.ArrayLike) -> Floats:
@@ -121,7 +122,8 @@ def quat_from_matrix(matrix: npt.ArrayLike) -> Floats:
     best = np.argmax(np.diagonal(rows, axis1=-2, axis2=-1), axis=-1)[..., None, None]
     quat = np.take_along_axis(rows, best, axis=-2)[..., 0, :]
     quat = quat / np.sqrt((quat * quat).sum(-1, keepdims=True))
-    return np.where(quat[..., :1] < 0.0, -quat, quat)
+    upper: Floats = np.where(quat[..., :1] < 0.0, -quat, quat)
+    return upper
 
 
 def matrix_from_quat(quat_wxyz: npt.ArrayLike) -> Floats:
@@ -158,7 +160,8 @@ def quat_difference(target: npt.ArrayLike, current: npt.ArrayLike) -> Floats:
     sine = np.sqrt((vector * vector).sum(-1, keepdims=True))  # of half the angle
     tiny = sine < 1e-12
     factor = np.where(tiny, 2.0, 2.0 * np.arctan2(sine, delta[..., :1]) / np.where(tiny, 1.0, sine))
-    return factor * vector
+    rotation: Floats = factor * vector
+    return rotation
 
 
 def _columns(array: npt.ArrayLike) -> list[Floats]:

@@ -78,9 +78,7 @@ def default_tcp(model: RobotModel) -> str:
     for link in model.links:
         path = joint_path(model, link.name)
         actuated = sum(joint.name in moving for joint in path)
-        usual = next(
-            (len(TOOL_NAMES) - i for i, name in enumerate(TOOL_NAMES) if _is_named(link.name, name)), 0
-        )
+        usual = next((len(TOOL_NAMES) - i for i, name in enumerate(TOOL_NAMES) if _is_named(link.name, name)), 0)
         rank = (actuated, usual, len(path))
         if best is None or rank > best[0]:
             best = (rank, link.name)
@@ -93,9 +91,7 @@ def _is_named(link: str, name: str) -> bool:
     return link == name or link.endswith((f"_{name}", f"/{name}", f"-{name}"))
 
 
-def default_gains(
-    model: RobotModel, home_positions: npt.ArrayLike, bandwidth_hz: float = BANDWIDTH
-) -> DriveGains:
+def default_gains(model: RobotModel, home_positions: npt.ArrayLike, bandwidth_hz: float = BANDWIDTH) -> DriveGains:
     """Return gains of the drive law that are critically damped at home.
 
     With I the inertia about the joint of all that it carries at home and ω = 2π·bandwidth, Kp = I·ω² and

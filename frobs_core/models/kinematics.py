@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import ConfigurationError, UnknownNameError
-from frobs_core.models.model import Joint, JointType, Pose, RobotModel
+from frobs_core.models.model import Joint, JointType, Mimic, Pose, RobotModel
 from frobs_core.rotations import matrix_from_quat, quat_conjugate, quat_from_matrix, quat_multiply, quat_rotate
 
 MOVING = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
@@ -117,10 +117,10 @@ def make_chain(model: RobotModel, frame: str) -> Chain:
         if joint.type not in MOVING:
             continue
         align = np.concatenate([np.zeros(3), _turn_z_to(np.array(joint.axis))])
-        source, multiplier, offset = resolve_mimic(model, joint)
-        columns.append(model.joint_names.index(source))
-        multipliers.append(multiplier)
-        offsets.append(offset)
+        leader = joint.mimic or Mimic(joint.name)
+        columns.append(model.joint_names.index(leader.joint))
+        multipliers.append(leader.multiplier)
+        offsets.append(leader.offset)
         slides.append(joint.type == JointType.PRISMATIC)
         aligned = compose(state, align)
         block = np.zeros((7, 7))
@@ -169,17 +169,6 @@ def joint_path(model: RobotModel, frame: str) -> list[Joint]:
         path.append(above[frame])
         frame = above[frame].parent
     return path[::-1]
-
-
-def resolve_mimic(model: RobotModel, joint: Joint) -> tuple[str, float, float]:
-    """Return the actuated joint that moves this one, with position = multiplier · its position + offset."""
-    by_name = {other.name: other for other in model.joints}
-    multiplier, offset = 1.0, 0.0
-    while joint.mimic is not None:
-        offset += multiplier * joint.mimic.offset
-        multiplier *= joint.mimic.multiplier
-        joint = by_name[joint.mimic.joint]
-    return joint.name, multiplier, offset
 
 
 def _left_product(quat_wxyz: Floats) -> Floats:

@@ -1,6 +1,274 @@
-"""placeholder"""
+"""The MJCF reader: what the core needs of it, the kinematic tree. Geometry, contacts and the rest are the engine's.
+
+In ``RobotModel.xml`` the includes are in place, file paths are absolute, and the world has one body, the root link, which
+has no joint but perhaps a free one: a single body of the world that is so already, else a new one named ``base``,
+which holds the bodies of the world and its geoms other than planes.
+
+A body with several joints becomes a chain of links; those that the file does not have are named ``body__1``,
+``body__2``, …, and weigh nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
 from pathlib import Path
-from frobs_core.models.model import RobotModel
-from frobs_core.models.xmltree import Element
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.models.kinematics import compose
+from frobs_core.models.mjcf_document import MjcfDocument
+from frobs_core.models.mjcf_inertia import body_inertial
+from frobs_core.models.model import Joint, JointLimits, JointType, Link, Mimic, Pose, RobotModel
+from frobs_core.models.tree import flatten_mimics
+from frobs_core.models.xmltree import Element, to_text
+from frobs_core.rotations import quat_from_axis_angle
+
+_UNREADABLE = (
+    "replicate",
+    "attach",
+    "composite",
+    "flexcomp",
+)  # these make bodies and joints that the file does not name
+_IDENTITY = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+
+
 def read_mjcf(root: Element, path: Path) -> RobotModel:
-    raise NotImplementedError
+    """Read an MJCF document.
+
+    Raises:
+        ModelFileError: It is broken, has a ball joint, or makes bodies that only MuJoCo can know of.
+    """
+    return _MjcfReader(MjcfDocument(root, path)).read()
+
+
+class _MjcfReader:
+    def __init__(self, document: MjcfDocument) -> None:
+        self.document = document
+        self.links: list[Link] = []
+        self.joints: list[Joint] = []
+        self.notes: list[str] = []
+        self.names: dict[str, set[str]] = {"body": {"world"}, "joint": set()}
+        self.references: dict[str, float] = {}  # position of each joint in the drawing [rad or m]
+        self.efforts = self._actuator_efforts()
+
+    def read(self) -> RobotModel:
+        document = self.document
+        for tag in _UNREADABLE:
+            for element in document.root.descendants(tag):
+                element.refuse(
+                    f"<{tag}> is expanded by MuJoCo alone; save the compiled model with mujoco.mj_saveLastXML and use that."
+                )
+        for element in document.root.descendants("body"):
+            self._claim(element, "body")
+        top = self._root_body()
+        if list(top.children("joint", "freejoint")):
+            self.notes.append(f"the root '{top.get('name')}' has a free joint: say base='floating' or 'wheeled'")
+        if not np.array_equal(document.pose(top), _IDENTITY):
+            self.notes.append(f"where the file puts the root '{top.get('name')}' is left to the scene")
+        self._body(top, None, _IDENTITY, None)
+        self._mimics()
+        return RobotModel(
+            name=document.root.get("model") or document.path.stem,
+            path=document.path,
+            format="mjcf",
+            xml=to_text(document.root),
+            links=tuple(self.links),
+            joints=tuple(self.joints),
+            notes=tuple(self.notes),
+        )
+
+    def _claim(self, element: Element, kind: str) -> None:
+        """Give an element a name if it has none, and remember it."""
+        name = element.get("name")
+        if not name:
+            number = 1
+            while f"{kind}_{number}" in self.names[kind]:
+                number += 1
+            name = f"{kind}_{number}"
+            element.set("name", name)
+            self.notes.append(f"a {kind} has no name; it is called '{name}'")
+        elif name in self.names[kind]:
+            element.refuse(f"the name '{name}' is taken.")
+        self.names[kind].add(name)
+
+    def _root_body(self) -> Element:
+        """Return the root link's body; make one where the world holds none that can be it."""
+        worlds = list(self.document.root.children("worldbody"))
+        if not [body for world in worlds for body in world.descendants("body")]:
+            self.document.root.refuse("there is no <body> in <worldbody>.")
+        held = [child for world in worlds for child in world.children("body", "frame")]
+        if len(held) == 1 and held[0].tag == "body":
+            joints = [self.document.with_defaults(j, held[0].get("childclass")) for j in held[0].children("joint")]
+            if all(joint.get("type") == "free" for joint in joints):
+                return held[0]
+        root = Element("body", {"name": "base"} if "base" not in self.names["body"] else {})
+        root.file, root.line = worlds[0].file, worlds[0].line
+        self._claim(root, "body")
+        for world in worlds:
+            for child in list(world.children()):
+                plane = child.tag == "geom" and child.get("type") in ("plane", "hfield")
+                if child.tag in ("body", "frame", "geom", "site") and not plane:
+                    world.remove(child)
+                    root.append(child)
+        worlds[0].append(root)
+        return root
+
+    def _body(self, body: Element, parent: str | None, frame: Floats, childclass: str | None) -> None:
+        """Read a body, the joints that hold it to its parent, and all that is in it.
+
+        Args:
+            body: The body.
+            parent: Link that holds it; None for the root.
+            frame: (7,) what its own pose is relative to, in the parent.
+            childclass: Default class of what it holds.
+        """
+        name = body.required("name")
+        childclass = body.get("childclass") or childclass
+        if parent is not None:
+            self._connect(body, name, parent, compose(frame, self.document.pose(body)), childclass)
+            if body.attrib.pop("mocap", "false") == "true":
+                self.notes.append(f"the mocap body '{name}' is taken as fixed")
+        geoms: list[tuple[Element, Floats]] = []
+        bodies: list[tuple[Element, Floats, str | None]] = []
+        self._contents(body, _IDENTITY, childclass, geoms, bodies)
+        self.links.append(Link(name, inertial=body_inertial(self.document, body, geoms)))
+        if any(geom.get("type") == "mesh" for geom, _ in geoms) and body.child("inertial") is None:
+            self.notes.append(f"the meshes of '{name}' are not weighed; default drive gains leave them out")
+        for child, at, inner in bodies:
+            self._body(child, name, at, inner)
+
+    def _contents(
+        self,
+        holder: Element,
+        frame: Floats,
+        childclass: str | None,
+        geoms: list[tuple[Element, Floats]],
+        bodies: list[tuple[Element, Floats, str | None]],
+    ) -> None:
+        """Collect what a body holds, also inside of ``<frame>``, in the file's order."""
+        for child in holder.children():
+            if child.tag == "geom":
+                geoms.append((self.document.with_defaults(child, childclass), frame))
+            elif child.tag == "body":
+                bodies.append((child, frame, childclass))
+            elif child.tag == "frame":
+                inner = compose(frame, self.document.pose(child))
+                self._contents(child, inner, child.get("childclass") or childclass, geoms, bodies)
+            elif child.tag in ("joint", "freejoint") and holder.tag == "frame":
+                child.refuse("joints inside of <frame> are not read; put it into the body itself.")
+
+    def _connect(self, body: Element, name: str, parent: str, pose: Floats, childclass: str | None) -> None:
+        """Add the joints between a body and its parent.
+
+        A joint turns about its own anchor in the body; so link k has its origin at anchor k, and a fixed joint
+        leads from the last anchor to the body's origin.
+        """
+        anchor = np.zeros(3)
+        elements = list(body.children("joint", "freejoint"))
+        chain = []
+        for element in elements:
+            self._claim(element, "joint")
+            chain.append((element, self.document.with_defaults(element, childclass)))
+        off_centre = not chain or any(chain[-1][1].numbers("pos", 3, "0 0 0"))
+        for number, (element, joint) in enumerate(chain, start=1):
+            last = number == len(chain) and not off_centre
+            child = name if last else f"{name}__{number}"
+            if not last:
+                self.links.append(Link(child))
+            at = np.array(joint.numbers("pos", 3, "0 0 0"))
+            origin = compose(pose, np.concatenate([at - anchor, [1.0, 0.0, 0.0, 0.0]]))
+            self.joints.append(self._joint(element, joint, parent, child, origin))
+            parent, pose, anchor = child, _IDENTITY, at
+        if off_centre:
+            origin = compose(pose, np.concatenate([-anchor, [1.0, 0.0, 0.0, 0.0]]))
+            self.joints.append(Joint(f"{name}__fixed", JointType.FIXED, parent, name, _pose(origin)))
+
+    def _joint(self, element: Element, joint: Element, parent: str, child: str, origin: Floats) -> Joint:
+        name = element.required("name")
+        kind = "free" if element.tag == "freejoint" else joint.get("type", "hinge")
+        if kind == "ball":
+            element.refuse("ball joints are not supported: they have no single position; use three hinges.")
+        if kind == "free":
+            element.refuse("a free body beside the robot or in it; objects belong into the scene of the task.")
+        if kind not in ("hinge", "slide"):
+            element.refuse(f"no joint type is named '{kind}'; there are hinge, slide, ball and free.")
+        axis = np.array(joint.numbers("axis", 3, "0 0 1"))
+        length = math.sqrt(float((axis * axis).sum()))
+        if length < 1e-9:
+            element.refuse("the axis is zero; give its direction.")
+        axis = axis / length
+        hinge = kind == "hinge"
+        scale = self.document.angle(1.0) if hinge else 1.0
+        reference = self.references[name] = joint.number("ref", "0") * scale
+        still = np.array([1.0, 0.0, 0.0, 0.0])
+        turn = quat_from_axis_angle(axis, -reference) if hinge else still
+        origin = compose(origin, np.concatenate([np.zeros(3) if hinge else -reference * axis, turn]))
+        lower, upper = self._range(joint, "range", "limited")
+        x, y, z = axis.tolist()
+        effort = min(self._range(joint, "actuatorfrcrange", "actuatorfrclimited")[1], self.efforts.get(name, math.inf))
+        limited = math.isfinite(lower)
+        return Joint(
+            name=name,
+            type=(JointType.REVOLUTE if limited else JointType.CONTINUOUS) if hinge else JointType.PRISMATIC,
+            parent=parent,
+            child=child,
+            origin=_pose(origin),
+            axis=(x, y, z),
+            limits=JointLimits(lower * scale, upper * scale, effort=effort),
+            damping=joint.numbers("damping", default="0")[0],
+            friction=joint.number("frictionloss", "0"),
+        )
+
+    def _range(self, element: Element, attribute: str, flag: str) -> tuple[float, float]:
+        """Return a range as it stands in the file; infinite where it does not hold."""
+        limited = element.get(flag, "auto")
+        if limited == "auto":
+            limited = str(self.document.autolimits and attribute in element.attrib).lower()
+        if limited != "true":
+            return -math.inf, math.inf
+        low, high = element.numbers(attribute, 2)
+        if low >= high:
+            element.refuse(f'{attribute}="{element.get(attribute)}" is empty.')
+        return low, high
+
+    def _actuator_efforts(self) -> dict[str, float]:
+        """Return the largest effort that the file's actuators give each joint, where it says so [N·m or N]."""
+        efforts: dict[str, float] = {}
+        for plain in self.document.children(of="actuator"):
+            element = self.document.with_defaults(plain, None, "actuator")
+            joint = element.get("joint")
+            if not joint:
+                continue
+            gear = abs(element.numbers("gear", default="1")[0])
+            low, high = self._range(element, "forcerange", "forcelimited")
+            if plain.tag == "motor" and math.isinf(high):
+                low, high = self._range(element, "ctrlrange", "ctrllimited")
+            efforts[joint] = efforts.get(joint, 0.0) + gear * max(abs(low), abs(high))
+        return efforts
+
+    def _mimics(self) -> None:
+        """Take equalities between two joints that are straight lines as mimic joints."""
+        places = {joint.name: i for i, joint in enumerate(self.joints)}
+        elements: dict[str, Element] = {}
+        for plain in self.document.children("joint", of="equality"):
+            element = self.document.with_defaults(plain, None, "equality")
+            follower, leader = element.required("joint1"), element.get("joint2")
+            for name in filter(None, (follower, leader)):
+                if name not in places:
+                    element.refuse(f"the joint '{name}' does not exist.")
+            coefficients = [*element.numbers("polycoef", default="0 1 0 0 0"), 0.0, 0.0, 0.0, 0.0]
+            offset, multiplier, *rest = coefficients[:5]
+            if leader is None or any(rest) or element.get("active", "true") != "true":
+                self.notes.append(f"the equality of joint '{follower}' is the engine's alone; both sides are driven")
+                continue
+            offset += self.references[follower] - multiplier * self.references[leader]
+            elements[follower], i = element, places[follower]
+            self.joints[i] = replace(self.joints[i], mimic=Mimic(leader, multiplier, offset))
+        self.joints = list(flatten_mimics(self.joints, elements))
+
+
+def _pose(packed: Floats) -> Pose:
+    x, y, z, w, i, j, k = packed.tolist()
+    return Pose((x, y, z), (w, i, j, k))

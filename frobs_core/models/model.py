@@ -137,7 +137,7 @@ class JointLimits:
 
 @dataclass(frozen=True)
 class Mimic:
-    """A joint that follows another: position = multiplier · position of ``joint`` + offset."""
+    """A joint that follows an actuated one: position = multiplier · position of ``joint`` + offset."""
 
     joint: str
     multiplier: float = 1.0

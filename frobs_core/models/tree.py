@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
-from frobs_core.models.model import Joint
+from frobs_core.models.model import Joint, JointType, Mimic
 from frobs_core.models.xmltree import Element
 
 
@@ -60,3 +61,33 @@ def check_tree(
                 elements[above[at].name].refuse(f"the joints form a ring: {ring}.")
             seen.append(at)
             at = above[at].parent
+
+
+def flatten_mimics(joints: Sequence[Joint], elements: Mapping[str, Element]) -> tuple[Joint, ...]:
+    """Return the joints, each that mimics another referring to an actuated one.
+
+    Args:
+        joints: The joints.
+        elements: By joint name, what to blame.
+
+    Raises:
+        ModelFileError: Joints mimic each other in a ring, or one that has no position.
+    """
+    by_name = {joint.name: joint for joint in joints}
+    flat = []
+    for joint in joints:
+        seen, leader, multiplier, offset = {joint.name}, joint, 1.0, 0.0
+        while leader.mimic is not None:
+            offset += multiplier * leader.mimic.offset
+            multiplier *= leader.mimic.multiplier
+            leader = by_name[leader.mimic.joint]
+            if leader.name in seen:
+                elements[joint.name].refuse(f"the joint '{joint.name}' follows itself: {', '.join(sorted(seen))}.")
+            seen.add(leader.name)
+        if leader is not joint:
+            if leader.type in (JointType.FIXED, JointType.FLOATING, JointType.PLANAR):
+                kind = leader.type.value
+                elements[joint.name].refuse(f"'{joint.name}' mimics '{leader.name}', which is a {kind} joint.")
+            joint = replace(joint, mimic=Mimic(leader.name, multiplier, offset))
+        flat.append(joint)
+    return tuple(flat)

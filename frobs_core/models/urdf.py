@@ -14,7 +14,7 @@ from frobs_core.errors import nearest
 from frobs_core.models.inertia import read_inertials
 from frobs_core.models.model import Joint, JointLimits, JointType, Link, Mimic, RobotModel
 from frobs_core.models.resources import Packages
-from frobs_core.models.tree import check_tree, check_unique
+from frobs_core.models.tree import check_tree, check_unique, flatten_mimics
 from frobs_core.models.urdf_shapes import Shapes, read_colour, read_pose
 from frobs_core.models.xmltree import Element, to_text
 
@@ -47,7 +47,7 @@ def read_urdf(root: Element, path: Path, packages: Packages) -> RobotModel:
     shapes = Shapes(packages, colours, notes)
     joints = tuple(_joint(element, link_elements, joint_elements, notes) for element in joint_elements.values())
     check_tree(link_elements, joints, joint_elements, root)
-    _check_mimics(joints, joint_elements)
+    joints = flatten_mimics(joints, joint_elements)
     inertials = read_inertials(link_elements, joints, notes)
     links = tuple(
         Link(
@@ -153,17 +153,3 @@ def _mimic(element: Element, joints: dict[str, Element]) -> Mimic | None:
         hint = f" Did you mean '{close}'?" if close else ""
         mimic.refuse(f"joint '{element.get('name')}' mimics '{joint}', which does not exist.{hint}")
     return Mimic(joint, mimic.number("multiplier", "1"), mimic.number("offset", "0"))
-
-
-def _check_mimics(joints: tuple[Joint, ...], elements: dict[str, Element]) -> None:
-    """Refuse joints that mimic each other in a ring, or one that cannot move."""
-    by_name = {joint.name: joint for joint in joints}
-    for joint in joints:
-        seen, leader = {joint.name}, joint
-        while leader.mimic is not None:
-            leader = by_name[leader.mimic.joint]
-            if leader.name in seen:
-                elements[joint.name].refuse(f"mimics itself: {', '.join(sorted(seen))}.")
-            seen.add(leader.name)
-        if leader is not joint and leader.type in (JointType.FIXED, JointType.FLOATING, JointType.PLANAR):
-            elements[joint.name].refuse(f"mimics '{leader.name}', a {leader.type.value} joint.")

@@ -70,9 +70,7 @@ class Shapes:
             case "sphere":
                 return Sphere(_positive(shape, shape.number("radius")))
             case "cylinder":
-                return Cylinder(
-                    _positive(shape, shape.number("radius")), _positive(shape, shape.number("length"))
-                )
+                return Cylinder(_positive(shape, shape.number("radius")), _positive(shape, shape.number("length")))
             case "capsule":
                 return Capsule(_positive(shape, shape.number("radius")), _positive(shape, shape.number("length")))
             case "mesh":

@@ -180,7 +180,7 @@ def check_expression(expression: str) -> None:
     """
     for node in ast.walk(ast.parse(expression.strip(), mode="eval")):
         name = getattr(node, "attr", None) or getattr(node, "id", None) or getattr(node, "arg", None)
-        if isinstance(name, str) and (name.startswith("__") or isinstance(node, ast.Attribute) and name in _FRAMES):
+        if isinstance(name, str) and (name.startswith("__") or (isinstance(node, ast.Attribute) and name in _FRAMES)):
             raise ValueError(f"'{name}' is not allowed in expressions")
 
 

@@ -41,6 +41,12 @@ class Element(ElementTree.Element):
             if isinstance(child, Element) and (not tags or child.tag in tags):
                 yield child
 
+    def descendants(self, tag: str) -> Iterator[Element]:
+        """Yield the elements with this tag at any depth, itself included, in the file's order."""
+        for element in self.iter(tag):
+            assert isinstance(element, Element)  # the parser makes no other
+            yield element
+
     def child(self, tag: str) -> Element | None:
         """Return the first child with this tag."""
         return next(self.children(tag), None)
@@ -50,19 +56,19 @@ class Element(ElementTree.Element):
         value = (self.get(attribute) or "").strip()
         return value or self.refuse(f"the attribute '{attribute}' is missing or empty.")
 
-    def numbers(self, attribute: str, count: int, default: str | None = None) -> tuple[float, ...]:
-        """Return ``count`` finite numbers; without a default the attribute must be there."""
+    def numbers(self, attribute: str, count: int | None = None, default: str | None = None) -> tuple[float, ...]:
+        """Return finite numbers, ``count`` of them or at least one; without a default the attribute must be there."""
         text = self.get(attribute, default)
         if text is None:
             self.refuse(f"the attribute '{attribute}' is missing; it takes {_numbers(count)}.")
         try:
             values = tuple(float(word) for word in text.split())
         except ValueError:
-            self.refuse(f"{attribute}=\"{text}\" is not {_numbers(count)}.")
-        if len(values) != count:
-            self.refuse(f"{attribute}=\"{text}\" holds {_numbers(len(values))}; it takes {count}.")
+            self.refuse(f'{attribute}="{text}" is not {_numbers(count)}.')
+        if len(values) != (count or max(1, len(values))):
+            self.refuse(f'{attribute}="{text}" holds {_numbers(len(values))}; it takes {count or 1}.')
         if not all(math.isfinite(value) for value in values):
-            self.refuse(f"{attribute}=\"{text}\" is not finite.")
+            self.refuse(f'{attribute}="{text}" is not finite.')
         return values
 
     def number(self, attribute: str, default: str | None = None) -> float:
@@ -70,7 +76,9 @@ class Element(ElementTree.Element):
         return self.numbers(attribute, 1, default)[0]
 
 
-def _numbers(count: int) -> str:
+def _numbers(count: int | None) -> str:
+    if count is None:
+        return "numbers"
     return "one number" if count == 1 else f"{count} numbers"
 
 

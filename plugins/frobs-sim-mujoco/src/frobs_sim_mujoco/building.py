@@ -294,7 +294,7 @@ def _attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: in
     """Attach a robot from its own MJCF file, with the core's names and without its actuators."""
     model = placement.model
     try:
-        robot = mujoco.MjSpec.from_file(str(model.path))
+        robot = mujoco.MjSpec.from_string(model.xml)  # names filled in, one root body, absolute paths
     except ValueError as error:
         raise ModelFileError(model.path, f"MuJoCo refuses the file: {' '.join(str(error).split())}") from error
     for unwanted in (*robot.actuators, *robot.sensors, *robot.keys):

@@ -1,0 +1,181 @@
+"""An MJCF document put together: includes, defaults, compiler settings, absolute file paths."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import nearest
+from frobs_core.models.xmltree import Element, parse_xml, read_bytes
+from frobs_core.rotations import quat_from_axis_angle, quat_from_matrix, quat_multiply
+
+_ACTUATORS = (
+    "general",
+    "motor",
+    "position",
+    "velocity",
+    "intvelocity",
+    "damper",
+    "cylinder",
+    "muscle",
+    "adhesion",
+    "plugin",
+)
+_FOLDERS = {"mesh": "meshdir", "hfield": "meshdir", "skin": "meshdir", "texture": "texturedir"}
+_TEXTURE_FILES = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
+_MAIN = "main"
+
+Defaults = dict[str, dict[str, str]]
+"""Attributes by tag."""
+
+
+class MjcfDocument:
+    """An MJCF document, ready to be read.
+
+    Args:
+        root: Its ``<mujoco>``; includes in it are replaced, files in it become absolute.
+        path: The main file, which includes and assets are relative to.
+
+    Raises:
+        ModelFileError: A file that it names is missing or broken.
+    """
+
+    def __init__(self, root: Element, path: Path) -> None:
+        self.root = root
+        self.path = path
+        _include(root, path.parent, {path})
+        compiler: dict[str, str] = {}
+        for element in root.children("compiler"):
+            compiler.update(element.attrib)
+        self.degree = compiler.get("angle", "degree") != "radian"
+        self.autolimits = compiler.get("autolimits", "true") == "true"
+        self.sequence = compiler.get("eulerseq", "xyz")
+        self._classes: dict[str, Defaults] = {_MAIN: {}}
+        for element in root.children("default"):
+            self._read_defaults(element, _MAIN)
+            self._classes.setdefault(element.get("class", _MAIN), self._classes[_MAIN])
+        self._resolve_files(compiler)
+
+    def children(self, *tags: str, of: str) -> Iterable[Element]:
+        """Yield the children with these tags, of all sections of one name: ``of="actuator"``."""
+        for section in self.root.children(of):
+            yield from section.children(*tags)
+
+    def with_defaults(self, element: Element, childclass: str | None, tag: str = "") -> Element:
+        """Return a copy of an element that has the attributes of its default class too.
+
+        Args:
+            element: The element.
+            childclass: Default class of the body that holds it.
+            tag: What its defaults stand under; its own tag where empty.
+        """
+        name = element.get("class") or childclass or _MAIN
+        if name not in self._classes:
+            close = nearest(name, self._classes)
+            hint = f" Did you mean '{close}'?" if close else ""
+            element.refuse(f"the default class '{name}' does not exist.{hint}")
+        merged = Element(element.tag, {**self._classes[name].get(tag or element.tag, {}), **element.attrib})
+        merged.file, merged.line = element.file, element.line
+        return merged
+
+    def angle(self, value: float) -> float:
+        """Return an angle of the file in [rad]."""
+        return math.radians(value) if self.degree else value
+
+    def orientation(self, element: Element) -> Floats:
+        """Return the orientation that an element gives itself, (4,), scalar first."""
+        if "quat" in element.attrib:
+            quat = np.array(element.numbers("quat", 4))
+            return quat / self._length(element, "quat", quat)
+        if "axisangle" in element.attrib:
+            four = np.array(element.numbers("axisangle", 4))
+            direction = four[:3] / self._length(element, "axisangle", four[:3])
+            return quat_from_axis_angle(direction, self.angle(float(four[3])))
+        if "euler" in element.attrib:
+            return self._euler(element.numbers("euler", 3))
+        if "xyaxes" in element.attrib:
+            six = np.array(element.numbers("xyaxes", 6))
+            x = six[:3] / self._length(element, "xyaxes", six[:3])
+            y = six[3:] - (six[3:] * x).sum() * x
+            y = y / self._length(element, "xyaxes", y)
+            return quat_from_matrix(np.stack([x, y, np.cross(x, y)], axis=-1))
+        if "zaxis" in element.attrib:
+            axis = np.array(element.numbers("zaxis", 3))
+            return shortest_from_z(axis / self._length(element, "zaxis", axis))
+        return np.array([1.0, 0.0, 0.0, 0.0])
+
+    def pose(self, element: Element) -> Floats:
+        """Return where an element places itself, (7,): position [m] and quaternion."""
+        return np.concatenate([element.numbers("pos", 3, "0 0 0"), self.orientation(element)])
+
+    def _euler(self, angles: tuple[float, ...]) -> Floats:
+        quat = np.array([1.0, 0.0, 0.0, 0.0])
+        for letter, angle in zip(self.sequence, angles, strict=True):
+            turn = quat_from_axis_angle(np.eye(3)["xyz".index(letter.lower())], self.angle(angle))
+            # lower case: about the axes as turned so far; upper case: about the parent's
+            quat = quat_multiply(quat, turn) if letter.islower() else quat_multiply(turn, quat)
+        return quat
+
+    def _length(self, element: Element, attribute: str, vector: Floats) -> float:
+        length = math.sqrt(float((vector * vector).sum()))
+        return length if length > 1e-9 else element.refuse(f'{attribute}="{element.get(attribute)}" is zero.')
+
+    def _read_defaults(self, element: Element, name: str) -> None:
+        own = self._classes[name]
+        for child in element.children():
+            if child.tag != "default":
+                tag = "actuator" if child.tag in _ACTUATORS else child.tag
+                own[tag] = {**own.get(tag, {}), **child.attrib}
+        for child in element.children("default"):
+            inner = child.required("class")
+            self._classes[inner] = {tag: dict(attributes) for tag, attributes in own.items()}
+            self._read_defaults(child, inner)
+
+    def _resolve_files(self, compiler: dict[str, str]) -> None:
+        """Make the paths of assets absolute."""
+        strip = compiler.get("strippath", "false") == "true"
+        for section in ("asset", "deformable"):
+            for element in self.children(*_FOLDERS, of=section):
+                folder = compiler.get(_FOLDERS[element.tag], compiler.get("assetdir", ""))
+                for attribute in _TEXTURE_FILES:
+                    name = element.get(attribute)
+                    if not name:
+                        continue
+                    file = self.path.parent / folder / (Path(name).name if strip else name)
+                    if not file.is_file():
+                        element.refuse(f"the file '{name}' is missing: looked for {file}.")
+                    element.set(attribute, str(file.resolve()))
+        for element in self.root.children("compiler"):
+            element.attrib.pop("strippath", None)
+
+
+def shortest_from_z(axis: Floats) -> Floats:
+    """Return the shortest rotation that turns z to a unit vector, (4,)."""
+    x, y, z = axis.tolist()
+    sine = math.hypot(x, y)
+    if sine < 1e-12:
+        return np.array([1.0, 0.0, 0.0, 0.0] if z > 0 else [0.0, 1.0, 0.0, 0.0])
+    return quat_from_axis_angle(np.array([-y / sine, x / sine, 0.0]), math.atan2(sine, z))
+
+
+def _include(element: Element, folder: Path, seen: set[Path]) -> None:
+    """Replace every ``<include>`` by what the file's root holds; MuJoCo takes each file once."""
+    for i in range(len(element) - 1, -1, -1):
+        child = element[i]
+        assert isinstance(child, Element)
+        if child.tag != "include":
+            _include(child, folder, seen)
+            continue
+        file = (folder / child.required("file")).resolve()
+        if file in seen:
+            child.refuse(f"'{file}' is included already.")
+        if not file.is_file():
+            child.refuse(f"the file '{child.get('file')}' is missing: looked for {file}.")
+        seen.add(file)
+        included = parse_xml(read_bytes(file), file)
+        _include(included, folder, seen)
+        element[i : i + 1] = list(included)

@@ -1,0 +1,210 @@
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frobs_core.errors import ModelFileError
+from frobs_core.models import JointType, RobotModel, load_model
+from frobs_core.models.defaults import composite_inertia
+from frobs_core.models.inertia import inertia_matrix
+
+mujoco = pytest.importorskip("mujoco")
+
+DEMO = Path(__file__).with_name("demo.xml")
+"""Defaults in classes, several joints in a body, anchors, references, frames, four ways to give an orientation."""
+
+
+@pytest.fixture(scope="module")
+def demo() -> RobotModel:
+    return load_model(DEMO)
+
+
+@pytest.fixture(scope="module")
+def compiled(demo: RobotModel) -> mujoco.MjModel:
+    return mujoco.MjModel.from_xml_string(demo.xml)
+
+
+@pytest.fixture
+def write(tmp_path: Path):
+    def write(inside: str, name: str = "r.xml") -> Path:
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(f'<mujoco model="r">\n{inside}\n</mujoco>')
+        return path
+
+    return write
+
+
+def world(inside: str) -> str:
+    return f'<worldbody><body name="root">{inside}<geom size=".1"/></body></worldbody>'
+
+
+HINGED = '<body name="arm" pos="0 0 1"><joint name="j" range="-90 45"/><geom size=".1"/></body>'
+
+
+def test_joints_and_limits_are_those_that_mujoco_compiles(demo, compiled):
+    original = mujoco.MjModel.from_xml_path(str(DEMO))
+    assert demo.joint_names[:4] == tuple(original.joint(i).name for i in range(4))
+    assert demo.joint_names == tuple(compiled.joint(i).name for i in range(compiled.njnt))
+    for i, joint in enumerate(demo.actuated_joints):
+        expected = original.jnt_range[i] if original.jnt_limited[i] else (-math.inf, math.inf)
+        assert (joint.limits.lower, joint.limits.upper) == pytest.approx(tuple(expected))
+        assert (joint.type is JointType.PRISMATIC) == (original.jnt_type[i] == mujoco.mjtJoint.mjJNT_SLIDE)
+        assert joint.damping == original.dof_damping.reshape(len(demo.joint_names), -1)[i, 0]
+
+
+def test_efforts_are_those_of_the_actuators(demo):
+    assert [joint.limits.effort for joint in demo.actuated_joints] == [100, 30, math.inf, math.inf, math.inf]
+
+
+def test_link_poses_are_mujocos(demo, compiled):
+    data = mujoco.MjData(compiled)
+    positions = np.random.default_rng(0).uniform(-2, 2, (20, compiled.nq))
+    for link in demo.links:
+        if "__" in link.name:
+            continue
+        pos, quat = demo.frame_pose(link.name, positions)
+        for q, p, r in zip(positions, pos, quat, strict=True):
+            data.qpos[:] = q
+            mujoco.mj_kinematics(compiled, data)
+            assert p == pytest.approx(data.body(link.name).xpos, abs=1e-12)
+            assert abs(np.dot(r, data.body(link.name).xquat)) == pytest.approx(1, abs=1e-12)
+
+
+def test_masses_of_primitive_geoms_are_mujocos(demo, compiled):
+    for link in demo.links:
+        body = compiled.body(link.name) if "__" not in link.name else None
+        if link.inertial is None or body is None:
+            continue
+        assert link.inertial.mass == pytest.approx(body.mass[0])
+        assert link.inertial.origin.pos == pytest.approx(body.ipos)
+        assert np.linalg.eigvalsh(inertia_matrix(link.inertial)) == pytest.approx(np.sort(body.inertia))
+
+
+def test_composite_inertia_is_the_diagonal_of_mujocos_mass_matrix(demo, compiled):
+    data = mujoco.MjData(compiled)
+    data.qpos[:] = 0.3
+    mujoco.mj_forward(compiled, data)
+    diagonal = np.zeros((compiled.nv, compiled.nv))
+    for i in range(compiled.nv):
+        mujoco.mj_mulM(compiled, data, diagonal[i], np.eye(compiled.nv)[i])
+    assert list(composite_inertia(demo, data.qpos).values()) == pytest.approx(np.diag(diagonal))
+
+
+def test_explicit_inertia_is_read_in_mujocos_order(write):
+    inertial = '<inertial pos="1 2 3" mass="4" fullinertia="3 2 1.5 .3 .2 .1"/>'
+    link = load_model(write(world(inertial))).links[0]
+    assert link.inertial.inertia == (3, 0.3, 0.2, 2, 0.1, 1.5)
+    assert (link.inertial.mass, link.inertial.origin.pos) == (4, (1, 2, 3))
+
+
+def test_a_free_root_is_the_root_link_and_noted(write):
+    model = load_model(write(world('<freejoint name="base"/>' + HINGED)))
+    assert (model.root, model.joint_names) == ("root", ("j",))
+    assert "floating" in model.notes[0]
+
+
+def test_bodies_of_the_world_get_one_root_that_the_engine_sees_too(write):
+    model = load_model(write(f"<worldbody>{HINGED}</worldbody>"))
+    assert (model.root, model.joint_names) == ("base", ("j",))
+    assert mujoco.MjModel.from_xml_string(model.xml).body("arm").parentid == 1
+
+
+def test_names_are_made_for_what_has_none(write):
+    model = load_model(write(world('<body><joint/><geom size=".1"/></body>')))
+    assert (model.links[1].name, model.joint_names) == ("body_1", ("joint_1",))
+    assert len(model.notes) == 2
+    assert mujoco.MjModel.from_xml_string(model.xml).joint(0).name == "joint_1"
+
+
+def test_includes_and_assets_are_found_from_the_main_file(write, tmp_path):
+    write('<default><joint range="-10 10"/></default>', "parts/defaults.xml")
+    write('<asset><mesh name="m" file="m.obj"/></asset>', "parts/assets.xml")
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes" / "m.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    )
+    text = '<compiler meshdir="meshes"/><include file="parts/defaults.xml"/><include file="parts/assets.xml"/>'
+    model = load_model(write(text + world('<body name="arm"><joint name="j"/><geom type="mesh" mesh="m"/></body>')))
+    assert model.joints[0].limits.upper == pytest.approx(math.radians(10))
+    assert mujoco.MjModel.from_xml_string(model.xml).nmesh == 1
+    assert "not weighed" in model.notes[0]
+
+
+def test_joint_equalities_become_mimic_joints(write):
+    finger = '<body name="{0}"><joint name="{0}" type="slide" ref="{1}"/><geom size=".1"/></body>'
+    equality = '<equality><joint joint1="b" joint2="a" polycoef="0.1 -2"/></equality>'
+    path = write(world(finger.format("a", 0.3) + finger.format("b", 0.2)) + equality)
+    model = load_model(path)
+    assert model.joint_names == ("a",)
+    mimic = model.joints[1].mimic
+    assert (mimic.joint, mimic.multiplier, mimic.offset) == ("a", -2, pytest.approx(0.1 + 0.2 + 2 * 0.3))
+
+
+@pytest.mark.parametrize(
+    ("joint", "limits"),
+    [
+        ('<joint range="-90 90"/>', math.pi / 2),
+        ('<joint range="-90 90" limited="false"/>', math.inf),
+        ("<joint/>", math.inf),
+    ],
+)
+def test_limits_hold_where_mujoco_says_so(write, joint, limits):
+    model = load_model(write(world(f'<body name="arm">{joint}<geom size=".1"/></body>')))
+    assert model.joints[0].limits.upper == pytest.approx(limits)
+    radian = load_model(
+        write(
+            '<compiler angle="radian" autolimits="false"/>' + world(f'<body name="b">{joint}<geom size=".1"/></body>')
+        )
+    )
+    assert radian.joints[0].limits.upper == math.inf
+
+
+BODY = '<body name="b">{}<geom size=".1"/></body>'
+BAD = {
+    "ball joint": (world(BODY.format('<joint name="s" type="ball"/>')), "use three hinges"),
+    "two free bodies": (
+        '<worldbody><body name="a"><freejoint/><geom size=".1"/></body><body name="b"/></worldbody>',
+        "objects belong into the scene",
+    ),
+    "joint type": (world(BODY.format('<joint type="hing"/>')), "no joint type is named 'hing'"),
+    "zero axis": (world(BODY.format('<joint axis="0 0 0"/>')), "axis is zero"),
+    "zero quaternion": (world('<body name="b" quat="0 0 0 0"/>'), "is zero"),
+    "NaN": (world('<body name="b" pos="0 0 nan"/>'), "not finite"),
+    "empty range": (world(BODY.format('<joint range="1 1"/>')), "is empty"),
+    "same name": (world('<body name="root"/>'), "the name 'root' is taken"),
+    "unknown class": (
+        '<default><default class="hand"/></default>' + world(BODY.format('<joint class="hond"/>')),
+        "Did you mean 'hand'",
+    ),
+    "no body": ("<worldbody/>", "there is no <body>"),
+    "replicate": (world('<replicate count="3"><body/></replicate>'), "mj_saveLastXML"),
+    "missing include": ('<include file="no.xml"/>' + world(""), "'no.xml' is missing"),
+    "missing mesh": ('<asset><mesh file="no.stl"/></asset>' + world(""), "'no.stl' is missing"),
+    "equality of nothing": (world("") + '<equality><joint joint1="x"/></equality>', "'x' does not exist"),
+}
+
+
+@pytest.mark.parametrize(("inside", "message"), BAD.values(), ids=BAD.keys())
+def test_bad_files_are_refused_by_one_clear_line(write, inside, message):
+    with pytest.raises(ModelFileError) as caught:
+        load_model(write(inside))
+    assert message in str(caught.value)
+    assert caught.value.line is not None
+    assert "\n" not in str(caught.value)
+
+
+def test_bombs_are_refused_also_in_includes(write, tmp_path):
+    bomb = '<!DOCTYPE mujoco [<!ENTITY a "aaaaaaaaaa">]>\n<mujoco model="&a;"/>'
+    (tmp_path / "bomb.xml").write_text(bomb)
+    for path in (tmp_path / "bomb.xml", write('<include file="bomb.xml"/>' + world(""))):
+        with pytest.raises(ModelFileError, match=r"bomb\.xml:1: .*document type"):
+            load_model(path)
+
+
+def test_a_file_that_includes_itself_is_refused(write):
+    with pytest.raises(ModelFileError, match="included already"):
+        load_model(write('<include file="r.xml"/>' + world("")))
