@@ -63,7 +63,7 @@ def record_video(run: Run, path: Path | str | None = None, *, episodes: int = 3)
                 fps=frames_per_second(env),
                 codec="libx264",
                 pix_fmt_out="yuv420p",
-                macro_block_size=2,  # yuv420p halves width and height
+                macro_block_size=1,
                 output_params=["-movflags", "+faststart"],
             )
             writer.send(None)
@@ -112,4 +112,5 @@ def _picture(env: gym.Env[Any, Any]) -> Frame:
         raise RunError(f"no picture can be drawn: {error}") from error
     if not isinstance(frame, np.ndarray) or frame.ndim != 3 or frame.shape[2] != 3:
         raise RunError(f"{env.spec.id if env.spec else env} draws no rgb picture; record another environment.")
-    return frame
+    # yuv420p halves height and width: an odd one gets its last row or column twice.
+    return np.pad(frame, ((0, frame.shape[0] % 2), (0, frame.shape[1] % 2), (0, 0)), mode="edge")

@@ -170,6 +170,11 @@ class Reach(Task):
         return terms.inside(self._distance, self.tolerance)
 
     @property
+    def goal(self) -> Floats:
+        """(num_envs, 3) [m] where the tool is to be, in the world, now."""
+        return self._goal
+
+    @property
     def distance(self) -> Floats:
         """(num_envs,) [m] from tool to goal, now."""
         return self._distance
