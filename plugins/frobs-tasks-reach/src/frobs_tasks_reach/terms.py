@@ -59,6 +59,16 @@ def inside(distance: Floats, tolerance: float) -> Mask:
     return distance <= tolerance
 
 
+def missed(distance: Floats, tolerance: float) -> Floats:
+    """Return the sparse reward: 0 where a distance is at most the tolerance, else −1.
+
+    Args:
+        distance: (...) [m]
+        tolerance: [m]
+    """
+    return np.where(distance <= tolerance, 0.0, -1.0)
+
+
 def at_limits(joint_positions: Floats, lower: Floats, upper: Floats, margin: float) -> Mask:
     """Return where any joint is at one of its limits, or beyond.
 
@@ -71,7 +81,8 @@ def at_limits(joint_positions: Floats, lower: Floats, upper: Floats, margin: flo
     Returns:
         (...) bool.
     """
-    return ((joint_positions <= lower + margin) | (joint_positions >= upper - margin)).any(axis=-1)
+    near = (joint_positions <= lower + margin) | (joint_positions >= upper - margin)
+    return np.asarray(near.any(axis=-1))
 
 
 def oscillation(time: Floats, amplitude: Floats, frequency: Floats, phase: Floats) -> tuple[Floats, Floats]:
