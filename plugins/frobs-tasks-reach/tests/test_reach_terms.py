@@ -33,6 +33,10 @@ def test_inside_includes_the_tolerance_itself():
     assert terms.inside(np.array([0.0, 0.05, 0.0500001]), 0.05).tolist() == [True, True, False]
 
 
+def test_missed_is_minus_one_outside_of_the_tolerance_and_zero_within():
+    assert terms.missed(np.array([0.0, 0.05, 0.06]), 0.05).tolist() == [0.0, 0.0, -1.0]
+
+
 def test_at_limits_tells_a_joint_at_or_beyond_either_limit():
     positions = np.array([[0.0, 0.0], [0.99995, 0.0], [0.0, -1.2], [0.9998, 0.0]])
     assert terms.at_limits(positions, -np.ones(2), np.ones(2), 1e-4).tolist() == [False, True, True, False]

@@ -11,6 +11,7 @@ from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Controller, Simulation, Snapshot
 from frobs_core.random import RandomSource
+from frobs_tasks_reach.given import checked_goal
 from frobs_tasks_reach.motion import Oscillation
 from frobs_tasks_reach.observation import ObservationTerm
 from frobs_tasks_reach.parameters import positive
@@ -86,7 +87,7 @@ class ReachDynamic(Reach):
         self._workspace.shrink(self.max_amplitude)
         if self._workspace.is_empty:
             raise ConfigurationError(
-                f"the {self._box_text()} has no room within reach for a goal that swings by {self.max_amplitude} m: "
+                f"the {self._box_text} has no room within reach for a goal that swings by {self.max_amplitude} m: "
                 "choose a smaller max_amplitude or a wider box."
             )
 
@@ -115,12 +116,12 @@ class ReachDynamic(Reach):
         return 2.0 * self.max_amplitude  # a goal that is given may be where the motion turns
 
     def _place_goal(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
-        start = None if given is None else self._checked_goal(given[rows])
+        start = None if given is None else checked_goal(given[rows], *self._goal_bounds())
         centre = self._draw_goals(mask, rng) if given is None else None
         self._motion.begin(mask, rng, centre=centre, start=start)
 
     def _draw_goals(self, mask: Mask | None, rng: RandomSource) -> Floats:
-        return self._sampler.draw("goal", rng, mask, self._workspace.contains, self._box_text())[1]
+        return self._sampler.draw("goal", rng, mask, self._workspace.contains, self._box_text)[1]
 
     def _measure(self) -> None:
         self._goal[...], self._goal_velocity[...] = self._motion.at(self._simulation.time)

@@ -14,7 +14,7 @@ from frobs_core.interfaces import Controller, GoalTask, Simulation
 from frobs_core.interfaces.task import Observation
 from frobs_core.random import RandomSource
 from frobs_tasks_reach import terms
-from frobs_tasks_reach.reach import Reach, sparse_reward
+from frobs_tasks_reach.reach import Reach
 
 
 class ReachGoal(Reach, GoalTask):
@@ -109,7 +109,7 @@ class ReachGoal(Reach, GoalTask):
         return terms.inside(self._distance, self.tolerance)
 
     def _reward(self, distance: Floats) -> Floats:
-        return sparse_reward(distance, self.tolerance) if self.reward_type == "sparse" else -distance
+        return terms.missed(distance, self.tolerance) if self.reward_type == "sparse" else -distance
 
     def _compare(self) -> None:
         self._achieved: npt.NDArray[np.float32] = self._tcp.astype(np.float32)

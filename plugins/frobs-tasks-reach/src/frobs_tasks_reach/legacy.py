@@ -13,6 +13,7 @@ from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Controller, Simulation, Snapshot
 from frobs_core.random import RandomSource
 from frobs_tasks_reach import legacy_config, terms
+from frobs_tasks_reach.given import checked_goal
 from frobs_tasks_reach.motion import Oscillation
 from frobs_tasks_reach.observation import ObservationTerm
 from frobs_tasks_reach.reach import Reach
@@ -185,7 +186,7 @@ class ReachLegacy(Reach):
             raise ConfigurationError(
                 'training is false, so no goal is drawn; give one with reset(options={"goal": (x, y, z)}).'
             )
-        centre = self._draw_goals(mask, rng) if given is None else self._checked_goal(given[rows])
+        centre = self._draw_goals(mask, rng) if given is None else checked_goal(given[rows], *self._goal_bounds())
         self._goal[rows] = centre
         self._motion.begin(mask, rng, centre=centre, start=None)
 

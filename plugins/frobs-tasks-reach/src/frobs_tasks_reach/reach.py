@@ -23,6 +23,7 @@ from frobs_core.interfaces import (
 from frobs_core.interfaces.task import Observation
 from frobs_core.random import RandomSource
 from frobs_tasks_reach import terms
+from frobs_tasks_reach.given import checked_goal, checked_joint_positions
 from frobs_tasks_reach.keep_out import Foot
 from frobs_tasks_reach.observation import FlatObservation, ObservationTerm
 from frobs_tasks_reach.parameters import box, finite, numbers, positive
@@ -31,7 +32,6 @@ from frobs_tasks_reach.sampling import JointSampler, in_box, longest_reach
 _FLOOR_CLEARANCE = 0.05  # [m] lowest tool at the start of an episode, so that the arm does not start in the floor
 _FOOT_CLEARANCE = 0.03  # [m] between a goal and the robot's own foot: half the width of a flange
 _LIMIT_MARGIN = 0.1  # share of a joint's range by which drives may overshoot its limits within the observation space
-_LIMIT_ROUNDING = 1e-6  # [rad or m] a given joint position may be this far outside, as float32 rounds
 _SURVEY = 4096  # joint vectors that are tried once, to tell a box out of reach from an unlucky draw
 
 
@@ -90,6 +90,7 @@ class Reach(Task):
     ) -> None:
         self.tolerance = positive("tolerance", tolerance)
         self.goal_low, self.goal_high = box("goal_low", goal_low, "goal_high", goal_high)
+        self._box_text = f"goal box {numbers(self.goal_low)} to {numbers(self.goal_high)} m"
         if initial not in ("random", "home"):
             raise ConfigurationError(f"initial is '{initial}'; it must be 'random' or 'home'.")
         self.initial = initial
@@ -153,7 +154,7 @@ class Reach(Task):
     def reward(self) -> Floats:
         """Return the reward, (num_envs,)."""
         if self.reward_type == "sparse":
-            outside = sparse_reward(self._distance, self.tolerance)
+            outside = terms.missed(self._distance, self.tolerance)
             self._reward_terms = {"outside": outside}
             return outside
         distance = self._distance * -self.distance_weight
@@ -228,10 +229,12 @@ class Reach(Task):
 
     def _draw_goals(self, mask: Mask | None, rng: RandomSource) -> Floats:
         """Return goals (n, 3) [m] for the environments of the mask."""
-        return self._sampler.draw("goal", rng, mask, self._is_in_box, self._box_text())[1]
+        return self._sampler.draw("goal", rng, mask, self._is_in_box, self._box_text)[1]
 
     def _place_goal(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
-        self._goal[rows] = self._draw_goals(mask, rng) if given is None else self._checked_goal(given[rows])
+        self._goal[rows] = (
+            self._draw_goals(mask, rng) if given is None else checked_goal(given[rows], *self._goal_bounds())
+        )
 
     def _goal_excursion(self) -> float:
         """Return how far from where it is put a goal may go along an axis [m]."""
@@ -248,7 +251,7 @@ class Reach(Task):
     def _place_robot(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
         robot = self._robot
         if given is not None:
-            robot.write_joint_state(self._checked_joints(given[rows]), mask=mask)
+            robot.write_joint_state(checked_joint_positions(given[rows], self._robot), mask=mask)
         elif self.initial == "random":
             what = f"initial joint positions with the tool at least {_FLOOR_CLEARANCE} m above the floor"
             robot.write_joint_state(
@@ -259,15 +262,12 @@ class Reach(Task):
     def _is_in_box(self, positions: Floats) -> Mask:
         return in_box(positions, self.goal_low, self.goal_high) & self._foot.is_clear(positions, _FOOT_CLEARANCE)
 
-    def _box_text(self) -> str:
-        return f"goal box {numbers(self.goal_low)} to {numbers(self.goal_high)} m"
-
     def _check_box(self) -> None:
         reached = self._sampler.survey(_SURVEY)
         if self._is_in_box(reached).any():
             return
         raise ConfigurationError(
-            f"robot '{self._robot.robot.name}' reaches nothing of the {self._box_text()}: its tool "
+            f"robot '{self._robot.robot.name}' reaches nothing of the {self._box_text}: its tool "
             f"'{self._robot.tcp}' moves between {numbers(reached.min(axis=0))} and {numbers(reached.max(axis=0))} m "
             f"({_SURVEY} random joint vectors were tried); choose goal_low and goal_high inside of that."
         )
@@ -284,39 +284,6 @@ class Reach(Task):
         """Return corners (3,) [m] in the world of all that a goal may be: the goal box, and all within reach."""
         low, high = self._reach_box()
         return np.minimum(self.goal_low, low), np.maximum(self.goal_high, high)
-
-    def _checked_goal(self, goal: Floats) -> Floats:
-        if goal.shape[1:] != (3,):
-            raise ConfigurationError(f"a given goal has the shape {goal.shape[1:]}; it must be (3,): x, y, z [m].")
-        low, high = self._goal_bounds()
-        inside = in_box(goal, low, high)
-        if not inside.all():
-            raise ConfigurationError(
-                f"the given goal {numbers(goal[~inside][0])} m is beyond any reach: goals may lie between "
-                f"{numbers(low)} and {numbers(high)} m."
-            )
-        return goal
-
-    def _checked_joints(self, positions: Floats) -> Floats:
-        lower, upper = self._robot.position_lower[0], self._robot.position_upper[0]
-        if positions.shape[1:] != lower.shape:
-            raise ConfigurationError(
-                f"given joint positions have the shape {positions.shape[1:]}; it must be {lower.shape}: "
-                f"{', '.join(self._robot.joint_names)}."
-            )
-        outside = (positions < lower - _LIMIT_ROUNDING) | (positions > upper + _LIMIT_ROUNDING)  # (n, dof)
-        if outside.any():
-            row, joint = np.argwhere(outside)[0]
-            raise ConfigurationError(
-                f"the given joint position {positions[row, joint]:.6g} of '{self._robot.joint_names[joint]}' is outside "
-                f"its limits [{lower[joint]:.6g}, {upper[joint]:.6g}]."
-            )
-        return np.clip(positions, lower, upper)
-
-
-def sparse_reward(distance: Floats, tolerance: float) -> Floats:
-    """Return 0 within the tolerance and −1 outside; the argument is (...) [m]."""
-    return terms.inside(distance, tolerance) - 1.0
 
 
 def _is_above_floor(positions: Floats) -> Mask:

@@ -97,7 +97,7 @@ class JointSampler:
 
 def in_box(positions: Floats, low: Floats, high: Floats) -> Mask:
     """Return which positions (..., 3) lie in the closed box [low, high]; (...) bool."""
-    return ((positions >= low) & (positions <= high)).all(axis=-1)
+    return np.asarray(((positions >= low) & (positions <= high)).all(axis=-1))
 
 
 def longest_reach(model: RobotModel, frame: str) -> float:

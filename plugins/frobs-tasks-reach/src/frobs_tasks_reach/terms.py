@@ -1,6 +1,7 @@
 """The terms of the reaching tasks: small pure functions, row by row, each of use alone.
 
-They are elementwise, so that a row of a batch gets the bits that it would get alone, in any memory layout.
+A row of a batch gets the bits that it would get alone, in any memory layout: all is elementwise but one product,
+which is given rows whose numbers lie side by side.
 """
 
 from __future__ import annotations
@@ -19,8 +20,9 @@ def distance(offset: Floats) -> Floats:
     Returns:
         (...) [m]
     """
-    x, y, z = offset[..., 0], offset[..., 1], offset[..., 2]
-    return np.sqrt(x * x + y * y + z * z)  # by columns: a sum over the last axis may depend on the layout
+    if offset.strides[-1] != offset.itemsize:  # vecdot would add up in another order
+        offset = np.ascontiguousarray(offset)
+    return np.asarray(np.sqrt(np.vecdot(offset, offset)))
 
 
 def unit_direction(offset: Floats) -> Floats:
@@ -59,6 +61,16 @@ def inside(distance: Floats, tolerance: float) -> Mask:
     return distance <= tolerance
 
 
+def missed(distance: Floats, tolerance: float) -> Floats:
+    """Return the sparse reward: 0 where a distance is at most the tolerance, else −1.
+
+    Args:
+        distance: (...) [m]
+        tolerance: [m]
+    """
+    return np.where(distance <= tolerance, 0.0, -1.0)
+
+
 def at_limits(joint_positions: Floats, lower: Floats, upper: Floats, margin: float) -> Mask:
     """Return where any joint is at one of its limits, or beyond.
 
@@ -71,7 +83,8 @@ def at_limits(joint_positions: Floats, lower: Floats, upper: Floats, margin: flo
     Returns:
         (...) bool.
     """
-    return ((joint_positions <= lower + margin) | (joint_positions >= upper - margin)).any(axis=-1)
+    near = (joint_positions <= lower + margin) | (joint_positions >= upper - margin)
+    return np.asarray(near.any(axis=-1))
 
 
 def oscillation(time: Floats, amplitude: Floats, frequency: Floats, phase: Floats) -> tuple[Floats, Floats]:

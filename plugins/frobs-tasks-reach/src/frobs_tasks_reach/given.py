@@ -1,0 +1,57 @@
+"""Checking what callers give to ``reset``."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import RobotHandle
+from frobs_tasks_reach.parameters import numbers
+from frobs_tasks_reach.sampling import in_box
+
+_ROUNDING = 1e-6  # [rad or m] a joint position may be this far outside of its limits, as float32 rounds
+
+
+def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
+    """Return given goals (n, 3) [m].
+
+    Args:
+        goal: What was given, a row for each environment.
+        low: (3,) [m]
+        high: (3,) [m]
+
+    Raises:
+        ConfigurationError: A goal is not three numbers, or outside of [low, high].
+    """
+    if goal.shape[1:] != (3,):
+        raise ConfigurationError(f"a given goal has the shape {goal.shape[1:]}; it must be (3,): x, y, z [m].")
+    inside = in_box(goal, low, high)
+    if not inside.all():
+        raise ConfigurationError(
+            f"the given goal {numbers(goal[~inside][0])} m is beyond any reach: goals may lie between "
+            f"{numbers(low)} and {numbers(high)} m."
+        )
+    return goal
+
+
+def checked_joint_positions(positions: Floats, robot: RobotHandle) -> Floats:
+    """Return given joint positions (n, dof) [rad or m], inside the limits.
+
+    Raises:
+        ConfigurationError: There is not one for each joint, or one is outside of its limits.
+    """
+    lower, upper = robot.position_lower[0], robot.position_upper[0]
+    if positions.shape[1:] != lower.shape:
+        raise ConfigurationError(
+            f"given joint positions have the shape {positions.shape[1:]}; it must be {lower.shape}: "
+            f"{', '.join(robot.joint_names)}."
+        )
+    outside = (positions < lower - _ROUNDING) | (positions > upper + _ROUNDING)  # (n, dof)
+    if outside.any():
+        row, joint = np.argwhere(outside)[0]
+        raise ConfigurationError(
+            f"the given joint position {positions[row, joint]:.6g} of '{robot.joint_names[joint]}' is outside "
+            f"its limits [{lower[joint]:.6g}, {upper[joint]:.6g}]."
+        )
+    return np.clip(positions, lower, upper)
