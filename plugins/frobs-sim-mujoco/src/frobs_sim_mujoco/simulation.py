@@ -76,6 +76,7 @@ class MujocoSimulation(Simulation):
         physics_timestep: float,
         num_threads: int = 0,
     ) -> None:
+        _leave_no_log_file()
         self.num_envs = num_envs
         self.physics_timestep = physics_timestep
         self.scene = scene
@@ -298,3 +299,11 @@ class MujocoSimulation(Simulation):
     def _check_open(self) -> None:
         if self._closed:
             raise SimulationError("the simulation is closed.")
+
+
+def _leave_no_log_file() -> None:
+    """Keep MuJoCo from writing its warnings to MUJOCO_LOG.TXT in the working folder; the console has them."""
+    config = mujoco.MjLogConfig.get()
+    if config.logto_file:
+        config.logto_file = False
+        config.set()
