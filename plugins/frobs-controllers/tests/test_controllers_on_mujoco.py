@@ -151,9 +151,10 @@ def test_random_actions_keep_the_arm_inside_its_limits(build, name):
 
 @pytest.mark.parametrize("name", [name for name in RECORDS if name not in ("discrete", "differential_drive")])
 def test_each_environment_of_many_equals_the_single_one_bit_for_bit(build, name):
-    controller, simulation = build(name, 5)
+    parameters = {"max_effort": 2.0} if name == "joint_effort" else {}  # the limits themselves would tear the arm apart
+    controller, simulation = build(name, 5, **parameters)
     actions = np.random.default_rng(0).uniform(-1, 1, (40, 5, *controller.action_space.shape))
-    alone = [build(name) for _ in range(5)]
+    alone = [build(name, **parameters) for _ in range(5)]
     for action in actions:
         simulation.robots["robot"].command(controller.apply(action))
         simulation.step(20)

@@ -23,7 +23,7 @@ class DampedLeastSquares:
     - A joint that is at a position limit and would have to go beyond is left out, so that the others take over its
       part (the active set of the projected Newton method, Bertsekas 1982).
 
-    Every product is a stack of products in C order, so that environment i of many gets the bits that it gets alone.
+    Every product is a stack of small products, so that environment i of many gets the bits that it gets alone.
 
     Args:
         robot: The robot; the frame is its ``"tcp"``.
@@ -54,14 +54,16 @@ class DampedLeastSquares:
         self.commanded: Floats = np.zeros((n, dof))
 
         self._jacobian: Floats = np.zeros((n, rows, dof))
-        self._transposed, self._gram = np.zeros((n, dof, rows)), np.zeros((n, rows, rows))
-        self._offset, self._posture, self._delta = (np.zeros((n, dof, 1)) for _ in range(3))
-        self._ahead, self._task = np.zeros((n, rows, 1)), np.zeros((n, rows, 1))
+        self._gram, self._task = np.zeros((n, rows, rows)), np.zeros((n, rows, 1))
+        # Side by side, so that one product serves both: how far the command is ahead, and the posture step.
+        self._joints, self._tool = np.zeros((n, dof, 2)), np.zeros((n, rows, 2))
+        self._delta, self._push = np.zeros((n, dof, 1)), np.zeros((n, dof, 1))
         self._at_lower, self._at_upper = np.zeros((n, dof), np.bool_), np.zeros((n, dof), np.bool_)
-        # The same memory in the shape that elementwise operations of (n, dof) and (n, rows) want.
-        self._offset_flat, self._posture_flat = self._offset[:, :, 0], self._posture[:, :, 0]
-        self._delta_flat, self._ahead_flat = self._delta[:, :, 0], self._ahead[:, :, 0]
-        self._jacobian_turned = self._jacobian.transpose(0, 2, 1)
+        # The same memory in the shapes that the operations want.
+        self._transposed = self._jacobian.transpose(0, 2, 1)
+        self._offset, self._posture = self._joints[:, :, 0], self._joints[:, :, 1]
+        self._ahead, self._drift = self._tool[:, :, 0], self._tool[:, :, 1:]
+        self._delta_flat, self._push_flat = self._delta[:, :, 0], self._push[:, :, 0]
 
     def lead(self) -> Floats:
         """Read the Jacobian, and return how far the command is ahead of the arm: J (u − q), (num_envs, rows).
@@ -70,27 +72,28 @@ class DampedLeastSquares:
         have still to travel, and what gravity makes them fall short, is not mistaken for an error.
         """
         np.copyto(self._jacobian, self._robot.frame_jacobian("tcp")[:, : self._rows])
-        np.subtract(self.commanded, self._robot.joint_positions, out=self._offset_flat)
-        np.matmul(self._jacobian, self._offset, out=self._ahead)
-        return self._ahead_flat
+        np.subtract(self.commanded, self._robot.joint_positions, out=self._offset)
+        np.subtract(self._home, self.commanded, out=self._posture)
+        np.multiply(self._posture, self._posture_gain, out=self._posture)
+        np.matmul(self._jacobian, self._joints, out=self._tool)
+        return self._ahead
 
     def move(self, error: Floats) -> Floats:
-        """Move the command so that the tool moves by ``error``, (num_envs, rows, 1); return the command."""
-        commanded, posture, task, delta = self.commanded, self._posture_flat, self._task, self._delta_flat
-        np.subtract(self._home, commanded, out=posture)
-        np.multiply(posture, self._posture_gain, out=posture)
+        """Move the command so that the tool moves by ``error``; return the command. Call :meth:`lead` first.
+
+        Args:
+            error: (num_envs, rows, 1)
+        """
+        commanded, task, delta = self.commanded, self._task, self._delta_flat
         np.less_equal(commanded, self._lower, out=self._at_lower)
         np.greater_equal(commanded, self._upper, out=self._at_upper)
         if np.count_nonzero(self._at_lower) or np.count_nonzero(self._at_upper):
             self._hold_at_limits(error)
-        np.matmul(self._jacobian, self._posture, out=task)
-        np.subtract(error, task, out=task)
-
-        np.copyto(self._transposed, self._jacobian_turned)
+        np.subtract(error, self._drift, out=task)
         np.matmul(self._jacobian, self._transposed, out=self._gram)
         np.add(self._gram, self._damping, out=self._gram)
         np.matmul(self._transposed, np.linalg.solve(self._gram, task), out=self._delta)
-        np.add(delta, posture, out=delta)
+        np.add(delta, self._posture, out=delta)
         np.maximum(delta, self._slowest, out=delta)
         np.minimum(delta, self._fastest, out=delta)
         np.add(commanded, delta, out=commanded)
@@ -103,12 +106,12 @@ class DampedLeastSquares:
 
         An environment with no such joint has its numbers multiplied by 1, which changes no bit of them.
         """
-        np.copyto(self._transposed, self._jacobian_turned)
-        np.matmul(self._transposed, error, out=self._offset)
-        push = self._offset_flat  # (num_envs, dof): downhill
-        free = ~((self._at_lower & (push < 0.0)) | (self._at_upper & (push > 0.0)))
-        np.multiply(self._jacobian, free[:, None, :], out=self._jacobian)
-        np.multiply(self._posture_flat, free, out=self._posture_flat)
+        np.matmul(self._transposed, error, out=self._push)  # downhill
+        push = self._push_flat
+        free = ~((self._at_lower & (push < 0.0)) | (self._at_upper & (push > 0.0)))  # (num_envs, dof)
+        np.multiply(self._jacobian, free[:, None], out=self._jacobian)
+        np.multiply(self._posture, free, out=self._posture)
+        np.matmul(self._jacobian, self._joints, out=self._tool)
 
 
 def joints_between(model: RobotModel, link: str) -> set[str]:

@@ -51,7 +51,7 @@ class TcpDeltaPosition(Controller):
         shape = (robot.num_envs, 3)
         self._ones, self._minus_ones = np.ones(shape), -np.ones(shape)
         self._leash, self._minus_leash = np.full(shape, self.max_delta), np.full(shape, -self.max_delta)
-        self._step, self._left, self._kept = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+        self._step, self._there, self._kept = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         self._target = np.zeros(shape)
         self._error = np.zeros((robot.num_envs, 3, 1))
         self._error_flat = self._error[:, :, 0]  # the same memory
@@ -65,20 +65,17 @@ class TcpDeltaPosition(Controller):
 
     def apply(self, action: Action) -> Floats:
         """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""
-        step, left, kept, target, error = self._step, self._left, self._kept, self._target, self._error_flat
+        step, there, kept, target, error = self._step, self._there, self._kept, self._target, self._error_flat
         np.maximum(action, self._minus_ones, out=step)
         np.minimum(step, self._ones, out=step)
         np.multiply(step, self._leash, out=step)
 
-        np.subtract(target, self._robot.frame_pose("tcp")[0], out=left)
-        np.subtract(left, self._ik.lead(), out=left)  # what earlier steps have left over
-        np.maximum(left, self._minus_leash, out=kept)
+        np.add(self._robot.frame_pose("tcp")[0], self._ik.lead(), out=there)  # where the command brings the tool
+        np.subtract(target, there, out=kept)  # what earlier steps have left over
+        np.maximum(kept, self._minus_leash, out=kept)
         np.minimum(kept, self._leash, out=kept)
         np.add(kept, step, out=error)
-
-        np.add(target, step, out=target)
-        np.subtract(kept, left, out=left)  # 0, unless the leash is tight
-        np.add(target, left, out=target)
+        np.add(there, error, out=target)
         return self._ik.move(self._error)
 
     def snapshot(self) -> Snapshot:
