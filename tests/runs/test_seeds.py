@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from itertools import pairwise
+
 from frobs_core.runs.seeds import spread_seed
 
 
@@ -9,7 +11,7 @@ def test_the_same_seed_spreads_the_same_way() -> None:
 
 def test_neighbouring_seeds_share_no_environment() -> None:
     starts = sorted(spread_seed(seed).environment for seed in range(100))
-    assert min(later - earlier for earlier, later in zip(starts, starts[1:], strict=False)) > 4096
+    assert min(later - earlier for earlier, later in pairwise(starts)) > 4096
 
 
 def test_evaluation_never_meets_a_training_seed() -> None:
