@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import importlib
+import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import gymnasium as gym
+from gymnasium.envs.registration import EnvSpec, load_env_creator
 from gymnasium.vector import AutoresetMode
 
 from frobs_core import registry
@@ -40,9 +43,12 @@ class EnvUnderTest:
         return f"frobs_core:{self.bare_id}" if ours and ":" not in self.id else self.id
 
     @property
-    def spec(self) -> gym.envs.registration.EnvSpec:
+    def spec(self) -> EnvSpec:
         """The registered spec; imports the module of a self-importing ID."""
-        return gym.envs.registration._find_spec(self.self_importing_id)
+        module = self.self_importing_id.rpartition(":")[0]
+        if module:
+            importlib.import_module(module)
+        return gym.spec(self.bare_id)
 
     def make(self, **kwargs: Any) -> gym.Env[Any, Any]:
         """Make the single environment as users do, time limit and all."""
@@ -51,7 +57,7 @@ class EnvUnderTest:
     def make_vec(self, num_envs: int, mode: AutoresetMode, **kwargs: Any) -> gym.vector.VectorEnv[Any, Any, Any]:
         """Make the native batch, or Gymnasium's own vector of environments where there is none."""
         keywords = {**self.kwargs, **kwargs}
-        if self.spec.vector_entry_point is None:
+        if not self._has_batch():
             return gym.make_vec(
                 self.self_importing_id,
                 num_envs,
@@ -66,6 +72,15 @@ class EnvUnderTest:
             autoreset_mode=mode,
             **keywords,
         )
+
+    def _has_batch(self) -> bool:
+        """Whether the ID has a batch of its own, which lets the autoreset be chosen: not every package's does."""
+        entry_point = self.spec.vector_entry_point
+        if entry_point is None:
+            return False
+        creator = entry_point if callable(entry_point) else load_env_creator(entry_point)
+        parameters = inspect.signature(creator).parameters.values()
+        return any(p.name == "autoreset_mode" or p.kind is inspect.Parameter.VAR_KEYWORD for p in parameters)
 
 
 def is_ours(env: Any) -> bool:

@@ -1,0 +1,27 @@
+"""The conformance kit: checks that tell the author of a plugin whether it is right.
+
+Each ``check_…`` function returns a list of named checks. Show them one by one with pytest::
+
+    from frobs_core.testing import check_env, pytest_checks
+
+    test_conformance = pytest_checks(check_env("my_package:lab/MyReach-v0"))
+
+or run them with :func:`run_checks`, which is what ``frobs check`` does.
+"""
+
+from frobs_core.testing.checks import Check, CheckFailure, Hollow, NotApplicable
+from frobs_core.testing.environment import check_env
+from frobs_core.testing.parametrize import pytest_checks
+from frobs_core.testing.report import Report, Result, run_checks
+
+__all__ = [
+    "Check",
+    "CheckFailure",
+    "Hollow",
+    "NotApplicable",
+    "Report",
+    "Result",
+    "check_env",
+    "pytest_checks",
+    "run_checks",
+]
