@@ -19,7 +19,6 @@ extensions = [
     "sphinx_design",
     "generate",
 ]
-exclude_patterns = ["README.md"]
 
 myst_enable_extensions = ["attrs_inline", "colon_fence", "deflist"]
 myst_heading_anchors = 3

@@ -25,7 +25,9 @@ def tables(facts: Mapping[str, Any], skip: Sequence[str] = ()) -> str:
             continue
         pieces.append(f".. rubric:: {word(key).capitalize()}\n\n")
         columns = list(value[0])
-        pieces.append(table([word(column) for column in columns], [[_cell(c, row[c]) for c in columns] for row in value]))
+        pieces.append(
+            table([word(column) for column in columns], [[_cell(c, row[c]) for c in columns] for row in value])
+        )
     return "".join(pieces)
 
 

@@ -1,0 +1,40 @@
+"""Run the fenced blocks of a page in order, in the present folder: ``run_blocks.py PAGE [--draw]``.
+
+Python blocks share one namespace, as in one session; bash blocks share the folder. A block with ``skip="why"`` is left
+out, one with ``needs="rendering"`` too unless ``--draw`` is given, and one with ``file="name"`` is written there.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from pages import Block, blocks
+
+
+def run(block: Block, namespace: dict[str, Any]) -> None:
+    """Run one block; its first error ends the program."""
+    where = f"{block.page.name}:{block.line}"
+    if block.language == "bash":
+        done = subprocess.run(["bash", "-euo", "pipefail", "-c", block.text], stdin=subprocess.DEVNULL)
+        if done.returncode:
+            raise SystemExit(f"{where}: exit code {done.returncode}\n{block.text}")
+    elif block.language == "python":
+        exec(compile("\n" * block.line + block.text, str(block.page), "exec"), namespace)
+    elif "file" in block.attributes:
+        Path(block.attributes["file"]).write_text(block.text, "utf-8")
+
+
+def main() -> None:
+    """Run a page."""
+    namespace: dict[str, Any] = {"__name__": "__main__"}
+    for block in blocks(Path(sys.argv[1])):
+        wanted = "rendering" not in block.attributes.get("needs", "") or "--draw" in sys.argv
+        if wanted and "skip" not in block.attributes:
+            run(block, namespace)
+
+
+if __name__ == "__main__":
+    main()

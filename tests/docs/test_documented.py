@@ -1,0 +1,91 @@
+"""What is public has words, so that the reference that is written from it has them too."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import re
+
+import gymnasium as gym
+import pytest
+
+from frobs_core import capabilities, errors, hookspecs, interfaces, models, plugins, registry, specs
+from frobs_core.cli.parameters import descriptions
+
+HOOKS = [value for value in vars(hookspecs).values() if hasattr(value, "frobs_spec")]
+ERRORS = [value for value in vars(errors).values() if inspect.isclass(value) and value.__module__ == errors.__name__]
+DATACLASSES = [
+    value
+    for module in (specs, interfaces, models, plugins)
+    for value in vars(module).values()
+    if dataclasses.is_dataclass(value) and inspect.isclass(value)
+]
+
+
+def short(value: object) -> str:
+    return getattr(value, "__name__", str(value))
+
+
+def test_there_are_five_hooks() -> None:
+    assert len(HOOKS) == len(specs.KINDS) == 5
+
+
+@pytest.mark.parametrize("hook", HOOKS, ids=short)
+def test_hooks_say_when_what_an_example_and_what_not(hook: object) -> None:
+    text = inspect.getdoc(hook) or ""
+    order = ["Called ", "Return ", "Example::", "Do not "]
+    places = [text.find(word) for word in order]
+    assert -1 not in places, f"{short(hook)} lacks {order[places.index(-1)]!r}"
+    assert places == sorted(places)
+
+
+@pytest.mark.parametrize("cls", DATACLASSES, ids=short)
+def test_fields_of_records_and_descriptions_are_explained(cls: type) -> None:
+    text = " ".join(inspect.getdoc(parent) or "" for parent in cls.__mro__[:-1])
+    explained = set(descriptions(cls))
+    missing = [
+        field.name
+        for field in dataclasses.fields(cls)
+        if field.name not in explained and not re.search(rf"``{field.name}``|\b{field.name.split('_')[0]}\b", text)
+    ]
+    assert not missing, f"{short(cls)} does not explain {missing}"
+
+
+@pytest.mark.parametrize("error", ERRORS, ids=short)
+def test_errors_are_explained_and_stand_in_the_tree(error: type[Exception]) -> None:
+    assert error.__doc__
+    assert re.search(rf"\b{error.__name__}\b", errors.__doc__ or "")
+    taken = [name for name in inspect.signature(error.__init__).parameters if name not in ("self", "args", "kwargs")]
+    if error.__init__ is not Exception.__init__:
+        assert [name for name in taken if name not in descriptions(error)] == []
+
+
+def test_capabilities_say_what_they_mean() -> None:
+    assert all(meaning for meaning in capabilities.CAPABILITIES.values())
+
+
+@pytest.mark.parametrize("kind", specs.KINDS)
+def test_installed_records_have_a_summary_in_one_line(kind: str) -> None:
+    for name, record in plugins.records(kind).items():
+        assert record.summary, name
+        assert "\n" not in record.summary
+        assert len(record.summary) <= 100
+        assert record.install_hint, f"{name} does not say how to install what it needs"
+
+
+@pytest.mark.parametrize("kind", ["controller", "task", "algorithm"])
+def test_implementations_explain_their_parameters(kind: str) -> None:
+    for name, record in plugins.records(kind).items():
+        cls = record.load()
+        assert cls.__doc__, name
+        taken = inspect.signature(cls.__init__).parameters.values()
+        missing = [p.name for p in taken if p.kind is p.KEYWORD_ONLY and p.name not in descriptions(cls)]
+        assert not missing, f"{kind} '{name}' does not explain {missing}"
+
+
+def test_environments_have_a_summary() -> None:
+    found = registry.environments()
+    assert found
+    for env_id, (_, record) in found.items():
+        assert record.summary, env_id
+        assert env_id in gym.registry

@@ -1,0 +1,79 @@
+"""The words of the repository about itself: links, install lines, pinned versions, the table of parts."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import tomllib
+from pathlib import Path
+
+import pytest
+from pages import DOCS, PAGES, ROOT, name
+
+from frobs_core import plugins
+from frobs_core.specs import KINDS
+
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+README = (ROOT / "README.md").read_text("utf-8")
+DISTRIBUTIONS = sorted(path.parent for path in ROOT.glob("plugins/*/pyproject.toml"))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_links_between_files_resolve(page: Path) -> None:
+    broken = []
+    for target in LINK.findall(page.read_text("utf-8")):
+        path = (page.parent / target.partition("#")[0]).resolve()
+        generated = DOCS / "reference" / "generated" in path.parents
+        if not target.startswith(("http", "#", "mailto:")) and not generated and not path.exists():
+            broken.append(target)
+    assert broken == []
+
+
+@pytest.mark.parametrize("folder", DISTRIBUTIONS, ids=lambda path: path.name)
+def test_the_install_lines_name_every_distribution(folder: Path) -> None:
+    assert f"-e plugins/{folder.name}" in README
+    assert f"`{folder.name}`" in (DOCS / "how-to" / "install.md").read_text("utf-8")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_readme_names_every_built_in_part(kind: str) -> None:
+    row = next(line for line in README.splitlines() if line.startswith(f"| {kind} |"))
+    ours = {path.name for path in DISTRIBUTIONS}
+    built_in = [
+        r.name for report in plugins.reports() if report.distribution in ours for r in report.records.get(kind, ())
+    ]
+    assert [part for part in built_in if f"`{part}`" not in row] == []
+
+
+def test_requirements_are_pinned() -> None:
+    pinned = {line.split("==")[0].lower().replace("_", "-") for line in _lines("constraints.txt")}
+    wanted = {line.lower() for line in _lines("requirements-dev.txt")}
+    for project in [ROOT, *DISTRIBUTIONS]:
+        table = tomllib.loads((project / "pyproject.toml").read_text("utf-8"))["project"]
+        for group in (table["dependencies"], *table.get("optional-dependencies", {}).values()):
+            wanted |= {re.split(r"[<>=\[; ]", requirement)[0].lower() for requirement in group}
+    assert {want for want in wanted if not want.startswith("frobs-")} - pinned == set()
+    assert "torch==2.13.0" in _lines("constraints.txt")
+
+
+def test_distributions_share_one_version() -> None:
+    projects = [
+        tomllib.loads((path / "pyproject.toml").read_text("utf-8"))["project"] for path in [ROOT, *DISTRIBUTIONS]
+    ]
+    assert len({project["version"] for project in projects}) == 1
+
+
+def test_make_explains_every_target_and_the_readme_only_names_targets() -> None:
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    targets = set(re.findall(r"^([a-z-]+):.*## ", makefile, re.MULTILINE))
+    assert targets == set(re.search(r"^\.PHONY: (.*)$", makefile, re.MULTILINE)[1].split())
+    shown = subprocess.run(["make", "-C", ROOT, "help"], text=True, capture_output=True, check=True).stdout
+    assert all(f"make {target} " in shown for target in targets)
+    for page in PAGES:
+        named = set(re.findall(r"`make ([a-z-]+)`", page.read_text("utf-8")))
+        assert named <= targets, name(page)
+
+
+def _lines(file: str) -> list[str]:
+    lines = (ROOT / file).read_text("utf-8").splitlines()
+    return [line.strip() for line in lines if line.strip() and not line.startswith("#")]

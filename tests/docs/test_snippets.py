@@ -1,0 +1,47 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import pytest
+from pages import PAGES, RUN, Block, blocks, name
+
+DRIVER = Path(__file__).with_name("run_blocks.py")
+RUNNABLE = [page for page in PAGES if any(b.language in RUN and "skip" not in b.attributes for b in blocks(page))]
+
+
+@cache
+def can_draw() -> bool:
+    code = (
+        "import gymnasium as gym\n"
+        "gym.make('frobs_core:frobs/Irb120Reach-v0', render_mode='rgb_array').unwrapped.simulation.render()"
+    )
+    return subprocess.run([sys.executable, "-c", code], capture_output=True).returncode == 0
+
+
+@pytest.mark.parametrize("page", RUNNABLE, ids=name)
+def test_snippets_run_in_the_order_of_their_page(page: Path, tmp_path: Path) -> None:
+    command = [sys.executable, "-W", "error", str(DRIVER), str(page), *(["--draw"] if can_draw() else [])]
+    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, text=True, capture_output=True, timeout=300)
+    assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_blocks_say_what_language_they_are_in(page: Path) -> None:
+    assert [f"{name(page)}:{block.line}" for block in blocks(page) if not block.language] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_blocks_that_are_not_run_say_why(page: Path) -> None:
+    def explained(block: Block) -> bool:
+        return len(block.attributes.get("skip", "a reason")) > 8
+
+    assert [f"{name(page)}:{block.line}" for block in blocks(page) if not explained(block)] == []
+
+
+def test_most_pages_with_code_are_run() -> None:
+    assert len(RUNNABLE) >= 7
