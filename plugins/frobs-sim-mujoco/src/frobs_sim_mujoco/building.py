@@ -81,8 +81,9 @@ def build_model(
             _add_robot(spec, name, placement, group, visuals)
         _add_drives(spec, name, placement)
         if not placement.robot.self_collision:
-            for first, second in combinations(placement.model.links, 2):
-                spec.add_exclude(bodyname1=f"{name}/{first.name}", bodyname2=f"{name}/{second.name}")
+            bodies = [body for link in placement.model.links if spec.body(body := f"{name}/{link.name}")]
+            for first, second in combinations(bodies, 2):  # the links between the joints of one MJCF body are no bodies
+                spec.add_exclude(bodyname1=first, bodyname2=second)
     for name, camera in scene.cameras.items():
         _add_camera(spec, name, camera)
     for name, contact in scene.contacts.items():
