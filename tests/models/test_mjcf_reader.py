@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import gymnasium
 import numpy as np
 import pytest
 
@@ -208,3 +209,30 @@ def test_bombs_are_refused_also_in_includes(write, tmp_path):
 def test_a_file_that_includes_itself_is_refused(write):
     with pytest.raises(ModelFileError, match="included already"):
         load_model(write('<include file="r.xml"/>' + world("")))
+
+
+GYMNASIUM = Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets"
+
+
+@pytest.mark.parametrize("path", sorted(GYMNASIUM.glob("*.xml")), ids=lambda path: path.stem)
+def test_gymnasiums_robots_are_read_as_mujoco_reads_them(path):
+    model = load_model(path)
+    original = mujoco.MjModel.from_xml_path(str(path))
+    compiled = mujoco.MjModel.from_xml_string(model.xml)
+    moving = [i for i in range(original.njnt) if original.jnt_type[i] != mujoco.mjtJoint.mjJNT_FREE]
+    assert [j.name for j in model.joints if j.type is not JointType.FIXED] == [original.joint(i).name for i in moving]
+    data = mujoco.MjData(compiled)
+    for q in np.random.default_rng(3).uniform(-1, 1, (5, len(model.joint_names))):
+        for name, value in zip(model.joint_names, q, strict=True):
+            data.qpos[compiled.joint(name).qposadr] = value
+        mujoco.mj_kinematics(compiled, data)
+        root = data.body(model.root)
+        for link in model.links:
+            if "__" in link.name:
+                continue
+            (pos,), (quat,) = model.frame_pose(link.name, q[None])
+            body = data.body(link.name)
+            assert root.xpos + root.xmat.reshape(3, 3) @ pos == pytest.approx(body.xpos, abs=1e-12)
+            expected = np.zeros(4)
+            mujoco.mju_mulQuat(expected, root.xquat, quat)
+            assert abs(expected @ body.xquat) == pytest.approx(1, abs=1e-12)
