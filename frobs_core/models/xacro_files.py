@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import ast
 import math
-import re
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from frobs_core.errors import ModelFileError, nearest
+from frobs_core.errors import ModelFileError
 from frobs_core.models.resources import Packages
-from frobs_core.models.xmltree import Element, parse_xml, read_bytes
+from frobs_core.models.xacro_errors import Declarations, choices, explain
+from frobs_core.models.xmltree import parse_xml, read_bytes
 
 _LOCK = threading.Lock()  # xacro keeps its state in module globals
 _FRAMES = frozenset({"gi_frame", "gi_code", "cr_frame", "cr_code", "ag_frame", "ag_code", "format", "format_map"})
@@ -45,7 +45,7 @@ def expand_xacro(path: Path, arguments: Mapping[str, str], packages: Packages) -
     """
     import xacro
 
-    seen = _Seen()
+    seen = Declarations()
     with _LOCK, _patched(xacro, seen, packages):
         xacro.init_stacks(str(path))
         try:
@@ -56,45 +56,17 @@ def expand_xacro(path: Path, arguments: Mapping[str, str], packages: Packages) -
             raise
         except Exception as error:  # xacro raises all kinds, down to RuntimeError and KeyError
             where = Path((xacro.filestack or [str(path)])[-1])
-            raise _explain(error, where, seen) from error
+            raise explain(error, where, seen) from error
         finally:
             xacro.substitution_args_context.clear()
     for name in arguments:
         if name not in seen.arguments:
-            raise ModelFileError(path, f"takes no xacro argument '{name}'.{_choices(name, seen.arguments)}")
+            raise ModelFileError(path, f"takes no xacro argument '{name}'.{choices(name, seen.arguments)}")
     return text
 
 
-class _Seen:
-    """What the files that were read declare."""
-
-    def __init__(self) -> None:
-        self.arguments: set[str] = set()
-        self.names: set[str] = set()  # properties and macro parameters
-        self.macros: dict[str, list[str]] = {}  # the parameters of each
-        self.texts: dict[Path, str] = {}
-
-    def note(self, file: Path, root: Element, text: bytes) -> None:
-        self.texts[file] = text.decode(errors="replace")
-        for element in root.iter():
-            name = element.get("name", "")
-            if element.tag == "xacro:arg":
-                self.arguments.add(name)
-            elif element.tag == "xacro:property":
-                self.names.add(name)
-            elif element.tag == "xacro:macro":
-                parameters = [re.split(r":?=", word)[0] for word in element.get("params", "").split()]
-                self.macros[name] = parameters
-                self.names.update(parameters)
-
-    def line(self, file: Path, pattern: str) -> int | None:
-        """Return the first line of a file that matches: xacro's own errors name none."""
-        match = re.search(pattern, self.texts.get(file, ""))
-        return self.texts[file].count("\n", 0, match.start()) + 1 if match else None
-
-
 @contextmanager
-def _patched(xacro: Any, seen: _Seen, packages: Packages) -> Iterator[None]:
+def _patched(xacro: Any, seen: Declarations, packages: Packages) -> Iterator[None]:
     """Put our parser, our package look-up and our expression check in the place of xacro's, for one file."""
     from xml.dom import minidom
 
@@ -182,49 +154,6 @@ def check_expression(expression: str) -> None:
         name = getattr(node, "attr", None) or getattr(node, "id", None) or getattr(node, "arg", None)
         if isinstance(name, str) and (name.startswith("__") or (isinstance(node, ast.Attribute) and name in _FRAMES)):
             raise ValueError(f"'{name}' is not allowed in expressions")
-
-
-def _choices(name: str, available: set[str]) -> str:
-    close = nearest(name, available)
-    hint = f" Did you mean '{close}'?" if close else ""
-    return f"{hint} It knows: {', '.join(sorted(available)) or 'none'}."
-
-
-def _explain(error: Exception, file: Path, seen: _Seen) -> ModelFileError:
-    """Turn what xacro raised into one sentence with a way out."""
-    cause = getattr(error, "exc", None) or error
-    text = str(error).replace("\n", " ").strip() or type(error).__name__
-    if isinstance(cause, RecursionError):
-        return ModelFileError(file, "macros or properties that use each other without end.")
-    if match := re.search(r"Undefined substitution argument '?([^' ]+)'?", text):
-        name = match[1]
-        reason = f"the xacro argument '{name}' has no value: give it with xacro_args={{'{name}': VALUE}}."
-        return ModelFileError(file, reason, seen.line(file, rf"\$\(arg\s+{re.escape(name)}\s*\)"))
-    if match := re.search(r"name '(\w+)' is not defined", text):
-        name = match[1]
-        reason = f"the property '{name}' is not defined.{_choices(name, seen.names)}"
-        return ModelFileError(file, reason, seen.line(file, rf"\$\{{[^}}]*\b{re.escape(name)}\b"))
-    if match := re.search(r"unknown macro name: xacro:(\S+)", text):
-        name = match[1]
-        reason = f"the macro '{name}' is not defined.{_choices(name, set(seen.macros))}"
-        return ModelFileError(file, reason, seen.line(file, rf"<xacro:{re.escape(name)}\b"))
-    if match := re.search(r'Invalid parameter "([^"]+)"', text):
-        macro, call = _macro_of(error)
-        name = match[1]
-        reason = f"the macro '{macro}' takes no parameter '{name}'.{_choices(name, set(seen.macros.get(macro, [])))}"
-        return ModelFileError(file, reason, seen.line(file, rf"{call}[^>]*\b{re.escape(name)}\s*="))
-    if match := re.search(r"Undefined parameters \[([^\]]*)\]", text):
-        macro, call = _macro_of(error)
-        reason = f"the macro '{macro}' needs the parameters {match[1]}, which the call leaves out."
-        return ModelFileError(file, reason, seen.line(file, call))
-    return ModelFileError(file, f"xacro: {text}.")
-
-
-def _macro_of(error: Exception) -> tuple[str, str]:
-    """Return the name of the macro that an error is about, and a pattern that finds a call of it."""
-    macros = getattr(error, "macros", [])
-    name = macros[0].body.getAttribute("name").removeprefix("xacro:") if macros else "?"
-    return name, rf"<xacro:{re.escape(name)}\b"
 
 
 def read_text(path: Path, arguments: Mapping[str, str], packages: Packages) -> tuple[bytes | str, bool]:
