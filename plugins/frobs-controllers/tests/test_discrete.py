@@ -4,7 +4,7 @@ import pytest
 
 from frobs_controllers.discrete import Discrete
 from frobs_controllers.plugin import frobs_controllers
-from frobs_core.errors import ConfigurationError, InvalidActionError, UnknownParameterError
+from frobs_core.errors import ConfigurationError, InvalidActionError, UnknownNameError, UnknownParameterError
 from frobs_core.interfaces import CommandMode
 
 RECORDS = {record.name: record for record in frobs_controllers()}
@@ -75,3 +75,13 @@ def test_an_unknown_parameter_of_the_wrapped_controller_is_named():
 def test_bad_parameters_are_refused(parameters, message):
     with pytest.raises(ConfigurationError, match=message):
         Discrete(**{"controller": RECORDS["joint_delta_position"], **parameters})
+
+
+def test_the_wrapped_controller_is_found_by_its_name(fake_arm, bound):
+    controller = bound(Discrete(controller="tcp_delta_position"), fake_arm())
+    assert controller.action_space == gym.spaces.Discrete(7)
+
+
+def test_a_wrapped_controller_that_does_not_exist_is_named_with_its_nearest():
+    with pytest.raises(UnknownNameError, match="Did you mean 'tcp_delta_position'"):
+        Discrete(controller="tcp_delta_positon")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from frobs_core.arrays import Floats
@@ -55,14 +57,16 @@ class DampedLeastSquares:
 
         self._jacobian: Floats = np.zeros((n, rows, dof))
         self._gram, self._task = np.zeros((n, rows, rows)), np.zeros((n, rows, 1))
-        # Side by side, so that one product serves both: how far the command is ahead, and the posture step.
-        self._joints, self._tool = np.zeros((n, dof, 2)), np.zeros((n, rows, 2))
+        self._solve = solve_3x3 if rows == 3 else np.linalg.solve
+        # Two rows, so that one product serves both: how far the command is ahead, and the posture step.
+        self._joints, self._tool = np.zeros((n, 2, dof)), np.zeros((n, 2, rows))
         self._delta, self._push = np.zeros((n, dof, 1)), np.zeros((n, dof, 1))
         self._at_lower, self._at_upper = np.zeros((n, dof), np.bool_), np.zeros((n, dof), np.bool_)
         # The same memory in the shapes that the operations want.
         self._transposed = self._jacobian.transpose(0, 2, 1)
-        self._offset, self._posture = self._joints[:, :, 0], self._joints[:, :, 1]
-        self._ahead, self._drift = self._tool[:, :, 0], self._tool[:, :, 1:]
+        self._offset, self._posture = self._joints[:, 0], self._joints[:, 1]
+        self._ahead, self._drift = self._tool[:, 0], self._tool[:, 1]
+        self._task_flat = self._task[:, :, 0]
         self._delta_flat, self._push_flat = self._delta[:, :, 0], self._push[:, :, 0]
 
     def lead(self) -> Floats:
@@ -75,24 +79,24 @@ class DampedLeastSquares:
         np.subtract(self.commanded, self._robot.joint_positions, out=self._offset)
         np.subtract(self._home, self.commanded, out=self._posture)
         np.multiply(self._posture, self._posture_gain, out=self._posture)
-        np.matmul(self._jacobian, self._joints, out=self._tool)
+        np.matmul(self._joints, self._transposed, out=self._tool)
         return self._ahead
 
     def move(self, error: Floats) -> Floats:
         """Move the command so that the tool moves by ``error``; return the command. Call :meth:`lead` first.
 
         Args:
-            error: (num_envs, rows, 1)
+            error: (num_envs, rows)
         """
-        commanded, task, delta = self.commanded, self._task, self._delta_flat
+        commanded, delta = self.commanded, self._delta_flat
         np.less_equal(commanded, self._lower, out=self._at_lower)
         np.greater_equal(commanded, self._upper, out=self._at_upper)
         if np.count_nonzero(self._at_lower) or np.count_nonzero(self._at_upper):
             self._hold_at_limits(error)
-        np.subtract(error, self._drift, out=task)
+        np.subtract(error, self._drift, out=self._task_flat)
         np.matmul(self._jacobian, self._transposed, out=self._gram)
         np.add(self._gram, self._damping, out=self._gram)
-        np.matmul(self._transposed, np.linalg.solve(self._gram, task), out=self._delta)
+        np.matmul(self._transposed, self._solve(self._gram, self._task), out=self._delta)
         np.add(delta, self._posture, out=delta)
         np.maximum(delta, self._slowest, out=delta)
         np.minimum(delta, self._fastest, out=delta)
@@ -106,12 +110,45 @@ class DampedLeastSquares:
 
         An environment with no such joint has its numbers multiplied by 1, which changes no bit of them.
         """
-        np.matmul(self._transposed, error, out=self._push)  # downhill
+        np.matmul(self._transposed, error[:, :, None], out=self._push)  # downhill
         push = self._push_flat
         free = ~((self._at_lower & (push < 0.0)) | (self._at_upper & (push > 0.0)))  # (num_envs, dof)
         np.multiply(self._jacobian, free[:, None], out=self._jacobian)
         np.multiply(self._posture, free, out=self._posture)
-        np.matmul(self._jacobian, self._joints, out=self._tool)
+        np.matmul(self._joints, self._transposed, out=self._tool)
+
+
+def solve_3x3(matrix: Floats, vector: Floats) -> Floats:
+    """Solve symmetric 3 × 3 systems that are well conditioned, as ``np.linalg.solve`` does, in half the time.
+
+    A single system is solved in Python's numbers, which round as NumPy's do, so that the bits are the same.
+
+    Args:
+        matrix: (n, 3, 3)
+        vector: (n, 3, 1)
+
+    Returns:
+        (n, 3, 1)
+    """
+    if len(matrix) == 1:
+        (((a, b, c), (_, d, e), (_, _, f)),) = matrix.tolist()
+        (((x,), (y,), (z,)),) = vector.tolist()
+        return np.array([[[s] for s in _cramer(a, b, c, d, e, f, x, y, z)]])
+    a, b, c = matrix[:, 0, 0], matrix[:, 0, 1], matrix[:, 0, 2]
+    d, e, f = matrix[:, 1, 1], matrix[:, 1, 2], matrix[:, 2, 2]
+    return np.stack(_cramer(a, b, c, d, e, f, *vector[:, :, 0].T), axis=-1)[:, :, None]
+
+
+def _cramer(a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, x: Any, y: Any, z: Any) -> tuple[Any, Any, Any]:
+    """Solve [[a, b, c], [b, d, e], [c, e, f]] s = (x, y, z), for numbers or arrays of them."""
+    aa, bb, cc = d * f - e * e, c * e - b * f, b * e - c * d  # the cofactors
+    dd, ee, ff = a * f - c * c, b * c - a * e, a * d - b * b
+    inverse = 1.0 / (a * aa + b * bb + c * cc)
+    return (
+        (aa * x + bb * y + cc * z) * inverse,
+        (bb * x + dd * y + ee * z) * inverse,
+        (cc * x + ee * y + ff * z) * inverse,
+    )
 
 
 def joints_between(model: RobotModel, link: str) -> set[str]:

@@ -75,9 +75,9 @@ def position_range(owner: str, robot: RobotHandle) -> tuple[Floats, Floats]:
     Raises:
         ConfigurationError: A prismatic joint has no limits.
     """
-    unbounded = ~(np.isfinite(robot.position_lower) & np.isfinite(robot.position_upper)).all(axis=0)
-    for joint, is_unbounded in zip(robot.model.actuated_joints, unbounded, strict=True):
-        if is_unbounded and joint.type is JointType.PRISMATIC:
+    bounded = np.isfinite(robot.position_lower) & np.isfinite(robot.position_upper)  # (num_envs, dof)
+    for i, joint in enumerate(robot.model.actuated_joints):
+        if joint.type is JointType.PRISMATIC and not bounded[:, i].all():
             raise ConfigurationError(
                 f"{owner}: the prismatic joint '{joint.name}' has no position limits to scale to; "
                 "give it limits in the model file, or use joint_delta_position."
@@ -105,7 +105,7 @@ def scale(owner: str, name: str, given: float | None, limit: Floats, robot: Robo
         ConfigurationError: A joint has no limit, and the user gave none.
     """
     found = limit.copy() if given is None else np.minimum(limit, given)  # (num_envs, dof)
-    unlimited = [joint for joint, ok in zip(robot.joint_names, np.isfinite(found).all(axis=0), strict=True) if not ok]
+    unlimited = [joint for i, joint in enumerate(robot.joint_names) if not np.isfinite(found[:, i]).all()]
     if unlimited:
         raise ConfigurationError(
             f"{owner}: the model file gives no limit for {', '.join(unlimited)}; say {name}=… [{unit}]."

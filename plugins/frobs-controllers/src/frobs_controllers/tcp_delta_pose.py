@@ -62,8 +62,7 @@ class TcpDeltaPose(Controller):
         self._minus_leash = -self._leash
         self._step, self._left, self._kept = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         self._target_pos, self._target_quat = np.zeros((robot.num_envs, 3)), np.zeros((robot.num_envs, 4))
-        self._error = np.zeros((robot.num_envs, 6, 1))
-        self._error_flat = self._error[:, :, 0]  # the same memory
+        self._error = np.zeros(shape)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (6,), np.float32)
         self.reset(None)
 
@@ -87,7 +86,7 @@ class TcpDeltaPose(Controller):
         np.subtract(left, self._ik.lead(), out=left)  # what earlier steps have left over
         np.maximum(left, self._minus_leash, out=kept)
         np.minimum(kept, self._leash, out=kept)
-        np.add(kept, step, out=self._error_flat)
+        np.add(kept, step, out=self._error)
 
         np.subtract(kept, left, out=left)  # 0, unless the leash is tight
         np.add(left, step, out=left)  # how the target moves

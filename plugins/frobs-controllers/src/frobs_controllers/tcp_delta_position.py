@@ -53,8 +53,7 @@ class TcpDeltaPosition(Controller):
         self._leash, self._minus_leash = np.full(shape, self.max_delta), np.full(shape, -self.max_delta)
         self._step, self._there, self._kept = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         self._target = np.zeros(shape)
-        self._error = np.zeros((robot.num_envs, 3, 1))
-        self._error_flat = self._error[:, :, 0]  # the same memory
+        self._error = np.zeros(shape)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (3,), np.float32)
         self.reset(None)
 
@@ -65,7 +64,7 @@ class TcpDeltaPosition(Controller):
 
     def apply(self, action: Action) -> Floats:
         """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""
-        step, there, kept, target, error = self._step, self._there, self._kept, self._target, self._error_flat
+        step, there, kept, target, error = self._step, self._there, self._kept, self._target, self._error
         np.maximum(action, self._minus_ones, out=step)
         np.minimum(step, self._ones, out=step)
         np.multiply(step, self._leash, out=step)
