@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -31,7 +31,7 @@ def bench(
     find_spec(env_id)
     from frobs_core.bench import bench as measure
 
-    keywords = {"simulator": simulator, "controller": controller}
+    keywords: dict[str, Any] = {"simulator": simulator, "controller": controller}
     given = {key: value for key, value in keywords.items() if value is not None}
     with only_json(json), console(stderr=True).status(f"measuring {steps:,} steps"):
         found = measure(env_id, num_envs=num_envs, steps=steps, **given)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import import_module
 
 import gymnasium as gym
 from gymnasium.envs.registration import EnvSpec
 
 from frobs_core import plugins, registry
-from frobs_core.errors import UnknownNameError, nearest
+from frobs_core.errors import UnknownNameError
 from frobs_core.specs import KINDS, EnvironmentRecord, Record, TaskRecord
 
 ENVIRONMENT = "environment"
@@ -76,7 +75,7 @@ def source_of(kind: str, record: Record) -> str:
 
 def environments() -> Mapping[str, tuple[TaskRecord, EnvironmentRecord]]:
     """Return the environments that the installed tasks register, by ID."""
-    return dict(sorted(registry.environments().items()))
+    return registry.environments()
 
 
 def bare_id(env_id: str) -> str:
@@ -88,19 +87,15 @@ def find_spec(env_id: str) -> EnvSpec:
     """Return Gymnasium's record of an ID, ours or not, importing the module that the ID names.
 
     Raises:
-        UnknownNameError: No such ID or module; the nearest is named.
+        UnknownNameError: No such ID; the nearest is named.
+        AmbiguousNameError: Two distributions offer it.
+        ConfigurationError: The module cannot be imported.
     """
-    module, _, name = env_id.rpartition(":")
-    if module:
-        try:
-            import_module(module)
-        except ModuleNotFoundError as error:
-            if error.name is None or not module.startswith(error.name):
-                raise
-            raise UnknownNameError("module", module, ["frobs_core"]) from None
-    if name not in gym.registry:
-        raise UnknownNameError("environment ID", name, _worth_naming(name), failed_plugins())
-    return gym.registry[name]
+    from frobs_core.runs.environments import find_spec as find
+
+    if bare_id(env_id) in registry.problems():
+        registry.find_environment(bare_id(env_id))
+    return find(env_id)
 
 
 def complete_id(incomplete: str) -> list[str]:
@@ -108,17 +103,6 @@ def complete_id(incomplete: str) -> list[str]:
     return [env_id for env_id in sorted(gym.registry) if env_id.startswith(incomplete)]
 
 
-def failed_plugins() -> list[str]:
-    """Return one line for each plugin that did not load."""
-    return [
-        f"{report.name} of {report.distribution} {report.version}: {report.cause}"
-        for report in plugins.reports()
-        if report.state == "failed"
-    ]
-
-
-def _worth_naming(name: str) -> Iterable[str]:
-    """Return our IDs, and the one of all that Gymnasium knows which is most like ``name``."""
-    ours = set(environments()) | {env_id for env_id in gym.registry if env_id.startswith("frobs/")}
-    alike = nearest(name, gym.registry)
-    return ours | ({alike} if alike else set())
+def problems() -> list[str]:
+    """Return one line for each plugin that did not load, and for each ID that is not registered."""
+    return [*plugins.active().failures(), *registry.problems().values()]

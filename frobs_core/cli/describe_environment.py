@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import gymnasium as gym
+import numpy as np
 from gymnasium.envs.registration import EnvSpec
 
 from frobs_core import plugins
@@ -15,7 +16,7 @@ from frobs_core.cli import catalogue
 from frobs_core.cli.describe_record import task_facts
 from frobs_core.cli.parameters import parameters
 from frobs_core.errors import CapabilityError, FrobsError
-from frobs_core.specs import ControllerRecord, EnvironmentRecord, SimulatorRecord, TaskRecord
+from frobs_core.specs import AlgorithmRecord, ControllerRecord, EnvironmentRecord, SimulatorRecord, TaskRecord
 
 
 def describe_environment(spec: EnvSpec) -> dict[str, Any]:
@@ -42,6 +43,11 @@ def describe_environment(spec: EnvSpec) -> dict[str, Any]:
     with contextlib.suppress(FrobsError):  # a part that cannot be imported is told by _spaces already
         facts |= _task(task, environment)
         facts["controller_parameters"] = _controller(environment)
+    facts["tuned_algorithms"] = [
+        item.name
+        for item in catalogue.listed("algorithm")
+        if isinstance(item.record, AlgorithmRecord) and spec.id in item.record.tuned
+    ]
     facts["simulators"] = _simulators(task, environment)
     return facts
 
@@ -51,9 +57,18 @@ def _spaces(spec: EnvSpec) -> dict[str, Any]:
         env = gym.make(spec, disable_env_checker=True)
     except (FrobsError, gym.error.Error) as error:
         return {"error": str(error)}
-    spaces = {"action_space": str(env.action_space), "observation_space": str(env.observation_space)}
+    spaces = {"action_space": space_text(env.action_space), "observation_space": space_text(env.observation_space)}
     env.close()
     return spaces
+
+
+def space_text(space: gym.Space[Any]) -> str:
+    """Return a space in one line: of a Box its shape and its outermost bounds."""
+    if isinstance(space, gym.spaces.Box):
+        return f"Box {space.shape} {space.dtype} in [{np.min(space.low):.6g}, {np.max(space.high):.6g}]"
+    if isinstance(space, gym.spaces.Dict):
+        return "; ".join(f"{key}: {space_text(member)}" for key, member in space.items())
+    return str(space)
 
 
 def _task(record: TaskRecord, environment: EnvironmentRecord) -> dict[str, Any]:

@@ -17,7 +17,6 @@ def describe_run(path: Path) -> dict[str, Any]:
     from frobs_core.runs import Run
 
     run = Run.open(path)
-    config = run.config.model_dump()
     log = path / "progress.csv"
     files = sorted(item.name for item in path.iterdir() if item.suffix in (".png", ".mp4"))
     return {
@@ -25,21 +24,10 @@ def describe_run(path: Path) -> dict[str, Any]:
         "name": str(run.path),
         "checkpoints": [checkpoint.steps for checkpoint in run.checkpoints],
         "files": files,
-        "config": _flat(config),
+        "config": run.config.model_dump(),
         "progress": _last_row(log) if log.is_file() else {},
         "evaluations": [_evaluation(found) for found in run.evaluations()],
     }
-
-
-def _flat(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return dotted keys, as ``--set`` takes them."""
-    flat: dict[str, Any] = {}
-    for key, value in mapping.items():
-        if isinstance(value, Mapping) and value:
-            flat |= _flat(value, f"{prefix}{key}.")
-        else:
-            flat[prefix + key] = value
-    return flat
 
 
 def _last_row(log: Path) -> dict[str, float]:

@@ -44,18 +44,19 @@ def heading(key: str) -> str:
 
 
 def text(value: Any) -> str:
-    """Return a value as people read it: a number with as many digits as it means, a list with commas."""
+    """Return a value as people read it, which is nearly YAML: numbers with as many digits as they mean."""
     value = plain(value)
     if value is None:
         return "–"
     if isinstance(value, bool):
-        return "yes" if value else "no"
+        return str(value).lower()
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, list):
-        return ", ".join(text(item) for item in value)
+        joined = ", ".join(text(item) for item in value)
+        return joined if value and all(isinstance(item, str) for item in value) else f"[{joined}]"
     if isinstance(value, dict):
-        return ", ".join(f"{key}: {text(item)}" for key, item in value.items())
+        return "{" + ", ".join(f"{key}: {text(item)}" for key, item in value.items()) + "}"
     return str(value)
 
 
@@ -69,9 +70,25 @@ def is_empty(value: Any) -> bool:
     return value is None or (isinstance(value, (str, Sequence, Mapping)) and not len(value))
 
 
+def dotted(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return a mapping of mappings as one whose keys are paths, as ``--set`` takes them."""
+    flat: dict[str, Any] = {}
+    for key, value in mapping.items():
+        if isinstance(value, Mapping) and value:
+            flat |= dotted(value, f"{prefix}{key}.")
+        else:
+            flat[f"{prefix}{key}"] = value
+    return flat
+
+
 def _print_section(value: Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> None:
     if isinstance(value, Mapping):
-        print_table(("", ""), [[str(key), text(item)] for key, item in value.items()], header=False, indent=4)
+        rows = [[key, text(item)] for key, item in dotted(value).items()]
+        print_table(("", ""), rows, header=False, indent=4)
         return
-    keys = [key for key in value[0] if any(not is_empty(row[key]) for row in value)]
+    keys = [key for key in value[0] if _is_worth_a_column(key, [row[key] for row in value])]
     print_table([heading(key) for key in keys], [[text(row[key]) for key in keys] for row in value], indent=4)
+
+
+def _is_worth_a_column(key: str, values: Sequence[Any]) -> bool:
+    return any(values) if key == "required" else not all(is_empty(value) for value in values)

@@ -46,9 +46,8 @@ def list_(
             print_note(f"no {kind_} is installed")
         if facts:
             _print(kind_, facts)
-    failed = catalogue.failed_plugins()
-    if failed:
-        print_note(f"did not load: {'; '.join(failed)} ('frobs plugins --verbose' shows why)")
+    for problem in catalogue.problems():
+        print_note(problem)
 
 
 def _records(kind: str) -> list[dict[str, Any]]:

@@ -61,7 +61,7 @@ def _entries(document: str) -> Iterator[tuple[str, str]]:
     for line in [*document.splitlines(), ""]:
         entry = _ENTRY.match(line.strip()) if inside and _indent(line) == 4 else None
         if name and (entry or not line.strip() or _indent(line) <= 4):
-            yield name, text
+            yield name, text.replace("``", "")
             name = ""
         if entry:
             name, text = entry[1], entry[2]

@@ -21,14 +21,16 @@ class TrainingProgress:
     """Shows steps, steps/s, success, reward and the time left; a context manager.
 
     Args:
+        headline: What is trained; shown when the training has begun, so that bad input is answered by its error alone.
         total_steps: Environment steps in all.
 
     Attributes:
         last: The latest progress; None before the first.
     """
 
-    def __init__(self, total_steps: int) -> None:
+    def __init__(self, headline: str, total_steps: int) -> None:
         self.last: Progress | None = None
+        self._headline = headline
         self._total = total_steps
         self._console = console(stderr=True)
         self._bar: Bar | None = None
@@ -45,14 +47,17 @@ class TrainingProgress:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        """Leave the bar as it stands, or write the last line."""
+        """Leave the bar as it stands, unless it has not moved; or write the last line."""
         if self._bar is not None:
+            self._bar.live.transient = self.last is None
             self._bar.stop()
         elif self.last is not None and kind is None and self._next_line > time.monotonic():
             self._write_line(self.last)
 
     def update(self, progress: Progress) -> None:
         """Show where the training is."""
+        if self.last is None:
+            self._console.print(self._headline, markup=False, soft_wrap=True)
         self.last = progress
         if self._bar is not None:
             done = min(progress.steps, self._total)
@@ -84,7 +89,7 @@ class TrainingProgress:
         return " · ".join(parts)
 
     def _write_line(self, progress: Progress) -> None:
-        done = f"{progress.steps:,}/{self._total:,} steps ({percent(progress.steps / self._total, 0)})"
+        done = f"{progress.steps:,}/{self._total:,} steps ({percent(min(1.0, progress.steps / self._total), 0)})"
         self._console.print(f"{done} · {self._numbers(progress)}", markup=False, soft_wrap=True)
 
 

@@ -84,7 +84,7 @@ def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
         yield lambda: describe_run(Path(wanted))
     if not found:
         names = {known for kind in KINDS for known in plugins.records(kind)} | set(catalogue.environments())
-        raise UnknownNameError("record, environment ID or run", name, names, catalogue.failed_plugins())
+        raise UnknownNameError("record, environment ID or run", name, names, catalogue.problems())
 
 
 def _is_id(name: str) -> bool:

@@ -10,7 +10,7 @@ import typer
 from frobs_core.cli.catalogue import find_spec
 from frobs_core.cli.facts import print_facts
 from frobs_core.cli.options import Controller, EnvId, Json, Seed, Simulator
-from frobs_core.cli.output import only_json, print_json, print_note
+from frobs_core.cli.output import only_json, print_json
 from frobs_core.cli.progress import TrainingProgress, duration, number, percent
 
 if TYPE_CHECKING:
@@ -75,9 +75,8 @@ def train(
     with only_json(json):
         resolved = resolve_config(env_id, file=config, flags=flags, settings=settings or ())
         folder = run_dir or default_run_dir(resolved)
-        print_note(_headline(resolved, folder))
         try:
-            with TrainingProgress(resolved.steps) as progress:
+            with TrainingProgress(_headline(resolved, folder), resolved.steps) as progress:
                 run = train_run(resolved, folder, progress.update)
         except KeyboardInterrupt:
             raise KeyboardInterrupt(f"the checkpoints so far are in {folder}" if folder.exists() else "") from None

@@ -9,6 +9,7 @@ from typing import Any
 import gymnasium as gym
 from gymnasium.vector import AutoresetMode
 
+from frobs_core import plugins, registry
 from frobs_core.errors import ConfigurationError, FrobsError, UnknownNameError, nearest
 
 
@@ -32,13 +33,12 @@ def find_spec(environment: str) -> gym.envs.registration.EnvSpec:
     if spec is None:
         similar = nearest(name, gym.registry)
         ours = [known for known in gym.registry if known.startswith("frobs/")]
-        raise UnknownNameError("environment ID", name, {*ours, *([similar] if similar else [])})
+        why_not = [*plugins.active().failures(), *registry.problems().values()]
+        raise UnknownNameError("environment ID", name, {*ours, *([similar] if similar else [])}, why_not)
     return spec
 
 
-def make_vector_env(
-    environment: str, num_envs: int, kwargs: Mapping[str, Any]
-) -> gym.vector.VectorEnv[Any, Any, Any]:
+def make_vector_env(environment: str, num_envs: int, kwargs: Mapping[str, Any]) -> gym.vector.VectorEnv[Any, Any, Any]:
     """Make a vector environment with same-step autoreset: the ID's own where there is one, else one by one.
 
     Args:
