@@ -36,9 +36,7 @@ def find_spec(environment: str) -> gym.envs.registration.EnvSpec:
     return spec
 
 
-def make_vector_env(
-    environment: str, num_envs: int, kwargs: Mapping[str, Any]
-) -> gym.vector.VectorEnv[Any, Any, Any]:
+def make_vector_env(environment: str, num_envs: int, kwargs: Mapping[str, Any]) -> gym.vector.VectorEnv[Any, Any, Any]:
     """Make a vector environment with same-step autoreset: the ID's own where there is one, else one by one.
 
     Args:
