@@ -208,7 +208,7 @@ def goal_reader(env: gym.vector.VectorEnv[Any, Any, Any]) -> tuple[Callable[[], 
     """
     task: Any = getattr(env.unwrapped, "task", None)
     low, high = getattr(task, "goal_low", None), getattr(task, "goal_high", None)
-    if low is None or high is None or np.shape(getattr(task, "goal", None)) != (env.num_envs, 3):
+    if low is None or high is None or not hasattr(task, "goal") or np.shape(task.goal) != (env.num_envs, 3):
         return None
     return lambda: np.array(task.goal, np.float64), (np.asarray(low, np.float64) + np.asarray(high)) / 2.0
 
