@@ -82,7 +82,7 @@ def test_a_file_size_limit_is_a_full_disk_too(tmp_path: Path) -> None:
 
 def test_a_run_that_has_no_room_for_its_configuration_leaves_nothing(small_disk: Path) -> None:
     (small_disk / "ballast").write_bytes(bytes(127 * 1024 - 4096))
-    with pytest.raises(RunError, match="cannot be written: .*No space left"):
+    with pytest.raises(RunError, match=r"cannot be written: .*No space left"):
         Run.create(small_disk / "run", RunConfig(environment="X-v0", environment_kwargs={"x": "y" * 60_000}))
     assert [path.name for path in small_disk.iterdir()] == ["ballast"]
 
