@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownParameterError
 from frobs_core.yaml import find_origin
@@ -64,14 +64,14 @@ def _fields(model: type[BaseModel], keys: tuple[int | str, ...]) -> list[str]:
     return list(model.model_fields)
 
 
-def _present(settings: Any, keys: tuple[int | str, ...]) -> list[str]:
+def _present(settings: object, keys: tuple[int | str, ...]) -> list[str]:
     """Leave out what pydantic adds for the members of a union; a key that is missing is kept."""
     names: list[str] = []
     for key in keys:
         if not isinstance(settings, Mapping | list):
             break
         try:
-            settings = settings[key]
+            settings = cast("Any", settings)[key]
         except (KeyError, IndexError, TypeError):
             return [*names, str(key)] if isinstance(settings, Mapping) else names
         names.append(str(key))

@@ -121,15 +121,15 @@ def load_yaml_value(text: str, name: str) -> Any:
 
 def _compose(text: str, path: Path) -> Node | None:
     """Parse into nodes; nothing is constructed yet."""
-    for number, line in enumerate(text.splitlines(), 1):
-        if "\t" in line[: len(line) - len(line.lstrip())] and line.strip():
+    for number, written in enumerate(text.splitlines(), 1):
+        if "\t" in written[: len(written) - len(written.lstrip())] and written.strip():
             raise ConfigFileError(path, number, "a tab indents this line; YAML wants spaces: replace it.")
     try:
         loader = _Loader(text)
         try:
             node: Node | None = loader.get_single_node()
         finally:
-            loader.dispose()  # type: ignore[no-untyped-call]
+            loader.dispose()
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         reason = ", ".join(part for part in (error.context, error.problem) if part)
@@ -173,7 +173,7 @@ class _Builder:
 
     def _scalar(self, node: ScalarNode) -> Any:
         try:
-            return self._scalars.construct_object(node)  # type: ignore[no-untyped-call]
+            return self._scalars.construct_object(node)
         except (ValueError, KeyError, yaml.YAMLError):
             kind = node.tag.removeprefix(_STANDARD)
             raise self._error(node, f"'{node.value}' is not a valid {kind}; correct or quote it") from None

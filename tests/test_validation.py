@@ -26,12 +26,16 @@ def test_an_unknown_key_names_the_nearest() -> None:
 
 
 def test_an_unknown_inner_key_names_where_it_stands() -> None:
-    with pytest.raises(UnknownParameterError, match=r"'inner' of thing takes no parameter 'with'\. Did you mean 'width'"):
+    with pytest.raises(
+        UnknownParameterError, match=r"'inner' of thing takes no parameter 'with'\. Did you mean 'width'"
+    ):
         validate(Outer, {"steps": 1, "inner": {"with": 3}}, "thing")
 
 
 def test_a_bad_value_names_the_key_and_the_bound() -> None:
-    with pytest.raises(ConfigurationError, match=r"thing: inner\.width = 0: Input should be greater than or equal to 1"):
+    with pytest.raises(
+        ConfigurationError, match=r"thing: inner\.width = 0: Input should be greater than or equal to 1"
+    ):
         validate(Outer, {"steps": 1, "inner": {"width": 0}}, "thing")
 
 

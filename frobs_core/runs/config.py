@@ -82,9 +82,7 @@ def resolve_config(
     tuned = _tuned(record, str(chosen["environment"]))
     given = merge(tuned, from_file, from_flags, from_settings)
     controller = _environment_kwargs(given).get("controller")
-    merged = merge(
-        *_with_section(tuned, controller), *_with_section(from_file, controller), from_flags, from_settings
-    )
+    merged = merge(*_with_section(tuned, controller), *_with_section(from_file, controller), from_flags, from_settings)
     config = validate(RunConfig, merged, _OWNER)
     return config.model_copy(
         update={"algorithm_config": resolve_algorithm_config(record, merged.get("algorithm_config", {}))}

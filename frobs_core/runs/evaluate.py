@@ -206,9 +206,9 @@ def goal_reader(env: gym.vector.VectorEnv[Any, Any, Any]) -> tuple[Callable[[], 
 
     None where the task has no ``goal`` of that shape, or no ``goal_low`` and ``goal_high``.
     """
-    task = getattr(env.unwrapped, "task", None)
+    task: Any = getattr(env.unwrapped, "task", None)
     low, high = getattr(task, "goal_low", None), getattr(task, "goal_high", None)
-    if low is None or high is None or np.shape(getattr(task, "goal", None)) != (env.num_envs, 3):
+    if low is None or high is None or not hasattr(task, "goal") or np.shape(task.goal) != (env.num_envs, 3):
         return None
     return lambda: np.array(task.goal, np.float64), (np.asarray(low, np.float64) + np.asarray(high)) / 2.0
 

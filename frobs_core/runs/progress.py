@@ -39,10 +39,11 @@ class ProgressLog:
         """
         try:
             self._write_csv(row)
+            if self._events is not None:
+                known = {name: value for name, value in row.items() if value is not None}
+                self._events.write(int(row[STEPS] or 0), known)
         except OSError as error:
-            raise RunError(f"{self._path} cannot be written: {error.strerror}; free some space.") from error
-        if self._events is not None:
-            self._events.write(int(row[STEPS] or 0), {name: value for name, value in row.items() if value is not None})
+            raise RunError(f"{self._path.parent}: the log cannot be written: {error}; free some space.") from error
 
     def close(self) -> None:
         """Close the files; twice is harmless."""

@@ -97,7 +97,8 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         self._terms = {
             key.removeprefix(prefix): np.array(sums) for key, sums in snapshot.items() if key.startswith(prefix)
         }
-        self.unwrapped.restore({key: value for key, value in snapshot.items() if not key.startswith("recorder/")})
+        base: Any = self.unwrapped
+        base.restore({key: value for key, value in snapshot.items() if not key.startswith("recorder/")})
 
     def _add_terms(self, info: Mapping[str, Any], done: npt.NDArray[np.bool_] | None) -> None:
         # Where an episode ended, the step's own terms are in final_info: info tells of the reset already.

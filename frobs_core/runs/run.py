@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -61,10 +62,13 @@ class Run:
             raise RunExistsError(path) from error
         except OSError as error:
             raise RunError(f"the run folder {path} cannot be made: {error.strerror}; choose another.") from error
-        run = cls(path, config)
-        write_text(path / "config.yaml", dump_yaml(config.model_dump()))
-        write_json(path / "versions.json", versions())
-        return run
+        try:
+            write_json(path / "versions.json", versions())
+            write_text(path / "config.yaml", dump_yaml(config.model_dump()))  # last: it makes the folder a run
+        except OSError as error:
+            shutil.rmtree(path, ignore_errors=True)
+            raise RunError(f"the run folder {path} cannot be written: {error}; free some space.") from error
+        return cls(path, config)
 
     @classmethod
     def open(cls, path: Path | str) -> Run:

@@ -17,7 +17,7 @@ LINE = "FrobsTests/Line-v0"
 class LineEnv(gym.Env[Any, Any]):
     """A point on a line that shall come to 0 and stay; says what FRobs environments say."""
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array"], "render_fps": 10}
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array", "human"], "render_fps": 10}
 
     def __init__(self, render_mode: str | None = None, width: float = 1.0) -> None:
         self.render_mode = render_mode

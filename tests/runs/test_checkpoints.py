@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core.errors import CheckpointError
+from frobs_core.errors import CheckpointError, RunError
+from frobs_core.runs import Run, RunConfig
 from frobs_core.runs.checkpoints import list_checkpoints, newest_checkpoint, write_checkpoint
 
 
@@ -77,6 +78,13 @@ def test_a_file_size_limit_is_a_full_disk_too(tmp_path: Path) -> None:
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert [path.name for path in tmp_path.iterdir()] == ["step_000000010"]
+
+
+def test_a_run_that_has_no_room_for_its_configuration_leaves_nothing(small_disk: Path) -> None:
+    (small_disk / "ballast").write_bytes(bytes(127 * 1024 - 4096))
+    with pytest.raises(RunError, match=r"cannot be written: .*No space left"):
+        Run.create(small_disk / "run", RunConfig(environment="X-v0", environment_kwargs={"x": "y" * 60_000}))
+    assert [path.name for path in small_disk.iterdir()] == ["ballast"]
 
 
 @pytest.mark.parametrize("damage", ["cut", "changed", "missing"])

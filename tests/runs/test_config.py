@@ -79,7 +79,9 @@ def test_a_configuration_is_frozen() -> None:
         pytest.param("stepz: 3\n", r"bad\.yaml:1: the run configuration takes no parameter 'stepz'.*'steps'", id="key"),
         pytest.param("steps: -5\n", r"bad\.yaml:1: .*steps = -5: .*greater than or equal to 1", id="negative steps"),
         pytest.param(
-            "steps: 5\nalgorithm_config:\n  n_step: 3\n", r"bad\.yaml:3: algorithm 'ppo' .*'n_step'.*'n_steps'", id="ppo"
+            "steps: 5\nalgorithm_config:\n  n_step: 3\n",
+            r"bad\.yaml:3: algorithm 'ppo' .*'n_step'.*'n_steps'",
+            id="ppo",
         ),
         pytest.param(
             "algorithm_config:\n  policy_kwargs:\n    net_ark: [3]\n", r"bad\.yaml:3: .*'net_ark'.*'net_arch'", id="net"

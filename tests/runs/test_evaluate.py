@@ -90,7 +90,9 @@ def test_goals_are_sorted_into_octants() -> None:
         octants = counter.by_octant()
         assert octants is not None
         assert sum(item.episodes for item in octants.values()) == 4
-        first = "".join(f"{'+' if above else '-'}{axis}" for axis, above in zip("xyz", goals()[0] > middle, strict=True))
+        first = "".join(
+            f"{'+' if above else '-'}{axis}" for axis, above in zip("xyz", goals()[0] > middle, strict=True)
+        )
         assert octants[first].success_rate < 1.0
     finally:
         env.close()

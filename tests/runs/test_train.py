@@ -89,12 +89,20 @@ def test_an_existing_folder_is_refused_before_anything_is_written(tmp_path: Path
 @pytest.mark.parametrize(
     ("changes", "error", "message"),
     [
-        pytest.param({"environment": "FrobsTests/Lime-v0"}, UnknownNameError, "Did you mean 'FrobsTests/Line-v0'", id="ID"),
+        pytest.param(
+            {"environment": "FrobsTests/Lime-v0"}, UnknownNameError, "Did you mean 'FrobsTests/Line-v0'", id="ID"
+        ),
         pytest.param({"environment": "nowhere:X-v0"}, ConfigurationError, "module 'nowhere' is missing", id="module"),
-        pytest.param({"environment_kwargs": {"wdth": 2}}, ConfigurationError, "cannot be built with wdth=2", id="keyword"),
+        pytest.param(
+            {"environment_kwargs": {"wdth": 2}}, ConfigurationError, "cannot be built with wdth=2", id="keyword"
+        ),
         pytest.param({"algorithm": "pppo"}, UnknownNameError, "Did you mean 'ppo'", id="algorithm"),
-        pytest.param({"algorithm_config": {"n_step": 2}}, UnknownParameterError, "Did you mean 'n_steps'", id="setting"),
-        pytest.param({"environment": "FrobsTests/Tuple-v0"}, ConfigurationError, "action space is Tuple", id="action space"),
+        pytest.param(
+            {"algorithm_config": {"n_step": 2}}, UnknownParameterError, "Did you mean 'n_steps'", id="setting"
+        ),
+        pytest.param(
+            {"environment": "FrobsTests/Tuple-v0"}, ConfigurationError, "action space is Tuple", id="action space"
+        ),
         pytest.param(
             {"num_envs": 1, "algorithm_config": {"n_steps": 1}}, ConfigurationError, "num_envs × n_steps", id="one step"
         ),

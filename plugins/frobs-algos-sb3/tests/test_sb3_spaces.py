@@ -32,7 +32,9 @@ def test_other_spaces_are_refused() -> None:
         space_to_json(gym.spaces.Dict({"a": gym.spaces.Text(3)}))
 
 
-@pytest.mark.parametrize("data", [{}, {"type": "Box"}, {"type": "Ball"}, {"type": "Box", "low": "x", "high": 1, "dtype": "f4"}])
+@pytest.mark.parametrize(
+    "data", [{}, {"type": "Box"}, {"type": "Ball"}, {"type": "Box", "low": "x", "high": 1, "dtype": "f4"}]
+)
 def test_a_damaged_description_is_refused(data: dict[str, Any]) -> None:
     with pytest.raises(CheckpointError, match="saved space"):
         space_from_json(data)

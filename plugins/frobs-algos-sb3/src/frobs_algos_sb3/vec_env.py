@@ -36,7 +36,9 @@ class VectorEnvAdapter(VecEnv):
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
         mode = env.metadata.get("autoreset_mode")
         if mode != AutoresetMode.SAME_STEP:
-            raise ConfigurationError(f"a vector environment with autoreset {mode}: make it with AutoresetMode.SAME_STEP.")
+            raise ConfigurationError(
+                f"a vector environment with autoreset {mode}: make it with AutoresetMode.SAME_STEP."
+            )
         self.env = env
         self._base = env.unwrapped
         self._actions: Any = None
@@ -89,7 +91,9 @@ class VectorEnvAdapter(VecEnv):
         for index in self._ids(indices):
             single[index].set_wrapper_attr(attr_name, value)
 
-    def env_method(self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any) -> list[Any]:
+    def env_method(
+        self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
+    ) -> list[Any]:
         """Call a method of each environment; of a native batch once, with one result for all.
 
         ``compute_reward``, which hindsight replay calls with a batch of goals, is the task's.
@@ -105,7 +109,9 @@ class VectorEnvAdapter(VecEnv):
             owner = owner.task  # type: ignore[attr-defined]
         return [getattr(owner, method_name)(*method_args, **method_kwargs)] * len(self._ids(indices))
 
-    def env_is_wrapped(self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: VecEnvIndices = None) -> list[bool]:
+    def env_is_wrapped(
+        self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: VecEnvIndices = None
+    ) -> list[bool]:
         """Return whether each environment is wrapped so."""
         from stable_baselines3.common.env_util import is_wrapped
 
