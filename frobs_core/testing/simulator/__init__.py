@@ -1,0 +1,81 @@
+"""Checks of a simulator, on small robots and scenes of the kit's own."""
+
+from __future__ import annotations
+
+from frobs_core import plugins
+from frobs_core.capabilities import CAPABILITIES, Level
+from frobs_core.interfaces import Simulation
+from frobs_core.specs import SimulatorRecord
+from frobs_core.testing.checks import Check, Outcome, collect, expect
+from frobs_core.testing.simulator import drive, kinematics, parameters, state, world
+from frobs_core.testing.simulator.subject import SimulatorUnderTest
+
+
+def capabilities_are_known(subject: SimulatorUnderTest) -> Outcome:
+    """The record names known capabilities with levels, and its entry point a subclass of Simulation."""
+    for name, level in subject.record.capabilities.items():
+        expect(name in CAPABILITIES, f"'{name}' is no capability; known are {', '.join(CAPABILITIES)}.")
+        expect(isinstance(level, Level), f"the level of '{name}' is {level!r}, no Level.")
+    cls = subject.record.load()
+    expect(isinstance(cls, type) and issubclass(cls, Simulation), f"{cls} is no subclass of Simulation.")
+    return None
+
+
+CHECKS = (
+    capabilities_are_known,
+    kinematics.joints_are_the_files,
+    kinematics.frames_are_current,
+    kinematics.given_joints_leave_the_state,
+    kinematics.jacobian_is_the_derivative,
+    kinematics.frame_velocity_is_current,
+    kinematics.unknown_frames_refused,
+    kinematics.bases_are_placed,
+    drive.drives_follow_positions,
+    drive.drives_saturate,
+    drive.drives_follow_velocities,
+    drive.drives_apply_efforts,
+    drive.command_rows_are_steps,
+    drive.commands_are_kept,
+    drive.a_new_mode_holds,
+    state.time_counts_steps,
+    state.joints_are_placed,
+    state.floating_bases_fly,
+    state.reset_honours_the_mask,
+    state.snapshots_continue,
+    state.motion_repeats,
+    state.rows_equal_singles,
+    state.time_stands_between_steps,
+    state.steps_take_their_time,
+    state.spawning_is_seen,
+    state.divergence_is_contained,
+    state.close_twice,
+    world.bodies_are_placed,
+    world.rays_measure,
+    world.contacts_are_told,
+    world.wrenches_push,
+    world.cameras_see,
+    parameters.gravity_shows,
+    parameters.mass_shows,
+    parameters.gains_show,
+    parameters.joint_damping_shows,
+    parameters.friction_shows,
+    parameters.parameters_stay,
+)
+"""Every check of a simulator, in the order in which they run."""
+
+
+def check_simulator(simulator: str | SimulatorRecord) -> list[Check]:
+    """Return the checks of a simulator.
+
+    A capability is checked where the record claims it: to the last digits where it claims ``exact``, within a few
+    percent where it claims ``approximate``. :attr:`Report.verified_capabilities` says which of them held.
+
+    Args:
+        simulator: Its name, or a record that is not installed yet.
+
+    Raises:
+        UnknownNameError: No simulator has this name.
+    """
+    record = plugins.get_record("simulator", simulator) if isinstance(simulator, str) else simulator
+    assert isinstance(record, SimulatorRecord)
+    return collect(SimulatorUnderTest(record), CHECKS)
