@@ -25,7 +25,6 @@ myst_heading_anchors = 3
 
 autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
-autodoc_type_aliases = {name: name for name in ("Action", "Floats", "Geometry", "Mask", "Observation", "Snapshot")}
 autodoc_default_options = {"members": True, "show-inheritance": True}
 napoleon_google_docstring = True
 napoleon_numpy_docstring = False
@@ -35,13 +34,8 @@ python_maximum_signature_line_length = 88
 python_use_unqualified_type_names = True
 toc_object_entries_show_parents = "hide"
 
-# Other packages' names are not looked up: that would need their inventories from the network.
-nitpick_ignore_regex = [
-    ("py:.*", r"(np|npt|numpy|gym|gymnasium|pluggy|pydantic|stable_baselines3|torch|typing|collections|pathlib)\..*"),
-    ("py:.*", r"(ABC|Any|ArrayLike|Callable|ClassVar|Enum|Env|Final|IntEnum|Iterable|Iterator|Mapping|Path|Protocol)"),
-    ("py:.*", r"(Self|Sequence|Space|StrEnum|TypedDict|VectorEnv|Wrapper|ndarray|optional)"),
-    ("py:class", r"(Action|Floats|Geometry|Mask|Observation|Snapshot)"),  # aliases, explained in frobs_core.arrays
-]
+# Roles that name other packages are not looked up: that would need their inventories from the network.
+nitpick_ignore_regex = [("py:.*", r"(gymnasium|mujoco|numpy|stable_baselines3|torch)\..*")]
 
 html_theme = "furo"
 html_title = "FRobs"

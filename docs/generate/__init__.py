@@ -5,7 +5,7 @@ A Sphinx extension: the pages are written anew before each build, to ``docs/refe
 
 from pathlib import Path
 
-from generate import api, capabilities, commands, environments, errors, hooks, plugins
+from generate import api, capabilities, commands, environments, errors, hooks, plugins, signatures
 
 PAGES = {
     "hooks": hooks.page,
@@ -33,6 +33,8 @@ def write_reference(folder: Path) -> None:
 
 
 def setup(app):
-    """Tell Sphinx to write the pages before it looks for them."""
+    """Tell Sphinx to write the pages before it looks for them, and to show signatures as they are written."""
     app.connect("builder-inited", lambda app: write_reference(Path(app.srcdir) / "reference" / "generated"))
+    app.connect("autodoc-process-signature", signatures.as_written)
+    app.connect("missing-reference", signatures.resolve_annotation)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
