@@ -71,13 +71,12 @@ def test_joint_delta_position_stays_inside_the_limits_and_comes_back_at_once(fak
     assert (controller.apply(-np.ones((1, 6))) < robot.position_upper).all()
 
 
-def test_full_range_offers_the_limits_and_adds_to_the_measured_positions(fake_arm, bound):
+def test_full_range_stands_for_the_limits_and_adds_to_the_measured_positions(fake_arm, bound):
     robot = fake_arm()
     controller = bound(JointDeltaPosition(full_range=True), robot)
-    assert np.allclose(controller.action_space.high, robot.position_upper[0])
-    assert np.allclose(controller.action_space.low, robot.position_lower[0])
     robot.write_joint_state(np.full((1, 6), 0.25))
-    assert np.allclose(controller.apply(np.full((1, 6), 0.5)), 0.75)
+    middle, half = (robot.position_upper + robot.position_lower) / 2, (robot.position_upper - robot.position_lower) / 2
+    assert np.allclose(controller.apply((0.5 - middle) / half), 0.75)
     assert np.array_equal(controller.apply(np.full((1, 6), 100.0)), robot.position_upper)
 
 

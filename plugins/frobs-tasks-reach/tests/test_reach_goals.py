@@ -6,6 +6,7 @@ import pytest
 
 from frobs_core.errors import ConfigurationError
 from frobs_core.models import Box, Capsule, Cylinder, Mesh, Sphere
+from frobs_tasks_reach.floor import depth
 from frobs_tasks_reach.keep_out import distance_to
 from frobs_tasks_reach.workspace import Workspace
 
@@ -46,7 +47,7 @@ def test_a_box_out_of_reach_is_refused_when_the_environment_is_built():
 
 
 def test_random_starts_differ_keep_to_the_limits_and_hold_the_tool_above_the_floor(make):
-    env = make(REACH, 256)
+    env = make(REACH, 256, initial="random")
     observation, _ = env.reset(seed=4)
     joints, tool = observation[:, :6], observation[:, 6:9]
     assert len(np.unique(joints[:, 0])) == 256
@@ -87,3 +88,30 @@ def test_a_workspace_without_room_is_empty():
     workspace = Workspace(np.zeros(3), np.ones(3), np.array([[0.5, 0.5, 0.5]]))
     workspace.shrink(0.1)
     assert workspace.is_empty
+
+
+def test_no_goal_asks_the_arm_to_be_below_the_floor(make):
+    env = make(REACH, 256, initial="random")
+    env.reset(seed=5)
+    env.unwrapped.simulation.step(1)
+    data = env.unwrapped.simulation.native.batch
+    touching = [data.get_data(i) for i in range(256)]
+    import mujoco
+
+    model = env.unwrapped.simulation.native.model
+    floor = model.geom("floor").id
+    for state in touching:
+        mujoco.mj_forward(model, state)
+        assert floor not in state.contact.geom
+
+
+@pytest.mark.parametrize("geometry", [Sphere(0.1), Cylinder(0.1, 0.4), Capsule(0.1, 0.4), Box((0.2, 0.4, 0.6))])
+def test_depth_is_that_of_the_lowest_point(geometry):
+    rng = np.random.default_rng(0)
+    up = rng.normal(size=(5, 3))
+    up /= np.linalg.norm(up, axis=1, keepdims=True)
+    points = rng.uniform(-0.5, 0.5, (200_000, 3))
+    inside = points[distance_to(geometry, points) == 0.0]
+    lowest = -(inside @ up.T).min(axis=0)
+    assert (depth(geometry, up) >= lowest).all()
+    np.testing.assert_allclose(depth(geometry, up), lowest, atol=0.03)

@@ -12,7 +12,9 @@ from frobs_tasks_reach.legacy import ReachLegacy
 
 LEGACY = "frobs/Irb120ReachLegacy-v0"
 SHIPPED = files("frobs_tasks_reach") / "reacher_task.yaml"
-STILL = np.zeros(6, np.float32)
+LOWER = np.array([-2.87979, -1.91986, -1.91986, -2.79253, -2.094395, -6.98132])
+UPPER = np.array([2.87979, 1.91986, 1.22173, 2.79253, 2.094395, 6.98132])
+STILL = (-(UPPER + LOWER) / (UPPER - LOWER)).astype(np.float32)  # what stands for a delta of 0
 
 
 @pytest.fixture
@@ -67,9 +69,8 @@ def test_away_from_the_goal_the_distance_and_the_step_are_paid_for(make):
 def test_an_action_is_a_delta_over_the_full_range_that_ends_at_the_limit_with_a_penalty(make):
     env = make(LEGACY)
     env.reset(seed=0, options={"joint_positions": np.zeros(6), "goal": (-0.3, 0.1, 0.4)})
-    np.testing.assert_allclose(env.action_space.high, env.unwrapped.robot.position_upper[0], rtol=1e-6)
     action = STILL.copy()
-    action[5] = env.action_space.high[5]
+    action[5] = 1.0
     env.step(action)
     _, _, _, _, info = env.step(action)
     np.testing.assert_allclose(env.unwrapped.robot.joint_positions[0, 5], 6.98132, atol=1e-3)

@@ -18,8 +18,9 @@ class JointDeltaPosition(Controller):
 
     Args:
         max_delta: Step of an action of 1 [rad or m].
-        full_range: As FRobs_RL does it: the action space is the joint limits themselves, not normalised, and an
-            action is added to the *measured* positions. ``max_delta`` then means nothing.
+        full_range: As FRobs_RL does it: an action in [−1, 1] stands for the joint limits, and what it stands for is
+            added to the *measured* positions. ``max_delta`` then means nothing, and 0 only means to stay where the
+            limits are symmetric.
     """
 
     command_mode = CommandMode.POSITION
@@ -38,14 +39,13 @@ class JointDeltaPosition(Controller):
         shape = (robot.num_envs, robot.dof)
         if self.full_range:
             self._lower, self._upper = position_range("joint_delta_position", robot)
-            low, high = self._lower[0].astype(np.float32), self._upper[0].astype(np.float32)
-            self._low, self._high, self._scale = self._lower, self._upper, np.ones(shape)
+            self._middle, self._scale = (self._upper + self._lower) / 2, (self._upper - self._lower) / 2
         else:
             self._lower, self._upper = robot.position_lower.copy(), robot.position_upper.copy()
-            low, high = np.full(robot.dof, -1.0, np.float32), np.full(robot.dof, 1.0, np.float32)
-            self._low, self._high, self._scale = -np.ones(shape), np.ones(shape), np.full(shape, self.max_delta)
+            self._scale = np.full(shape, self.max_delta)
+        self._ones, self._minus_ones = np.ones(shape), -np.ones(shape)
         self._delta, self._target = np.zeros(shape), np.zeros(shape)
-        self.action_space = gym.spaces.Box(low, high, dtype=np.float32)
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (robot.dof,), np.float32)
         self.reset(None)
 
     def reset(self, mask: Mask | None) -> None:
@@ -55,10 +55,12 @@ class JointDeltaPosition(Controller):
     def apply(self, action: Action) -> Floats:
         """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""
         delta, target = self._delta, self._target
-        np.maximum(action, self._low, out=delta)
-        np.minimum(delta, self._high, out=delta)
+        np.maximum(action, self._minus_ones, out=delta)
+        np.minimum(delta, self._ones, out=delta)
         np.multiply(delta, self._scale, out=delta)
-        np.add(self._robot.joint_positions if self.full_range else target, delta, out=target)
+        if self.full_range:
+            np.add(self._robot.joint_positions, self._middle, out=target)
+        np.add(target, delta, out=target)
         np.maximum(target, self._lower, out=target)
         np.minimum(target, self._upper, out=target)
         return target

@@ -37,7 +37,7 @@ class ReachDynamic(Reach):
         tolerance: Distance that counts as reached [m].
         goal_low: Lowest corner of the goal box in the world [m].
         goal_high: Highest corner of the goal box in the world [m].
-        initial: Joint positions at reset: ``"random"`` or ``"home"``.
+        initial: Joint positions at reset: ``"home"`` or ``"random"``.
         distance_weight: [1/m]
         precision_weight: Of the term that rewards the last centimetres.
         max_amplitude: Amplitudes are uniform in [0, max_amplitude) [m].
@@ -56,7 +56,7 @@ class ReachDynamic(Reach):
         tolerance: float = 0.05,
         goal_low: Sequence[float] = (-0.5, -0.5, 0.0),
         goal_high: Sequence[float] = (0.5, 0.5, 1.0),
-        initial: str = "random",
+        initial: str = "home",
         distance_weight: float = 1.0,
         precision_weight: float = 0.5,
         max_amplitude: float = 0.1,

@@ -34,7 +34,7 @@ class ReachGoal(Reach, GoalTask):
         tolerance: Distance that counts as reached [m].
         goal_low: Lowest corner of the goal box in the world [m].
         goal_high: Highest corner of the goal box in the world [m].
-        initial: Joint positions at reset: ``"random"`` or ``"home"``.
+        initial: Joint positions at reset: ``"home"`` or ``"random"``.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -48,7 +48,7 @@ class ReachGoal(Reach, GoalTask):
         tolerance: float = 0.05,
         goal_low: Sequence[float] = (-0.5, -0.5, 0.0),
         goal_high: Sequence[float] = (0.5, 0.5, 1.0),
-        initial: str = "random",
+        initial: str = "home",
     ) -> None:
         super().__init__(tolerance=tolerance, goal_low=goal_low, goal_high=goal_high, initial=initial)
 

@@ -28,7 +28,7 @@ class Foot:
             return
         base_pos, base_quat = robot.base_pose[0][0], robot.base_pose[1][0]
         rotation = matrix_from_quat(base_quat)
-        for link, pos, turn in _fixed_links(robot.model):
+        for link, pos, turn in fixed_links(robot.model):
             for collision in next(found for found in robot.model.links if found.name == link).collisions:
                 offset, local = _matrix(collision.origin)
                 self._solids.append(
@@ -73,7 +73,7 @@ def distance_to(geometry: Geometry, positions: Floats) -> Floats:
     return np.full(positions.shape[:-1], np.inf)
 
 
-def _fixed_links(model: RobotModel) -> list[tuple[str, Floats, Floats]]:
+def fixed_links(model: RobotModel) -> list[tuple[str, Floats, Floats]]:
     """Return the root and the links that are fixed to it: name, origin (3,) and rotation (3, 3) in the root's frame."""
     found = [(model.root, np.zeros(3), np.eye(3))]
     for name, pos, turn in found:  # grows while it is read

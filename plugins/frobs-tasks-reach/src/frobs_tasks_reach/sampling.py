@@ -11,6 +11,7 @@ from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import RobotHandle
 from frobs_core.models import JointType, RobotModel
 from frobs_core.random import RandomSource
+from frobs_tasks_reach.floor import FloorClearance
 
 _ROUNDS = (4, 16, 64, 256, 1024, 4096, 4096, 4096)
 """Candidates for each environment in each round: a few, as most succeed at once, then many."""
@@ -25,7 +26,7 @@ Accept = Callable[[Floats], Mask]
 class JointSampler:
     """Draws joint vectors uniformly inside the limits, such that the tool centre point stands where it may.
 
-    A joint without limits is drawn from [−π, π].
+    No part of the arm is below the floor: what an arm is asked for, it can do. A joint without limits is drawn from [−π, π].
 
     Args:
         robot: Its handle.
@@ -39,6 +40,7 @@ class JointSampler:
 
     def __init__(self, robot: RobotHandle, lower: Floats | None = None, upper: Floats | None = None) -> None:
         self._robot = robot
+        self._floor = FloorClearance(robot)
         own_lower, own_upper = robot.position_lower[0], robot.position_upper[0]
         self.lower: Floats = np.where(np.isinf(own_lower), -np.pi, own_lower)
         self.upper: Floats = np.where(np.isinf(own_upper), np.pi, own_upper)
@@ -82,6 +84,7 @@ class JointSampler:
             candidates = rng.uniform(stream, self.lower, self.upper, (count, dof), open_rows)  # (m, count, dof)
             reached = self._robot.frame_pose("tcp", candidates.reshape(-1, dof))[0].reshape(-1, count, 3)
             good = accept(reached)  # (m, count)
+            good[good] = self._floor.is_clear(candidates[good])
             first = good.argmax(axis=1)
             found = good[np.arange(len(rows)), first]
             joint_positions[rows[found]] = candidates[found, first[found]]

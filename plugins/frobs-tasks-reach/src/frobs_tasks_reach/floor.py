@@ -1,0 +1,65 @@
+"""Which postures hold every part of an arm above the floor."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.interfaces import RobotHandle
+from frobs_core.models import Box, Capsule, Cylinder, Geometry, Sphere
+from frobs_core.rotations import matrix_from_quat
+from frobs_tasks_reach.keep_out import fixed_links
+
+Part = tuple[Geometry, Floats, Floats]
+"""A shape with its origin (3,) [m] and its rotation matrix (3, 3) in its link's frame."""
+
+
+class FloorClearance:
+    """Checks the collision shapes of the links that move, for given joint positions; meshes are left out.
+
+    Args:
+        robot: Its handle.
+    """
+
+    def __init__(self, robot: RobotHandle) -> None:
+        self._robot = robot
+        standing = {name for name, _, _ in fixed_links(robot.model)}
+        self._parts: dict[str, list[Part]] = {
+            link.name: [
+                (c.geometry, np.array(c.origin.pos), matrix_from_quat(np.array(c.origin.quat_wxyz)))
+                for c in link.collisions
+            ]
+            for link in robot.model.links
+            if link.collisions and link.name not in standing
+        }
+
+    def is_clear(self, joint_positions: Floats) -> Mask:
+        """Return which postures (n, dof) [rad or m] keep z > 0 everywhere; (n,) bool."""
+        clear = np.ones(len(joint_positions), bool)
+        for link, parts in self._parts.items():
+            pos, quat = self._robot.frame_pose(link, joint_positions)
+            w, x, y, z = quat.T
+            up = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=-1)  # (n, 3)
+            for geometry, origin, rotation in parts:
+                height = pos[:, 2] + (up * origin).sum(axis=-1)
+                clear &= height > depth(geometry, (up[:, :, None] * rotation).sum(axis=1))
+        return clear
+
+
+def depth(geometry: Geometry, up: Floats) -> Floats:
+    """Return how far a shape reaches below its origin, (n,) [m]; 0 for a mesh.
+
+    Args:
+        geometry: The shape.
+        up: (n, 3) the upward direction in the shape's frame, of length 1.
+    """
+    match geometry:
+        case Sphere(radius):
+            return np.full(len(up), radius)
+        case Capsule(radius, length):
+            return np.abs(up[:, 2]) * (length / 2) + radius
+        case Cylinder(radius, length):
+            return np.abs(up[:, 2]) * (length / 2) + np.hypot(up[:, 0], up[:, 1]) * radius
+        case Box(size):
+            return (np.abs(up) * (np.array(size) / 2)).sum(axis=-1)
+    return np.zeros(len(up))
