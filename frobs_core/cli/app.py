@@ -64,7 +64,7 @@ def frobs(
     if version:
         typer.echo(f"frobs {__version__}")
     elif context.invoked_subcommand is None:
-        typer.echo(context.get_help(), nl=False)
+        typer.echo(context.get_help())
 
 
 app.callback(invoke_without_command=True, help=_help(frobs))(frobs)

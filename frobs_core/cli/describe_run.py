@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+from frobs_core.cli.progress import duration, number, percent
 
 
 def is_run(path: Path) -> bool:
@@ -13,29 +16,74 @@ def is_run(path: Path) -> bool:
 
 
 def describe_run(path: Path) -> dict[str, Any]:
-    """Return the facts about a run: configuration, the last row of its log, checkpoints and evaluations."""
+    """Return the facts about a run: how far it is trained, what it holds, evaluations and configuration.
+
+    ``success``, ``reward`` and ``length`` are those of the last row of the log in which an episode ended.
+    """
     from frobs_core.runs import Run
+    from frobs_core.runs.progress import read_progress
 
     run = Run.open(path)
     log = path / "progress.csv"
-    files = sorted(item.name for item in path.iterdir() if item.suffix in (".png", ".mp4"))
+    columns = read_progress(log) if log.is_file() else {}
+    pictures = (found for ending in ("png", "mp4") for found in path.rglob(f"*.{ending}"))
     return {
         "kind": "run",
         "name": str(run.path),
+        "environment": run.config.environment,
+        "environment_kwargs": run.config.environment_kwargs,
+        "algorithm": run.config.algorithm,
+        "seed": run.config.seed,
+        "steps": _last(columns.get("train/steps", [])),
+        "seconds": _last(columns.get("time/elapsed", [])),
+        "success": _last(columns.get("episode/success", [])),
+        "reward": _last(columns.get("episode/reward", [])),
+        "length": _last(columns.get("episode/length", [])),
         "checkpoints": [checkpoint.steps for checkpoint in run.checkpoints],
-        "files": files,
+        "files": sorted(str(found.relative_to(path)) for found in pictures),
+        "evaluations": run.evaluations(),
         "config": run.config.model_dump(),
-        "progress": _last_row(log) if log.is_file() else {},
-        "evaluations": [_evaluation(found) for found in run.evaluations()],
     }
 
 
-def _last_row(log: Path) -> dict[str, float]:
-    from frobs_core.runs.progress import read_progress
+def readable_run(facts: Mapping[str, Any], *, config: bool) -> dict[str, Any]:
+    """Return the facts about a run as people read them, on one screen unless the configuration is wanted.
 
-    return {name: values[-1] for name, values in read_progress(log).items() if values}
+    Args:
+        facts: From :func:`describe_run`.
+        config: Whether to add the configuration.
+    """
+    shown: dict[str, Any] = {key: facts[key] for key in ("kind", "name", "environment")}
+    shown |= facts["environment_kwargs"]
+    shown |= {key: facts[key] for key in ("algorithm", "seed")}
+    if facts["steps"] is not None and facts["seconds"] is not None:
+        shown["trained"] = f"{facts['steps']:,.0f} steps in {duration(facts['seconds'])}"
+    if facts["success"] is not None:
+        shown["success"] = f"{percent(facts['success'])} at the end of the training"
+    if facts["reward"] is not None:
+        shown["reward"] = f"{number(facts['reward'])} per episode at the end of the training"
+    shown |= {"checkpoints": len(facts["checkpoints"]), "files": facts["files"]}
+    shown["evaluations"] = [_evaluation(found) for found in facts["evaluations"]]
+    if config:
+        shown["config"] = facts["config"]
+    return shown
+
+
+def _last(values: Sequence[float]) -> float | None:
+    return next((value for value in reversed(values) if math.isfinite(value)), None)
 
 
 def _evaluation(found: Mapping[str, Any]) -> dict[str, Any]:
-    keys = ("steps", "episodes", "success_rate", "mean_reward", "mean_length", "simulator", "seed")
-    return {key: found.get(key) for key in keys}
+    interval = found.get("success_interval")
+    octants = found.get("success_by_octant") or {}
+    worst = min((octant["success_rate"] for octant in octants.values()), default=None)
+    return {
+        "after": f"{found['steps']:,} steps",
+        "episodes": f"{found['episodes']:,}",
+        "success": percent(found.get("success_rate")),
+        "95 % interval": f"{percent(interval[0])} to {percent(interval[1])}" if interval else None,
+        "worst octant": percent(worst) if worst is not None else None,
+        "reward": number(found["mean_reward"]),
+        "simulator": found.get("simulator"),
+        "seed": found["seed"],
+    }

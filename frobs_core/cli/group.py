@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 import traceback
@@ -57,7 +58,7 @@ class FrobsGroup(TyperGroup):
             sys.stdout.flush()  # a reader that has gone shows now, not while the interpreter shuts down
             code = result if isinstance(result, int) else 0
         except BrokenPipeError:
-            sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - lives as long as the process
+            _write_no_more()
             code = READER_GONE
         except (FrobsError, gym.error.Error, typer.TyperException, OSError) as error:
             if debug:
@@ -87,3 +88,9 @@ def _accept_any_encoding() -> None:
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:
             reconfigure(errors="replace")
+
+
+def _write_no_more() -> None:
+    """Let what is still in stdout's buffer go nowhere when the interpreter shuts down."""
+    with contextlib.suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
+from frobs_core import plugins
 from frobs_core.cli import catalogue
 from frobs_core.cli.options import Json
 from frobs_core.cli.output import only_json, print_json, print_line, print_note, print_table, print_title
@@ -46,8 +47,8 @@ def list_(
             print_note(f"no {kind_} is installed")
         if facts:
             _print(kind_, facts)
-    for problem in catalogue.problems():
-        print_note(problem)
+    if any(report.state == "failed" for report in plugins.reports()):  # which, was logged when they were loaded
+        print_note("'frobs plugins --verbose' shows why plugins did not load")
 
 
 def _records(kind: str) -> list[dict[str, Any]]:

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import gymnasium as gym
 import numpy as np
@@ -28,7 +28,13 @@ def console(*, stderr: bool = False) -> Console:
     from rich.console import Console
 
     stream = sys.stderr if stderr else sys.stdout
-    return Console(file=stream, width=None if stream.isatty() else 1_000, highlight=False, emoji=False)
+    made = Console(file=stream, width=None if stream.isatty() else 1_000, highlight=False, emoji=False)
+    made.on_broken_pipe = _reader_gone  # type: ignore[method-assign] # rich's own exits with 1, as a failed check does
+    return made
+
+
+def _reader_gone() -> NoReturn:
+    raise BrokenPipeError
 
 
 def print_line(text: RenderableType = "") -> None:

@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from frobs_core.cli.options import RunFolder
-from frobs_core.cli.output import console, print_line, print_note
-from frobs_core.errors import ConfigurationError
+from frobs_core.cli.output import console, print_line
+from frobs_core.errors import ConfigurationError, RenderingUnavailableError, RunError
 
 
 def play(
@@ -18,7 +18,7 @@ def play(
         Path | None,
         typer.Option(metavar="FILE", dir_okay=False, show_default=False, help="Write an MP4 instead of a window."),
     ] = None,
-    viewer: Annotated[bool, typer.Option("--viewer", help="Open a window; that is the default.")] = False,
+    viewer: Annotated[bool, typer.Option("--viewer", help="Open a window, until Ctrl-C; that is the default.")] = False,
     episodes: Annotated[int, typer.Option(metavar="N", min=1, help="How many episodes the video shows.")] = 3,
 ) -> None:
     """Watch what a run has learned: in a window, or as a video.
@@ -33,8 +33,10 @@ def play(
 
     opened = Run.open(run)
     if video is None:
-        print_note("playing until Ctrl-C, or until the window is closed")
-        view(opened)
+        try:
+            view(opened)
+        except RenderingUnavailableError as error:
+            raise RunError(f"{error} Without a window: frobs play {run} --video FILE") from error
         return
     with console(stderr=True).status(f"recording {episodes} episodes"):
         path = record_video(opened, video, episodes=episodes)

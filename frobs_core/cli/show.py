@@ -13,7 +13,7 @@ from frobs_core import plugins
 from frobs_core.cli import catalogue
 from frobs_core.cli.describe_environment import describe_environment
 from frobs_core.cli.describe_record import describe_record
-from frobs_core.cli.describe_run import describe_run, is_run
+from frobs_core.cli.describe_run import describe_run, is_run, readable_run
 from frobs_core.cli.facts import print_facts
 from frobs_core.cli.options import Json
 from frobs_core.cli.output import only_json, print_json, print_line, print_note
@@ -33,6 +33,7 @@ def show(
             "KIND:NAME where it is several.",
         ),
     ],
+    config: Annotated[bool, typer.Option("--config", help="Of a run, all its settings too.")] = False,
     json: Json = False,
 ) -> None:
     """Show everything about one thing: what it is, what it takes, what it needs, and what it goes with.
@@ -41,7 +42,7 @@ def show(
         $ frobs show irb120
         $ frobs show frobs/Irb120Reach-v0
         $ frobs show controller:joint_position
-        $ frobs show runs/first --json
+        $ frobs show runs/first --config
     """
     with only_json(json):
         found = [describe() for describe in _meanings(name)]
@@ -51,7 +52,7 @@ def show(
     for i, facts in enumerate(found):
         if i:
             print_line()
-        print_facts(facts)
+        print_facts(readable_run(facts, config=config) if facts["kind"] == "run" else facts)
     if len(found) > 1:
         ways = ", ".join(f"'{facts['kind']}:{name}'" for facts in found)
         print_note(f"'{name}' is several things; for one of them: {ways}")

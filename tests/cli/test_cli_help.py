@@ -1,0 +1,55 @@
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+import typer
+from typer.testing import Result
+
+import frobs_core
+from frobs_core.cli.app import COMMANDS, app
+
+Frobs = Callable[..., Result]
+
+
+def _walk(words: tuple[str, ...], command: Any) -> Iterator[tuple[tuple[str, ...], Any]]:
+    yield words, command
+    for word, child in getattr(command, "commands", {}).items():
+        yield from _walk((*words, word), child)
+
+
+EVERY = list(_walk((), typer.main.get_command(app)))
+
+
+def test_no_arguments_print_the_help(frobs: Frobs) -> None:
+    result = frobs()
+    assert result.exit_code == 0
+    assert result.stdout == frobs("--help").stdout
+    assert all(heading in result.stdout for heading in COMMANDS)
+
+
+def test_version(frobs: Frobs) -> None:
+    assert frobs("--version").stdout == f"frobs {frobs_core.__version__}\n"
+
+
+@pytest.mark.parametrize(("words", "command"), EVERY, ids=[" ".join(("frobs", *words)) for words, _ in EVERY])
+def test_every_command_has_help_with_an_example(frobs: Frobs, words: tuple[str, ...], command: Any) -> None:
+    result = frobs(*words, "--help")
+    assert result.exit_code == 0
+    assert f"$ {' '.join(('frobs', *words))}" in result.stdout.partition("Example:")[2]
+    assert frobs(*words, "-h").stdout == result.stdout
+    assert max(len(line) for line in result.stdout.splitlines()) <= 80
+
+
+@pytest.mark.parametrize(("words", "command"), EVERY, ids=[" ".join(("frobs", *words)) for words, _ in EVERY])
+def test_every_parameter_has_help(words: tuple[str, ...], command: Any) -> None:
+    for parameter in command.params:
+        if parameter.name not in ("install_completion", "show_completion"):
+            assert getattr(parameter, "help", None), f"{words}: {parameter.name}"
+
+
+def test_every_command_has_a_file_and_a_heading() -> None:
+    words = [word for commands in COMMANDS.values() for word in commands]
+    assert sorted(typer.main.get_command(app).commands) == sorted(words)
+    for commands in COMMANDS.values():
+        for word, function in commands.items():
+            assert function.__module__ == f"frobs_core.cli.{word}"

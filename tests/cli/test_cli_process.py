@@ -1,0 +1,126 @@
+"""What only a process of its own can show."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+Process = Callable[..., subprocess.CompletedProcess[str]]
+COMMAND = [sys.executable, "-m", "frobs_core.cli"]
+HEAVY = {"torch", "mujoco", "matplotlib", "stable_baselines3", "imageio", "rospy"}
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = (
+        "import sys\n"
+        "from frobs_core.cli import main\n"
+        "sys.argv = ['frobs', '--help']\n"
+        "try:\n    main()\n"
+        "except SystemExit:\n    print('MODULES', *sorted(sys.modules))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    modules = done.stdout.rpartition("MODULES ")[2].split()
+    assert "typer" in modules
+    assert not HEAVY & set(modules)
+
+
+def test_the_package_itself_imports_no_typer() -> None:
+    code = "import sys, frobs_core.cli; print('typer' in sys.modules or 'rich' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout == "False\n"
+
+
+def test_stdout_carries_only_json(process: Process) -> None:
+    done = process("list", "--json")
+    assert done.returncode == 0
+    assert {"simulators", "robots", "controllers", "tasks", "algorithms", "environments"} == set(
+        json.loads(done.stdout)
+    )
+
+
+def test_output_to_a_pipe_has_no_colours_and_no_wrapped_lines(process: Process) -> None:
+    done = process("list", "controllers")
+    assert "\x1b" not in done.stdout
+    assert all(line == line.rstrip() for line in done.stdout.splitlines())
+    assert len(done.stdout.splitlines()) == 1 + len(
+        json.loads(process("list", "controllers", "--json").stdout)["controllers"]
+    )
+
+
+def test_a_terminal_gets_colours_unless_no_color_is_set() -> None:
+    assert "\x1b[36m" in _in_terminal(["list", "robots"], columns=80)
+    assert "\x1b[3" not in _in_terminal(["list", "robots"], columns=80, NO_COLOR="1")
+
+
+def test_tables_fit_the_terminal() -> None:
+    for columns in (80, 120):
+        text = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", _in_terminal(["list"], columns=columns))
+        assert max(len(line) for line in text.splitlines()) <= columns
+
+
+def test_a_reader_that_stops_reading_is_harmless() -> None:
+    shell = f"{' '.join(COMMAND)} list | head -n 1"
+    done = subprocess.run(["bash", "-c", shell + "; exit ${PIPESTATUS[0]}"], capture_output=True, text=True, timeout=60)
+    assert done.stdout == "simulators\n"
+    assert done.stderr == ""
+    assert done.returncode in (0, 141)  # 0 where all was written before the reader went
+
+
+def test_a_terminal_that_lacks_characters_gets_question_marks(process: Process) -> None:
+    done = process("show", "task:reach", env={**os.environ, "PYTHONIOENCODING": "ascii"})
+    assert done.returncode == 0
+    assert done.stderr == ""
+
+
+def test_ctrl_c_ends_with_130_and_one_line(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    args = ["train", "CartPole-v1", "--steps", "10_000_000", "--run-dir", str(run)]
+    args += ["--num-envs", "4", "--set", "algorithm_config.n_steps=32"]
+    training = subprocess.Popen([*COMMAND, *args], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert training.stderr is not None
+    try:
+        assert "training CartPole-v1" in training.stderr.readline()
+        training.send_signal(signal.SIGINT)
+        out, err = training.communicate(timeout=30)
+    finally:
+        training.kill()
+    assert training.returncode == 130
+    assert out == ""
+    assert err.splitlines()[-1] == f"interrupted: the checkpoints so far are in {run}"
+    assert "Traceback" not in err
+
+
+def _in_terminal(args: list[str], *, columns: int, **env: str) -> str:
+    """Run a command in a pseudo-terminal and return what it writes."""
+    import fcntl
+    import pty
+    import struct
+    import termios
+
+    master, slave = pty.openpty()
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 50, columns, 0, 0))
+    inherited = {key: value for key, value in os.environ.items() if key not in ("NO_COLOR", "COLUMNS", "FORCE_COLOR")}
+    child = subprocess.Popen(
+        [*COMMAND, *args], stdout=slave, stderr=slave, env={**inherited, "TERM": "xterm-256color", **env}
+    )
+    os.close(slave)
+    written = b""
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline:
+        try:
+            piece = os.read(master, 65536)
+        except OSError:  # the other end is closed
+            break
+        if not piece:
+            break
+        written += piece
+    os.close(master)
+    assert child.wait(timeout=10) == 0
+    return written.decode().replace("\r\n", "\n")

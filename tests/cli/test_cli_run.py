@@ -1,0 +1,107 @@
+"""A run from training to pictures, on a small environment of others."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import Result
+
+Frobs = Callable[..., Result]
+Facts = Callable[..., Any]
+TRAIN = ("--steps", "512", "--num-envs", "2", "--seed", "3", "--set", "algorithm_config.n_steps=64")
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    from typer.testing import CliRunner
+
+    from frobs_core.cli.app import app
+
+    path = tmp_path_factory.mktemp("runs") / "first"
+    result = CliRunner().invoke(app, ["train", "CartPole-v1", *TRAIN, "--run-dir", str(path)], prog_name="frobs")
+    assert result.exit_code == 0, result.stderr
+    assert f"frobs evaluate {path}" in result.stdout
+    assert "training CartPole-v1 with ppo: 512 steps, 2 environments, seed 3" in result.stderr
+    return path
+
+
+def test_train_writes_facts_as_json(facts: Facts, tmp_path: Path) -> None:
+    found = facts("train", "CartPole-v1", *TRAIN, "--run-dir", str(tmp_path / "run"))
+    assert found["run"] == str(tmp_path / "run")
+    assert found["steps"] == 512
+    assert found["seed"] == 3
+    assert found["success"] is None  # CartPole does not say
+    assert found["reward"] > 0
+
+
+def test_train_leaves_a_folder_that_exists_alone(frobs: Frobs, run: Path) -> None:
+    before = {path: path.stat().st_mtime_ns for path in run.rglob("*")}
+    result = frobs("train", "CartPole-v1", *TRAIN, "--run-dir", str(run))
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1
+    assert "exists" in result.stderr
+    assert before == {path: path.stat().st_mtime_ns for path in run.rglob("*")}
+
+
+def test_settings_outrank_flags_and_flags_outrank_the_file(frobs: Frobs, facts: Facts, tmp_path: Path) -> None:
+    file = tmp_path / "settings.yaml"
+    file.write_text("steps: 1\nnum_envs: 2\nalgorithm_config:\n  n_steps: 8\n  gamma: 0.5\n")
+    path = tmp_path / "run"
+    args = ("--steps", "32", "--set", "algorithm_config.gamma=0.75", "--config", str(file), "--run-dir", str(path))
+    assert frobs("train", "CartPole-v1", *args).exit_code == 0
+    [found] = facts("show", str(path))
+    assert found["config"]["steps"] == 32
+    assert found["config"]["num_envs"] == 2
+    assert found["config"]["algorithm_config"]["n_steps"] == 8
+    assert found["config"]["algorithm_config"]["gamma"] == 0.75
+
+
+def test_evaluate_measures(frobs: Frobs, facts: Facts, run: Path) -> None:
+    found = facts("evaluate", str(run), "--episodes", "6", "--seed", "4")
+    assert {"success_rate", "success_interval", "mean_reward", "mean_length", "episodes"} <= set(found)
+    assert found["episodes"] == 6
+    assert found["mean_reward"] == found["mean_length"]
+    text = frobs("evaluate", str(run), "--episodes", "6", "--seed", "4").stdout
+    assert f"{found['mean_reward']:.2f} per episode" in text
+
+
+def test_show_tells_about_the_run_on_one_screen(frobs: Frobs, run: Path) -> None:
+    text = frobs("show", str(run)).stdout
+    assert "512 steps" in text
+    assert "CartPole-v1" in text
+    assert len(text.splitlines()) < 24
+    assert "algorithm_config.n_steps" in frobs("show", str(run), "--config").stdout
+
+
+def test_plot_draws_one_run_and_several(frobs: Frobs, run: Path, tmp_path: Path) -> None:
+    out = tmp_path / "both.png"
+    result = frobs("plot", str(run), str(run), "--out", str(out))
+    assert result.stdout == f"{out}\n"
+    assert out.read_bytes().startswith(b"\x89PNG")
+    one = Path(frobs("plot", str(run)).stdout.strip())
+    assert one.is_relative_to(run)
+    assert one.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.slow
+def test_play_records_a_video(frobs: Frobs, tmp_path: Path) -> None:
+    run, out = tmp_path / "run", tmp_path / "play.mp4"
+    args = ("--steps", "64", "--num-envs", "2", "--set", "algorithm_config.n_steps=32", "--run-dir", str(run))
+    assert frobs("train", "frobs/Irb120Reach-v0", *args).exit_code == 0
+    result = frobs("play", str(run), "--video", str(out), "--episodes", "1")
+    if result.exit_code == 2 and "no picture can be drawn" in result.stderr:
+        pytest.skip(result.stderr.strip())
+    assert result.stdout == f"{out}\n"
+    assert b"ftyp" in out.read_bytes()[:16]
+
+
+def test_bench_says_where_the_time_goes(frobs: Frobs, facts: Facts) -> None:
+    found = facts("bench", "frobs/Irb120Reach-v0", "--steps", "20")
+    assert found["ratio"] > 0
+    assert set(found["parts"]) == {"engine", "controller", "task", "environment", "wrappers"}
+    assert "× " not in json.dumps(found)
+    assert "engine" in frobs("bench", "frobs/Irb120Reach-v0", "--steps", "20").stdout
