@@ -34,8 +34,11 @@ python_maximum_signature_line_length = 88
 python_use_unqualified_type_names = True
 toc_object_entries_show_parents = "hide"
 
-# Roles that name other packages are not looked up: that would need their inventories from the network.
-nitpick_ignore_regex = [("py:.*", r"(gymnasium|mujoco|numpy|stable_baselines3|torch)\..*")]
+# Roles that name other packages are not looked up: that would need their inventories from the network. Of plugins only
+# what their records name has a section.
+nitpick_ignore_regex = [
+    ("py:.*", r"(frobs_(?!core)\w+|abc|enum|gymnasium|mujoco|numpy|pydantic|stable_baselines3|torch)\..*")
+]
 
 html_theme = "furo"
 html_title = "FRobs"

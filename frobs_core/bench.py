@@ -23,6 +23,7 @@ from frobs_core.errors import ConfigurationError, SimulationError
 from frobs_core.interfaces import Snapshot
 
 PARTS = ("engine", "controller", "task", "environment", "wrappers")
+"""Where the time of a step can go."""
 
 
 @dataclass(frozen=True)

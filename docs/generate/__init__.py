@@ -36,5 +36,6 @@ def setup(app):
     """Tell Sphinx to write the pages before it looks for them, and to show signatures as they are written."""
     app.connect("builder-inited", lambda app: write_reference(Path(app.srcdir) / "reference" / "generated"))
     app.connect("autodoc-process-signature", signatures.as_written)
-    app.connect("missing-reference", signatures.resolve_annotation)
+    app.connect("autodoc-process-docstring", signatures.plain_first_line, priority=400)  # before napoleon
+    app.connect("missing-reference", signatures.resolve)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,9 +1,12 @@
 """A page for each environment ID: what ``frobs show ID`` says, and what its task says about itself."""
 
+import re
+
 import gymnasium as gym
 
 from frobs_core import registry
 from frobs_core.cli.describe_environment import describe_environment
+from frobs_core.errors import FrobsError
 from generate import facts
 from generate.rst import code, directive, escape, heading, label, literal, table, toctree
 
@@ -51,7 +54,33 @@ def _page(env_id: str) -> str:
     text += literal(f'env = gym.make("frobs_core:{env_id}")', "python")
     if "error" in found:
         text += f".. warning::\n\n   {escape(found['error'])}\n\n"
-    text += facts.scalars(found) + facts.tables(found)
+    observation = _observation(env_id)
+    if observation:  # says it better than the space's own text, which lists every bound
+        found["observation_space"] = re.sub(r"Box\(\[[^]]*\], \[[^]]*\], ", "Box(", found["observation_space"])
+    text += facts.scalars(found) + observation + facts.tables(found)
     text += heading("The task", "-") + f"{code(task.name)}: {escape(task.summary)}.\n\n"
     module, _, name = task.entry_point.partition(":")
     return text + directive("autoclass", f"{module}.{name}", no_members="", no_index="")
+
+
+def _observation(env_id: str) -> str:
+    """Return a table of what the columns of the observation are, where the task says so."""
+    try:
+        env = gym.make(env_id, disable_env_checker=True)
+    except (FrobsError, gym.error.Error):
+        return ""
+    terms = getattr(env.unwrapped.task, "observation_terms", {})
+    env.close()
+    rows, start = [], 0
+    for name, term in terms.items():
+        columns = f"{start} … {start + len(term.low) - 1}"
+        rows.append((columns, code(name), escape(term.unit), _numbers(term.low), _numbers(term.high)))
+        start += len(term.low)
+    if not rows:
+        return ""
+    return ".. rubric:: Observation\n\n" + table(["columns", "what", "unit", "lowest", "highest"], rows)
+
+
+def _numbers(values) -> str:
+    same = (values == values[0]).all()
+    return escape(f"{values[0]:.4g}" if same else ", ".join(f"{value:.4g}" for value in values))

@@ -24,7 +24,7 @@ def tables(facts: Mapping[str, Any], skip: Sequence[str] = ()) -> str:
         if key in skip or not _is_table(value):
             continue
         pieces.append(f".. rubric:: {word(key).capitalize()}\n\n")
-        columns = list(value[0])
+        columns = [column for column in value[0] if column != "required" or any(row[column] for row in value)]
         pieces.append(
             table([word(column) for column in columns], [[_cell(c, row[c]) for c in columns] for row in value])
         )
@@ -32,7 +32,9 @@ def tables(facts: Mapping[str, Any], skip: Sequence[str] = ()) -> str:
 
 
 def _cell(key: str, value: Any) -> str:
-    shown = text(value)
+    shown = " ".join(text(value).split())
+    if key == "help":
+        return shown  # from a docstring: reStructuredText already
     return code(shown) if key in _CODE and shown not in ("", "–") else escape(shown)
 
 

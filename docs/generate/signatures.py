@@ -1,6 +1,8 @@
 """Signatures as they stand in the source: ``Floats | None``, not what the alias unfolds to."""
 
 import inspect
+from collections.abc import Iterator
+from importlib import import_module
 from typing import Any
 
 from docutils import nodes
@@ -30,19 +32,41 @@ def as_written(app: Any, what: str, name: str, thing: Any, options: Any, signatu
     return shown, found.return_annotation if isinstance(found.return_annotation, str) else returns
 
 
-def resolve_annotation(app: Any, env: Any, node: Any, contnode: Any) -> Any:
-    """Link a name in a signature to what bears it here; one that nothing bears stays text.
+def plain_first_line(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
+    """Keep napoleon from taking what stands before a colon in an attribute's first line for its type."""
+    if what in ("attribute", "data", "property"):
+        lines[:0] = ["..", ""]  # an empty comment
 
-    A role that an author wrote is left alone: it must resolve, or the build fails.
+
+def resolve(app: Any, env: Any, node: Any, contnode: Any) -> Any:
+    """Link a name in a signature to what bears it here, and a role in a docstring to what a parent class explains.
+
+    What a signature names and nothing here bears stays text; a role must resolve, or the build fails.
     """
-    if isinstance(contnode, nodes.literal) or node.get("refdomain") != "py":
+    if node.get("refdomain") != "py":
         return None
     domain = env.domains.python_domain
-    found = domain.find_obj(env, None, None, node["reftarget"].rpartition(".")[2], None, searchmode=1)
-    if len(found) != 1:
-        return contnode
-    full_name, entry = found[0]
-    return make_refnode(app.builder, node["refdoc"], entry.docname, entry.node_id, contnode, full_name)
+    for name, mode in _candidates(node, isinstance(contnode, nodes.literal)):
+        found = domain.find_obj(env, None, None, name, None, searchmode=mode)
+        if len(found) == 1:
+            full_name, entry = found[0]
+            return make_refnode(app.builder, node["refdoc"], entry.docname, entry.node_id, contnode, full_name)
+    return None if isinstance(contnode, nodes.literal) else contnode
+
+
+def _candidates(node: Any, is_role: bool) -> Iterator[tuple[str, int]]:
+    """Yield the names to look for, each with Sphinx's search mode: 0 exact, 1 by the end of the name."""
+    target = node["reftarget"]
+    if not is_role:
+        yield target.rpartition(".")[2], 1
+    elif node.get("py:class") and "." not in target:
+        module = import_module(node["py:module"]) if node.get("py:module") else None
+        for parent in getattr(getattr(module, node["py:class"], None), "__mro__", ()):
+            for package in (
+                parent.__module__,
+                parent.__module__.rpartition(".")[0],
+            ):  # packages export their modules' names
+                yield f"{package}.{parent.__qualname__}.{target}", 0
 
 
 def _written(parameter: inspect.Parameter) -> inspect.Parameter:

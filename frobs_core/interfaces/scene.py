@@ -44,6 +44,10 @@ class Contact:
 
     A side is ``"floor"``, the name of a scene body, ``"robot/link"`` for one link, ``"robot"`` for all
     links of a robot, or ``"*"`` for anything else.
+
+    Attributes:
+        first: One side.
+        second: The other side.
     """
 
     first: str

@@ -70,7 +70,7 @@ def default_tcp(model: RobotModel) -> str:
     """Return the link that a task talks about when nobody says which.
 
     It is the last link of the longest chain, where the length is the number of actuated joints, then of joints, then
-    the earlier in the file. A link with a usual name (:data:`TOOL_NAMES`, whatever its prefix and case) comes
+    the earlier in the file. A link with a usual name (``TOOL_NAMES``, whatever its prefix and case) comes
     before all others that as many actuated joints move.
     """
     moving = set(model.joint_names)

@@ -21,7 +21,12 @@ Quaternion: TypeAlias = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Pose:
-    """A rigid transform: position [m] and unit quaternion, scalar first."""
+    """A rigid transform.
+
+    Attributes:
+        pos: [m]
+        quat_wxyz: Of length 1, scalar first.
+    """
 
     pos: Vector3 = (0.0, 0.0, 0.0)
     quat_wxyz: Quaternion = (1.0, 0.0, 0.0, 0.0)
@@ -29,21 +34,34 @@ class Pose:
 
 @dataclass(frozen=True)
 class Box:
-    """A box of full edge lengths ``size`` [m]."""
+    """A box.
+
+    Attributes:
+        size: Full edge lengths [m].
+    """
 
     size: Vector3
 
 
 @dataclass(frozen=True)
 class Sphere:
-    """A sphere of ``radius`` [m]."""
+    """A sphere.
+
+    Attributes:
+        radius: [m]
+    """
 
     radius: float
 
 
 @dataclass(frozen=True)
 class Cylinder:
-    """A cylinder along z: ``radius`` [m], full ``length`` [m]."""
+    """A cylinder along z.
+
+    Attributes:
+        radius: [m]
+        length: Full [m].
+    """
 
     radius: float
     length: float
@@ -51,7 +69,12 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Capsule:
-    """A capsule along z: ``radius`` [m], ``length`` [m] of the cylinder between the two half spheres."""
+    """A capsule along z.
+
+    Attributes:
+        radius: [m]
+        length: Of the cylinder between the two half spheres [m].
+    """
 
     radius: float
     length: float
@@ -59,7 +82,12 @@ class Capsule:
 
 @dataclass(frozen=True)
 class Mesh:
-    """A mesh file, with a scale for each axis."""
+    """A mesh file.
+
+    Attributes:
+        path: The file.
+        scale: For each axis.
+    """
 
     path: Path
     scale: Vector3 = (1.0, 1.0, 1.0)
@@ -70,7 +98,13 @@ Geometry: TypeAlias = Box | Sphere | Cylinder | Capsule | Mesh
 
 @dataclass(frozen=True)
 class Visual:
-    """What a link looks like. ``rgba`` components are in [0, 1]."""
+    """What a link looks like.
+
+    Attributes:
+        geometry: Its shape.
+        origin: In the link's frame.
+        rgba: Each in [0, 1]; None: the file gives no colour.
+    """
 
     geometry: Geometry
     origin: Pose = field(default_factory=Pose)
@@ -79,7 +113,12 @@ class Visual:
 
 @dataclass(frozen=True)
 class Collision:
-    """What a link collides with."""
+    """What a link collides with.
+
+    Attributes:
+        geometry: Its shape.
+        origin: In the link's frame.
+    """
 
     geometry: Geometry
     origin: Pose = field(default_factory=Pose)
@@ -87,9 +126,12 @@ class Collision:
 
 @dataclass(frozen=True)
 class Inertial:
-    """Mass [kg] and inertia [kg·m²] about the centre of mass, in the frame ``origin``.
+    """Mass and inertia of a link.
 
-    ``inertia`` is (ixx, ixy, ixz, iyy, iyz, izz).
+    Attributes:
+        mass: [kg]
+        origin: Centre of mass and axes of the inertia, in the link's frame.
+        inertia: (ixx, ixy, ixz, iyy, iyz, izz) about the centre of mass [kg·m²].
     """
 
     mass: float
@@ -99,7 +141,14 @@ class Inertial:
 
 @dataclass(frozen=True)
 class Link:
-    """One rigid body of a robot."""
+    """One rigid body of a robot.
+
+    Attributes:
+        name: Unique in the robot.
+        inertial: None: the file gives no inertia.
+        visuals: What it looks like.
+        collisions: What it collides with.
+    """
 
     name: str
     inertial: Inertial | None = None
@@ -137,7 +186,13 @@ class JointLimits:
 
 @dataclass(frozen=True)
 class Mimic:
-    """A joint that follows an actuated one: position = multiplier · position of ``joint`` + offset."""
+    """A joint that follows an actuated one: position = multiplier · position of ``joint`` + offset.
+
+    Attributes:
+        joint: Name of the joint that is followed.
+        multiplier: Of its position.
+        offset: [rad or m]
+    """
 
     joint: str
     multiplier: float = 1.0
@@ -149,9 +204,16 @@ class Joint:
     """A joint: its child link's frame is ``origin`` in the parent's, then moved along or about ``axis``.
 
     Attributes:
+        name: Unique in the robot.
+        type: How it moves.
+        parent: Name of the link that carries it.
+        child: Name of the link that it moves.
+        origin: Of its frame in the parent's.
         axis: Unit vector in the joint's frame.
+        limits: Of its motion.
         damping: [N·m·s/rad or N·s/m]
         friction: [N·m or N]
+        mimic: What it follows; None: nothing.
     """
 
     name: str
