@@ -1,0 +1,54 @@
+"""The robot that is checked, and the simulator that it is built in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from frobs_core.interfaces import CommandMode, DriveGains, Placement, Robot, RobotHandle, Scene, Simulation
+from frobs_core.models import RobotModel, load_model
+from frobs_core.models.defaults import default_gains
+from frobs_core.specs import SimulatorRecord
+
+TIMESTEP = 0.002
+"""[s] of one physics step."""
+
+
+@dataclass(frozen=True)
+class RobotUnderTest:
+    """A robot, and the simulator that it is built in.
+
+    Attributes:
+        robot: Its description.
+        simulator: None for the checks that need none.
+    """
+
+    robot: Robot
+    simulator: SimulatorRecord | None = None
+
+    @property
+    def model(self) -> RobotModel:
+        """Its model file, read."""
+        return load_model(
+            self.robot.model, xacro_args=self.robot.xacro_args, package_paths=self.robot.package_paths
+        )
+
+    @property
+    def gains(self) -> DriveGains:
+        """Those of the description, or the computed ones."""
+        return self.robot.gains or default_gains(self.model, self.robot.home)
+
+    @contextmanager
+    def build(self, scene: Scene | None = None) -> Iterator[tuple[Simulation, RobotHandle]]:
+        """Build a simulation of one, reset; it is closed at the end of the ``with`` block."""
+        assert self.simulator is not None
+        placement = Placement(robot=self.robot, model=self.model, command_mode=CommandMode.POSITION)
+        simulation: Simulation = self.simulator.load()(
+            {"robot": placement}, scene or Scene(), num_envs=1, physics_timestep=TIMESTEP
+        )
+        try:
+            simulation.reset()
+            yield simulation, simulation.robots["robot"]
+        finally:
+            simulation.close()
