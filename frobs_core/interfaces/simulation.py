@@ -185,7 +185,7 @@ class RobotHandle(ABC):
         name = self.tcp if frame == "tcp" else frame
         links = [link.name for link in self.model.links]
         if name not in links:
-            raise UnknownNameError("link", frame, [*links, "tcp"])
+            raise UnknownNameError("link", name, links if frame == "tcp" else [*links, "tcp"])
         return name
 
 

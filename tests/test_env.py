@@ -1,0 +1,261 @@
+"""The environments, on MuJoCo and the IRB 120."""
+
+from __future__ import annotations
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+import frobs_core.plugins
+from frobs_core.capabilities import Level
+from frobs_core.env import RobotEnv, RobotVectorEnv
+from frobs_core.errors import (
+    CapabilityError,
+    ConfigurationError,
+    InvalidActionError,
+    InvalidTimestepError,
+    ResetNeededError,
+    UnknownNameError,
+    UnknownParameterError,
+)
+from frobs_core.specs import SimulatorRecord
+
+ID = "frobs_core:frobs/Irb120Reach-v0"
+PARTS = {"task": "reach", "robot": "irb120", "controller": "joint_delta_position"}
+
+
+@pytest.fixture
+def env():
+    env = RobotEnv(**PARTS)
+    yield env
+    env.close()
+
+
+@pytest.fixture
+def vector():
+    env = RobotVectorEnv(4, max_episode_steps=10, **PARTS)
+    yield env
+    env.close()
+
+
+def test_the_compositional_id_combines_the_parts_by_name():
+    env = gym.make("frobs_core:frobs/Env-v0", simulator="mujoco", **PARTS)
+    assert env.reset(seed=0)[0].shape == (15,)
+    assert env.unwrapped.robot.robot.name == "irb120"
+    env.close()
+
+
+def test_a_step_takes_exactly_the_control_timestep(env):
+    env.reset(seed=0)
+    for k in range(1, 4):
+        env.step(env.action_space.sample())
+        assert env.simulation.time[0] == pytest.approx(k * 0.04)
+
+
+@pytest.mark.parametrize(
+    ("keywords", "error", "says"),
+    [
+        ({"robot": "irb12"}, UnknownNameError, "Did you mean 'irb120'"),
+        ({"simulator": "mujocco"}, UnknownNameError, "Did you mean 'mujoco'"),
+        ({"controller": "joint_delta_positions"}, UnknownNameError, "Did you mean 'joint_delta_position'"),
+        ({"task": "reech"}, UnknownNameError, "Did you mean 'reach'"),
+        ({"tolerence": 0.1}, UnknownParameterError, "Did you mean 'tolerance'"),
+        ({"controller_kwargs": {"max_dleta": 1}}, UnknownParameterError, "Did you mean 'max_delta'"),
+        ({"reward_type": "shaped"}, ConfigurationError, "it has 'dense', 'sparse'"),
+        ({"render_mode": "rgb"}, ConfigurationError, "rgb_array, human"),
+        ({"tcp": "tool1"}, UnknownNameError, "Did you mean 'tool0'"),
+        ({"control_timestep": 0.003}, InvalidTimestepError, r"0\.004 s would be \(2 physics steps\)"),
+        ({"physics_timestep": -1.0}, InvalidTimestepError, "must be positive"),
+        ({"physics_timestep": float("nan")}, InvalidTimestepError, "must be positive"),
+        ({"robot_args": {"prefx": "a_"}}, Exception, "prefx"),
+    ],
+)
+def test_bad_input_is_named(keywords, error, says):
+    with pytest.raises(error, match=says):
+        RobotEnv(**{**PARTS, **keywords})
+    with pytest.raises(error, match=says):
+        RobotVectorEnv(2, **{**PARTS, **keywords})
+
+
+def test_no_environments_are_refused():
+    with pytest.raises(ConfigurationError, match="at least 1"):
+        RobotVectorEnv(0, **PARTS)
+
+
+def test_a_simulator_that_lacks_something_is_refused_with_a_table(monkeypatch):
+    poor = SimulatorRecord(name="poor", summary="", entry_point="nowhere:Nothing", capabilities={"drive": Level.EXACT})
+    known = frobs_core.plugins.get_record
+    monkeypatch.setattr(frobs_core.plugins, "get_record", lambda kind, name: poor if name == "poor" else known(kind, name))
+    with pytest.raises(CapabilityError) as caught:
+        RobotEnv(**PARTS, simulator="poor")
+    assert caught.value.missing == (("task 'reach'", "teleport", "approximate", "unsupported"),)
+    assert "needed by" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("action", "says"),
+    [
+        (np.zeros(5), r"shape \(5,\); the action space has \(6,\)"),
+        (np.full(6, np.nan), "not finite at"),
+        (np.array([0, 0, np.inf, 0, 0, 0]), r"not finite at \[\[2\]\]"),
+        (None, "shape"),
+    ],
+)
+def test_a_wrong_action_is_refused_and_the_episode_goes_on(env, action, says):
+    env.reset(seed=0)
+    with pytest.raises(InvalidActionError, match=says):
+        env.step(action)
+    env.step(np.zeros(6))
+
+
+def test_a_wrong_action_of_one_environment_is_refused(vector):
+    vector.reset(seed=0)
+    actions = np.zeros((4, 6))
+    actions[2, 1] = np.nan
+    with pytest.raises(InvalidActionError, match=r"\[\[2, 1\]\]"):
+        vector.step(actions)
+
+
+def test_a_discrete_action_outside_is_refused():
+    for make in (RobotEnv, lambda **k: RobotVectorEnv(2, **k)):
+        env = make(**{**PARTS, "controller": "discrete"})
+        env.reset(seed=0)
+        with pytest.raises(InvalidActionError):
+            env.step(99)
+        env.close()
+
+
+def test_a_step_without_reset_is_refused(env, vector):
+    for each in (env, vector):
+        with pytest.raises(ResetNeededError, match="reset"):
+            each.step(each.action_space.sample())
+
+
+def test_reset_options_set_goal_and_joints(env, vector):
+    goal, joints = np.array([0.3, 0.1, 0.5]), np.array([0.1, 0.2, 0.3, 0.0, 0.5, 0.0])
+    env.reset(seed=0, options={"goal": goal, "joint_positions": joints})
+    assert env.task.goal[0] == pytest.approx(goal)
+    assert env.robot.joint_positions[0] == pytest.approx(joints)
+    each = np.stack([goal + 0.01 * i for i in range(4)])
+    vector.reset(seed=0, options={"goal": each})
+    assert vector.task.goal == pytest.approx(each)
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "says"),
+    [
+        ({"gaol": (0, 0, 0)}, UnknownParameterError, "Did you mean 'goal'"),
+        ({"goal": (0, 0, float("nan"))}, ConfigurationError, "not finite"),
+        ({"goal": np.zeros((3, 3))}, ConfigurationError, "3 rows"),
+        ({"joint_positions": np.full(6, 9.0)}, ConfigurationError, "joint_1"),
+    ],
+)
+def test_a_wrong_reset_option_is_refused(env, vector, options, error, says):
+    for each in (env, vector):
+        with pytest.raises(error, match=says):
+            each.reset(seed=0, options=options)
+
+
+def test_a_wrong_reset_mask_is_refused(vector):
+    vector.reset(seed=0)
+    for mask in (np.zeros(4, bool), np.ones(3, bool), np.ones(4)):
+        with pytest.raises(ConfigurationError, match="reset_mask"):
+            vector.reset(options={"reset_mask": mask})
+
+
+def test_seeds_are_given_one_by_one_or_counted_up(vector):
+    counted, _ = vector.reset(seed=5)
+    listed, _ = vector.reset(seed=[5, 6, 7, 8])
+    assert (counted == listed).all()
+    changed, _ = vector.reset(seed=[5, None, 7, 8])
+    assert (changed[[0, 2, 3]] == counted[[0, 2, 3]]).all()
+    assert (changed[1] != counted[1]).any()
+    with pytest.raises(ConfigurationError, match="2 seeds"):
+        vector.reset(seed=[1, 2])
+
+
+@pytest.mark.parametrize("mode", AutoresetMode)
+def test_each_autoreset_mode_keeps_its_promise(mode):
+    env = RobotVectorEnv(3, max_episode_steps=4, autoreset_mode=mode, **PARTS)
+    first, _ = env.reset(seed=0)
+    for k in range(4):
+        observation, _, _, truncated, info = env.step(np.zeros((3, 6)))
+        assert truncated.all() == (k == 3)
+        assert "is_success" in info
+    if mode is AutoresetMode.SAME_STEP:
+        assert info["_final_obs"].all()
+        assert (np.stack(list(info["final_obs"])) == env.final_observation).all()
+        assert info["final_info"]["_is_success"].all()
+        assert not info["_is_success"].any()
+        assert (observation[:, 9:12] != first[:, 9:12]).any()
+    elif mode is AutoresetMode.NEXT_STEP:
+        observation, reward, _, truncated, info = env.step(np.zeros((3, 6)))
+        assert not truncated.any()
+        assert not reward.any()
+        assert not info["_is_success"].any()
+        assert (observation[:, 9:12] != first[:, 9:12]).any()
+    else:
+        with pytest.raises(ResetNeededError, match=r"\[0, 1, 2\]"):
+            env.step(np.zeros((3, 6)))
+        env.reset(options={"reset_mask": np.array([True, False, True])})
+        with pytest.raises(ResetNeededError, match=r"\[1\]"):
+            env.step(np.zeros((3, 6)))
+    env.close()
+
+
+def test_a_diverged_environment_is_truncated_and_the_others_go_on(vector):
+    calm = RobotVectorEnv(4, max_episode_steps=10, **PARTS)
+    for each in (vector, calm):
+        each.reset(seed=0)
+    vector.robot.write_joint_state(np.full((1, 6), np.nan), mask=np.array([False, True, False, False]))
+    others = np.array([0, 2, 3])
+    for k in range(3):
+        actions = np.full((4, 6), 0.1)
+        observation, reward, terminated, truncated, info = vector.step(actions)
+        expected = calm.step(actions)
+        assert truncated.tolist() == [False, k == 0, False, False]
+        assert not terminated.any()
+        assert np.isfinite(observation).all()
+        assert np.isfinite(reward).all()
+        assert (observation[others] == expected[0][others]).all()
+        assert (reward[others] == expected[1][others]).all()
+        if k == 0:
+            assert info["final_info"]["frobs/diverged"].tolist() == [False, True, False, False]
+    calm.close()
+
+
+def test_a_single_environment_that_diverges_is_truncated(env):
+    env.reset(seed=0)
+    env.robot.write_joint_state(np.full((1, 6), np.nan))
+    _, reward, terminated, truncated, info = env.step(np.zeros(6))
+    assert (reward, terminated, truncated, info["frobs/diverged"]) == (0.0, False, True, True)
+    with pytest.raises(ResetNeededError):
+        env.step(np.zeros(6))
+    env.reset()
+    assert not env.step(np.zeros(6))[3]
+
+
+def test_a_snapshot_continues_with_the_same_bits(vector):
+    rng = np.random.default_rng(0)
+    vector.reset(seed=0)
+    for _ in range(7):
+        vector.step(rng.uniform(-1, 1, (4, 6)))
+    kept, actions = vector.snapshot(), rng.uniform(-1, 1, (20, 4, 6))
+    first = [vector.step(action)[0] for action in actions]
+    fresh = RobotVectorEnv(4, max_episode_steps=10, **PARTS)
+    fresh.restore(kept)
+    assert all((fresh.step(action)[0] == there).all() for action, there in zip(actions, first, strict=True))
+    fresh.close()
+
+
+def test_pictures_are_of_the_size_that_was_asked_for():
+    env = RobotVectorEnv(2, render_mode="rgb_array", render_size=(32, 48), **PARTS)
+    env.reset(seed=0)
+    pictures = env.render()
+    assert [picture.shape for picture in pictures] == [(32, 48, 3)] * 2
+    env.close()
+    silent = RobotEnv(**PARTS)
+    silent.reset(seed=0)
+    assert silent.render() is None
+    silent.close()
