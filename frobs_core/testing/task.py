@@ -24,7 +24,7 @@ from frobs_core.testing.environment.rollout import draw_actions
 from frobs_core.testing.environment.subject import EnvUnderTest
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TaskUnderTest(EnvUnderTest):
     """An environment, with the record of its task."""
 
@@ -53,7 +53,10 @@ def reward_types_work(subject: TaskUnderTest) -> Outcome:
             env.reset(seed=0)
             seen = {float(env.step(action)[1]) for action in draw_actions(env.action_space, 20, seed=0)}
             expect(np.isfinite(list(seen)).all(), f"reward_type '{reward_type}' gives a reward that is not finite.")
-            expect(reward_type != "sparse" or len(seen) <= 2, f"the sparse reward takes {len(seen)} values: {sorted(seen)}.")
+            expect(
+                reward_type != "sparse" or len(seen) <= 2,
+                f"the sparse reward takes {len(seen)} values: {sorted(seen)}.",
+            )
     try:
         subject.make(reward_type="no_such_reward_type").close()
     except ConfigurationError:

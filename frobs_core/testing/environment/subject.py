@@ -19,7 +19,7 @@ OTHER = NotApplicable("only for environments of FRobs")
 """What a check of our own promises returns for another's environment."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class EnvUnderTest:
     """An environment ID with keywords.
 

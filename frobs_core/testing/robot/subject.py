@@ -30,9 +30,7 @@ class RobotUnderTest:
     @property
     def model(self) -> RobotModel:
         """Its model file, read."""
-        return load_model(
-            self.robot.model, xacro_args=self.robot.xacro_args, package_paths=self.robot.package_paths
-        )
+        return load_model(self.robot.model, xacro_args=self.robot.xacro_args, package_paths=self.robot.package_paths)
 
     @property
     def gains(self) -> DriveGains:

@@ -140,9 +140,7 @@ def _write(sim: Simulation, name: str, target: str, values: Floats) -> None:
     expect_close(values, sim.parameter(name, target), 1e-9, f"parameter('{name}', '{target}') that was written")
 
 
-def _only_written(
-    subject: SimulatorUnderTest, name: str, target: str, before: Floats, after: Floats
-) -> Outcome:
+def _only_written(subject: SimulatorUnderTest, name: str, target: str, before: Floats, after: Floats) -> Outcome:
     """Without wrenches there is nothing to push with: look whether the number is kept."""
     with subject.build(bodies={target: replace(BALL, mass=0.5)}) as (sim, _):
         expect_close(before.repeat(sim.num_envs), sim.parameter(name, target), 1e-12, f"{name} as the scene has it")
