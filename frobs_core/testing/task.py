@@ -15,13 +15,14 @@ from frobs_core import plugins
 from frobs_core.capabilities import CAPABILITIES
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Marker, Scene, Task
+from frobs_core.random import RandomSource
 from frobs_core.registry import COMPOSITIONAL_ID
 from frobs_core.specs import TaskRecord
 from frobs_core.testing.checks import Check, CheckFailure, Outcome, collect, expect
 from frobs_core.testing.compare import leaves
 from frobs_core.testing.environment import api, data, life, rewards, seeding, state, vector
 from frobs_core.testing.environment.rollout import draw_actions
-from frobs_core.testing.environment.subject import EnvUnderTest
+from frobs_core.testing.environment.subject import EnvUnderTest, inside
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +70,7 @@ def batch_has_its_shapes(subject: TaskUnderTest) -> Outcome:
     with closing(subject.make_vec(3, AutoresetMode.SAME_STEP)) as env:
         env.reset(seed=0)
         env.step(draw_actions(env.action_space, 1, seed=0)[0])
-        task, rng = env.unwrapped.task, env.unwrapped._loop.rng
+        task, rng = inside(env).task, RandomSource(3)
         ends = task.is_terminated()
         arrays = {
             "reward()": (task.reward(), np.float64),

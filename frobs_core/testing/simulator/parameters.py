@@ -41,7 +41,7 @@ def mass_shows(subject: SimulatorUnderTest) -> Outcome:
     with subject.build(bodies={"ball": BALL}, gravity=_WEIGHTLESS, floor=False) as (sim, _):
         n = sim.num_envs
         expect_close(np.full(n, 0.5), sim.parameter("mass", "ball"), 1e-12, "mass as the scene has it [kg]")
-        values = 0.8 + 0.3 * np.arange(n)
+        values = 0.8 + 0.3 * np.arange(n, dtype=np.float64)
         _write(sim, "mass", "ball", values)
         sim.apply_wrench("ball", np.array([[2.0, 0.0, 0.0]]).repeat(n, axis=0), np.zeros((n, 3)))
         sim.step(10)
