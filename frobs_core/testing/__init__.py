@@ -9,10 +9,16 @@ Each ``check_…`` function returns a list of named checks. Show them one by one
 or run them with :func:`run_checks`, which is what ``frobs check`` does.
 """
 
+from frobs_core.testing.algorithm import check_algorithm
 from frobs_core.testing.checks import Check, CheckFailure, Hollow, NotApplicable
+from frobs_core.testing.controller import check_controller
 from frobs_core.testing.environment import check_env
 from frobs_core.testing.parametrize import pytest_checks
+from frobs_core.testing.plugin import check_plugin
 from frobs_core.testing.report import Report, Result, run_checks
+from frobs_core.testing.robot import check_robot
+from frobs_core.testing.simulator import check_simulator
+from frobs_core.testing.task import check_task
 
 __all__ = [
     "Check",
@@ -21,7 +27,13 @@ __all__ = [
     "NotApplicable",
     "Report",
     "Result",
+    "check_algorithm",
+    "check_controller",
     "check_env",
+    "check_plugin",
+    "check_robot",
+    "check_simulator",
+    "check_task",
     "pytest_checks",
     "run_checks",
 ]

@@ -10,14 +10,25 @@ from dataclasses import dataclass
 from typing import Any
 
 from frobs_core import plugins
-from frobs_core.errors import ConfigurationError, PluginError, UnknownNameError
+from frobs_core.errors import ModelFileError, PluginError, UnknownNameError
 from frobs_core.interfaces import Algorithm, Controller, Robot, Simulation, Task
 from frobs_core.models.resources import resolve_path
 from frobs_core.plugins import PluginReport
 from frobs_core.specs import AlgorithmRecord, Record, TaskRecord
 from frobs_core.testing.checks import Check, CheckFailure, Outcome, collect, expect
 
-_HEAVY = ("mujoco", "pybullet", "torch", "stable_baselines3", "matplotlib", "rospy", "rclpy", "tensorflow", "jax", "pandas")
+_HEAVY = (
+    "mujoco",
+    "pybullet",
+    "torch",
+    "stable_baselines3",
+    "matplotlib",
+    "rospy",
+    "rclpy",
+    "tensorflow",
+    "jax",
+    "pandas",
+)
 _BASES: dict[str, type] = {"simulator": Simulation, "controller": Controller, "task": Task, "algorithm": Algorithm}
 _ID = re.compile(r"[\w.-]+/[\w.-]+-v\d+")
 
@@ -119,7 +130,9 @@ def summaries_are_one_line(subject: PluginUnderTest) -> Outcome:
         environments = record.environments if isinstance(record, TaskRecord) else ()
         for name, summary in [(record.name, record.summary), *((e.id, e.summary) for e in environments)]:
             expect(summary.strip(), f"{kind} '{name}' has no summary.")
-            expect("\n" not in summary and len(summary) <= 120, f"the summary of {kind} '{name}' is not one short line.")
+            expect(
+                "\n" not in summary and len(summary) <= 120, f"the summary of {kind} '{name}' is not one short line."
+            )
         expect(record.install_hint.strip(), f"{kind} '{record.name}' has no install_hint: 'pip install …'.")
     return None
 
@@ -144,7 +157,7 @@ def tuned_settings_exist(subject: PluginUnderTest) -> Outcome:
         for id, resource in record.tuned.items() if isinstance(record, AlgorithmRecord) else ():
             try:
                 there = resolve_path(resource).is_file()
-            except (ConfigurationError, OSError) as error:
+            except ModelFileError as error:
                 raise CheckFailure(f"algorithm '{record.name}', tuned for '{id}': {error}") from error
             expect(there, f"algorithm '{record.name}', tuned for '{id}': there is no file {resource}.")
     return None

@@ -15,16 +15,17 @@ from frobs_core import plugins
 from frobs_core.capabilities import CAPABILITIES
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Marker, Scene, Task
+from frobs_core.random import RandomSource
 from frobs_core.registry import COMPOSITIONAL_ID
 from frobs_core.specs import TaskRecord
 from frobs_core.testing.checks import Check, CheckFailure, Outcome, collect, expect
 from frobs_core.testing.compare import leaves
 from frobs_core.testing.environment import api, data, life, rewards, seeding, state, vector
 from frobs_core.testing.environment.rollout import draw_actions
-from frobs_core.testing.environment.subject import EnvUnderTest
+from frobs_core.testing.environment.subject import EnvUnderTest, inside
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TaskUnderTest(EnvUnderTest):
     """An environment, with the record of its task."""
 
@@ -53,7 +54,10 @@ def reward_types_work(subject: TaskUnderTest) -> Outcome:
             env.reset(seed=0)
             seen = {float(env.step(action)[1]) for action in draw_actions(env.action_space, 20, seed=0)}
             expect(np.isfinite(list(seen)).all(), f"reward_type '{reward_type}' gives a reward that is not finite.")
-            expect(reward_type != "sparse" or len(seen) <= 2, f"the sparse reward takes {len(seen)} values: {sorted(seen)}.")
+            expect(
+                reward_type != "sparse" or len(seen) <= 2,
+                f"the sparse reward takes {len(seen)} values: {sorted(seen)}.",
+            )
     try:
         subject.make(reward_type="no_such_reward_type").close()
     except ConfigurationError:
@@ -66,7 +70,7 @@ def batch_has_its_shapes(subject: TaskUnderTest) -> Outcome:
     with closing(subject.make_vec(3, AutoresetMode.SAME_STEP)) as env:
         env.reset(seed=0)
         env.step(draw_actions(env.action_space, 1, seed=0)[0])
-        task, rng = env.unwrapped.task, env.unwrapped._loop.rng
+        task, rng = inside(env).task, RandomSource(3)
         ends = task.is_terminated()
         arrays = {
             "reward()": (task.reward(), np.float64),

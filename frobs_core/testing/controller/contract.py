@@ -6,14 +6,12 @@ import inspect
 from copy import deepcopy
 
 import gymnasium as gym
-
 import numpy as np
 
 from frobs_core.interfaces import CommandMode, Controller
-from frobs_core.testing.checks import Hollow, NotApplicable, Outcome, expect
-from frobs_core.testing.compare import expect_close, expect_same
+from frobs_core.testing.checks import NotApplicable, Outcome, expect
+from frobs_core.testing.compare import expect_same
 from frobs_core.testing.controller.subject import DECIMATION, NUM_ENVS, ControllerUnderTest
-from frobs_core.testing.environment.rollout import draw_actions
 
 
 def keywords_are_keyword_only(subject: ControllerUnderTest) -> Outcome:
@@ -33,7 +31,9 @@ def actions_are_normalized(subject: ControllerUnderTest) -> Outcome:
     with subject.bind() as bound:
         space = bound.controller.action_space
         if isinstance(space, gym.spaces.Box):
-            expect(space.dtype == np.float32, f"the action space has dtype {space.dtype}; float32 is what learners send.")
+            expect(
+                space.dtype == np.float32, f"the action space has dtype {space.dtype}; float32 is what learners send."
+            )
             expect(space.low.min() >= -1 and space.high.max() <= 1, f"{space} is not within [−1, 1].")
         else:
             discrete = gym.spaces.Discrete | gym.spaces.MultiDiscrete | gym.spaces.MultiBinary
@@ -103,7 +103,11 @@ def rows_equal_singles(subject: ControllerUnderTest) -> Outcome:
         with subject.bind(num_envs=1) as bound:
             for k, action in enumerate(actions):
                 found = bound.step(action[[i]])
-                expect_same(expected[k][[i]], found, f"command of a single environment against row {i} of {NUM_ENVS}, step {k + 1}")
+                expect_same(
+                    expected[k][[i]],
+                    found,
+                    f"command of a single environment against row {i} of {NUM_ENVS}, step {k + 1}",
+                )
     return None
 
 
@@ -121,5 +125,7 @@ def snapshots_continue(subject: ControllerUnderTest) -> Outcome:
     with subject.bind() as bound:
         bound.simulation.restore(deepcopy(state[0]))
         bound.controller.restore(deepcopy(state[1]))
-        expect_same(expected, [bound.step(action) for action in actions], "commands of a new controller that was restored")
+        expect_same(
+            expected, [bound.step(action) for action in actions], "commands of a new controller that was restored"
+        )
     return None

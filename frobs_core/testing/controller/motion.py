@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import gymnasium as gym
-
 import numpy as np
 
 from frobs_core.interfaces import CommandMode
 from frobs_core.testing.checks import Hollow, NotApplicable, Outcome, expect
-from frobs_core.testing.compare import expect_close, expect_same
-from frobs_core.testing.controller.subject import DECIMATION, NUM_ENVS, Bound, ControllerUnderTest
+from frobs_core.testing.compare import expect_close
+from frobs_core.testing.controller.subject import NUM_ENVS, Bound, ControllerUnderTest
 from frobs_core.testing.environment.rollout import draw_actions
 
 
@@ -84,7 +83,9 @@ def commands_stay_in_limits(subject: ControllerUnderTest) -> Outcome:
             expect(inside.all(), f"a {mode} command leaves the limits of joint "
                    f"'{robot.joint_names[int(np.argwhere(~inside)[0][2]) if not inside.all() else 0]}': {command[:, -1]}.")  # fmt: skip
             if mode is CommandMode.POSITION:
-                over = np.maximum(robot.position_lower - robot.joint_positions, robot.joint_positions - robot.position_upper)
+                over = np.maximum(
+                    robot.position_lower - robot.joint_positions, robot.joint_positions - robot.position_upper
+                )
                 expect(over.max() < 0.1, f"the robot leaves its joint limits by {over.max():.3g}.")
     return None
 

@@ -13,7 +13,7 @@ from frobs_core.errors import FrobsError, InvalidActionError, ResetNeededError, 
 from frobs_core.testing.checks import CheckFailure, Hollow, NotApplicable, Outcome, expect
 from frobs_core.testing.compare import expect_close, expect_same
 from frobs_core.testing.environment.rollout import draw_actions
-from frobs_core.testing.environment.subject import OTHER, EnvUnderTest, is_ours
+from frobs_core.testing.environment.subject import OTHER, EnvUnderTest, inside, is_ours
 
 _LONGEST = 400
 
@@ -23,7 +23,7 @@ def time_advances(subject: EnvUnderTest) -> Outcome:
     with closing(subject.make()) as env:
         if not is_ours(env):
             return OTHER
-        simulation, dt = env.unwrapped.simulation, env.unwrapped.control_timestep
+        simulation, dt = inside(env).simulation, inside(env).control_timestep
         for seed in (0, 1):
             env.reset(seed=seed)
             expect_close(0.0, simulation.time[0], 0.0, "the time after a reset [s]")
@@ -99,11 +99,11 @@ def reset_options_hold(subject: EnvUnderTest) -> Outcome:
         else:
             raise CheckFailure("reset(options={'no_such_option': …}) passes; it must raise UnknownParameterError.")
         seen = False
-        understood = env.unwrapped.task.reset_options
+        understood = inside(env).task.reset_options
         if "joint_positions" in understood:
-            wanted = _some_joint_positions(env.unwrapped.robot)
+            wanted = _some_joint_positions(inside(env).robot)
             env.reset(seed=0, options={"joint_positions": wanted})
-            found = env.unwrapped.robot.joint_positions[0]
+            found = inside(env).robot.joint_positions[0]
             expect_close(wanted, found, 1e-6, "joint positions after reset(options={'joint_positions': …})")
             seen = True
         goals = [_goal(env.reset(seed=seed)[0]) for seed in (0, 1)]

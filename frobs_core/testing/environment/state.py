@@ -11,7 +11,7 @@ from gymnasium.vector import AutoresetMode
 from frobs_core.testing.checks import Outcome, expect
 from frobs_core.testing.compare import expect_same, leaves
 from frobs_core.testing.environment.rollout import draw_actions
-from frobs_core.testing.environment.subject import OTHER, EnvUnderTest, is_ours
+from frobs_core.testing.environment.subject import OTHER, EnvUnderTest, inside, is_ours
 
 _NUM_ENVS = 3
 
@@ -26,15 +26,15 @@ def snapshot_continues(subject: EnvUnderTest) -> Outcome:
         env.reset(seed=12)
         for action in actions[:23]:
             env.step(action)
-        snapshot = deepcopy(env.unwrapped.snapshot())
+        snapshot = deepcopy(inside(env).snapshot())
         for name, array in leaves(snapshot).items():
             expect(array.shape[:1] == (_NUM_ENVS,), f"snapshot{name} is {list(array.shape)}, not (num_envs, …).")
             expect(array.dtype.kind != "O", f"snapshot{name} holds Python objects; a file of arrays cannot hold them.")
         expected = _continue(env, actions[23:])
-        env.unwrapped.restore(deepcopy(snapshot))
+        inside(env).restore(deepcopy(snapshot))
         _expect_same_steps(expected, _continue(env, actions[23:]), "the batch that was restored")
     with closing(subject.make_vec(_NUM_ENVS, AutoresetMode.SAME_STEP)) as fresh:
-        fresh.unwrapped.restore(deepcopy(snapshot))
+        inside(fresh).restore(deepcopy(snapshot))
         _expect_same_steps(expected, _continue(fresh, actions[23:]), "a new batch that was restored")
     return None
 

@@ -19,7 +19,7 @@ OTHER = NotApplicable("only for environments of FRobs")
 """What a check of our own promises returns for another's environment."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class EnvUnderTest:
     """An environment ID with keywords.
 
@@ -51,8 +51,11 @@ class EnvUnderTest:
         return gym.spec(self.bare_id)
 
     def make(self, **kwargs: Any) -> gym.Env[Any, Any]:
-        """Make the single environment as users do, time limit and all."""
-        return gym.make(self.self_importing_id, **{**self.kwargs, **kwargs})
+        """Make the single environment as users do, time limit and all.
+
+        Gymnasium's passive checker is left out: it warns of what the checks here name more precisely.
+        """
+        return gym.make(self.self_importing_id, disable_env_checker=True, **{**self.kwargs, **kwargs})
 
     def make_vec(self, num_envs: int, mode: AutoresetMode, **kwargs: Any) -> gym.vector.VectorEnv[Any, Any, Any]:
         """Make the native batch, or Gymnasium's own vector of environments where there is none."""
@@ -81,6 +84,11 @@ class EnvUnderTest:
         creator = entry_point if callable(entry_point) else load_env_creator(entry_point)
         parameters = inspect.signature(creator).parameters.values()
         return any(p.name == "autoreset_mode" or p.kind is inspect.Parameter.VAR_KEYWORD for p in parameters)
+
+
+def inside(env: Any) -> Any:
+    """Return the environment inside of its wrappers, with the attributes that only ours have."""
+    return env.unwrapped
 
 
 def is_ours(env: Any) -> bool:

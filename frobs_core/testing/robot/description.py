@@ -84,13 +84,17 @@ def gains_are_positive(subject: RobotUnderTest) -> Outcome:
     """Every joint is damped; every joint has stiffness, but for the wheels of a wheeled robot."""
     gains, model = subject.gains, subject.model
     for owner in (gains.stiffness, gains.damping):
-        unknown = [name for name in owner if name not in model.joint_names] if not isinstance(owner, float | int) else []
+        unknown = (
+            [name for name in owner if name not in model.joint_names] if not isinstance(owner, float | int) else []
+        )
         expect(not unknown, f"gains name {unknown}, which are no actuated joints: {', '.join(model.joint_names)}.")
     for name in model.joint_names:
         kp, kd = gains.of(name)
         expect(kd > 0, f"joint '{name}' has a damping gain of {kd}; it must be positive.")
         expect(kp >= 0, f"joint '{name}' has a stiffness of {kp}; it must not be negative.")
-        expect(kp > 0 or subject.robot.base == "wheeled", f"joint '{name}' has no stiffness; it cannot hold a position.")
+        expect(
+            kp > 0 or subject.robot.base == "wheeled", f"joint '{name}' has no stiffness; it cannot hold a position."
+        )
     return None
 
 

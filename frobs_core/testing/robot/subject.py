@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from frobs_core.interfaces import CommandMode, DriveGains, Placement, Robot, RobotHandle, Scene, Simulation
 from frobs_core.models import RobotModel, load_model
-from frobs_core.models.defaults import default_gains
+from frobs_core.models.defaults import default_gains, home_positions
 from frobs_core.specs import SimulatorRecord
 
 TIMESTEP = 0.002
@@ -30,14 +30,12 @@ class RobotUnderTest:
     @property
     def model(self) -> RobotModel:
         """Its model file, read."""
-        return load_model(
-            self.robot.model, xacro_args=self.robot.xacro_args, package_paths=self.robot.package_paths
-        )
+        return load_model(self.robot.model, xacro_args=self.robot.xacro_args, package_paths=self.robot.package_paths)
 
     @property
     def gains(self) -> DriveGains:
         """Those of the description, or the computed ones."""
-        return self.robot.gains or default_gains(self.model, self.robot.home)
+        return self.robot.gains or default_gains(self.model, home_positions(self.model, self.robot.home))
 
     @contextmanager
     def build(self, scene: Scene | None = None) -> Iterator[tuple[Simulation, RobotHandle]]:

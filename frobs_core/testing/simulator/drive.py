@@ -54,7 +54,9 @@ def command_rows_are_steps(subject: SimulatorUnderTest) -> Outcome:
                     sim.step(1)
             sim.step(3)
             traces.append(np.concatenate([robot.joint_positions, robot.joint_velocities], axis=1))
-    expect_close(traces[1], traces[0], subject.tolerance("drive"), "the state after 6 command rows in one step and 3 more")
+    expect_close(
+        traces[1], traces[0], subject.tolerance("drive"), "the state after 6 command rows in one step and 3 more"
+    )
     return None
 
 
@@ -117,7 +119,9 @@ def _expect_law(
             v = v + TIMESTEP * (effort - weight) / (inertia + np.where(over, 0.0, TIMESTEP * damping))
             q = q + TIMESTEP * v
             sim.step(1)
-            expect_close(v, robot.joint_velocities, tolerance * 100, f"{mode} command, joint velocities of step {k + 1}")
+            expect_close(
+                v, robot.joint_velocities, tolerance * 100, f"{mode} command, joint velocities of step {k + 1}"
+            )
             expect_close(q, robot.joint_positions, tolerance, f"{mode} command, joint positions of step {k + 1}")
             if reads_effort:
                 expect_close(effort, robot.joint_efforts, max(tolerance, 1e-6), f"joint_efforts of step {k + 1}")

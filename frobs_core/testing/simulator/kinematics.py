@@ -83,7 +83,9 @@ def jacobian_is_the_derivative(subject: SimulatorUnderTest) -> Outcome:
         q, h = robot.joint_positions.copy(), 1e-6
         for frame in ("tcp", "upper"):
             jacobian = robot.frame_jacobian(frame)
-            expect(jacobian.shape == (sim.num_envs, 6, 2), f"frame_jacobian is {jacobian.shape}, not (num_envs, 6, dof).")
+            expect(
+                jacobian.shape == (sim.num_envs, 6, 2), f"frame_jacobian is {jacobian.shape}, not (num_envs, 6, dof)."
+            )
             for joint in range(2):
                 offset = h * np.eye(2)[joint]
                 ahead, behind = robot.frame_pose(frame, q + offset), robot.frame_pose(frame, q - offset)
@@ -114,10 +116,10 @@ def unknown_frames_refused(subject: SimulatorUnderTest) -> Outcome:
     with subject.build() as (_, robot):
         for call in (robot.frame_pose, robot.frame_velocity, robot.frame_jacobian):
             try:
-                call("no_such_link")  # type: ignore[operator]
+                call("no_such_link")
             except UnknownNameError:
                 continue
-            raise CheckFailure(f"{call.__name__}('no_such_link') passes; it must raise UnknownNameError.")  # type: ignore[attr-defined]
+            raise CheckFailure(f"{call.__name__}('no_such_link') passes; it must raise UnknownNameError.")
     return None
 
 
@@ -129,7 +131,9 @@ def bases_are_placed(subject: SimulatorUnderTest) -> Outcome:
         before = [part.copy() for part in robot.base_pose]
         robot.write_base_pose(np.array([TILTED.pos]), np.array([TILTED.quat_wxyz]), mask)
         for i in range(sim.num_envs):
-            wanted = (np.array([TILTED.pos]), np.array([TILTED.quat_wxyz])) if mask[i] else (before[0][[i]], before[1][[i]])
+            wanted = (
+                (np.array([TILTED.pos]), np.array([TILTED.quat_wxyz])) if mask[i] else (before[0][[i]], before[1][[i]])
+            )
             pos, quat = robot.base_pose
             _expect_pose(wanted, (pos[[i]], quat[[i]]), f"base_pose of environment {i}, after writing to environment 0")
         _expect_frame(robot, "tcp", "after write_base_pose")

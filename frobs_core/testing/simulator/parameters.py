@@ -41,7 +41,7 @@ def mass_shows(subject: SimulatorUnderTest) -> Outcome:
     with subject.build(bodies={"ball": BALL}, gravity=_WEIGHTLESS, floor=False) as (sim, _):
         n = sim.num_envs
         expect_close(np.full(n, 0.5), sim.parameter("mass", "ball"), 1e-12, "mass as the scene has it [kg]")
-        values = 0.8 + 0.3 * np.arange(n)
+        values = 0.8 + 0.3 * np.arange(n, dtype=np.float64)
         _write(sim, "mass", "ball", values)
         sim.apply_wrench("ball", np.array([[2.0, 0.0, 0.0]]).repeat(n, axis=0), np.zeros((n, 3)))
         sim.step(10)
@@ -140,9 +140,7 @@ def _write(sim: Simulation, name: str, target: str, values: Floats) -> None:
     expect_close(values, sim.parameter(name, target), 1e-9, f"parameter('{name}', '{target}') that was written")
 
 
-def _only_written(
-    subject: SimulatorUnderTest, name: str, target: str, before: Floats, after: Floats
-) -> Outcome:
+def _only_written(subject: SimulatorUnderTest, name: str, target: str, before: Floats, after: Floats) -> Outcome:
     """Without wrenches there is nothing to push with: look whether the number is kept."""
     with subject.build(bodies={target: replace(BALL, mass=0.5)}) as (sim, _):
         expect_close(before.repeat(sim.num_envs), sim.parameter(name, target), 1e-12, f"{name} as the scene has it")

@@ -30,10 +30,28 @@ _ARM = f"""<robot name="kit_arm">
 <link name="upper">{_inertial(1.0, (0.01, 0.012, 0.005), "0 0 0.1")}</link>
 <link name="fore">{_inertial(0.6, (0.004, 0.005, 0.002), "0.1 0 0")}</link>
 <link name="tool">{_inertial(0.1, (0.0002, 0.0002, 0.0002))}</link>
-{_joint("shoulder", "revolute", "base", "upper", 'xyz="0.05 0 0.3" rpy="0.3 0.1 -0.2"', "0 0 1",
-        'lower="-2.5" upper="2.5" velocity="4" effort="80"')}
-{_joint("elbow", "revolute", "upper", "fore", 'xyz="0 0.02 0.25" rpy="0 0.4 0"', "0 0.6 0.8",
-        'lower="-2.2" upper="2.2" velocity="4" effort="60"')}
+{
+    _joint(
+        "shoulder",
+        "revolute",
+        "base",
+        "upper",
+        'xyz="0.05 0 0.3" rpy="0.3 0.1 -0.2"',
+        "0 0 1",
+        'lower="-2.5" upper="2.5" velocity="4" effort="80"',
+    )
+}
+{
+    _joint(
+        "elbow",
+        "revolute",
+        "upper",
+        "fore",
+        'xyz="0 0.02 0.25" rpy="0 0.4 0"',
+        "0 0.6 0.8",
+        'lower="-2.2" upper="2.2" velocity="4" effort="60"',
+    )
+}
 <joint name="mount" type="fixed"><parent link="fore"/><child link="tool"/><origin xyz="0.25 0.01 0" rpy="0 1.2 0"/></joint>
 </robot>"""
 
@@ -41,13 +59,33 @@ _LIFT = f"""<robot name="kit_lift">
 <link name="base">{_inertial(4.0, (0.02, 0.02, 0.02))}</link>
 <link name="carriage">{_inertial(2.0, (0.02, 0.02, 0.02))}</link>
 <link name="table">{_inertial(1.0, (0.02, 0.02, 0.03))}</link>
-{_joint("lift", "prismatic", "base", "carriage", 'xyz="0 0 3"', "0 0 1",
-        'lower="-2" upper="2" velocity="9" effort="200"')}
-{_joint("turn", "revolute", "carriage", "table", 'xyz="0 0 0.1"', "0 0 1",
-        'lower="-30" upper="30" velocity="90" effort="5"')}
+{
+    _joint(
+        "lift",
+        "prismatic",
+        "base",
+        "carriage",
+        'xyz="0 0 3"',
+        "0 0 1",
+        'lower="-2" upper="2" velocity="9" effort="200"',
+    )
+}
+{
+    _joint(
+        "turn",
+        "revolute",
+        "carriage",
+        "table",
+        'xyz="0 0 0.1"',
+        "0 0 1",
+        'lower="-30" upper="30" velocity="90" effort="5"',
+    )
+}
 </robot>"""
 
-_WHEEL = '<collision><origin rpy="1.5707963 0 0"/><geometry><cylinder radius="0.05" length="0.02"/></geometry></collision>'
+_WHEEL = (
+    '<collision><origin rpy="1.5707963 0 0"/><geometry><cylinder radius="0.05" length="0.02"/></geometry></collision>'
+)
 _ROVER = f"""<robot name="kit_rover">
 <link name="hull">{_inertial(3.0, (0.02, 0.02, 0.03))}
 <collision><origin xyz="0 0 0.03"/><geometry><box size="0.3 0.16 0.06"/></geometry></collision>

@@ -59,7 +59,9 @@ def floating_bases_fly(subject: SimulatorUnderTest) -> Outcome:
         robot.write_base_twist(linear, np.zeros((n, 3)))
         before = robot.base_pose[0].copy()
         sim.step(1)
-        expect_close(before + TIMESTEP * linear, robot.base_pose[0], 1e-4, "the base's position a step after a twist [m]")
+        expect_close(
+            before + TIMESTEP * linear, robot.base_pose[0], 1e-4, "the base's position a step after a twist [m]"
+        )
     with subject.build(_FLOATING, floor=False) as (sim, robot):
         sim.step(50)
         fallen = np.tile([0.0, 0.0, -9.81 * 50 * TIMESTEP], (sim.num_envs, 1))
@@ -85,13 +87,17 @@ def reset_honours_the_mask(subject: SimulatorUnderTest) -> Outcome:
         after = _state(sim, robot)
         for name in before:
             expect_same(before[name][1:], after[name][1:], f"{name} of the environments that were not reset")
-        expect_close(robot.home[0], robot.joint_positions[0], 1e-12, "joint_positions of the environment that was reset")
+        expect_close(
+            robot.home[0], robot.joint_positions[0], 1e-12, "joint_positions of the environment that was reset"
+        )
         expect_close(np.zeros(2), robot.joint_velocities[0], 0.0, "joint_velocities of the environment that was reset")
         expect_close(0.0, sim.time[0], 0.0, "time of the environment that was reset [s]")
         expect_close(np.array(BALL.pose.pos), sim.bodies["ball"].pose[0][0], 1e-12, "the ball that was reset [m]")
         sim.reset()
         sim.step(100)
-        expect_close(robot.home, robot.joint_positions, 0.05, "joint_positions 0.2 s after a reset: the drives hold home")
+        expect_close(
+            robot.home, robot.joint_positions, 0.05, "joint_positions 0.2 s after a reset: the drives hold home"
+        )
     return None
 
 

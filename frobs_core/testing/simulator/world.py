@@ -53,7 +53,9 @@ def rays_measure(subject: SimulatorUnderTest) -> Outcome:
         origins = np.tile([0.0, 0.0, 1.0], (n, 5, 1))
         expected = np.array([1.9, 2.95, 10.0, 1.0, 1.9 / 0.8])
         found = sim.rays(origins, np.tile(directions, (n, 1, 1)), 10.0)
-        expect_close(np.tile(expected, (n, 1)), found, tolerance, "rays to wall, bar, nothing, floor, wall at a slant [m]")
+        expect_close(
+            np.tile(expected, (n, 1)), found, tolerance, "rays to wall, bar, nothing, floor, wall at a slant [m]"
+        )
         if subject.level("teleport"):
             y = -3.0 - 0.5 * np.arange(n)
             sim.bodies["bar"].write_pose(
@@ -74,7 +76,9 @@ def contacts_are_told(subject: SimulatorUnderTest) -> Outcome:
         n = sim.num_envs
         sim.step(400)
         for name in contacts:
-            expect(sim.contact(name).all(), f"contact('{name}') is {sim.contact(name)} for a ball that lies on the floor.")
+            expect(
+                sim.contact(name).all(), f"contact('{name}') is {sim.contact(name)} for a ball that lies on the floor."
+            )
         expect_close(np.full(n, 0.5 * 9.81), sim.contact_force("landed"), 1.0, "contact_force of the ball's weight [N]")
         if subject.level("wrench"):
             lifted = np.arange(n) == 0
@@ -99,9 +103,10 @@ def wrenches_push(subject: SimulatorUnderTest) -> Outcome:
     """A wrench on a body or a link changes its velocity by F·t/m and τ·t/I during one step, and then no more."""
     tolerance = subject.tolerance("wrench", exact=1e-6)
     force, torque = np.array([[1.0, -0.5, 0.3]]), np.array([[1e-3, 2e-3, -1e-3]])
-    with subject.build(
-        LIFT, mode=CommandMode.EFFORT, bodies={"ball": BALL}, gravity=_WEIGHTLESS, floor=False
-    ) as (sim, robot):
+    with subject.build(LIFT, mode=CommandMode.EFFORT, bodies={"ball": BALL}, gravity=_WEIGHTLESS, floor=False) as (
+        sim,
+        robot,
+    ):
         n = sim.num_envs
         mask = np.arange(n) == 0
         sim.apply_wrench("ball", force, torque, mask)
@@ -110,7 +115,9 @@ def wrenches_push(subject: SimulatorUnderTest) -> Outcome:
             sim.step(10)
             t = 10 * TIMESTEP
             pushed = mask[:, None]
-            expect_close(pushed * force * t / 0.5, sim.bodies["ball"].twist[0], tolerance, f"lin_vel_world {when} [m/s]")
+            expect_close(
+                pushed * force * t / 0.5, sim.bodies["ball"].twist[0], tolerance, f"lin_vel_world {when} [m/s]"
+            )
             inertia = 0.4 * 0.5 * 0.05**2
             expect_close(pushed * torque * t / inertia, sim.bodies["ball"].twist[1], tolerance, f"ang_vel_world {when}")
             expect_close(pushed * np.full(2, t), robot.joint_velocities, tolerance, f"joint velocities {when}")
@@ -129,7 +136,9 @@ def cameras_see(subject: SimulatorUnderTest) -> Outcome:
                 dtype, channels = shapes[modality]
                 found, wanted = f"{picture.dtype}{picture.shape}", f"{np.dtype(dtype)}{(1, 48, 64, channels)}"
                 expect(found == wanted, f"render('{modality}') returns {found}, not {wanted}.")
-                expect(len(np.unique(picture)) > 1, f"render('{modality}') sees nothing: every pixel is {picture.flat[0]}.")
+                expect(
+                    len(np.unique(picture)) > 1, f"render('{modality}') sees nothing: every pixel is {picture.flat[0]}."
+                )
             picture = sim.render(None, None, (48, 64))
             expect(len(picture) == sim.num_envs, f"render() of all {sim.num_envs} environments returns {len(picture)}.")
             for arguments in ({"camera": "no_such_camera"}, {"modality": "no_such_modality"}):
