@@ -38,19 +38,20 @@ import numpy
 import frobs_core.hookspecs, frobs_core.specs
 def state():
     return {
-        "working directory": os.getcwd(),
-        "environment": dict(os.environ),
         "random state": [repr(random.getstate()), repr(numpy.random.get_state())],
         "warning filters": repr(warnings.filters),
         "signal handlers": [repr(signal.getsignal(s)) for s in (signal.SIGINT, signal.SIGTERM)],
         "numpy error state": repr(numpy.geterr()),
     }
-before, seen = state(), set(sys.modules)
+acts = {"os.chdir": "working directory", "os.putenv": "environment", "os.unsetenv": "environment"}
+seen, done, importing = set(sys.modules), [], True
+sys.addaudithook(lambda event, _: done.append(acts[event]) if importing and event in acts else None)
+before = state()
 __import__(sys.argv[1])
-after = state()
+after, importing = state(), False
 print("\\nfrobs-kit:" + json.dumps({
     "modules": sorted({name.partition(".")[0] for name in set(sys.modules) - seen}),
-    "changed": [name for name in before if before[name] != after[name]],
+    "changed": sorted({*done, *(name for name in before if before[name] != after[name])}),
 }))
 """
 

@@ -51,6 +51,7 @@ CHECKS = (
     state.close_twice,
     world.bodies_are_placed,
     world.rays_measure,
+    world.lidars_measure,
     world.contacts_are_told,
     world.wrenches_push,
     world.cameras_see,

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from frobs_core.errors import RenderingUnavailableError, UnknownNameError
-from frobs_core.interfaces import CommandMode, Contact
+from frobs_core.interfaces import CommandMode, Contact, Lidar
 from frobs_core.models import Pose
 from frobs_core.testing.checks import CheckFailure, Hollow, Outcome, expect
 from frobs_core.testing.compare import expect_close
-from frobs_core.testing.simulator.robots import LIFT
+from frobs_core.testing.simulator.robots import LIFT, ROVER
 from frobs_core.testing.simulator.subject import BALL, BAR, TILTED, TIMESTEP, WALL, SimulatorUnderTest, verifies
 
 _WEIGHTLESS = (0.0, 0.0, 0.0)
@@ -66,6 +66,35 @@ def rays_measure(subject: SimulatorUnderTest) -> Outcome:
         found = sim.rays(origins[:, :1], np.tile(directions[:1], (n, 1, 1)), 1.0)
         expect_close(np.ones((n, 1)), found, 0.0, "a ray whose max_range ends before the wall [m]")
     return None
+
+
+@verifies("rays")
+def lidars_measure(subject: SimulatorUnderTest) -> Outcome:
+    """A lidar turns with its link, counts counter-clockwise, keeps its range, and does not see its own robot."""
+    lidar = Lidar(frame="hull", rays=3, angle_min=-0.5 * np.pi, angle_max=0.5 * np.pi, range_min=0.2, range_max=6.0)
+    bodies = {"wall": WALL, "bar": replace(BAR, pose=Pose(pos=(0.0, -3.0, 0.05)))}
+    with subject.build(replace(ROVER, lidars={"scan": lidar}), bodies=bodies, pose=Pose(pos=(0.0, 0.0, 0.05))) as (
+        sim,
+        robot,
+    ):
+        n = sim.num_envs
+        tolerance = subject.tolerance("rays", exact=1e-6)
+        expect_close(np.tile([2.95, 1.9, 6.0], (n, 1)), robot.lidar("scan"), tolerance, "lidar: bar, wall, nothing [m]")
+        if subject.level("teleport"):
+            robot.write_base_pose(np.array([[0.0, 0.0, 0.05]]).repeat(n, axis=0), _QUARTER_TURN.repeat(n, axis=0))
+            found = robot.lidar("scan")
+            expect_close(
+                np.tile([1.9, 6.0, 6.0], (n, 1)), found, tolerance, "lidar of a robot turned left: wall, nothing"
+            )
+            robot.write_base_pose(np.array([[1.8, 0.0, 0.05]]).repeat(n, axis=0), _QUARTER_TURN.repeat(n, axis=0))
+            expect_close(
+                np.full(n, 0.2), robot.lidar("scan")[:, 0], tolerance, "lidar of what is nearer than range_min"
+            )
+        try:
+            robot.lidar("no_such_lidar")
+        except UnknownNameError:
+            return None
+    raise CheckFailure("lidar('no_such_lidar') passes; it must raise UnknownNameError.")
 
 
 @verifies("contacts")

@@ -1,0 +1,51 @@
+"""The conformance kit over every record and every plugin that is installed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+from frobs_core import plugins, registry
+from frobs_core.testing import (
+    Check,
+    check_algorithm,
+    check_controller,
+    check_env,
+    check_plugin,
+    check_robot,
+    check_simulator,
+    check_task,
+    pytest_checks,
+)
+
+SHORT: dict[str, dict[str, Any]] = {"ppo": {"n_steps": 64, "batch_size": 32, "n_epochs": 2}}
+"""Settings with which a training of a few hundred steps has several iterations."""
+
+
+def every(kind: str, check: Callable[[str], list[Check]]) -> Iterator[Check]:
+    for name in plugins.records(kind):
+        yield from (replace(one, name=f"{name}-{one.name}") for one in check(name))
+
+
+def of_a_task_alone(name: str) -> list[Check]:
+    """Return the checks that test_environment_ids.py has not run on the ID of the task."""
+    done = {check.name for check in check_env("")} if plugins.get_record("task", name).environments else set()  # type: ignore[attr-defined]
+    return [check for check in check_task(name) if check.name not in done]
+
+
+test_simulator = pytest_checks(every("simulator", check_simulator))
+test_robot = pytest_checks(every("robot", check_robot))
+test_controller = pytest_checks(every("controller", check_controller))
+test_task = pytest_checks(every("task", of_a_task_alone))
+test_algorithm = pytest_checks(every("algorithm", lambda name: check_algorithm(name, SHORT.get(name))))
+test_plugin = pytest_checks(
+    replace(check, name=f"{report.name}-{check.name}")
+    for report in plugins.reports()
+    for check in check_plugin(report.name)
+)
+
+
+def test_every_task_has_an_id_that_is_checked() -> None:
+    checked = {record.name for record, _ in registry.environments().values()}
+    assert checked == set(plugins.records("task"))

@@ -1,0 +1,323 @@
+"""Faults in a simulator: MuJoCo with one thing broken."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frobs_core.capabilities import Level
+from frobs_core.specs import SimulatorRecord
+from frobs_core.testing import CheckFailure, Hollow, NotApplicable, check_simulator
+from frobs_sim_mujoco.body import MujocoBody
+from frobs_sim_mujoco.robot import MujocoRobot
+from frobs_sim_mujoco.simulation import MujocoSimulation
+
+Patch = Callable[[pytest.MonkeyPatch], None]
+FAULTS: list[Any] = []
+
+
+def wrong(owner: type, name: str, check: str) -> Callable[[Callable[..., Any]], None]:
+    """Note a method that is replaced by one that is given the original first."""
+
+    def note(faulty: Callable[..., Any]) -> None:
+        FAULTS.append(pytest.param(owner, name, check, faulty, id=f"{check}-{faulty.__name__}"))
+
+    return note
+
+
+def xyzw(quat: Any) -> Any:
+    return np.roll(quat, -1, axis=-1)
+
+
+@wrong(MujocoRobot, "frame_pose", "frames_are_current")
+def quaternion_scalar_last(original: Any, self: Any, *args: Any, **kwargs: Any) -> Any:
+    pos, quat = original(self, *args, **kwargs)
+    return pos, xyzw(quat)
+
+
+@wrong(MujocoSimulation, "step", "frames_are_current")
+def frames_a_step_old(original: Any, self: Any, decimation: int) -> None:
+    poses = {f: tuple(a.copy() for a in self.robots["robot"].frame_pose(f)) for f in ("tcp", "fore", "upper", "base")}
+    original(self, decimation)
+    pose = type(self.robots["robot"]).frame_pose
+    self.robots["robot"].frame_pose = lambda f, q=None: poses[f] if q is None else pose(self.robots["robot"], f, q)
+
+
+@wrong(MujocoRobot, "frame_pose", "given_joints_leave_the_state")
+def given_joints_are_written(original: Any, self: Any, frame: str, joint_positions: Any = None) -> Any:
+    if joint_positions is not None and len(joint_positions) == 1:
+        self.write_joint_state(joint_positions)
+    return original(self, frame, joint_positions)
+
+
+@wrong(MujocoRobot, "frame_jacobian", "jacobian_is_the_derivative")
+def angular_rows_first(original: Any, self: Any, frame: str) -> Any:
+    return np.roll(original(self, frame), 3, axis=1)
+
+
+@wrong(MujocoRobot, "frame_velocity", "frame_velocity_is_current")
+def velocity_of_another_point(original: Any, self: Any, frame: str) -> Any:
+    linear, angular = original(self, frame)
+    return linear + np.cross(angular, [0.0, 0.0, 0.01]), angular
+
+
+@wrong(MujocoRobot, "frame_velocity", "unknown_frames_refused")
+def unknown_frame_is_the_tool(original: Any, self: Any, frame: str) -> Any:
+    return original(self, "tcp" if frame == "no_such_link" else frame)
+
+
+@wrong(MujocoRobot, "__init__", "joints_are_the_files")
+def joints_sorted(original: Any, self: Any, *args: Any) -> None:
+    original(self, *args)
+    self.joint_names = tuple(sorted(self.joint_names))
+
+
+@wrong(MujocoRobot, "__init__", "joints_are_the_files")
+def effort_limit_ignored(original: Any, self: Any, *args: Any) -> None:
+    original(self, *args)
+    self.effort_limit = np.full_like(self.effort_limit, np.inf)
+
+
+@wrong(MujocoRobot, "write_base_pose", "bases_are_placed")
+def base_quaternion_scalar_last(original: Any, self: Any, pos: Any, quat: Any, mask: Any = None) -> None:
+    original(self, pos, xyzw(quat), mask)
+
+
+@wrong(MujocoRobot, "write_base_pose", "bases_are_placed")
+def base_mask_ignored(original: Any, self: Any, pos: Any, quat: Any, mask: Any = None) -> None:
+    original(self, pos, quat)
+
+
+@wrong(MujocoRobot, "command", "drives_follow_positions")
+def joints_swapped(original: Any, self: Any, values: Any) -> None:
+    original(self, values[..., ::-1])
+
+
+@wrong(MujocoRobot, "command", "drives_saturate")
+def no_saturation(original: Any, self: Any, values: Any) -> None:
+    self._simulation.model.actuator_forcerange[:] = 1e9
+    self._simulation.model.actuator_forcelimited[:] = 0
+    original(self, 0.5 * values)
+
+
+@wrong(MujocoRobot, "command", "drives_follow_velocities")
+def velocities_halved(original: Any, self: Any, values: Any) -> None:
+    original(self, 0.5 * values if self.command_mode == "velocity" else values)
+
+
+@wrong(MujocoRobot, "joint_efforts", "drives_apply_efforts")
+def efforts_not_read(original: Any, self: Any) -> Any:
+    return np.zeros_like(original.fget(self))
+
+
+@wrong(MujocoRobot, "command", "command_rows_are_steps")
+def last_row_only(original: Any, self: Any, values: Any) -> None:
+    original(self, values if values.ndim == 2 else values[:, -1])
+
+
+@wrong(MujocoRobot, "command", "commands_are_kept")
+def command_read_late(original: Any, self: Any, values: Any) -> None:
+    simulation = self._simulation
+    step = type(simulation).step
+    simulation.step = lambda decimation: (original(self, values), step(simulation, decimation))
+
+
+@wrong(MujocoRobot, "set_command_mode", "a_new_mode_holds")
+def new_mode_goes_to_zero(original: Any, self: Any, mode: Any) -> None:
+    original(self, mode)
+    self.command(np.zeros((self.num_envs, self.dof)))
+
+
+@wrong(MujocoSimulation, "time", "time_counts_steps")
+def time_a_step_ahead(original: Any, self: Any) -> Any:
+    return original.fget(self) * 1.1
+
+
+@wrong(MujocoRobot, "write_joint_state", "joints_are_placed")
+def velocities_not_written(original: Any, self: Any, positions: Any, velocities: Any = 0.0, mask: Any = None) -> None:
+    original(self, positions, 0.0, mask)
+
+
+@wrong(MujocoRobot, "write_joint_state", "joints_are_placed")
+def joint_mask_ignored(original: Any, self: Any, positions: Any, velocities: Any = 0.0, mask: Any = None) -> None:
+    original(self, positions, velocities)
+
+
+@wrong(MujocoRobot, "base_twist", "floating_bases_fly")
+def twist_swapped(original: Any, self: Any) -> Any:
+    return original.fget(self)[::-1]
+
+
+@wrong(MujocoRobot, "write_base_twist", "floating_bases_fly")
+def twist_of_a_fixed_base(original: Any, self: Any, *args: Any) -> None:
+    if self.robot.base != "fixed":
+        original(self, *args)
+
+
+@wrong(MujocoSimulation, "reset", "reset_honours_the_mask")
+def resets_everything(original: Any, self: Any, mask: Any = None) -> None:
+    original(self)
+
+
+@wrong(MujocoSimulation, "snapshot", "snapshots_continue")
+def velocities_lost(original: Any, self: Any) -> Any:
+    robot = self.robots["robot"]
+    moving = robot.joint_velocities.copy()
+    robot.write_joint_state(robot.joint_positions.copy(), 0.0)
+    snapshot = original(self)
+    robot.write_joint_state(robot.joint_positions.copy(), moving)
+    return {name: array.copy() for name, array in snapshot.items()}
+
+
+@wrong(MujocoSimulation, "step", "motion_repeats")
+def noise(original: Any, self: Any, decimation: int) -> None:
+    robot = self.robots["robot"]
+    robot.write_joint_state(robot.joint_positions + 1e-9 * np.random.uniform(), robot.joint_velocities.copy())  # noqa: NPY002
+    original(self, decimation)
+
+
+@wrong(MujocoRobot, "command", "rows_equal_singles")
+def rows_mixed(original: Any, self: Any, values: Any) -> None:
+    original(self, values + 1e-9 * (values.mean(0) - values))
+
+
+@wrong(MujocoRobot, "joint_positions", "time_stands_between_steps")
+def goes_on_by_itself(original: Any, self: Any) -> Any:
+    self._simulation._batch_steps = getattr(self._simulation, "_batch_steps", 0) + 1
+    return original.fget(self) + 1e-6 * self._simulation._batch_steps
+
+
+@wrong(MujocoSimulation, "diverged", "divergence_is_contained")
+def divergence_of_everything(original: Any, self: Any) -> Any:
+    return None if original.fget(self) is None else np.ones(self.num_envs, np.bool_)
+
+
+@wrong(MujocoSimulation, "close", "close_twice")
+def close_raises(original: Any, self: Any) -> None:
+    if getattr(self, "closed_once", False):
+        raise RuntimeError("closed already")
+    self.closed_once = True
+
+
+@wrong(MujocoBody, "write_pose", "bodies_are_placed")
+def body_mask_ignored(original: Any, self: Any, pos: Any, quat: Any = None, mask: Any = None) -> None:
+    original(self, pos, quat)
+
+
+@wrong(MujocoBody, "write_pose", "rays_measure")
+def body_quaternion_scalar_last(original: Any, self: Any, pos: Any, quat: Any = None, mask: Any = None) -> None:
+    original(self, pos, None if quat is None else xyzw(quat), mask)
+
+
+@wrong(MujocoSimulation, "rays", "rays_measure")
+def misses_are_zero(original: Any, self: Any, origins: Any, directions: Any, max_range: float) -> Any:
+    found = original(self, origins, directions, max_range)
+    return np.where(found >= max_range, 0.0, found)
+
+
+@wrong(MujocoRobot, "lidar", "lidars_measure")
+def clockwise(original: Any, self: Any, name: str) -> Any:
+    return original(self, name)[:, ::-1]
+
+
+@wrong(MujocoSimulation, "contact", "contacts_are_told")
+def contact_only_at_the_end(original: Any, self: Any, name: str) -> Any:
+    height = self.bodies["ball"].pose[0][:, 2] if "ball" in self.bodies else 0.0
+    return original(self, name) & (height < 0.06)
+
+
+@wrong(MujocoSimulation, "apply_wrench", "wrenches_push")
+def wrench_mask_ignored(original: Any, self: Any, body: str, force: Any, torque: Any, mask: Any = None) -> None:
+    original(self, body, force, torque)
+
+
+@wrong(MujocoSimulation, "apply_wrench", "wrenches_push")
+def wrench_on_the_wrong_side(original: Any, self: Any, body: str, force: Any, torque: Any, mask: Any = None) -> None:
+    original(self, body, force, -torque, mask)
+
+
+@wrong(MujocoSimulation, "render", "cameras_see")
+def depth_in_doubles(original: Any, self: Any, *args: Any, **kwargs: Any) -> Any:
+    picture = original(self, *args, **kwargs)
+    return picture.astype(np.float64) if picture.dtype == np.float32 else picture
+
+
+def _ignores(name: str, check: str) -> None:
+    def not_written(original: Any, self: Any, parameter: str, target: str, values: Any, mask: Any = None) -> None:
+        kept = self.__dict__.setdefault("pretended", {})
+        if parameter == name:
+            kept[parameter, target] = values
+        else:
+            original(self, parameter, target, values, mask)
+
+    wrong(MujocoSimulation, "write_parameter", check)(not_written)
+
+
+for _name, _check in {
+    "gravity": "gravity_shows",
+    "mass": "mass_shows",
+    "stiffness": "gains_show",
+    "joint_damping": "joint_damping_shows",
+    "friction": "friction_shows",
+}.items():
+    _ignores(_name, _check)
+
+
+@wrong(MujocoSimulation, "write_parameter", "parameters_stay")
+def parameter_mask_ignored(original: Any, self: Any, name: str, target: str, values: Any, mask: Any = None) -> None:
+    original(self, name, target, values)
+
+
+@pytest.mark.parametrize(("owner", "name", "check", "faulty"), FAULTS)
+def test_the_kit_catches(
+    monkeypatch: pytest.MonkeyPatch, owner: type, name: str, check: str, faulty: Callable[..., Any]
+) -> None:
+    original = owner.__dict__[name]
+
+    def replaced(self: Any, *args: Any, **kwargs: Any) -> Any:
+        return faulty(original, self, *args, **kwargs)
+
+    monkeypatch.setattr(owner, name, property(replaced) if isinstance(original, property) else replaced)
+    found = next(c for c in check_simulator("mujoco") if c.name == check)
+    try:
+        outcome = found.run()
+    except CheckFailure:
+        return
+    if isinstance(outcome, Hollow) and "no picture can be drawn" in outcome.reason:
+        pytest.skip(outcome.reason)
+    pytest.fail(f"not caught: {outcome}")
+
+
+def record(**capabilities: Any) -> SimulatorRecord:
+    return SimulatorRecord(
+        name="mine", summary="", entry_point="frobs_sim_mujoco.simulation:MujocoSimulation", capabilities=capabilities
+    )
+
+
+def test_a_capability_that_does_not_exist_fails() -> None:
+    with pytest.raises(CheckFailure, match="'teleportation' is no capability"):
+        check_simulator(record(teleportation=Level.EXACT))[0].run()
+
+
+def test_a_claim_of_real_time_is_measured() -> None:
+    check = next(c for c in check_simulator(record(real_time=Level.EXACT)) if c.name == "steps_take_their_time")
+    with pytest.raises(CheckFailure, match=r"how long 0\.2 s of simulation took"):
+        check.run()
+
+
+def test_what_is_not_claimed_is_not_checked() -> None:
+    outcomes = {c.name: c.capability and c.run() for c in check_simulator(record(drive=Level.EXACT))}
+    assert isinstance(outcomes["rays_measure"], NotApplicable)
+    assert outcomes["drives_follow_positions"] is None
+
+
+def test_one_environment_at_a_time_is_enough_without_batched() -> None:
+    claims = dict.fromkeys(
+        ("drive", "teleport", "rays", "contacts", "wrench", "snapshot", "randomize_friction"), Level.EXACT
+    )
+    for check in check_simulator(record(**claims)):
+        outcome = check.run()
+        assert outcome is None or isinstance(outcome, NotApplicable), (check.name, outcome)
