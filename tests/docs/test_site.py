@@ -45,7 +45,7 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Build the site once for all workers, from a copy of the sources so that builds do not meet."""
+    """Build the site, once for all workers."""
     shared = tmp_path_factory.getbasetemp().parent
     folder = shared / "site"
     with (shared / "site.lock").open("w") as lock:
