@@ -86,7 +86,9 @@ def test_no_environments_are_refused():
 def test_a_simulator_that_lacks_something_is_refused_with_a_table(monkeypatch):
     poor = SimulatorRecord(name="poor", summary="", entry_point="nowhere:Nothing", capabilities={"drive": Level.EXACT})
     known = frobs_core.plugins.get_record
-    monkeypatch.setattr(frobs_core.plugins, "get_record", lambda kind, name: poor if name == "poor" else known(kind, name))
+    monkeypatch.setattr(
+        frobs_core.plugins, "get_record", lambda kind, name: poor if name == "poor" else known(kind, name)
+    )
     with pytest.raises(CapabilityError) as caught:
         RobotEnv(**PARTS, simulator="poor")
     assert caught.value.missing == (("task 'reach'", "teleport", "approximate", "unsupported"),)
