@@ -19,7 +19,7 @@ from gymnasium.vector.utils import batch_space
 from frobs_core.arrays import Action, Mask
 from frobs_core.compose import Parts, compose
 from frobs_core.errors import ConfigurationError, InvalidActionError, ResetNeededError, UnknownParameterError
-from frobs_core.interfaces import Robot, Snapshot
+from frobs_core.interfaces import GoalTask, Robot, Snapshot
 from frobs_core.interfaces.task import Observation
 from frobs_core.random import RandomSource
 
@@ -195,6 +195,8 @@ class RobotEnv(gym.Env[Any, Any]):
         self._seeded = False
         self._running = False
         self._action_shape = self.action_space.shape
+        if isinstance(parts.task, GoalTask):
+            self.compute_reward = parts.task.compute_reward  # where hindsight replay looks for it
 
     def reset(self, *, seed: int | None = None, options: Mapping[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode.

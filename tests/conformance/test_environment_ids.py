@@ -1,19 +1,31 @@
-"""The conformance kit over every ID that is registered."""
+"""The conformance kit over every ID that is registered, and over combinations that none of them has."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 from frobs_core import registry
-from frobs_core.testing import check_env, pytest_checks
+from frobs_core.registry import COMPOSITIONAL_ID
+from frobs_core.testing import Check, check_env, pytest_checks
 
-# full_range actions are joint positions in radians, as FRobs_RL sent them: both checkers warn of that
-_LEGACY = "its actions are joint positions in [rad], which the checkers recommend to normalise"
+BATCHES = ("same_step_equals_single", "snapshot_continues", "threads_agree", "spaces_hold")
 
-test_environment = pytest_checks(
-    [replace(check, name=f"{id}-{check.name}") for id in registry.environments() for check in check_env(id)],
-    expected_failures={
-        "frobs/Irb120ReachLegacy-v0-gymnasium_checker": _LEGACY,
-        "frobs/Irb120ReachLegacy-v0-stable_baselines3_checker": _LEGACY,
-    },
-)
+
+def named(prefix: str, id: str, only: tuple[str, ...] = (), **keywords: Any) -> Iterator[Check]:
+    for check in check_env(id, **keywords):
+        if not only or check.name in only:
+            yield replace(check, name=f"{prefix}-{check.name}")
+
+
+def composed(controller: str, *only: str) -> Iterator[Check]:
+    yield from named(
+        f"{COMPOSITIONAL_ID}-{controller}", COMPOSITIONAL_ID, only, robot="irb120", task="reach", controller=controller
+    )
+
+
+test_environment = pytest_checks(check for id in registry.environments() for check in named(id, id))
+test_composed_with_discrete_actions = pytest_checks(composed("discrete"))
+test_composed_with_tool_actions = pytest_checks(composed("tcp_delta_pose", *BATCHES))
+test_composed_with_velocities = pytest_checks(composed("joint_velocity", *BATCHES))

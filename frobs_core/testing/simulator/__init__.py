@@ -7,7 +7,7 @@ from frobs_core.capabilities import CAPABILITIES, Level
 from frobs_core.interfaces import Simulation
 from frobs_core.specs import SimulatorRecord
 from frobs_core.testing.checks import Check, Outcome, collect, expect
-from frobs_core.testing.simulator import drive, kinematics, parameters, state, world
+from frobs_core.testing.simulator import drive, kinematics, parameters, running, state, world
 from frobs_core.testing.simulator.subject import SimulatorUnderTest
 
 
@@ -37,18 +37,18 @@ CHECKS = (
     drive.command_rows_are_steps,
     drive.commands_are_kept,
     drive.a_new_mode_holds,
-    state.time_counts_steps,
+    running.time_counts_steps,
     state.joints_are_placed,
     state.floating_bases_fly,
     state.reset_honours_the_mask,
     state.snapshots_continue,
-    state.motion_repeats,
-    state.rows_equal_singles,
-    state.time_stands_between_steps,
-    state.steps_take_their_time,
-    state.spawning_is_seen,
-    state.divergence_is_contained,
-    state.close_twice,
+    running.motion_repeats,
+    running.rows_equal_singles,
+    running.time_stands_between_steps,
+    running.steps_take_their_time,
+    running.spawning_is_seen,
+    running.divergence_is_contained,
+    running.close_twice,
     world.bodies_are_placed,
     world.rays_measure,
     world.lidars_measure,
