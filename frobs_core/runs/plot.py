@@ -171,7 +171,9 @@ def _draw(axis: Any, members: Sequence[_Curves], name: str, color: str, label: s
     """Draw one run with its raw values behind, or several as mean and band."""
     if len(members) == 1:
         axis.plot(members[0][STEPS], scale * members[0][name], color=color, alpha=0.25, linewidth=0.8)
-        axis.plot(members[0][STEPS], scale * members[0].smooth(name), color=color, linewidth=2.0, label=label)
+        smooth = members[0].smooth(name)
+        known = np.isfinite(smooth)  # no episode ended in the other rows
+        axis.plot(members[0][STEPS][known], scale * smooth[known], color=color, linewidth=2.0, label=label)
         return
     steps = np.unique(np.concatenate([member[STEPS] for member in members]))
     steps = steps[steps <= min(member[STEPS][-1] for member in members)]
