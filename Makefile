@@ -36,16 +36,14 @@ test-all: $(VENV)/.installed-dev ## every test, the slow ones too (≤ 40 minute
 	@$(PYTEST) $(PYTEST_ARGS)
 
 lint: $(VENV)/.installed-dev ## ruff check, ruff format and mypy
-	@$(BIN)/python -m ruff check .
-	@$(BIN)/python -m ruff format --check .
-	@$(BIN)/python -m mypy
+	@$(BIN)/python -m ruff check . && $(BIN)/python -m ruff format --check . && $(BIN)/python -m mypy
 
 docs: $(VENV)/.installed-dev ## the documentation, as site/index.html; a broken link is an error
 	@$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --nitpicky --quiet --doctree-dir build/doctrees docs site
 	@echo "The documentation is at site/index.html."
 
-benchmark: $(VENV)/.installed-dev ## the tables of the documentation, measured anew (hours)
-	@$(BIN)/python -m pytest tests/benchmarks --run-benchmarks -s $(PYTEST_ARGS)
+benchmark: $(VENV)/.installed ## measure what docs/explanation/measured.md says, anew; wants an idle machine (minutes)
+	@$(BIN)/python tests/benchmarks/measure.py
 
 clean: ## remove what the other targets made; runs and demo/ stay
 	rm -rf $(VENV) site build .pytest_cache .mypy_cache .ruff_cache .hypothesis docs/reference/generated

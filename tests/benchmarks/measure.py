@@ -1,0 +1,149 @@
+"""Measure what the documentation says about speed: ``make benchmark`` writes ``docs/explanation/measured.md``.
+
+Wants an idle machine. Each figure that is not a ratio is a time on the machine that the page names.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from argparse import ArgumentParser
+from datetime import date
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "explanation" / "measured.md"
+ID = "frobs/Irb120Reach-v0"
+CONTROLLERS = ("joint_delta_position", "tcp_delta_position")
+STEPS = {1: 4000, 1024: 100, 4096: 30}
+"""Environments in a step, and how many steps are measured."""
+BUDGETS = {("joint_delta_position", 1): 1.5, ("tcp_delta_position", 1): 1.7}
+VECTOR_BUDGET = 1.10
+TRAINING_BUDGETS = {"joint_delta_position": 30, "tcp_delta_position": 5}  # [s], median over the seeds
+
+_IMPORT = """
+import sys, time
+import gymnasium
+start = time.perf_counter()
+import frobs_core
+print(time.perf_counter() - start)
+"""
+_MEMORY = """
+import resource
+import gymnasium as gym
+gym.make_vec("frobs_core:{id}", {n}, vectorization_mode="vector_entry_point").reset(seed=0)
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
+"""
+
+
+def frobs(*arguments: object) -> dict[str, Any]:
+    """Run a command and return its facts."""
+    command = [sys.executable, "-m", "frobs_core.cli", *map(str, arguments), "--json"]
+    return json.loads(subprocess.run(command, check=True, text=True, stdout=subprocess.PIPE).stdout)
+
+
+def step_costs() -> list[dict[str, Any]]:
+    """Return one benchmark for each controller and size, with its budget."""
+    rows = []
+    for controller in CONTROLLERS:
+        for n in STEPS:
+            found = frobs("bench", ID, "--controller", controller, "--num-envs", n, "--steps", STEPS[n])
+            rows.append({"controller": controller, "budget": BUDGETS.get((controller, n), VECTOR_BUDGET), **found})
+    return rows
+
+
+def trainings(seeds: int) -> list[dict[str, Any]]:
+    """Train and evaluate with each controller and seed, each in processes of its own."""
+    rows = []
+    for controller in CONTROLLERS:
+        for seed in range(seeds):
+            with tempfile.TemporaryDirectory() as folder:
+                run = Path(folder) / "run"
+                trained = frobs("train", ID, "--controller", controller, "--seed", seed, "--run-dir", run)
+                rows.append({"controller": controller, **trained, **frobs("evaluate", run, "--episodes", 1000)})
+    return rows
+
+
+def import_seconds(repeats: int = 5) -> float:
+    """Return what ``import frobs_core`` costs beyond ``import gymnasium`` [s], the median of fresh processes."""
+    return median(float(_python(_IMPORT)) for _ in range(repeats))
+
+
+def memory_bytes() -> float:
+    """Return what 4,096 environments need beyond one [bytes]."""
+    many, one = (float(_python(_MEMORY.format(id=ID, n=n))) for n in (4096, 1))
+    return many - one
+
+
+def report(steps: list[dict[str, Any]], trained: list[dict[str, Any]], import_time: float, memory: float) -> str:
+    """Return the page."""
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, text=True, capture_output=True).stdout
+    lines = [
+        "# Measured",
+        "",
+        f"By `make benchmark` on {steps[0]['machine']}, {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}.",
+        f"The environment is `{ID}`: 20 physics steps of 2 ms in a control step.",
+        "",
+        "## A step",
+        "",
+        "Medians; the bare engine replays the same states with the same controls.",
+        "",
+        "| environments | controller | step | bare engine | ratio | at most | engine / controller / task / loop / wrappers |",
+        "|---:|---|---:|---:|---:|---:|---|",
+    ]
+    for row in steps:
+        parts = " / ".join(_time(seconds) for seconds in row["parts"].values())
+        cells = (_time(row["step_seconds"]), _time(row["bare_seconds"]), f"{row['ratio']:.2f}", f"{row['budget']:.2f}")
+        lines.append(f"| {row['num_envs']:,} | `{row['controller']}` | {' | '.join(cells)} | {parts} |")
+    lines += [
+        "",
+        f"`import frobs_core` costs {import_time:.2f} s beyond `import gymnasium` (at most 0.3 s). 4,096 environments need "
+        f"{memory / 1e6:.0f} MB beyond one (at most 25 MB).",
+        "",
+        "## A training",
+        "",
+        "PPO with the tuned settings, each seed in a fresh process; the time is that of the training alone, without "
+        "imports and evaluation. Success is that of the deterministic policy on 1,000 new goals, 5 cm, held at the end; "
+        "the worst octant is that of the goal box.",
+        "",
+        "| controller | seed | steps | training | success | 95 % interval | worst octant |",
+        "|---|---:|---:|---:|---:|---|---:|",
+    ]
+    for row in trained:
+        low, high = row["success_interval"]
+        worst = min(octant["success_rate"] for octant in row["success_by_octant"].values())
+        lines.append(
+            f"| `{row['controller']}` | {row['seed']} | {row['steps']:,} | {row['seconds']:.1f} s | "
+            f"{row['success_rate']:.1%} | {low:.1%} to {high:.1%} | {worst:.1%} |"
+        )
+    lines.append("")
+    for controller, budget in TRAINING_BUDGETS.items():
+        seconds = median(row["seconds"] for row in trained if row["controller"] == controller)
+        lines.append(f"- `{controller}`: median {seconds:.1f} s (at most {budget} s).")
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Measure, and write the page."""
+    parser = ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=5, help="trainings for each controller")
+    seeds = parser.parse_args().seeds
+    page = report(step_costs(), trainings(seeds), import_seconds(), memory_bytes())
+    PAGE.write_text(page, "utf-8")
+    sys.stdout.write(page)
+
+
+def _python(code: str) -> str:
+    return subprocess.run([sys.executable, "-c", code], check=True, text=True, stdout=subprocess.PIPE).stdout
+
+
+def _time(seconds: float) -> str:
+    return f"{1e6 * seconds:.0f} µs" if seconds < 1e-3 else f"{1e3 * seconds:.1f} ms"
+
+
+if __name__ == "__main__":
+    main()

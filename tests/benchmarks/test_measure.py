@@ -1,0 +1,32 @@
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import measure
+
+
+def test_the_page_says_what_was_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(measure, "STEPS", {1: 20, 8: 10})
+    octants = {"+x+y+z": {"success_rate": 0.9, "episodes": 10}}
+    trained = {
+        "seed": 3,
+        "steps": 1000,
+        "seconds": 2.0,
+        "success_rate": 0.95,
+        "success_interval": [0.9, 1.0],
+        "success_by_octant": octants,
+    }
+    page = measure.report(
+        measure.step_costs(),
+        [{"controller": controller, **trained} for controller in measure.CONTROLLERS],
+        measure.import_seconds(repeats=1),
+        11e6,
+    )
+    assert page.count("| `joint_delta_position` | ") == 3
+    assert "| 3 | 1,000 | 2.0 s | 95.0% | 90.0% to 100.0% | 90.0% |" in page
+    assert "median 2.0 s (at most 5 s)" in page
