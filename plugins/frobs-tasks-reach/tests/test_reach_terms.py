@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from frobs_core.rotations import quat_rotate
 from frobs_tasks_reach import terms
 
 RNG = np.random.default_rng(0)
@@ -49,3 +50,15 @@ def test_oscillation_velocity_is_the_derivative_of_its_offset():
     after, _ = terms.oscillation(time + h, amplitude, frequency, phase)
     _, velocity = terms.oscillation(time, amplitude, frequency, phase)
     np.testing.assert_allclose(velocity, (after - before) / (2 * h), atol=1e-8)
+
+
+def test_turning_back_is_the_inverse_rotation():
+    rng = np.random.default_rng(0)
+    quat = rng.normal(size=(9, 4))
+    quat /= np.linalg.norm(quat, axis=1, keepdims=True)
+    vector, out = rng.normal(size=(9, 3)), np.empty((9, 3))
+    terms.turn_back(quat, vector, out)
+    np.testing.assert_allclose(quat_rotate(quat, out), vector, atol=1e-12)
+    alone = np.empty((1, 3))
+    terms.turn_back(quat[4:5], vector[4:5], alone)
+    assert (alone[0] == out[4]).all()

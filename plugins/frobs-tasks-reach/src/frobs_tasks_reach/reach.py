@@ -27,7 +27,7 @@ from frobs_tasks_reach.given import checked_goal, checked_joint_positions
 from frobs_tasks_reach.keep_out import Foot
 from frobs_tasks_reach.observation import FlatObservation, ObservationTerm
 from frobs_tasks_reach.parameters import box, finite, numbers, positive
-from frobs_tasks_reach.sampling import JointSampler, in_box, longest_reach
+from frobs_tasks_reach.sampling import JointSampler, first_moving_link, in_box, longest_reach
 
 _FLOOR_CLEARANCE = 0.05  # [m] lowest tool at the start of an episode, so that the arm does not start in the floor
 _FOOT_CLEARANCE = 0.03  # [m] between a goal and the robot's own foot: half the width of a flange
@@ -123,7 +123,10 @@ class Reach(Task):
         self._joint_positions = self._observation.view("joint_positions")
         self._goal = self._observation.view("goal")
         self._tcp = self._view_or_buffer("tcp_position")
-        self._offset = self._view_or_buffer("goal_offset")
+        self._offset: Floats = np.zeros((self._robot.num_envs, 3))
+        observed = "goal_offset" in self._observation.terms
+        self._observed_offset = self._observation.view("goal_offset") if observed else None
+        self._shoulder = first_moving_link(self._robot.model, self._robot.frame_name("tcp"))
         self._distance: Floats = np.zeros(self._robot.num_envs)
         self._reward_terms: dict[str, Floats] = {}
 
@@ -148,7 +151,11 @@ class Reach(Task):
         self._measure()
 
     def observe(self, rng: RandomSource) -> Observation:
-        """Return (num_envs, dof + 9) float32: joint positions, tool, goal, goal − tool."""
+        """Return (num_envs, dof + 9) float32: joint positions, tool, goal, goal − tool.
+
+        The last as the first link that moves sees it: what the other joints have to do then looks the same whichever
+        way that link has turned.
+        """
         return self._observation.read()
 
     def reward(self) -> Floats:
@@ -209,13 +216,14 @@ class Reach(Task):
         low, high = self._reach_box()
         goal_low, goal_high = self._goal_bounds()
         goal_low, goal_high = goal_low - self._goal_excursion(), goal_high + self._goal_excursion()
+        farthest = np.sqrt((np.maximum(goal_high - low, high - goal_low) ** 2).sum())
         return {
             "joint_positions": ObservationTerm(
                 low=robot.position_lower[0] - margin, high=robot.position_upper[0] + margin, unit="rad or m"
             ),
             "tcp_position": ObservationTerm(low=low, high=high, unit="m", scale=2.0),
             "goal": ObservationTerm(low=goal_low, high=goal_high, unit="m", scale=2.0),
-            "goal_offset": ObservationTerm(low=goal_low - high, high=goal_high - low, unit="m", scale=5.0),
+            "goal_offset": ObservationTerm(low=np.full(3, -farthest), high=np.full(3, farthest), unit="m", scale=5.0),
         }
 
     def _measure(self) -> None:
@@ -226,6 +234,9 @@ class Reach(Task):
     def _compare(self) -> None:
         np.subtract(self._goal, self._tcp, out=self._offset)
         self._distance = terms.distance(self._offset)
+        if self._observed_offset is not None:
+            turned = self._robot.frame_pose(self._shoulder)[1]
+            terms.turn_back(turned, self._offset, out=self._observed_offset)
 
     def _draw_goals(self, mask: Mask | None, rng: RandomSource) -> Floats:
         """Return goals (n, 3) [m] for the environments of the mask."""

@@ -103,6 +103,18 @@ def in_box(positions: Floats, low: Floats, high: Floats) -> Mask:
     return np.asarray(((positions >= low) & (positions <= high)).all(axis=-1))
 
 
+def first_moving_link(model: RobotModel, frame: str) -> str:
+    """Return the link nearest to the root, on the way to ``frame``, that a joint moves; the root if none does."""
+    joint_of = {joint.child: joint for joint in model.joints}
+    found = model.root
+    while frame in joint_of:
+        joint = joint_of[frame]
+        if joint.type is not JointType.FIXED:
+            found = frame
+        frame = joint.parent
+    return found
+
+
 def longest_reach(model: RobotModel, frame: str) -> float:
     """Return a distance [m] from the root that a link never exceeds: the lengths along its chain, added up.
 

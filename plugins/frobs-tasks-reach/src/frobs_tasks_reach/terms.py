@@ -25,6 +25,23 @@ def distance(offset: Floats) -> Floats:
     return np.asarray(np.sqrt(np.vecdot(offset, offset)))
 
 
+def turn_back(quat_wxyz: Floats, vector: Floats, out: Floats) -> None:
+    """Write vectors as a frame sees them that is turned.
+
+    Args:
+        quat_wxyz: (n, 4) the frame's orientation.
+        vector: (n, 3) in the frame that the orientation refers to.
+        out: (n, 3) in the turned frame.
+    """
+    w, x, y, z = quat_wxyz.T
+    a, b, c = vector.T
+    p, q, r = b * z - c * y, c * x - a * z, a * y - b * x  # vector × axis, which turns back
+    p, q, r = p + p, q + q, r + r
+    np.add(a, w * p + (q * z - r * y), out=out[:, 0])
+    np.add(b, w * q + (r * x - p * z), out=out[:, 1])
+    np.add(c, w * r + (p * y - q * x), out=out[:, 2])
+
+
 def unit_direction(offset: Floats) -> Floats:
     """Return vectors scaled to length 1; the zero vector stays zero.
 
