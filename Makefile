@@ -42,7 +42,7 @@ docs: $(VENV)/.installed-dev ## the documentation, as site/index.html; a broken 
 	@$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --nitpicky --quiet --doctree-dir build/doctrees docs site
 	@echo "The documentation is at site/index.html."
 
-benchmark: $(VENV)/.installed ## measure what docs/explanation/measured.md says, anew; wants an idle machine (minutes)
+benchmark: $(VENV)/.installed ## measure what docs/explanation/performance-measured.md says, anew; wants an idle machine (minutes)
 	@$(BIN)/python tests/benchmarks/measure.py
 
 clean: ## remove what the other targets made; runs and demo/ stay
