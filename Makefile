@@ -55,7 +55,7 @@ $(BIN)/python:
 	  if $$candidate -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then python=$$candidate; break; fi; \
 	done; \
 	if [ -z "$$python" ]; then \
-	  echo "FRobs needs Python 3.11 or newer; here $(or $(PYTHON),python3) is: $$($(or $(PYTHON),python3) --version 2>&1)." >&2; \
+	  echo "FRobs needs Python 3.11 or newer; here $(or $(PYTHON),python3) is: $$($(or $(PYTHON),python3) --version 2>&1 | head -n 1)." >&2; \
 	  echo "Install one, or name it: make PYTHON=/path/to/python3.11" >&2; exit 2; \
 	fi; \
 	if ! $$python -c 'import ensurepip, venv' 2>/dev/null; then \
