@@ -42,7 +42,7 @@ docs: $(VENV)/.installed-dev ## the documentation, as site/index.html; a broken 
 	@$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --nitpicky --quiet --doctree-dir build/doctrees docs site
 	@echo "The documentation is at site/index.html."
 
-benchmark: $(VENV)/.installed ## measure what docs/explanation/measured.md says, anew; wants an idle machine (minutes)
+benchmark: $(VENV)/.installed ## measure what docs/explanation/performance-measured.md says, anew; wants an idle machine (minutes)
 	@$(BIN)/python tests/benchmarks/measure.py
 
 clean: ## remove what the other targets made; runs and demo/ stay
@@ -55,7 +55,7 @@ $(BIN)/python:
 	  if $$candidate -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then python=$$candidate; break; fi; \
 	done; \
 	if [ -z "$$python" ]; then \
-	  echo "FRobs needs Python 3.11 or newer; here $(or $(PYTHON),python3) is: $$($(or $(PYTHON),python3) --version 2>&1)." >&2; \
+	  echo "FRobs needs Python 3.11 or newer; here $(or $(PYTHON),python3) is: $$($(or $(PYTHON),python3) --version 2>&1 | head -n 1)." >&2; \
 	  echo "Install one, or name it: make PYTHON=/path/to/python3.11" >&2; exit 2; \
 	fi; \
 	if ! $$python -c 'import ensurepip, venv' 2>/dev/null; then \

@@ -1,7 +1,5 @@
 """A page for each environment ID: what ``frobs show ID`` says, and what its task says about itself."""
 
-import re
-
 import gymnasium as gym
 
 from frobs_core import registry
@@ -54,10 +52,7 @@ def _page(env_id: str) -> str:
     text += literal(f'env = gym.make("frobs_core:{env_id}")', "python")
     if "error" in found:
         text += f".. warning::\n\n   {escape(found['error'])}\n\n"
-    observation = _observation(env_id)
-    if observation:  # says it better than the space's own text, which lists every bound
-        found["observation_space"] = re.sub(r"Box\(\[[^]]*\], \[[^]]*\], ", "Box(", found["observation_space"])
-    text += facts.scalars(found) + observation + facts.tables(found)
+    text += facts.scalars(found) + _observation(env_id) + facts.tables(found)
     text += heading("The task", "-") + f"{code(task.name)}: {escape(task.summary)}.\n\n"
     module, _, name = task.entry_point.partition(":")
     return text + directive("autoclass", f"{module}.{name}", no_members="", no_index="")

@@ -1,5 +1,6 @@
 """Facts as ``frobs show`` says them, as reStructuredText."""
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -14,7 +15,7 @@ _TITLES = {"kind", "name", "summary", "error"}
 def scalars(facts: Mapping[str, Any]) -> str:
     """Return a table of label and value."""
     rows = [(word(key), _cell(key, value)) for key, value in facts.items() if key not in _TITLES and _is_scalar(value)]
-    return table(["", ""], rows, widths="25 75") if rows else ""
+    return table([], rows, widths="25 75") if rows else ""
 
 
 def tables(facts: Mapping[str, Any], skip: Sequence[str] = ()) -> str:
@@ -34,7 +35,7 @@ def tables(facts: Mapping[str, Any], skip: Sequence[str] = ()) -> str:
 def _cell(key: str, value: Any) -> str:
     shown = " ".join(text(value).split())
     if key == "help":
-        return shown  # from a docstring: reStructuredText already
+        return re.sub(r"\\\*(\w+)\\\*", r"*\1*", escape(shown))  # from a docstring, which may stress a word
     return code(shown) if key in _CODE and shown not in ("", "–") else escape(shown)
 
 

@@ -26,9 +26,9 @@ def label(name: str) -> str:
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], widths: str = "auto") -> str:
-    """Return a table whose cells are reStructuredText."""
-    lines = [".. list-table::", "   :header-rows: 1", f"   :widths: {widths}", ""]
-    for row in (head, *rows):
+    """Return a table whose cells are reStructuredText; without a head its first column is one."""
+    lines = [".. list-table::", "   :header-rows: 1" if head else "   :stub-columns: 1", f"   :widths: {widths}", ""]
+    for row in [head, *rows] if head else rows:
         for i, cell in enumerate(row):
             first, *rest = cell.split("\n") if cell else [""]
             lines.append(f"   {'*' if i == 0 else ' '} - {first}".rstrip())

@@ -1,4 +1,4 @@
-"""Measure what the documentation says about speed: ``make benchmark`` writes ``docs/explanation/measured.md``.
+"""Measure what the documentation says about speed: ``make benchmark`` writes ``docs/explanation/performance-measured.md``.
 
 Wants an idle machine. Each figure that is not a ratio is a time on the machine that the page names.
 """
@@ -16,7 +16,7 @@ from statistics import median
 from typing import Any
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "explanation" / "measured.md"
+PAGE = ROOT / "docs" / "explanation" / "performance-measured.md"
 ID = "frobs/Irb120Reach-v0"
 CONTROLLERS = ("joint_delta_position", "tcp_delta_position")
 STEPS = {1: 4000, 1024: 100, 4096: 30}
