@@ -6,9 +6,13 @@ which is given rows whose numbers lie side by side.
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
+
+_T = TypeVar("_T", float, Floats)
 
 
 def distance(offset: Floats) -> Floats:
@@ -33,13 +37,16 @@ def turn_back(quat_wxyz: Floats, vector: Floats, out: Floats) -> None:
         vector: (n, 3) in the frame that the orientation refers to.
         out: (n, 3) in the turned frame.
     """
-    w, x, y, z = quat_wxyz.T
-    a, b, c = vector.T
+    if len(vector) == 1:  # Python's own floats: the same bits, and ten times faster than arrays of one number
+        out[0] = _turned_back(*quat_wxyz[0].tolist(), *vector[0].tolist())
+    else:
+        out[:, 0], out[:, 1], out[:, 2] = _turned_back(*quat_wxyz.T, *vector.T)
+
+
+def _turned_back(w: _T, x: _T, y: _T, z: _T, a: _T, b: _T, c: _T) -> tuple[_T, _T, _T]:
     p, q, r = b * z - c * y, c * x - a * z, a * y - b * x  # vector × axis, which turns back
     p, q, r = p + p, q + q, r + r
-    np.add(a, w * p + (q * z - r * y), out=out[:, 0])
-    np.add(b, w * q + (r * x - p * z), out=out[:, 1])
-    np.add(c, w * r + (p * y - q * x), out=out[:, 2])
+    return a + (w * p + (q * z - r * y)), b + (w * q + (r * x - p * z)), c + (w * r + (p * y - q * x))
 
 
 def unit_direction(offset: Floats) -> Floats:
