@@ -18,9 +18,10 @@ from typing import Any
 
 import gymnasium as gym
 
-from frobs_core.env import RobotEnv, RobotVectorEnv
+from frobs_core.env import RobotEnv
 from frobs_core.errors import ConfigurationError, SimulationError
 from frobs_core.interfaces import Snapshot
+from frobs_core.vector_env import RobotVectorEnv
 
 PARTS = ("engine", "controller", "task", "environment", "wrappers")
 """Where the time of a step can go."""

@@ -27,7 +27,7 @@ COMPOSITIONAL_ID = "frobs/Env-v0"
 """The ID that is given its robot, task, controller and simulator as keywords."""
 
 _SINGLE = "frobs_core.env:RobotEnv"
-_VECTOR = "frobs_core.env:RobotVectorEnv"
+_VECTOR = "frobs_core.vector_env:RobotVectorEnv"
 _CLASH = "frobs_core.registry:raise_clash"
 
 _registered: dict[str, EnvSpec] = {}  # known again even when a user has changed, say, its max_episode_steps

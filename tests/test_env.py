@@ -9,7 +9,7 @@ from gymnasium.vector import AutoresetMode
 
 import frobs_core.plugins
 from frobs_core.capabilities import Level
-from frobs_core.env import RobotEnv, RobotVectorEnv
+from frobs_core.env import RobotEnv
 from frobs_core.errors import (
     CapabilityError,
     ConfigurationError,
@@ -20,6 +20,7 @@ from frobs_core.errors import (
     UnknownParameterError,
 )
 from frobs_core.specs import SimulatorRecord
+from frobs_core.vector_env import RobotVectorEnv
 
 ID = "frobs_core:frobs/Irb120Reach-v0"
 PARTS = {"task": "reach", "robot": "irb120", "controller": "joint_delta_position"}

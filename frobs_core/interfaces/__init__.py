@@ -1,10 +1,11 @@
 """What each of the five kinds is: the contracts that plugins implement."""
 
 from frobs_core.interfaces.algorithm import Algorithm, TrainingMonitor
+from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.controller import Controller
 from frobs_core.interfaces.robot import DifferentialDrive, DriveGains, Lidar, Robot
 from frobs_core.interfaces.scene import Body, Camera, Contact, Marker, Placement, Scene
-from frobs_core.interfaces.simulation import BareEngine, BodyHandle, CommandMode, RobotHandle, Simulation, Snapshot
+from frobs_core.interfaces.simulation import BareEngine, BodyHandle, RobotHandle, Simulation, Snapshot
 from frobs_core.interfaces.task import GoalTask, ResetOptions, Task
 
 __all__ = [

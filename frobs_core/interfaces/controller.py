@@ -8,7 +8,8 @@ from typing import ClassVar
 import gymnasium as gym
 
 from frobs_core.arrays import Action, Floats, Mask
-from frobs_core.interfaces.simulation import CommandMode, RobotHandle, Snapshot
+from frobs_core.interfaces.command import CommandMode
+from frobs_core.interfaces.simulation import RobotHandle, Snapshot
 
 
 class Controller(ABC):

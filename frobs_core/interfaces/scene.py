@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from frobs_core.arrays import Floats
+from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.robot import Robot
-from frobs_core.models.model import Geometry, Pose
-
-if TYPE_CHECKING:
-    from frobs_core.interfaces.simulation import CommandMode
-    from frobs_core.models.model import RobotModel
+from frobs_core.models.model import Geometry, Pose, RobotModel
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,27 +10,19 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from enum import StrEnum
 from typing import Any, ClassVar, Protocol, TypeAlias
 
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import UnknownNameError
+from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.robot import Robot
 from frobs_core.interfaces.scene import Marker, Placement, Scene
 from frobs_core.models.model import RobotModel
 
 Snapshot: TypeAlias = dict[str, np.ndarray[Any, Any]]
 """A complete state: arrays by name, each (num_envs, …)."""
-
-
-class CommandMode(StrEnum):
-    """What a joint command means: the target of the drive law."""
-
-    POSITION = "position"
-    VELOCITY = "velocity"
-    EFFORT = "effort"
 
 
 class RobotHandle(ABC):

@@ -68,7 +68,7 @@ def test_an_id_names_its_parts_as_plain_data(site, registered):
     assert registered() == []
     spec = gym.spec("lab/Press-v3")
     assert spec.entry_point == "frobs_core.env:RobotEnv"
-    assert spec.vector_entry_point == "frobs_core.env:RobotVectorEnv"
+    assert spec.vector_entry_point == "frobs_core.vector_env:RobotVectorEnv"
     assert spec.max_episode_steps == 7
     assert spec.kwargs == {
         "task": "press",

@@ -9,8 +9,9 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.env import RobotEnv, RobotVectorEnv
+from frobs_core.env import RobotEnv
 from frobs_core.testing import Check, CheckFailure, Hollow, check_env
+from frobs_core.vector_env import RobotVectorEnv
 
 KEYWORDS = {"task": "reach", "robot": "irb120", "controller": "joint_delta_position"}
 

@@ -1,0 +1,279 @@
+"""The vector environment: many robots with one task, stepped together, behind Gymnasium's interface.
+
+Environment *i* of a vector that was seeded with *s* equals the single environment that was seeded with *s + i*, bit for
+bit, where the simulator's ``determinism`` is exact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+
+from frobs_core.arrays import Action, Mask
+from frobs_core.compose import compose
+from frobs_core.errors import ConfigurationError, ResetNeededError
+from frobs_core.interfaces import Robot, Snapshot
+from frobs_core.interfaces.task import Observation
+from frobs_core.loop import RENDER_MODES, Loop, check_render_mode
+
+
+class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
+    """``num_envs`` robots with one task, stepped together.
+
+    ``info`` follows Gymnasium's vector convention: a key's array, and under ``_key`` for which environments it holds.
+    With same-step autoreset ``final_obs`` and ``final_info`` tell how episodes ended; :attr:`final_observation` has
+    the same observations as one batch, for adapters.
+
+    Args:
+        num_envs: ≥ 1.
+        max_episode_steps: Control steps before truncation; None: never.
+        autoreset_mode: Same-step, next-step or disabled.
+        keywords: Those of :class:`RobotEnv`.
+
+    Attributes:
+        final_observation: After a step in which episodes ended: (num_envs, …), rows valid where they ended.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES)}  # noqa: RUF012 - as Gymnasium declares it
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        task: str,
+        robot: str | Robot,
+        controller: str,
+        simulator: str = "mujoco",
+        max_episode_steps: int | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
+        reward_type: str | None = None,
+        render_mode: str | None = None,
+        camera: str | None = None,
+        render_size: tuple[int, int] = (480, 640),
+        control_timestep: float | None = None,
+        physics_timestep: float | None = None,
+        controller_kwargs: Mapping[str, Any] | None = None,
+        robot_args: Mapping[str, str] | None = None,
+        tcp: str | None = None,
+        num_threads: int = 0,
+        **task_parameters: Any,
+    ) -> None:
+        check_render_mode(render_mode)
+        parts = compose(
+            num_envs=num_envs,
+            task=task,
+            robot=robot,
+            controller=controller,
+            simulator=simulator,
+            reward_type=reward_type,
+            control_timestep=control_timestep,
+            physics_timestep=physics_timestep,
+            controller_kwargs=controller_kwargs or {},
+            robot_args=robot_args or {},
+            tcp=tcp,
+            num_threads=num_threads,
+            task_parameters=task_parameters,
+        )
+        self._loop = Loop(parts, num_envs)
+        self.simulation, self.robot = parts.simulation, parts.robot
+        self.controller, self.task = parts.controller, parts.task
+        self.control_timestep, self.decimation = parts.control_timestep, parts.decimation
+        self.num_envs = num_envs
+        self.single_action_space = parts.controller.action_space
+        self.single_observation_space = parts.task.observation_space
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.render_mode, self._camera, self._render_size = render_mode, camera, render_size
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.metadata = {
+            "render_modes": list(RENDER_MODES),
+            "render_fps": round(1.0 / parts.control_timestep),
+            "autoreset_mode": self.autoreset_mode,
+        }
+        self.max_episode_steps = math.inf if max_episode_steps is None else max_episode_steps
+        self.final_observation: Observation | None = None
+        self._elapsed = np.zeros(num_envs, np.int64)
+        self._ended = np.ones(num_envs, np.bool_)  # waiting for a reset
+        self._none = np.zeros(num_envs, np.bool_)
+        self._all = np.ones(num_envs, np.bool_)
+        self._seeded = False
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: Mapping[str, Any] | None = None,
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin episodes.
+
+        Args:
+            seed: s: environment *i* gets s + i; or one for each environment; None: the next episodes of the last seeds.
+            options: Those of the task's ``reset_options``, one for all or one row for each environment; and
+                ``"reset_mask"``, (num_envs,) bool: which environments.
+
+        Returns:
+            observations, info
+
+        Raises:
+            UnknownParameterError: The task understands no such option.
+            ConfigurationError: An option cannot be used.
+        """
+        given = dict(options or {})
+        mask = given.pop("reset_mask", None)
+        if mask is not None:
+            mask = np.asarray(mask)
+            if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
+                raise ConfigurationError(f"reset_mask must be ({self.num_envs},) bool with a True in it, not {mask}.")
+        spread = self._loop.options(given)
+        self._seed(seed, mask)
+        observation = self._loop.begin(mask, spread)
+        rows = slice(None) if mask is None else mask
+        self._elapsed[rows] = 0
+        self._ended[rows] = False
+        if self.render_mode == "human":
+            self.simulation.open_viewer()
+        return observation, {}
+
+    def _seed(self, seed: int | Sequence[int | None] | None, mask: Mask | None) -> None:
+        rng = self._loop.rng
+        if seed is None or isinstance(seed, (int, np.integer)):
+            super().reset(seed=None if seed is None else int(seed))
+            if seed is not None or not self._seeded:
+                base = self.np_random_seed
+                assert base is not None
+                seeds = [base + i for i in range(self.num_envs)]
+                if not self._seeded or mask is None:
+                    rng.seed(seeds)
+                else:
+                    rng.seed([s for s, chosen in zip(seeds, mask, strict=True) if chosen], mask)
+        else:
+            if len(seed) != self.num_envs:
+                raise ConfigurationError(f"{len(seed)} seeds were given for {self.num_envs} environments.")
+            if not self._seeded:
+                rng.seed([int(self.np_random.integers(2**63)) for _ in range(self.num_envs)])
+            chosen = np.array([s is not None for s in seed]) & (self._all if mask is None else mask)
+            rng.seed([int(s) for s, is_chosen in zip(seed, chosen, strict=True) if is_chosen and s is not None], chosen)
+        self._seeded = True
+
+    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """Advance all environments by one control step.
+
+        Args:
+            actions: (num_envs, …) in the batched action space; a Box's are clipped to it.
+
+        Returns:
+            observations, rewards (num_envs,) float64, terminations and truncations (num_envs,) bool, info
+
+        Raises:
+            InvalidActionError: The actions have the wrong shape or are not finite.
+            ResetNeededError: ``reset`` has not been called, or an episode has ended and autoreset is disabled.
+        """
+        waiting = self._ended if self._ended.any() else None
+        if waiting is not None and (self.autoreset_mode is not AutoresetMode.NEXT_STEP or not self._seeded):
+            which = np.flatnonzero(waiting).tolist()
+            raise ResetNeededError(f"no episode is running in environments {which[:8]}; call reset() first.")
+        loop, task = self._loop, self.task
+        loop.rng.begin_step()
+        self.robot.command(self.controller.apply(self._check(actions)))
+        self.simulation.step(self.decimation)
+        self._elapsed += 1
+        task.advance(loop.rng)
+        observation = task.observe(loop.rng)
+        reward = task.reward().copy()
+        ends = task.is_terminated()
+        terminated = self._none.copy() if ends is None else ends.copy()
+        truncated = self._elapsed >= self.max_episode_steps
+        info = self._info()
+        diverged = self.simulation.diverged
+        if diverged is not None:
+            truncated |= diverged
+            reward[diverged] = 0.0
+            info["frobs/diverged"], info["_frobs/diverged"] = diverged, diverged
+
+        if waiting is not None:  # next-step autoreset: their episodes begin now, and their actions did not count
+            reset = waiting.copy()
+            observation = self._begin_again(reset, observation)
+            reward[reset], terminated[reset], truncated[reset] = 0.0, False, False
+            info = {name: (~reset if name.startswith("_") else values) for name, values in info.items()}
+        done = terminated | truncated
+        if done.any():
+            if self.autoreset_mode is AutoresetMode.SAME_STEP:
+                self.final_observation = observation
+                info = _final_info(observation, info, done)
+                observation = self._begin_again(done, observation)
+            else:
+                self._ended = done | (self._ended if self.autoreset_mode is AutoresetMode.DISABLED else self._none)
+        return observation, reward, terminated, truncated, info
+
+    def _begin_again(self, mask: Mask, observation: Observation) -> Observation:
+        """Reset the environments of ``mask`` and put their first observations among the others'."""
+        fresh = self._loop.begin(mask, {})
+        self._elapsed[mask] = 0
+        self._ended = self._none.copy()
+        if isinstance(observation, dict):
+            assert isinstance(fresh, dict)
+            return {key: _merge(observation[key], fresh[key], mask) for key in observation}
+        assert isinstance(fresh, np.ndarray)
+        return _merge(observation, fresh, mask)
+
+    def _info(self) -> dict[str, Any]:
+        task, key = self.task, self._loop.key
+        info: dict[str, Any] = {"is_success": task.is_success().astype(np.float64), "_is_success": self._all}
+        for term, values in task.reward_terms().items():
+            info[key(term)], info["_" + key(term)] = values.copy(), self._all
+        return info
+
+    def _check(self, actions: Any) -> Action:
+        array = np.asarray(actions, np.int64 if self._loop.discrete else np.float64)
+        if array.shape != self.action_space.shape:
+            self._loop.fail_action(actions, self.action_space)
+        if self._loop.discrete:
+            if not self.action_space.contains(array):
+                self._loop.fail_action(actions, self.action_space)
+        elif not np.dot(flat := array.reshape(-1), flat) < math.inf:  # one number tells of all
+            self._loop.fail_action(actions, self.action_space)
+        return array
+
+    def render(self) -> tuple[Any, ...] | None:
+        """Return a picture of each environment, (height, width, 3) uint8, if ``render_mode`` is ``"rgb_array"``."""
+        if self.render_mode != "rgb_array":
+            return None
+        return tuple(self._loop.render(None, self._camera, self._render_size))
+
+    def snapshot(self) -> Snapshot:
+        """Return the complete state: restored, the environment continues exactly, where the simulator can."""
+        return {**self._loop.snapshot(), "elapsed": self._elapsed.copy(), "ended": self._ended.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot of this environment or of one that was built alike."""
+        self._loop.restore(snapshot)
+        self._elapsed[:], self._ended = snapshot["elapsed"], snapshot["ended"].copy()
+        self._seeded = True
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Release the simulation."""
+        self.simulation.close()
+
+
+def _merge(rows: np.ndarray[Any, Any], fresh: np.ndarray[Any, Any], mask: Mask) -> np.ndarray[Any, Any]:
+    merged = rows.copy()  # ``rows`` lives on as the final observation
+    merged[mask] = fresh[mask]
+    return merged
+
+
+def _final_info(observation: Observation, info: dict[str, Any], done: Mask) -> dict[str, Any]:
+    """Tell of ended episodes as Gymnasium does: ``final_obs`` and ``final_info``, each with its mask."""
+    final_obs = np.full(len(done), None, dtype=object)
+    for i in np.flatnonzero(done):
+        final_obs[i] = (
+            {key: values[i] for key, values in observation.items()} if isinstance(observation, dict) else observation[i]
+        )
+    final = {name: (values & done if name.startswith("_") else values) for name, values in info.items()}
+    going = {name: (values & ~done if name.startswith("_") else values) for name, values in info.items()}
+    return {**going, "final_obs": final_obs, "_final_obs": done, "final_info": final, "_final_info": done}
