@@ -42,7 +42,7 @@ def vector():
 
 def test_the_compositional_id_combines_the_parts_by_name():
     env = gym.make("frobs_core:frobs/Env-v0", simulator="mujoco", **PARTS)
-    assert env.reset(seed=0)[0].shape == (15,)
+    assert env.reset(seed=0)[0].shape == (18,)
     assert env.unwrapped.robot.robot.name == "irb120"
     env.close()
 

@@ -16,11 +16,11 @@ def test_the_goal_moves_with_the_velocity_that_is_observed_and_stays_in_the_box(
     for _ in range(100):
         after, *_ = env.step(STILL)
         moved = (after[:, 9:12].astype(float) - observation[:, 9:12]) / 0.04
-        mean_velocity = (after[:, 15:].astype(float) + observation[:, 15:]) / 2.0
+        mean_velocity = (after[:, 18:].astype(float) + observation[:, 18:]) / 2.0
         np.testing.assert_allclose(moved, mean_velocity, atol=1e-4)
         assert ((after[:, 9:12] >= [-0.5, -0.5, 0.0]) & (after[:, 9:12] <= [0.5, 0.5, 1.0])).all()
         observation = after
-    assert np.abs(after[:, 15:]).max() > 0.02
+    assert np.abs(after[:, 18:]).max() > 0.02
 
 
 def test_a_given_goal_is_where_the_motion_starts(make):

@@ -25,14 +25,15 @@ def test_observation_is_joints_tool_goal_and_offset(make):
         ("tcp_position", [6, 8]),
         ("goal", [9, 11]),
         ("goal_offset", [12, 14]),
+        ("goal_from_shoulder", [15, 17]),
     ]
     np.testing.assert_allclose(observation[:6], robot.joint_positions[0], atol=1e-6)
     np.testing.assert_allclose(observation[6:9], robot.frame_pose("tcp")[0][0], atol=1e-6)
     env.unwrapped.robot.write_joint_state(np.array([[np.pi / 2, 0.2, 0.2, 0.0, 1.0, 0.0]]))
     task.advance(env.unwrapped._loop.rng)
     x, y, z = task.goal[0] - robot.frame_pose("tcp")[0][0]
-    np.testing.assert_allclose(task.observe(env.unwrapped._loop.rng)[0, 12:], [y, -x, z], atol=1e-6)
-    assert task.observation_scale.tolist() == [1.0] * 6 + [2.0] * 6 + [5.0] * 3
+    np.testing.assert_allclose(task.observe(env.unwrapped._loop.rng)[0, 12:], [x, y, z, y, -x, z], atol=1e-6)
+    assert task.observation_scale.tolist() == [1.0] * 6 + [2.0] * 6 + [5.0] * 6
     assert np.isfinite(env.observation_space.low).all()
 
 
@@ -40,7 +41,7 @@ def test_dense_reward_is_the_sum_of_its_terms_and_of_the_formula(make):
     env = make(REACH, tolerance=0.1, distance_weight=2.0, precision_weight=3.0)
     env.reset(seed=0)
     observation, reward, _, _, info = env.step(env.action_space.sample())
-    d = np.linalg.norm(observation[12:].astype(float))
+    d = np.linalg.norm(observation[12:15].astype(float))
     np.testing.assert_allclose(reward, -2.0 * d + 3.0 * np.exp(-((d / 0.1) ** 2)), rtol=1e-6)
     assert reward == info["frobs/reward/distance"] + info["frobs/reward/precision"]
 

@@ -123,9 +123,9 @@ class Reach(Task):
         self._joint_positions = self._observation.view("joint_positions")
         self._goal = self._observation.view("goal")
         self._tcp = self._view_or_buffer("tcp_position")
-        self._offset: Floats = np.zeros((self._robot.num_envs, 3))
-        observed = "goal_offset" in self._observation.terms
-        self._observed_offset = self._observation.view("goal_offset") if observed else None
+        self._offset = self._view_or_buffer("goal_offset")
+        seen = "goal_from_shoulder" in self._observation.terms
+        self._from_shoulder = self._observation.view("goal_from_shoulder") if seen else None
         self._shoulder = first_moving_link(self._robot.model, self._robot.frame_name("tcp"))
         self._distance: Floats = np.zeros(self._robot.num_envs)
         self._reward_terms: dict[str, Floats] = {}
@@ -151,10 +151,10 @@ class Reach(Task):
         self._measure()
 
     def observe(self, rng: RandomSource) -> Observation:
-        """Return (num_envs, dof + 9) float32: joint positions, tool, goal, goal − tool.
+        """Return (num_envs, dof + 12) float32: joint positions, tool, goal, and goal − tool, twice.
 
-        The last as the first link that moves sees it: what the other joints have to do then looks the same whichever
-        way that link has turned.
+        First in the world, and then as the shoulder, the first link that moves, sees it: what the other joints have to
+        do looks the same whichever way that link has turned.
         """
         return self._observation.read()
 
@@ -223,7 +223,10 @@ class Reach(Task):
             ),
             "tcp_position": ObservationTerm(low=low, high=high, unit="m", scale=2.0),
             "goal": ObservationTerm(low=goal_low, high=goal_high, unit="m", scale=2.0),
-            "goal_offset": ObservationTerm(low=np.full(3, -farthest), high=np.full(3, farthest), unit="m", scale=5.0),
+            "goal_offset": ObservationTerm(low=goal_low - high, high=goal_high - low, unit="m", scale=5.0),
+            "goal_from_shoulder": ObservationTerm(
+                low=np.full(3, -farthest), high=np.full(3, farthest), unit="m", scale=5.0
+            ),
         }
 
     def _measure(self) -> None:
@@ -234,9 +237,9 @@ class Reach(Task):
     def _compare(self) -> None:
         np.subtract(self._goal, self._tcp, out=self._offset)
         self._distance = terms.distance(self._offset)
-        if self._observed_offset is not None:
+        if self._from_shoulder is not None:
             turned = self._robot.frame_pose(self._shoulder)[1]
-            terms.turn_back(turned, self._offset, out=self._observed_offset)
+            terms.turn_back(turned, self._offset, out=self._from_shoulder)
 
     def _draw_goals(self, mask: Mask | None, rng: RandomSource) -> Floats:
         """Return goals (n, 3) [m] for the environments of the mask."""
