@@ -113,7 +113,7 @@ def check_render_mode(render_mode: str | None) -> None:
     """Refuse a render mode that there is not.
 
     Raises:
-        ConfigurationError: It is none of :data:`RENDER_MODES`.
+        ConfigurationError: It is none of ``RENDER_MODES``.
     """
     if render_mode is not None and render_mode not in RENDER_MODES:
         raise ConfigurationError(f"render_mode '{render_mode}' is none of {', '.join(RENDER_MODES)}.")

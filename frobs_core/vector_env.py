@@ -34,7 +34,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         num_envs: ≥ 1.
         max_episode_steps: Control steps before truncation; None: never.
         autoreset_mode: Same-step, next-step or disabled.
-        keywords: Those of :class:`RobotEnv`.
+        keywords: Those of :class:`frobs_core.env.RobotEnv`.
 
     Attributes:
         final_observation: After a step in which episodes ended: (num_envs, …), rows valid where they ended.

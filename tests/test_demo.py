@@ -48,7 +48,7 @@ def test_tool_actions_are_learned_and_the_run_folder_is_complete(tmp_path: Path)
         assert list(run.glob(pattern)), f"the run folder has no {pattern}"
     rows = list(csv.DictReader((run / "progress.csv").open()))
     assert float(rows[-1]["train/steps"]) >= 40_000
-    assert float(rows[-1]["episode/success"]) > 0.9
+    assert [float(row["episode/success"]) for row in rows if row["episode/success"]][-1] > 0.9
 
 
 @pytest.mark.slow
