@@ -46,7 +46,7 @@ def test_tool_actions_are_learned_and_the_run_folder_is_complete(tmp_path: Path)
         "plots/*.png",
     ):
         assert list(run.glob(pattern)), f"the run folder has no {pattern}"
-    rows = list(csv.DictReader((run / "progress.csv").open()))
+    rows = list(csv.DictReader((run / "progress.csv").read_text("utf-8").splitlines()))
     assert float(rows[-1]["train/steps"]) >= 40_000
     assert [float(row["episode/success"]) for row in rows if row["episode/success"]][-1] > 0.9
 
