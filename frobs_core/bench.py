@@ -1,8 +1,8 @@
 """Where the time of a step goes, and how much of it is not the engine's.
 
 The bare engine *replays*: it is put into the state that the environment's engine had before each step, with the same
-controls, and steps from there. Environment and bare engine take turns, step by step, so that a machine whose speed
-drifts slows both alike; the figures are medians.
+controls, and steps from there. Environment and bare engine take turns, a few steps each, so that a machine whose speed
+drifts slows both alike, and each has the processor's caches to itself as in a training loop; the figures are medians.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ from frobs_core.env import RobotEnv
 from frobs_core.errors import ConfigurationError, SimulationError
 from frobs_core.interfaces import Snapshot
 from frobs_core.vector_env import RobotVectorEnv
+
+_TURN = 25  # steps of one environment before it is the bare engine's turn
 
 PARTS = ("engine", "controller", "task", "environment", "wrappers")
 """Where the time of a step can go."""
@@ -102,27 +104,37 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
     env.action_space.seed(seed)
     env.reset(seed=seed)
     twin.reset(seed=seed)
-    warm_up = steps // 10
-    for k in range(warm_up + steps):
-        action = env.action_space.sample()
-        wrapped = k % 2 == 0  # every other step goes past the wrappers, which tells what they cost
-        start = perf_counter()
-        outcome = (env if wrapped else inner).step(action)
-        stepped = perf_counter() - start
-        spent.clear()
-        shadow.step(action)
-        bare.load(before)
-        start = perf_counter()
-        bare.step(inner.decimation)
-        alone = perf_counter() - start
-        if k >= warm_up:
-            times["wrapped" if wrapped else "unwrapped"].append(stepped)
-            times["bare"].append(alone)
-            for part in PARTS[:3]:
-                times[part].append(spent.get(part, 0.0))
-        if num_envs == 1 and (outcome[2] or outcome[3]):
-            env.reset()
-            twin.reset()
+    turn = _TURN if num_envs == 1 else 1
+    for k in range(-(-(steps + steps // 10) // turn)):
+        warm = k * turn >= steps // 10
+        actions = [env.action_space.sample() for _ in range(turn)]
+        ends = []
+        for j, action in enumerate(actions):
+            wrapped = (k + j) % 2 == 0  # every other step goes past the wrappers, which tells what they cost
+            start = perf_counter()
+            outcome = (env if wrapped else inner).step(action)
+            stepped = perf_counter() - start
+            if warm:
+                times["wrapped" if wrapped else "unwrapped"].append(stepped)
+            ends.append(num_envs == 1 and (outcome[2] or outcome[3]))
+            if ends[-1]:
+                env.reset()
+        states = []
+        for action, end in zip(actions, ends, strict=True):
+            spent.clear()
+            shadow.step(action)
+            states.append(before.copy())
+            if warm:
+                for part in PARTS[:3]:
+                    times[part].append(spent.get(part, 0.0))
+            if end:
+                twin.reset()
+        for state in states:
+            bare.load(state)
+            start = perf_counter()
+            bare.step(inner.decimation)
+            if warm:
+                times["bare"].append(perf_counter() - start)
     medians = {name: median(values) for name, values in times.items()}
     parts = {name: medians[name] for name in PARTS[:3]}
     parts["environment"] = max(0.0, medians["unwrapped"] - sum(parts.values()))

@@ -73,7 +73,8 @@ class RandomSource:
         self.num_envs = num_envs
         self._seeds: Words = np.zeros(num_envs, np.uint64)
         self._episodes: Words = np.zeros(num_envs, np.uint64)
-        self._steps: Words = np.zeros(num_envs, np.uint64)
+        self._clock = 0  # steps counted, whichever episode they belong to
+        self._begun: Words = np.zeros(num_envs, np.uint64)  # the clock when the episode began
         self._draws: dict[str, Words] = {}
         self._keys: dict[str, Words] = {}
 
@@ -95,13 +96,13 @@ class RandomSource:
         """Count an episode, and start at step 0 of it."""
         rows = slice(None) if mask is None else mask
         self._episodes[rows] = (self._episodes[rows] + 1) & _LOW
-        self._steps[rows] = 0
+        self._begun[rows] = self._clock
         for draws in self._draws.values():
             draws[rows] = 0
 
     def begin_step(self) -> None:
         """Count a step of every environment."""
-        self._steps += 1
+        self._clock += 1
         if self._draws:
             self._draws.clear()
 
@@ -153,14 +154,19 @@ class RandomSource:
 
     def snapshot(self) -> dict[str, npt.NDArray[np.uint64]]:
         """Return the complete state between two steps."""
-        return {"seeds": self._seeds.copy(), "episodes": self._episodes.copy(), "steps": self._steps.copy()}
+        return {"seeds": self._seeds.copy(), "episodes": self._episodes.copy(), "steps": self._steps()}
 
     def restore(self, snapshot: dict[str, npt.NDArray[np.uint64]]) -> None:
         """Return to a snapshot."""
         self._seeds[:], self._episodes[:] = snapshot["seeds"], snapshot["episodes"]
-        self._steps[:] = snapshot["steps"]
+        self._clock = int(snapshot["steps"].max(initial=0))
+        self._begun[:] = np.uint64(self._clock) - snapshot["steps"]
         self._draws.clear()
         self._keys.clear()
+
+    def _steps(self) -> Words:
+        """Return the step of its episode that each environment is in."""
+        return np.uint64(self._clock) - self._begun
 
     def _key(self, stream: str) -> Words:
         """Return the key of each environment for a stream; (2, num_envs)."""
@@ -175,7 +181,7 @@ class RandomSource:
         rows = slice(None) if mask is None else mask
         if stream not in self._draws:
             self._draws[stream] = np.zeros(self.num_envs, np.uint64)
-        draws, steps, episodes = self._draws[stream][rows], self._steps[rows], self._episodes[rows]
+        draws, steps, episodes = self._draws[stream][rows], self._steps()[rows], self._episodes[rows]
         key = self._key(stream)[:, rows]
         n, size = len(draws), prod(shape)
         blocks = (size + 1) // 2

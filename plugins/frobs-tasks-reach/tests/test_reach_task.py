@@ -33,7 +33,7 @@ def test_observation_is_joints_tool_goal_and_offset(make):
     task.advance(env.unwrapped._loop.rng)
     x, y, z = task.goal[0] - robot.frame_pose("tcp")[0][0]
     np.testing.assert_allclose(task.observe(env.unwrapped._loop.rng)[0, 12:], [x, y, z, y, -x, z], atol=1e-6)
-    assert task.observation_scale.tolist() == [1.0] * 6 + [2.0] * 6 + [5.0] * 6
+    assert task.observation_scale.tolist() == [1.0] * 6 + [2.0] * 9 + [5.0] * 3
     assert np.isfinite(env.observation_space.low).all()
 
 

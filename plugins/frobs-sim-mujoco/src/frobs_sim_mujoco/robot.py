@@ -17,6 +17,14 @@ if TYPE_CHECKING:
     from frobs_sim_mujoco.simulation import MujocoSimulation
 
 
+# A twist (angular, linear) about a point p becomes (linear − arm × angular, angular) at p + arm: a matrix (6, 6), which
+# is _SWAP + arm @ _ARM. Flat, (36,) and (3, 36), so that one product makes it.
+_SWAP = np.eye(6)[[3, 4, 5, 0, 1, 2]].ravel()
+_ARM = np.zeros((3, 6, 6))
+_ARM[[0, 1, 2], [1, 2, 0], [2, 0, 1]], _ARM[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = 1.0, -1.0
+_ARM = _ARM.reshape(3, 36)
+
+
 class MujocoRobot(RobotHandle):
     """One robot, in every environment; see :class:`frobs_core.interfaces.RobotHandle`."""
 
@@ -61,11 +69,10 @@ class MujocoRobot(RobotHandle):
         self._mocap = int(mj.body_mocapid[self._root])
         self._free = None if self._mocap >= 0 else mj.joint(f"{name}/base")
         self._tree = int(mj.body_rootid[self._root])
-        self._arm = np.zeros((n, 3))
-        self._shift = np.zeros((n, 6, 6))
-        self._shift[:, :3, 3:] = self._shift[:, 3:, :3] = np.eye(3)
+        self._arm, self._shift = np.zeros((n, 1, 3)), np.zeros((n, 1, 36))
+        self._swap = np.broadcast_to(_SWAP, self._shift.shape).copy()
         self._poses: dict[str, tuple[Floats, Floats]] = {}
-        self._ancestors: dict[str, Floats] = {}
+        self._ancestors: dict[str, Floats | None] = {}
         self._rays: dict[str, Floats] = {}
         self._positions = _view(self._qpos, self._q_columns)
         self._velocities = _view(self._qvel, self.dofs)
@@ -203,11 +210,12 @@ class MujocoRobot(RobotHandle):
         motion = self._simulation.derived("cdof")[:, self.dofs]  # (num_envs, dof, 6): angular, linear
         pos, _ = self.frame_pose(frame)
         centre = self._simulation.derived("subtree_com")[:, self._tree]  # what MuJoCo refers motions to
-        shift = self._shift  # (num_envs, 6, 6): linear − arm × angular; angular
-        arm = np.subtract(pos, centre, out=self._arm)
-        shift[:, 0, 1], shift[:, 0, 2], shift[:, 1, 2] = arm[:, 2], -arm[:, 1], arm[:, 0]
-        shift[:, 1, 0], shift[:, 2, 0], shift[:, 2, 1] = -arm[:, 2], arm[:, 1], -arm[:, 0]
-        return (shift @ motion.transpose(0, 2, 1)) * self._moved_by(frame)
+        np.subtract(pos, centre, out=self._arm[:, 0])
+        shift = np.matmul(self._arm, _ARM, out=self._shift)
+        np.add(shift, self._swap, out=shift)
+        jacobian: Floats = np.matmul(shift.reshape(-1, 6, 6), motion.transpose(0, 2, 1))
+        moved = self._moved_by(frame)
+        return jacobian if moved is None else jacobian * moved
 
     def lidar(self, name: str) -> Floats:
         """Return (num_envs, rays) [m] of a lidar of the robot."""
@@ -228,7 +236,8 @@ class MujocoRobot(RobotHandle):
     def _body(self, frame: str) -> int:
         return self._simulation.model.body(f"{self.name}/{self.frame_name(frame)}").id
 
-    def _moved_by(self, frame: str) -> Floats:
+    def _moved_by(self, frame: str) -> Floats | None:
+        """Return 1 for each joint that moves a link and 0 for the others, (dof,); None: all do."""
         if frame not in self._ancestors:
             mj, body = self._simulation.model, self._body(frame)
             chain = set()
@@ -236,7 +245,8 @@ class MujocoRobot(RobotHandle):
                 chain.add(body)
                 body = int(mj.body_parentid[body])
             dofs = np.arange(mj.nv)[self.dofs]
-            self._ancestors[frame] = np.array([float(mj.dof_bodyid[dof] in chain) for dof in dofs])
+            moved = np.array([float(mj.dof_bodyid[dof] in chain) for dof in dofs])
+            self._ancestors[frame] = None if moved.all() else moved
         return self._ancestors[frame]
 
 

@@ -223,7 +223,7 @@ class Reach(Task):
             ),
             "tcp_position": ObservationTerm(low=low, high=high, unit="m", scale=2.0),
             "goal": ObservationTerm(low=goal_low, high=goal_high, unit="m", scale=2.0),
-            "goal_offset": ObservationTerm(low=goal_low - high, high=goal_high - low, unit="m", scale=5.0),
+            "goal_offset": ObservationTerm(low=goal_low - high, high=goal_high - low, unit="m", scale=2.0),
             "goal_from_shoulder": ObservationTerm(
                 low=np.full(3, -farthest), high=np.full(3, farthest), unit="m", scale=5.0
             ),
