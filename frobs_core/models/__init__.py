@@ -21,8 +21,10 @@ from frobs_core.models.model import (
     Sphere,
     Visual,
 )
+from frobs_core.models.notes import RULES, Note, Rule, Treatment
 
 __all__ = [
+    "RULES",
     "Box",
     "Capsule",
     "Collision",
@@ -35,9 +37,12 @@ __all__ = [
     "Link",
     "Mesh",
     "Mimic",
+    "Note",
     "Pose",
     "RobotModel",
+    "Rule",
     "Sphere",
+    "Treatment",
     "Visual",
     "default_gains",
     "default_tcp",

@@ -14,6 +14,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.models.model import Inertial, Joint, JointType, Pose
+from frobs_core.models.notes import Notes
 from frobs_core.models.urdf_shapes import read_pose
 from frobs_core.models.xmltree import Element
 from frobs_core.rotations import matrix_from_quat
@@ -24,9 +25,7 @@ _MASS = 0.001  # [kg]
 _MOMENT = 1e-6  # [kg·m²]
 
 
-def read_inertials(
-    links: Mapping[str, Element], joints: Sequence[Joint], notes: list[str]
-) -> dict[str, Inertial | None]:
+def read_inertials(links: Mapping[str, Element], joints: Sequence[Joint], notes: Notes) -> dict[str, Inertial | None]:
     """Return the inertial of each link; what is repaired is repaired in the elements too.
 
     Raises:
@@ -45,7 +44,7 @@ def read_inertials(
             moments = (_MOMENT, 0.0, 0.0, _MOMENT, 0.0, _MOMENT)
             inertials[joint.child] = Inertial(_MASS, Pose(), moments)
             _write(links[joint.child], _MASS, moments)
-            notes.append(f"link '{joint.child}' moves but has no mass; it gets {_MASS:g} kg")
+            notes.add("no-mass", links[joint.child], f"moves but has no mass; it gets {_MASS:g} kg")
     return inertials
 
 
@@ -61,7 +60,7 @@ def _symmetric(moments: Sequence[float]) -> Floats:
     return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
 
 
-def _read(name: str, link: Element, notes: list[str]) -> Inertial | None:
+def _read(name: str, link: Element, notes: Notes) -> Inertial | None:
     element = link.child("inertial")
     if element is None:
         return None
@@ -72,27 +71,31 @@ def _read(name: str, link: Element, notes: list[str]) -> Inertial | None:
     inertia = element.child("inertia")
     moments = tuple(inertia.number(key, "0") for key in _KEYS) if inertia is not None else (0.0,) * 6
     if mass == 0.0:
-        notes.append(f"link '{name}' has a mass of 0; its <inertial> is left out")
+        notes.add("zero-mass", link, "has a mass of 0; its <inertial> is left out")
         link.remove(element)
         return None
-    moments = _possible(name, mass, moments, element, notes)
+    moments = _possible(link, mass, moments, element, notes)
     ixx, ixy, ixz, iyy, iyz, izz = moments
     return Inertial(mass, read_pose(element), (ixx, ixy, ixz, iyy, iyz, izz))
 
 
 def _possible(
-    name: str, mass: float, moments: tuple[float, ...], element: Element, notes: list[str]
+    link: Element, mass: float, moments: tuple[float, ...], element: Element, notes: Notes
 ) -> tuple[float, ...]:
     """Return moments of inertia that a body can have."""
     principal = np.linalg.eigvalsh(_symmetric(moments))  # ascending
     if principal[0] < -1e-9 * max(abs(principal[2]), 1e-12):
-        element.refuse(f"the inertia of link '{name}' has a negative principal moment, {principal[0]:g} kg·m².")
+        element.refuse(
+            f"the inertia of link '{link.get('name')}' has a negative principal moment, {principal[0]:g} kg·m²."
+        )
     if principal[2] == 0.0:
         moment = 0.4 * mass * _RADIUS**2
-        notes.append(f"link '{name}' has a mass but no inertia; it gets that of a solid sphere of {_RADIUS:g} m")
+        notes.add("no-inertia", link, f"has a mass but no inertia; it gets that of a solid sphere of {_RADIUS:g} m")
     elif principal[2] > (principal[0] + principal[1]) * (1 + 1e-6):
         moment = float(principal.mean())
-        notes.append(f"link '{name}' has an inertia that no body has; it gets the mean of its principal moments")
+        notes.add(
+            "impossible-inertia", link, "has an inertia that no body has; it gets the mean of its principal moments"
+        )
     else:
         return moments
     moments = (moment, 0.0, 0.0, moment, 0.0, moment)

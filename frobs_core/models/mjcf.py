@@ -21,6 +21,7 @@ from frobs_core.models.kinematics import compose
 from frobs_core.models.mjcf_document import MjcfDocument
 from frobs_core.models.mjcf_inertia import body_inertial
 from frobs_core.models.model import Joint, JointLimits, JointType, Link, Mimic, Pose, RobotModel
+from frobs_core.models.notes import Notes
 from frobs_core.models.tree import flatten_mimics
 from frobs_core.models.xmltree import Element, to_text
 from frobs_core.rotations import quat_from_axis_angle
@@ -48,7 +49,7 @@ class _MjcfReader:
         self.document = document
         self.links: list[Link] = []
         self.joints: list[Joint] = []
-        self.notes: list[str] = []
+        self.notes = Notes()
         self.names: dict[str, set[str]] = {"body": {"world"}, "joint": set()}
         self.references: dict[str, float] = {}  # position of each joint in the drawing [rad or m]
         self.efforts = self._actuator_efforts()
@@ -64,9 +65,9 @@ class _MjcfReader:
             self._claim(element, "body")
         top = self._root_body()
         if list(top.children("joint", "freejoint")):
-            self.notes.append(f"the root '{top.get('name')}' has a free joint: say base='floating' or 'wheeled'")
+            self.notes.add("free-root", top, "the root has a free joint: say base='floating' or 'wheeled'")
         if not np.array_equal(document.pose(top), _IDENTITY):
-            self.notes.append(f"where the file puts the root '{top.get('name')}' is left to the scene")
+            self.notes.add("root-pose", top, "where the file puts the root is left to the scene")
         self._body(top, None, _IDENTITY, None)
         self._mimics()
         return RobotModel(
@@ -88,7 +89,7 @@ class _MjcfReader:
                 number += 1
             name = f"{kind}_{number}"
             element.set("name", name)
-            self.notes.append(f"a {kind} has no name; it is called '{name}'")
+            self.notes.add("unnamed", element, f"a {kind} has no name; it is called '{name}'")
         elif name in self.names[kind]:
             element.refuse(f"the name '{name}' is taken.")
         self.names[kind].add(name)
@@ -129,13 +130,13 @@ class _MjcfReader:
         if parent is not None:
             self._connect(body, name, parent, compose(frame, self.document.pose(body)), childclass)
             if body.attrib.pop("mocap", "false") == "true":
-                self.notes.append(f"the mocap body '{name}' is taken as fixed")
+                self.notes.add("mocap-body", body, "the mocap body is taken as fixed")
         geoms: list[tuple[Element, Floats]] = []
         bodies: list[tuple[Element, Floats, str | None]] = []
         self._contents(body, _IDENTITY, childclass, geoms, bodies)
         self.links.append(Link(name, inertial=body_inertial(self.document, body, geoms)))
         if any(geom.get("type") == "mesh" for geom, _ in geoms) and body.child("inertial") is None:
-            self.notes.append(f"the meshes of '{name}' are not weighed; default drive gains leave them out")
+            self.notes.add("mesh-mass", body, "its meshes are not weighed; default drive gains leave them out")
         for child, at, inner in bodies:
             self._body(child, name, at, inner)
 
@@ -261,7 +262,8 @@ class _MjcfReader:
             coefficients = [*element.numbers("polycoef", default="0 1 0 0 0"), 0.0, 0.0, 0.0, 0.0]
             offset, multiplier, *rest = coefficients[:5]
             if leader is None or any(rest) or element.get("active", "true") != "true":
-                self.notes.append(f"the equality of joint '{follower}' is the engine's alone; both sides are driven")
+                text = f"the equality of joint '{follower}' is the engine's alone; both sides are driven"
+                self.notes.add("engine-equality", element, text)
                 continue
             offset += self.references[follower] - multiplier * self.references[leader]
             elements[follower], i = element, places[follower]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from frobs_core.arrays import Floats
+from frobs_core.models.notes import Note
 
 if TYPE_CHECKING:
     from frobs_core.models.kinematics import Chain
@@ -239,7 +240,7 @@ class RobotModel:
         xml: The file's text, macros expanded and resource paths absolute.
         links: All links, in file order.
         joints: All joints, in file order.
-        notes: What was changed or left out when the file was read, one line each.
+        notes: What was changed or left out when the file was read.
     """
 
     name: str
@@ -248,7 +249,7 @@ class RobotModel:
     xml: str
     links: tuple[Link, ...]
     joints: tuple[Joint, ...]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     @cached_property
     def root(self) -> str:

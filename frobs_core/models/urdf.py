@@ -1,7 +1,7 @@
 """The URDF reader.
 
 Nothing is changed silently. Refused: what has two meanings or none (two parents, a range of zero width, a zero axis, a
-number that is not finite). Repaired, with a line in ``RobotModel.notes`` and in its ``xml``: what an engine
+number that is not finite). Repaired, with a note in ``RobotModel.notes`` and in its ``xml``: what an engine
 could not simulate but has an obvious reading (see :mod:`frobs_core.models.inertia`).
 """
 
@@ -13,6 +13,7 @@ from pathlib import Path
 from frobs_core.errors import nearest
 from frobs_core.models.inertia import read_inertials
 from frobs_core.models.model import Joint, JointLimits, JointType, Link, Mimic, RobotModel
+from frobs_core.models.notes import Notes
 from frobs_core.models.resources import Packages
 from frobs_core.models.tree import check_tree, check_unique, flatten_mimics
 from frobs_core.models.urdf_shapes import Shapes, read_colour, read_pose
@@ -29,16 +30,16 @@ def read_urdf(root: Element, path: Path, packages: Packages) -> RobotModel:
     Raises:
         ModelFileError: It says something impossible; the message names the element, the file and the line.
     """
-    notes: list[str] = []
+    notes = Notes()
     name = root.get("name", "").strip()
     if not name:
         name = path.name.split(".")[0]
-        notes.append(f"the robot has no name; '{name}' is used")
+        notes.add("unnamed", root, f"the robot has no name; '{name}' is used")
     for child in root.children():
         if child.tag.startswith("xacro:"):
             child.refuse("xacro macros in a file that is no .xacro; rename it to end in '.urdf.xacro'.")
         if child.tag not in _ROBOT_TAGS:
-            notes.append(f"{child.named()} is not known and left out")
+            notes.add("unknown-element", child, "not known and left out")
     link_elements = check_unique(root.children("link"))
     if not link_elements:
         root.refuse("there is no <link>.")
@@ -63,7 +64,7 @@ def read_urdf(root: Element, path: Path, packages: Packages) -> RobotModel:
     )
 
 
-def _joint(element: Element, links: dict[str, Element], joints: dict[str, Element], notes: list[str]) -> Joint:
+def _joint(element: Element, links: dict[str, Element], joints: dict[str, Element], notes: Notes) -> Joint:
     name = element.required("name")
     try:
         kind = JointType(element.required("type"))
@@ -85,7 +86,7 @@ def _joint(element: Element, links: dict[str, Element], joints: dict[str, Elemen
         ends.append(link)
     moving = kind in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
     if kind in (JointType.FLOATING, JointType.PLANAR):
-        notes.append(f"the {kind.value} joint '{name}' has no drive; kinematics take it as zero")
+        notes.add("joint-without-drive", element, f"a {kind.value} joint has no drive; kinematics take it as zero")
     dynamics = element.child("dynamics")
     return Joint(
         name=name,
@@ -119,9 +120,8 @@ def _axis(element: Element) -> tuple[float, float, float]:
     return (x / length, y / length, z / length)
 
 
-def _limits(element: Element, kind: JointType, notes: list[str]) -> JointLimits:
+def _limits(element: Element, kind: JointType, notes: Notes) -> JointLimits:
     limit = element.child("limit")
-    name = element.get("name")
     if limit is None:
         if kind == JointType.CONTINUOUS:
             return JointLimits()
@@ -130,14 +130,14 @@ def _limits(element: Element, kind: JointType, notes: list[str]) -> JointLimits:
     for attribute in ("velocity", "effort"):
         cap = _not_negative(limit, attribute)
         if cap == 0.0:
-            notes.append(f"joint '{name}': no {attribute} limit is given, or 0; taken as unlimited")
+            notes.add("no-cap", element, f"the {attribute} limit is 0 or not given; taken as unlimited")
         caps.append(cap or math.inf)
     if kind == JointType.CONTINUOUS:
         return JointLimits(velocity=caps[0], effort=caps[1])
     lower, upper = limit.number("lower", "0"), limit.number("upper", "0")
     if lower >= upper:
         limit.refuse(
-            f"joint '{name}' has lower={lower:g} and upper={upper:g}, no range to move in; for no limits write "
+            f"joint '{element.get('name')}' has lower={lower:g} and upper={upper:g}, no range to move in; for no limits write "
             'type="continuous", for a joint that does not move type="fixed".'
         )
     return JointLimits(lower, upper, *caps)

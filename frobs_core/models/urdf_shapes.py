@@ -6,6 +6,7 @@ from typing import TypeAlias
 
 from frobs_core.errors import ModelFileError
 from frobs_core.models.model import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Pose, Sphere, Visual
+from frobs_core.models.notes import Notes
 from frobs_core.models.resources import Packages
 from frobs_core.models.xmltree import Element
 from frobs_core.rotations import quat_from_rpy
@@ -29,10 +30,10 @@ class Shapes:
     Args:
         packages: Where meshes are looked for.
         colours: Of the materials that the robot defines.
-        notes: Takes a line for each thing that is changed.
+        notes: Takes a note for each thing that is changed.
     """
 
-    def __init__(self, packages: Packages, colours: dict[str, Rgba | None], notes: list[str]) -> None:
+    def __init__(self, packages: Packages, colours: dict[str, Rgba | None], notes: Notes) -> None:
         self.packages = packages
         self.colours = colours
         self.notes = notes
@@ -46,7 +47,8 @@ class Shapes:
             name = material.get("name", "")
             if rgba is None:
                 if name not in self.colours and not len(material):
-                    self.notes.append(f"the material '{name}' is not defined; the visual has no colour of its own")
+                    text = f"the material '{name}' is not defined; the visual has no colour of its own"
+                    self.notes.add("undefined-material", element, text)
                 rgba = self.colours.get(name)
             else:
                 self.colours.setdefault(name, rgba)  # as ROS does: a material once defined is known from there on
@@ -95,7 +97,7 @@ def _positive(element: Element, number: float) -> float:
     return number if number > 0.0 else element.refuse(f"sizes must be > 0, not {number:g}.")
 
 
-def read_colour(material: Element, notes: list[str]) -> Rgba | None:
+def read_colour(material: Element, notes: Notes) -> Rgba | None:
     """Return the colour that a ``<material>`` defines, or None if it only names one."""
     colour = material.child("color")
     if colour is None:
@@ -103,6 +105,6 @@ def read_colour(material: Element, notes: list[str]) -> Rgba | None:
     values = colour.numbers("rgba", 4)
     clipped = [min(1.0, max(0.0, value)) for value in values]
     if list(values) != clipped:
-        notes.append(f"{material.named()}: rgba {colour.get('rgba')} is clipped to [0, 1]")
+        notes.add("colour-clipped", material, f"rgba {colour.get('rgba')} is clipped to [0, 1]")
     r, g, b, a = clipped
     return r, g, b, a

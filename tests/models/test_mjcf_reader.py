@@ -105,7 +105,7 @@ def test_explicit_inertia_is_read_in_mujocos_order(write):
 def test_a_free_root_is_the_root_link_and_noted(write):
     model = load_model(write(world('<freejoint name="base"/>' + HINGED)))
     assert (model.root, model.joint_names) == ("root", ("j",))
-    assert "floating" in model.notes[0]
+    assert "floating" in str(model.notes[0])
 
 
 def test_bodies_of_the_world_get_one_root_that_the_engine_sees_too(write):
@@ -132,7 +132,7 @@ def test_includes_and_assets_are_found_from_the_main_file(write, tmp_path):
     model = load_model(write(text + world('<body name="arm"><joint name="j"/><geom type="mesh" mesh="m"/></body>')))
     assert model.joints[0].limits.upper == pytest.approx(math.radians(10))
     assert mujoco.MjModel.from_xml_string(model.xml).nmesh == 1
-    assert "not weighed" in model.notes[0]
+    assert "not weighed" in str(model.notes[0])
 
 
 def test_joint_equalities_become_mimic_joints(write):
