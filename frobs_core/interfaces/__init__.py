@@ -7,6 +7,7 @@ from frobs_core.interfaces.robot import DifferentialDrive, DriveGains, Lidar, Ro
 from frobs_core.interfaces.scene import Body, Camera, Contact, Marker, Placement, Scene
 from frobs_core.interfaces.simulation import BareEngine, BodyHandle, RobotHandle, Simulation, Snapshot
 from frobs_core.interfaces.task import GoalTask, ResetOptions, Task
+from frobs_core.interfaces.translation import Overlap, Translation
 
 __all__ = [
     "Algorithm",
@@ -22,6 +23,7 @@ __all__ = [
     "GoalTask",
     "Lidar",
     "Marker",
+    "Overlap",
     "Placement",
     "ResetOptions",
     "Robot",
@@ -31,4 +33,5 @@ __all__ = [
     "Snapshot",
     "Task",
     "TrainingMonitor",
+    "Translation",
 ]

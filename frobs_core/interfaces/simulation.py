@@ -19,6 +19,7 @@ from frobs_core.errors import UnknownNameError
 from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.robot import Robot
 from frobs_core.interfaces.scene import Marker, Placement, Scene
+from frobs_core.interfaces.translation import Overlap, Translation
 from frobs_core.models.model import RobotModel
 
 Snapshot: TypeAlias = dict[str, np.ndarray[Any, Any]]
@@ -256,6 +257,18 @@ class Simulation(ABC):
         num_threads: int = 0,
     ) -> None: ...
 
+    @classmethod
+    def translation(cls, model: RobotModel) -> Sequence[Translation]:
+        """Say what becomes of a robot's model file; ``frobs doctor robot`` shows it. No simulation is built for it.
+
+        Args:
+            model: The robot.
+
+        Returns:
+            At least one row for each of ``frobs_core.models.elements(model)``; what is left out is shown as not told.
+        """
+        return ()
+
     @property
     @abstractmethod
     def native(self) -> Any:
@@ -384,6 +397,19 @@ class Simulation(ABC):
         Raises:
             RenderingUnavailableError: There is no display.
         """
+
+    def overlaps(self, robot: str = "robot") -> Sequence[Overlap] | None:
+        """Return which links of a robot are in each other now, in the first environment, the deepest first.
+
+        Pairs that the engine never lets touch, such as neighbours, are no overlaps.
+
+        Args:
+            robot: Its name in the simulation.
+
+        Returns:
+            None: not offered.
+        """
+        return None
 
     def bare_engine(self) -> BareEngine | None:
         """Return the engine without FRobs, for benchmarks; None: not offered."""

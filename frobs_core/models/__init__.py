@@ -1,6 +1,7 @@
 """Robot model files, read without an engine."""
 
 from frobs_core.models.defaults import default_gains, default_tcp, home_positions
+from frobs_core.models.elements import ELEMENTS, elements
 from frobs_core.models.kinematics import forward_kinematics
 from frobs_core.models.load import load_model
 from frobs_core.models.model import (
@@ -24,6 +25,7 @@ from frobs_core.models.model import (
 from frobs_core.models.notes import RULES, Note, Rule, Treatment
 
 __all__ = [
+    "ELEMENTS",
     "RULES",
     "Box",
     "Capsule",
@@ -46,6 +48,7 @@ __all__ = [
     "Visual",
     "default_gains",
     "default_tcp",
+    "elements",
     "forward_kinematics",
     "home_positions",
     "load_model",

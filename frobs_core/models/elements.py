@@ -1,0 +1,189 @@
+"""Which kinds of elements a model file holds, and in which links and joints: what a simulator must account for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+from frobs_core.models.model import Geometry, JointType, Mesh, RobotModel
+from frobs_core.models.xmltree import Element, parse_xml
+
+ELEMENTS: Mapping[str, str] = {
+    "inertias": "mass, centre of mass and moments of inertia of a link",
+    "visual_shapes": "boxes, spheres, cylinders and capsules that are only drawn",
+    "visual_meshes": "meshes that are only drawn",
+    "colours": "colours of what is drawn",
+    "textures": "pictures on what is drawn",
+    "collision_shapes": "boxes, spheres, cylinders and capsules that touch things",
+    "collision_meshes": "meshes that touch things",
+    "contact_parameters": "friction, stiffness and the like of a link",
+    "moving_joints": "revolute, continuous and prismatic joints",
+    "fixed_joints": "joints that do not move",
+    "other_joints": "floating and planar joints",
+    "position_limits": "lower and upper limits of joints",
+    "velocity_limits": "largest velocities of joints",
+    "effort_limits": "largest efforts of joints",
+    "joint_damping": "friction that grows with a joint's velocity",
+    "joint_friction": "dry friction of joints",
+    "joint_springs": "springs of joints, and their rest positions",
+    "armatures": "inertia of the motors behind the gears",
+    "mimic_joints": "joints that follow another",
+    "safety_controllers": "soft limits that a controller should keep",
+    "calibrations": "reference positions of joints",
+    "transmissions": "gears between motors and joints",
+    "ros2_control": "hardware interfaces of ROS 2",
+    "gazebo_tags": "what only Gazebo understands",
+    "mujoco_tags": "what only MuJoCo understands",
+    "sensors": "sensors in the file",
+    "actuators": "actuators in the file",
+    "tendons": "cables over joints and sites",
+    "equalities": "constraints between bodies or joints",
+    "contact_pairs": "pairs of bodies that always or never touch",
+    "keyframes": "named states",
+    "sites": "points of interest on a body",
+    "cameras": "cameras in the file",
+    "lights": "lights in the file",
+    "world_geoms": "shapes of the world, such as a floor",
+    "options": "settings of the engine: timestep, gravity, solver",
+    "unknown_elements": "elements that the format does not have",
+}
+"""Every kind of element, with what it means; a file holds some of them."""
+
+_BESIDE = {  # children of a URDF's <robot> that belong to no link or joint
+    "transmission": "transmissions",
+    "ros2_control": "ros2_control",
+    "gazebo": "gazebo_tags",
+    "mujoco": "mujoco_tags",
+    "sensor": "sensors",
+}
+_SECTIONS = {  # sections of an MJCF file, each of which holds elements of one kind
+    "actuator": "actuators",
+    "sensor": "sensors",
+    "tendon": "tendons",
+    "contact": "contact_pairs",
+    "keyframe": "keyframes",
+}
+_IN_BODIES = {"site": "sites", "camera": "cameras", "light": "lights"}
+
+
+def elements(model: RobotModel) -> dict[str, tuple[str, ...]]:
+    """Return which kinds of elements a model holds, in the order of :data:`ELEMENTS`.
+
+    Returns:
+        For each kind that is there, the names of the links or joints that have one, each once, in the file's order; of
+        what belongs to neither, its own name, or its tag where it has none.
+    """
+    found: dict[str, dict[str, None]] = {}
+    root = parse_xml(model.xml, model.path, expanded=True)
+    pairs = [*_joints(model), *(_urdf(model, root) if model.format == "urdf" else _mjcf(root))]
+    for kind, name in pairs:
+        found.setdefault(kind, {})[name] = None
+    return {kind: tuple(found[kind]) for kind in ELEMENTS if kind in found}
+
+
+def _joints(model: RobotModel) -> Iterator[tuple[str, str]]:
+    for joint in model.joints:
+        if joint.type is JointType.FIXED:
+            yield "fixed_joints", joint.name
+            continue
+        if joint.type in (JointType.FLOATING, JointType.PLANAR):
+            yield "other_joints", joint.name
+            continue
+        yield "moving_joints", joint.name
+        if math.isfinite(joint.limits.lower) or math.isfinite(joint.limits.upper):
+            yield "position_limits", joint.name
+        if math.isfinite(joint.limits.velocity):
+            yield "velocity_limits", joint.name
+        if math.isfinite(joint.limits.effort):
+            yield "effort_limits", joint.name
+        if joint.damping:
+            yield "joint_damping", joint.name
+        if joint.friction:
+            yield "joint_friction", joint.name
+        if joint.mimic:
+            yield "mimic_joints", joint.name
+
+
+def _urdf(model: RobotModel, root: Element) -> Iterator[tuple[str, str]]:
+    for link in model.links:
+        if link.inertial is not None:
+            yield "inertias", link.name
+        for visual in link.visuals:
+            yield _shape_kind("visual", visual.geometry), link.name
+            if visual.rgba is not None:
+                yield "colours", link.name
+        for collision in link.collisions:
+            yield _shape_kind("collision", collision.geometry), link.name
+    textured = {m.get("name") for m in root.children("material") if m.child("texture") is not None}
+    for element in root.children():
+        name = element.get("name") or element.get("reference") or f"<{element.tag}>"
+        if element.tag == "link":
+            yield from _link_extras(element, name, textured)
+        elif element.tag == "joint":
+            for tag, kind in (("safety_controller", "safety_controllers"), ("calibration", "calibrations")):
+                if element.child(tag) is not None:
+                    yield kind, name
+        elif element.tag != "material":
+            yield _BESIDE.get(element.tag, "unknown_elements"), name
+
+
+def _shape_kind(role: str, geometry: Geometry) -> str:
+    return f"{role}_meshes" if isinstance(geometry, Mesh) else f"{role}_shapes"
+
+
+def _link_extras(link: Element, name: str, textured: set[str | None]) -> Iterator[tuple[str, str]]:
+    if link.child("contact") is not None:
+        yield "contact_parameters", name
+    if link.child("sensor") is not None:
+        yield "sensors", name
+    for material in link.descendants("material"):
+        if material.child("texture") is not None or material.get("name") in textured:
+            yield "textures", name
+
+
+def _mjcf(root: Element) -> Iterator[tuple[str, str]]:
+    for section, kind in _SECTIONS.items():
+        for parent in root.children(section):
+            for child in parent.children():
+                yield kind, child.get("name") or f"<{child.tag}>"
+    for equality in (child for parent in root.children("equality") for child in parent.children()):
+        if equality.tag != "joint":
+            yield "equalities", equality.get("name") or f"<{equality.tag}>"
+    for section in ("option", "size", "statistic", "visual"):
+        for element in root.children(section):
+            yield "options", f"<{element.tag}>"
+    for world in root.children("worldbody"):
+        for child in world.children():
+            if child.tag == "geom":
+                yield "world_geoms", child.get("name") or "<geom>"
+            elif child.tag in _IN_BODIES:
+                yield _IN_BODIES[child.tag], child.get("name") or f"<{child.tag}>"
+            elif child.tag in ("body", "frame"):
+                yield from _body(child, child.get("name") or "<body>")
+
+
+def _body(body: Element, owner: str) -> Iterator[tuple[str, str]]:
+    """Yield what a body holds, bodies and frames in it included."""
+    for child in body.children():
+        match child.tag:
+            case "body" | "frame":
+                yield from _body(child, child.get("name") or owner if child.tag == "body" else owner)
+            case "inertial":
+                yield "inertias", owner
+            case "geom":
+                drawn = child.get("contype") == "0" and child.get("conaffinity") == "0"
+                mesh = child.get("mesh") is not None
+                yield _role("visual" if drawn else "collision", mesh), owner
+                if child.get("rgba"):
+                    yield "colours", owner
+            case "joint":
+                if child.get("stiffness", "0") != "0":
+                    yield "joint_springs", child.get("name") or owner
+                if child.get("armature", "0") != "0":
+                    yield "armatures", child.get("name") or owner
+            case _ if child.tag in _IN_BODIES:
+                yield _IN_BODIES[child.tag], owner
+
+
+def _role(role: str, mesh: bool) -> str:
+    return f"{role}_meshes" if mesh else f"{role}_shapes"
