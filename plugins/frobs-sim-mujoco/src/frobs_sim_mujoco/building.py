@@ -230,7 +230,7 @@ def _add_joint(spec: mujoco.MjSpec, child: mujoco.MjsBody, robot: str, joint: Jo
             objtype=mujoco.mjtObj.mjOBJ_JOINT,
             name1=f"{robot}/{joint.name}",
             name2=f"{robot}/{joint.mimic.joint}",
-            data=[joint.mimic.offset, joint.mimic.multiplier, *[0.0] * 9],
+            data=[joint.mimic.offset, joint.mimic.multiplier, *[0.0] * (int(mujoco.mjNEQDATA) - 2)],
         )
 
 

@@ -11,12 +11,15 @@ from mujoco.batch import Batch
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
-from frobs_core.interfaces import Marker, Placement, Scene, Simulation, Snapshot
+from frobs_core.interfaces import Marker, Overlap, Placement, Scene, Simulation, Snapshot, Translation
+from frobs_core.models import RobotModel
 from frobs_sim_mujoco import parameters
 from frobs_sim_mujoco.body import MujocoBody
 from frobs_sim_mujoco.building import ROBOT_GROUPS, SCENE_GROUP, build_model
 from frobs_sim_mujoco.rendering import Renderer, Viewer
+from frobs_sim_mujoco.overlaps import find_overlaps
 from frobs_sim_mujoco.robot import MujocoRobot
+from frobs_sim_mujoco.translation import translate
 
 _VEL = int(mujoco.mjtStage.mjSTAGE_VEL)
 _NONE = int(mujoco.mjtStage.mjSTAGE_NONE)
@@ -105,6 +108,11 @@ class MujocoSimulation(Simulation):
             robot.go_home()
         self._initial = self.batch.state.copy()
         self._stale = np.ones(num_envs, np.bool_)
+
+    @classmethod
+    def translation(cls, model: RobotModel) -> Sequence[Translation]:
+        """Say what becomes of a robot's model file."""
+        return translate(model)
 
     @property
     def native(self) -> Native:
@@ -250,6 +258,12 @@ class MujocoSimulation(Simulation):
         if self._viewer is None:
             self._viewer = Viewer(self.batch, self._drawn_model())
         self._viewer.sync()
+
+    def overlaps(self, robot: str = "robot") -> Sequence[Overlap]:
+        """Return which links of a robot are in each other now, in the first environment, the deepest first."""
+        if robot not in self.robots:
+            raise UnknownNameError("robot of the simulation", robot, self.robots)
+        return find_overlaps(self.model, self.batch.state[0], f"{robot}/")
 
     def bare_engine(self) -> BareMujoco:
         """Return MuJoCo without FRobs."""

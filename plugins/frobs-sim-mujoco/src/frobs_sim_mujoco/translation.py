@@ -1,0 +1,94 @@
+"""What MuJoCo makes of each kind of element of a model file: the table that ``frobs doctor robot`` shows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from frobs_core.interfaces import Translation
+from frobs_core.models import Mesh, RobotModel, Treatment, elements
+
+_KEPT, _APPROXIMATED, _DROPPED = Treatment.KEPT, Treatment.APPROXIMATED, Treatment.DROPPED
+
+_BOTH: Mapping[str, tuple[Treatment, str]] = {
+    "inertias": (_KEPT, ""),
+    "moving_joints": (_KEPT, ""),
+    "fixed_joints": (_KEPT, "a body without joints, so that its frame stays"),
+    "other_joints": (_DROPPED, "refused: only revolute, continuous, prismatic and fixed joints can be simulated"),
+    "position_limits": (_APPROXIMATED, "soft: a joint that is pushed goes a little beyond"),
+    "velocity_limits": (_DROPPED, "controllers keep to them, the engine does not enforce them"),
+    "effort_limits": (_KEPT, "the range of the drive"),
+    "joint_damping": (_KEPT, "beside the drive's own"),
+    "joint_friction": (_APPROXIMATED, "frictionloss: soft, a joint at rest creeps under load"),
+    "mimic_joints": (_APPROXIMATED, "a soft equality: under load the joint lags behind"),
+    "colours": (_KEPT, ""),
+    "sensors": (_DROPPED, "declare lidars in the robot's description"),
+    "unknown_elements": (_DROPPED, "not known to the reader"),
+}
+_URDF: Mapping[str, tuple[Treatment, str]] = {
+    "visual_shapes": (_KEPT, "in pictures; the physics goes without"),
+    "textures": (_DROPPED, "drawn in one colour"),
+    "collision_shapes": (_KEPT, ""),
+    "contact_parameters": (_DROPPED, "MuJoCo's own: friction 1, contacts a little soft"),
+    "safety_controllers": (_DROPPED, "controllers keep to the limits"),
+    "calibrations": (_DROPPED, "nothing to calibrate in a simulation"),
+    "transmissions": (_DROPPED, "the drives act on the joints directly"),
+    "ros2_control": (_DROPPED, "commands come from controllers"),
+    "gazebo_tags": (_DROPPED, "Gazebo's alone"),
+    "mujoco_tags": (_DROPPED, "the options of the simulation hold"),
+}
+_MJCF: Mapping[str, tuple[Treatment, str]] = {
+    "visual_shapes": (_KEPT, ""),
+    "visual_meshes": (_KEPT, ""),
+    "collision_shapes": (_KEPT, ""),
+    "collision_meshes": (_APPROXIMATED, "their convex hulls touch, as always in MuJoCo"),
+    "joint_springs": (_KEPT, ""),
+    "armatures": (_KEPT, "default drive gains leave them out"),
+    "actuators": (_DROPPED, "replaced by the drive of each joint; their force ranges are its limits"),
+    "tendons": (_KEPT, "those that only touch the robot"),
+    "equalities": (_KEPT, ""),
+    "contact_pairs": (_KEPT, "those between bodies of the robot"),
+    "keyframes": (_DROPPED, "say home in the robot's description"),
+    "sites": (_KEPT, ""),
+    "cameras": (_DROPPED, "pictures are taken by the cameras of the scene"),
+    "lights": (_DROPPED, "the scene has its own in the world; those on bodies stay"),
+    "world_geoms": (_DROPPED, "the scene has its own floor"),
+    "options": (_DROPPED, "the timestep is the task's; solver and integrator are MuJoCo's defaults and implicitfast"),
+}
+_READS = (".stl", ".obj", ".msh")  # mesh files that MuJoCo reads itself
+
+
+def translate(model: RobotModel) -> list[Translation]:
+    """Return a row for each kind of element of a model; of meshes one for each thing that becomes of them."""
+    table = {**_BOTH, **(_URDF if model.format == "urdf" else _MJCF)}
+    rows: list[Translation] = []
+    for kind in elements(model):
+        if kind in table:
+            treatment, how = table[kind]
+            rows.append(Translation(element=kind, treatment=treatment, how=how))
+        elif kind in ("visual_meshes", "collision_meshes"):
+            rows += _meshes(model, kind)
+    return rows
+
+
+def _meshes(model: RobotModel, kind: str) -> Iterator[Translation]:
+    """Yield what becomes of the meshes of a URDF's visuals or collisions."""
+    drawn = kind == "visual_meshes"
+    fates: dict[tuple[Treatment, str], dict[str, None]] = {}
+    for link in model.links:
+        for item in link.visuals if drawn else link.collisions:
+            if isinstance(item.geometry, Mesh):
+                fates.setdefault(_fate(item.geometry, drawn), {})[link.name] = None
+    for (treatment, how), names in fates.items():
+        yield Translation(element=kind, treatment=treatment, how=how, names=tuple(names))
+
+
+def _fate(mesh: Mesh, drawn: bool) -> tuple[Treatment, str]:
+    suffix = mesh.path.suffix.lower()
+    converted = "" if suffix in _READS else f"{suffix} is converted to .obj"
+    mirrored = "" if np.prod(mesh.scale) > 0 else "mirrored"
+    changes = [change for change in (converted, mirrored) if change]
+    if drawn:
+        return (_APPROXIMATED, f"{', '.join(changes)}; in one colour") if changes else (_KEPT, "in pictures only")
+    return _APPROXIMATED, "; ".join(["its convex hull touches", *changes])
