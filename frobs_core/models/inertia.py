@@ -1,9 +1,9 @@
 """Masses and inertias that an engine can simulate.
 
 Rules, each with a note: a link with mass but no inertia gets that of a solid sphere of 5 cm radius; an inertia that no
-body can have (one principal moment above the sum of the others) becomes the mean of its principal moments, as
-MuJoCo's ``balanceinertia`` does it; links that move but have no mass among them get 1 g and 10⁻⁶ kg·m². An
-inertia with a moment that is negative is refused.
+body can have (one principal moment negative, or above the sum of the others) becomes the mean of its principal
+moments, as MuJoCo's ``balanceinertia`` does it; links that move but have no mass among them get 1 g and 10⁻⁶ kg·m².
+Principal moments whose mean is not above 0 are refused.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ _KEYS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _RADIUS = 0.05  # [m]
 _MASS = 0.001  # [kg]
 _MOMENT = 1e-6  # [kg·m²]
+_LEAST_GYRATION = 1e-6  # [m] radius of gyration below which an inertia is none: engines divide by it
 
 
 def read_inertials(links: Mapping[str, Element], joints: Sequence[Joint], notes: Notes) -> dict[str, Inertial | None]:
@@ -84,15 +85,16 @@ def _possible(
 ) -> tuple[float, ...]:
     """Return moments of inertia that a body can have."""
     principal = np.linalg.eigvalsh(_symmetric(moments))  # ascending
-    if principal[0] < -1e-9 * max(abs(principal[2]), 1e-12):
-        element.refuse(
-            f"the inertia of link '{link.get('name')}' has a negative principal moment, {principal[0]:g} kg·m²."
-        )
-    if principal[2] == 0.0:
+    if np.abs(principal).max() <= _LEAST_GYRATION**2 * mass:
         moment = 0.4 * mass * _RADIUS**2
         notes.add("no-inertia", link, f"has a mass but no inertia; it gets that of a solid sphere of {_RADIUS:g} m")
-    elif principal[2] > (principal[0] + principal[1]) * (1 + 1e-6):
+    elif principal[0] < 0.0 or principal[2] > (principal[0] + principal[1]) * (1 + 1e-9):
         moment = float(principal.mean())
+        if moment <= 0.0:
+            element.refuse(
+                f"the inertia of link '{link.get('name')}' has the principal moments "
+                f"{', '.join(f'{value:g}' for value in principal)} kg·m², which no body has; correct it."
+            )
         notes.add(
             "impossible-inertia", link, "has an inertia that no body has; it gets the mean of its principal moments"
         )

@@ -22,7 +22,7 @@ from frobs_core.models.mjcf_document import MjcfDocument
 from frobs_core.models.mjcf_inertia import body_inertial
 from frobs_core.models.model import Joint, JointLimits, JointType, Link, Mimic, Pose, RobotModel
 from frobs_core.models.notes import Notes
-from frobs_core.models.tree import flatten_mimics
+from frobs_core.models.tree import check_count, flatten_mimics
 from frobs_core.models.xmltree import Element, to_text
 from frobs_core.rotations import quat_from_axis_angle
 
@@ -61,6 +61,7 @@ class _MjcfReader:
                 element.refuse(
                     f"<{tag}> is expanded by MuJoCo alone; save the compiled model with mujoco.mj_saveLastXML and use that."
                 )
+        check_count(sum(1 for _ in document.root.descendants("body")), "bodies", document.root)
         for element in document.root.descendants("body"):
             self._claim(element, "body")
         top = self._root_body()

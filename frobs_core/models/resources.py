@@ -55,7 +55,8 @@ class Packages:
 
     Looked for in this order: the folders given; ``ROS_PACKAGE_PATH``, ``AMENT_PREFIX_PATH`` and
     ``GAZEBO_MODEL_PATH``; the folders above the model file that are named so or whose ``package.xml`` names them so,
-    and the folders beside those.
+    and the folders beside those. A folder above the file that is named so counts at any height; what is beside, and
+    without such a name, up to the folder beside the package that holds the file.
 
     Args:
         given: Folder of each package by name; also ``"package:relative/path"`` of an installed Python package.
@@ -82,9 +83,12 @@ class Packages:
             for candidate in (folder, folder / name):
                 if candidate.is_dir() and _package_name(candidate) == name:
                     return candidate
+        for folder in self.file.parents:
+            if folder.name == name:
+                return folder
         close = nearest(name, self.given)
         hint = f" Did you mean '{close}', which package_paths names?" if close else ""
-        places = ", ".join(["package_paths", *map(str, searched)])
+        places = ", ".join(["package_paths", *map(str, searched), "the names of all folders above"])
         raise ModelFileError(
             self.file,
             f"the ROS package '{name}' is not found; say where it is with package_paths={{'{name}': FOLDER}} or "
@@ -115,7 +119,7 @@ class Packages:
         if match is None:
             found = base / os.path.expanduser(uri)
         elif match[1] in ("package", "model"):
-            package, _, inside = match[2].partition("/")
+            package, _, inside = match[2].lstrip("/").partition("/")  # a third slash is a common slip
             found = self.find(package) / inside
         elif match[1] == "file":
             found = base / re.sub(r"^localhost(?=/)", "", match[2])

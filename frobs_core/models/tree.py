@@ -8,6 +8,19 @@ from dataclasses import replace
 from frobs_core.models.model import Joint, JointType, Mimic
 from frobs_core.models.xmltree import Element
 
+MAX_LINKS = 500
+"""More is no robot but a mistake; kinematics take the square of it."""
+
+
+def check_count(count: int, what: str, document: Element) -> None:
+    """Check that a robot is not beyond all measure.
+
+    Raises:
+        ModelFileError: It has more than :data:`MAX_LINKS` links.
+    """
+    if count > MAX_LINKS:
+        document.refuse(f"there are {count} {what}; a robot may have {MAX_LINKS}. Simplify it, or join what is fixed.")
+
 
 def check_unique(elements: Iterable[Element]) -> dict[str, Element]:
     """Return named elements by name.
@@ -52,15 +65,18 @@ def check_tree(
     roots = [link for link in links if link not in above]
     if len(roots) > 1:
         document.refuse(f"the links {', '.join(roots)} have no parent; join all but one with joints.")
+    hang_from_root: set[str] = set(roots)
     for link in links:
-        seen: list[str] = []
+        seen: dict[str, None] = {}  # in order
         at = link
-        while at in above:
+        while at not in hang_from_root:
             if at in seen:
-                ring = " → ".join(reversed([*seen[seen.index(at) :], at]))
+                way = list(seen)
+                ring = " → ".join(reversed([*way[way.index(at) :], at]))
                 elements[above[at].name].refuse(f"the joints form a ring: {ring}.")
-            seen.append(at)
+            seen[at] = None
             at = above[at].parent
+        hang_from_root |= seen.keys()
 
 
 def flatten_mimics(joints: Sequence[Joint], elements: Mapping[str, Element]) -> tuple[Joint, ...]:

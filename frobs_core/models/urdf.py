@@ -1,13 +1,15 @@
 """The URDF reader.
 
-Nothing is changed silently. Refused: what has two meanings or none (two parents, a range of zero width, a zero axis, a
-number that is not finite). Repaired, with a note in ``RobotModel.notes`` and in its ``xml``: what an engine
-could not simulate but has an obvious reading (see :mod:`frobs_core.models.inertia`).
+Nothing is changed silently. Refused: what has two meanings or none (two parents, a zero axis, a number that is not
+finite). Repaired, with a note in ``RobotModel.notes`` and in its ``xml``: what an engine could not simulate
+but has an obvious reading. The rules stand in :data:`frobs_core.models.RULES`.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from frobs_core.errors import nearest
@@ -15,11 +17,10 @@ from frobs_core.models.inertia import read_inertials
 from frobs_core.models.model import Joint, JointLimits, JointType, Link, Mimic, RobotModel
 from frobs_core.models.notes import Notes
 from frobs_core.models.resources import Packages
-from frobs_core.models.tree import check_tree, check_unique, flatten_mimics
+from frobs_core.models.tree import check_count, check_tree, check_unique, flatten_mimics
+from frobs_core.models.urdf_schema import note_what_is_left_out
 from frobs_core.models.urdf_shapes import Shapes, read_colour, read_pose
 from frobs_core.models.xmltree import Element, to_text
-
-_ROBOT_TAGS = ("link", "joint", "material", "gazebo", "transmission", "ros2_control", "mujoco", "sensor")
 
 
 def read_urdf(root: Element, path: Path, packages: Packages) -> RobotModel:
@@ -35,27 +36,25 @@ def read_urdf(root: Element, path: Path, packages: Packages) -> RobotModel:
     if not name:
         name = path.name.split(".")[0]
         notes.add("unnamed", root, f"the robot has no name; '{name}' is used")
-    for child in root.children():
-        if child.tag.startswith("xacro:"):
-            child.refuse("xacro macros in a file that is no .xacro; rename it to end in '.urdf.xacro'.")
-        if child.tag not in _ROBOT_TAGS:
-            notes.add("unknown-element", child, "not known and left out")
+    note_what_is_left_out(root, notes)
     link_elements = check_unique(root.children("link"))
     if not link_elements:
         root.refuse("there is no <link>.")
+    check_count(len(link_elements), "links", root)
     joint_elements = check_unique(root.children("joint"))
     colours = {material.required("name"): read_colour(material, notes) for material in root.children("material")}
     shapes = Shapes(packages, colours, notes)
     joints = tuple(_joint(element, link_elements, joint_elements, notes) for element in joint_elements.values())
     check_tree(link_elements, joints, joint_elements, root)
+    joints = tuple(_held(joint, joints, joint_elements[joint.name], notes) for joint in joints)
     joints = flatten_mimics(joints, joint_elements)
     inertials = read_inertials(link_elements, joints, notes)
     links = tuple(
         Link(
             name=link,
             inertial=inertials[link],
-            visuals=tuple(shapes.visual(v) for v in element.children("visual")),
-            collisions=tuple(shapes.collision(c) for c in element.children("collision")),
+            visuals=tuple(shapes.visual(v) for v in shapes.present(element, "visual")),
+            collisions=tuple(shapes.collision(c) for c in shapes.present(element, "collision")),
         )
         for link, element in link_elements.items()
     )
@@ -85,9 +84,11 @@ def _joint(element: Element, links: dict[str, Element], joints: dict[str, Elemen
             element.refuse(f"its {tag} link '{link}' does not exist.{hint} Links: {', '.join(links)}.")
         ends.append(link)
     moving = kind in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
-    if kind in (JointType.FLOATING, JointType.PLANAR):
-        notes.add("joint-without-drive", element, f"a {kind.value} joint has no drive; kinematics take it as zero")
     dynamics = element.child("dynamics")
+    limits = _limits(element, kind, notes) if moving else JointLimits()
+    if kind == JointType.REVOLUTE and math.isinf(limits.upper):
+        kind = JointType.CONTINUOUS
+        element.set("type", kind.value)
     return Joint(
         name=name,
         type=kind,
@@ -95,11 +96,26 @@ def _joint(element: Element, links: dict[str, Element], joints: dict[str, Elemen
         child=ends[1],
         origin=read_pose(element),
         axis=_axis(element) if moving else (1.0, 0.0, 0.0),
-        limits=_limits(element, kind, notes) if moving else JointLimits(),
+        limits=limits,
         damping=_not_negative(dynamics, "damping") if dynamics is not None else 0.0,
         friction=_not_negative(dynamics, "friction") if dynamics is not None else 0.0,
         mimic=_mimic(element, joints) if moving else None,
     )
+
+
+def _held(joint: Joint, joints: Sequence[Joint], element: Element, notes: Notes) -> Joint:
+    """Return a joint that has one position, or none: what joins a robot to a world of the file becomes fixed."""
+    if joint.type not in (JointType.FLOATING, JointType.PLANAR):
+        return joint
+    root = all(other.child != joint.parent for other in joints)
+    if joint.type == JointType.PLANAR or not root or sum(other.parent == joint.parent for other in joints) > 1:
+        element.refuse(
+            f"a {joint.type.value} joint inside of a robot has no single position and is not supported; use two "
+            "prismatic and one revolute joint (planar), with three revolute ones beside (floating). A base is freed by base='floating'."
+        )
+    element.set("type", "fixed")
+    notes.add("free-root", element, "the joint that frees the base is taken as fixed; say base='floating' instead")
+    return replace(joint, type=JointType.FIXED)
 
 
 def _not_negative(element: Element, attribute: str) -> float:
@@ -123,22 +139,28 @@ def _axis(element: Element) -> tuple[float, float, float]:
 def _limits(element: Element, kind: JointType, notes: Notes) -> JointLimits:
     limit = element.child("limit")
     if limit is None:
-        if kind == JointType.CONTINUOUS:
-            return JointLimits()
-        element.refuse(f"a {kind.value} joint needs <limit lower=… upper=… effort=… velocity=…/>.")
+        if kind != JointType.CONTINUOUS:
+            notes.add("no-range", element, f"a {kind.value} joint without <limit>; taken as unlimited")
+        return JointLimits()
     caps = []
     for attribute in ("velocity", "effort"):
         cap = _not_negative(limit, attribute)
         if cap == 0.0:
             notes.add("no-cap", element, f"the {attribute} limit is 0 or not given; taken as unlimited")
         caps.append(cap or math.inf)
-    if kind == JointType.CONTINUOUS:
-        return JointLimits(velocity=caps[0], effort=caps[1])
+    unlimited = JointLimits(velocity=caps[0], effort=caps[1])
     lower, upper = limit.number("lower", "0"), limit.number("upper", "0")
-    if lower >= upper:
+    if kind == JointType.CONTINUOUS:
+        if lower < upper:
+            notes.add("continuous-range", element, f"the range {lower:g} to {upper:g} of a continuous joint, left out")
+        return unlimited
+    if lower > upper or lower == upper == 0.0:
+        notes.add("no-range", element, f"lower={lower:g} and upper={upper:g} are no range; taken as unlimited")
+        return unlimited
+    if lower == upper:
         limit.refuse(
-            f"joint '{element.get('name')}' has lower={lower:g} and upper={upper:g}, no range to move in; for no limits write "
-            'type="continuous", for a joint that does not move type="fixed".'
+            f"joint '{element.get('name')}' has lower={lower:g} and upper={upper:g}, no range to move in; for no "
+            'limits write type="continuous", for a joint that does not move type="fixed".'
         )
     return JointLimits(lower, upper, *caps)
 

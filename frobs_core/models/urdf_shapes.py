@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TypeAlias
 
 from frobs_core.errors import ModelFileError
@@ -20,6 +21,14 @@ def read_pose(element: Element) -> Pose:
     if origin is None:
         return Pose()
     x, y, z = origin.numbers("xyz", 3, "0 0 0")
+    if "quat_xyzw" in origin.attrib:
+        if "rpy" in origin.attrib:
+            origin.refuse("gives its orientation twice, as rpy and as quat_xyzw.")
+        i, j, k, w = origin.numbers("quat_xyzw", 4)
+        length = math.sqrt(w * w + i * i + j * j + k * k)
+        if length < 1e-9:
+            origin.refuse("the quaternion is zero.")
+        return Pose((x, y, z), (w / length, i / length, j / length, k / length))
     w, i, j, k = quat_from_rpy(origin.numbers("rpy", 3, "0 0 0")).tolist()
     return Pose((x, y, z), (w, i, j, k))
 
@@ -37,6 +46,17 @@ class Shapes:
         self.packages = packages
         self.colours = colours
         self.notes = notes
+
+    def present(self, link: Element, tag: str) -> list[Element]:
+        """Return the ``<visual>`` or ``<collision>`` elements of a link without those that have no extent."""
+        found = []
+        for element in list(link.children(tag)):
+            if any(_is_zero(sphere.get("radius", "")) for sphere in element.descendants("sphere")):
+                self.notes.add("empty-shape", link, f"a {tag} that is a sphere of radius 0, left out")
+                link.remove(element)
+            else:
+                found.append(element)
+        return found
 
     def visual(self, element: Element) -> Visual:
         """Read a ``<visual>``."""
@@ -91,6 +111,13 @@ class Shapes:
             shape.refuse(f"the mesh '{uri}' cannot be used: {error.reason}")
         shape.set("filename", str(file))
         return Mesh(file, (x, y, z))
+
+
+def _is_zero(text: str) -> bool:
+    try:
+        return float(text) == 0.0
+    except ValueError:
+        return False  # whoever reads it says what is wrong
 
 
 def _positive(element: Element, number: float) -> float:

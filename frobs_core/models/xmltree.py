@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NoReturn
@@ -64,7 +65,8 @@ class Element(ElementTree.Element):
         try:
             values = tuple(float(word) for word in text.split())
         except ValueError:
-            self.refuse(f'{attribute}="{text}" is not {_numbers(count)}.')
+            hint = " Macros are expanded in files that end in '.xacro'." if re.search(r"\$[({]", text) else ""
+            self.refuse(f'{attribute}="{text}" is not {_numbers(count)}.{hint}')
         if len(values) != (count or max(1, len(values))):
             self.refuse(f'{attribute}="{text}" holds {_numbers(len(values))}; it takes {count or 1}.')
         if not all(math.isfinite(value) for value in values):
@@ -95,6 +97,9 @@ def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False) -> Eleme
     """
     if not text.strip():
         raise ModelFileError(file, "the file is empty.")
+    trimmed = text.lstrip()  # many begin with an empty line, which XML forbids before its declaration
+    skipped = text[: len(text) - len(trimmed)]
+    first_line = skipped.count(b"\n" if isinstance(skipped, bytes) else "\n")  # type: ignore[arg-type]
     stack: list[Element] = []
     roots: list[Element] = []
     parser = expat.ParserCreate()
@@ -102,7 +107,7 @@ def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False) -> Eleme
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         element = Element(tag, attributes)
-        element.file, element.line = file, None if expanded else parser.CurrentLineNumber
+        element.file, element.line = file, None if expanded else first_line + parser.CurrentLineNumber
         if len(stack) >= MAX_DEPTH:
             element.refuse(f"elements are nested deeper than {MAX_DEPTH}.")
         (stack[-1].append if stack else roots.append)(element)
@@ -119,7 +124,7 @@ def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False) -> Eleme
             file,
             "the file declares a document type (<!DOCTYPE …>); robot models need none, and its entities could "
             "exhaust the memory or read other files: remove it.",
-            parser.CurrentLineNumber,
+            first_line + parser.CurrentLineNumber,
         )
 
     parser.StartElementHandler = start
@@ -127,10 +132,10 @@ def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False) -> Eleme
     parser.CharacterDataHandler = data
     parser.StartDoctypeDeclHandler = doctype
     try:
-        parser.Parse(text, True)
+        parser.Parse(trimmed, True)
     except expat.ExpatError as error:
         reason = f"not well-formed XML: {expat.ErrorString(error.code)} (column {error.offset + 1})."
-        raise ModelFileError(file, reason, error.lineno) from error
+        raise ModelFileError(file, reason, first_line + error.lineno) from error
     except (LookupError, ValueError) as error:  # an encoding that Python does not know, or a NUL in it
         raise ModelFileError(file, f"not readable as XML: {error}.") from error
     return roots[0]

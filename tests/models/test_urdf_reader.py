@@ -104,10 +104,63 @@ def test_joint_order_is_the_files(write):
     assert load_model(write(text)).joint_names == ("z", "y", "x")
 
 
-def test_simulator_tags_are_ignored_and_unknown_ones_noted(write):
-    extras = '<gazebo reference="a"/><transmission name="t"/><ros2_control name="c"/>'
-    assert load_model(write(robot(link("a"), extras))).notes == ()
-    assert "<wheel>" in str(load_model(write(robot(link("a"), "<wheel/>"))).notes[0])
+def test_what_is_left_out_is_noted_once_for_each_kind(write):
+    extras = '<gazebo reference="a"/><gazebo reference="b"/><transmission name="t"/><ros2_control name="c"/>'
+    notes = load_model(write(robot(link("a"), extras))).notes
+    assert [note.rule for note in notes] == ["gazebo", "transmission", "ros-control"]
+    assert notes[0].text == "2 × <gazebo>, left out: a, b"
+    assert not any(note.fault for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("text", "rule", "said"),
+    [
+        (robot(link("a"), "<wheel/>"), "unknown", "<wheel>"),
+        (robot(link("a", "<contact><lateral_friction value='1'/></contact>")), "contact-parameters", "in <link>"),
+        (robot(link("a", "<inertia_hint/>")), "unknown", "<inertia_hint>"),
+        (arm(LIMIT + "<calibration rising='0'/>"), "calibration", "in <joint>"),
+        (arm(LIMIT + "<safety_controller k_velocity='1'/>"), "safety-controller", "in <joint>"),
+        (arm('<limit lower="-1" upper="1" effort="1" velocity="1" current="3"/>'), "unknown", "'current'"),
+        (arm(LIMIT + '<dynamics K="3"/>'), "unknown", "'K' of one <dynamics>"),
+    ],
+)
+def test_whatever_is_not_read_is_noted(write, text, rule, said):
+    (note,) = load_model(write(text)).notes
+    assert note.rule == rule
+    assert said in note.text
+
+
+@pytest.mark.parametrize("limit", ["", '<limit effort="1" velocity="1"/>', LIMIT.replace('upper="2', 'upper="-2')])
+def test_a_joint_without_a_range_is_unlimited(write, limit):
+    (j,) = (model := load_model(write(arm(limit)))).joints
+    assert (j.type, j.limits.lower, j.limits.upper) == (JointType.CONTINUOUS, -math.inf, math.inf)
+    assert [note.rule for note in model.notes] == ["no-range"]
+    assert load_model(write(model.xml)).joints == model.joints
+
+
+def test_the_floating_joint_of_a_base_is_left_to_the_description(write):
+    text = robot(link("world", ""), link("a"), joint("free", "world", "a", "", "floating"))
+    model = load_model(write(text))
+    assert model.joints[0].type is JointType.FIXED
+    assert [note.rule for note in model.notes] == ["free-root"]
+
+
+def test_a_sphere_of_no_size_is_left_out(write):
+    ball = "<geometry><sphere radius='0'/></geometry>"
+    model = load_model(write(robot(link("a", f"<visual>{ball}</visual><collision>{ball}</collision>"))))
+    assert model.links[0].visuals == model.links[0].collisions == ()
+    assert [note.rule for note in model.notes] == ["empty-shape", "empty-shape"]
+
+
+def test_an_orientation_may_be_a_quaternion(write):
+    text = arm('<origin xyz="0 0 1" quat_xyzw="0 0 2 0"/>' + LIMIT)
+    assert load_model(write(text)).joints[0].origin.quat_wxyz == (0.0, 0.0, 0.0, 1.0)
+
+
+def test_an_inertia_with_a_negative_moment_gets_the_mean(write):
+    model = load_model(write(robot(link("a", INERTIAL.replace('ixx="0.1"', 'ixx="-0.05"')))))
+    assert model.links[0].inertial.inertia[0] == pytest.approx(0.05)
+    assert [note.rule for note in model.notes] == ["impossible-inertia"]
 
 
 def test_continuous_joints_have_no_position_limits(write):
@@ -174,16 +227,21 @@ BAD = {
     ),
     "joint type": (arm(kind="revolut"), "Did you mean 'revolute'"),
     "zero axis": (arm('<axis xyz="0 0 0"/>' + LIMIT), "is zero"),
-    "no limits": (arm(""), "needs <limit"),
-    "no range": (arm('<limit effort="1" velocity="1"/>'), 'write type="continuous"'),
-    "range upside down": (arm('<limit lower="1" upper="-1" effort="1" velocity="1"/>'), "no range"),
+    "no range": (arm('<limit lower="1" upper="1" effort="1" velocity="1"/>'), 'write type="continuous"'),
+    "planar": (arm("", "planar"), "no single position"),
+    "floating inside": (
+        robot(*(link(n) for n in "abc"), joint("i", "a", "b"), joint("j", "b", "c", "", "floating")),
+        "base='floating'",
+    ),
+    "too many links": (robot(*(link(f"l{i}") for i in range(501))), "there are 501 links"),
+    "two orientations": (arm('<origin rpy="0 0 0" quat_xyzw="0 0 0 1"/>' + LIMIT), "twice"),
     "negative effort": (arm('<limit lower="0" upper="1" effort="-1" velocity="1"/>'), "negative"),
     "NaN": (arm('<origin xyz="0 nan 0"/>' + LIMIT), "not finite"),
     "infinite": (arm('<limit lower="-inf" upper="1" effort="1" velocity="1"/>'), "not finite"),
     "words": (arm('<origin xyz="0 zero 0"/>' + LIMIT), "is not 3 numbers"),
     "too few numbers": (arm('<origin xyz="0 0"/>' + LIMIT), "holds 2 numbers; it takes 3"),
     "negative mass": (robot(link("a", INERTIAL.replace('"1"', '"-1"'))), "mass of -1"),
-    "negative inertia": (robot(link("a", INERTIAL.replace('ixx="0.1"', 'ixx="-1"'))), "negative principal moment"),
+    "negative inertia": (robot(link("a", INERTIAL.replace('ixx="0.1"', 'ixx="-1"'))), "which no body has"),
     "mimic of nothing": (arm(LIMIT + '<mimic joint="i"/>'), "mimics 'i', which does not exist"),
     "mimic of itself": (arm(LIMIT + '<mimic joint="j"/>'), "follows itself"),
     "mimic of a fixed joint": (
@@ -236,3 +294,15 @@ def test_a_refusal_names_the_line(write):
     with pytest.raises(ModelFileError) as caught:
         load_model(write(robot(link("a"), link("b"), joint("j", "a", "b", '\n<axis xyz="0 0 0"/>' + LIMIT))))
     assert caught.value.line == 5
+
+
+def test_empty_lines_may_come_before_the_declaration_and_count(write):
+    path = write('\n\n<?xml version="1.0"?>\n<robot name="r">\n<link name="a"/><link name="a"/>\n</robot>')
+    with pytest.raises(ModelFileError, match=":5: <link"):
+        load_model(path)
+
+
+def test_a_long_chain_is_read_quickly(write):
+    links = [link(f"l{i}") for i in range(500)]
+    joints = [joint(f"j{i}", f"l{i}", f"l{i + 1}") for i in range(499)]
+    assert len(load_model(write(robot(*links, *joints))).joint_names) == 499

@@ -1,0 +1,94 @@
+"""What of URDF is read, so that all the rest can be noted.
+
+Every element and attribute of a document is looked at once. What stands in :data:`_READ` is read by the reader; what
+stands in :data:`_LEFT_OUT` is known and left out by a rule of its own; anything else by the rule ``unknown``.
+"""
+
+from __future__ import annotations
+
+from frobs_core.models.notes import Notes
+from frobs_core.models.xmltree import Element
+
+_ORIGIN = {"origin": "xyz rpy quat_xyzw"}
+_GEOMETRY = {
+    "box": "size",
+    "sphere": "radius",
+    "cylinder": "radius length",
+    "capsule": "radius length",
+    "mesh": "filename scale",
+}
+
+_READ: dict[str, dict[str, str]] = {
+    "robot": {"link": "name", "joint": "name type", "material": "name"},
+    "link": {"inertial": "", "visual": "name", "collision": "name"},
+    "joint": {
+        **_ORIGIN,
+        "parent": "link",
+        "child": "link",
+        "axis": "xyz",
+        "limit": "lower upper effort velocity",
+        "dynamics": "damping friction",
+        "mimic": "joint multiplier offset",
+    },
+    "inertial": {**_ORIGIN, "mass": "value", "inertia": "ixx ixy ixz iyy iyz izz"},
+    "visual": {**_ORIGIN, "geometry": "name", "material": "name"},
+    "collision": {**_ORIGIN, "geometry": "name"},
+    "geometry": _GEOMETRY,
+    "material": {"color": "rgba"},
+}
+"""By element: the children that are read, each with its attributes."""
+
+_LEFT_OUT = {
+    ("robot", "gazebo"): "gazebo",
+    ("robot", "transmission"): "transmission",
+    ("robot", "ros2_control"): "ros-control",
+    ("robot", "sensor"): "sensor",
+    ("robot", "mujoco"): "engine-settings",
+    ("robot", "drake"): "engine-settings",
+    ("link", "contact"): "contact-parameters",
+    ("link", "surface"): "contact-parameters",
+    ("collision", "contact_coefficients"): "contact-parameters",
+    ("collision", "verbose"): "no-effect",
+    ("collision", "material"): "no-effect",
+    ("link", "origin"): "no-effect",
+    ("joint", "safety_controller"): "safety-controller",
+    ("joint", "calibration"): "calibration",
+    ("material", "texture"): "texture",
+}
+"""By element and child: the rule by which the child is left out."""
+
+
+def note_what_is_left_out(root: Element, notes: Notes) -> None:
+    """Note every element and attribute that the reader does not read, those of one kind in one note.
+
+    Raises:
+        ModelFileError: The document holds xacro macros, which nothing has expanded.
+    """
+    elements: dict[tuple[str, str, str], list[Element]] = {}
+    attributes: dict[tuple[str, str], list[Element]] = {}
+    waiting = [root]
+    while waiting:
+        parent = waiting.pop()
+        known = _READ.get(parent.tag, {})
+        for child in parent.children():
+            if child.tag.startswith("xacro:"):
+                child.refuse("xacro macros in a file that is no .xacro; rename it to end in '.urdf.xacro'.")
+            if child.tag not in known:
+                rule = _LEFT_OUT.get((parent.tag, child.tag), "unknown")
+                elements.setdefault((rule, parent.tag, child.tag), []).append(child)
+                continue
+            for attribute in child.attrib:
+                if attribute not in known[child.tag].split():
+                    attributes.setdefault((child.tag, attribute), []).append(child)
+            waiting.append(child)
+    for (rule, parent_tag, tag), found in elements.items():
+        where = "" if parent_tag == "robot" else f" in <{parent_tag}>"
+        names = [name for name in (element.get("name") or element.get("reference") for element in found) if name]
+        which = f": {', '.join(dict.fromkeys(names))}" if names else ""
+        notes.add(rule, found[0], f"{_count(found, f'<{tag}>')}{where}, left out{which}")
+    for (tag, attribute), found in attributes.items():
+        notes.add("unknown", found[0], f"the attribute '{attribute}' of {_count(found, f'<{tag}>')}, left out")
+
+
+def _count(found: list[Element], what: str) -> str:
+    return f"one {what}" if len(found) == 1 else f"{len(found)} × {what}"
