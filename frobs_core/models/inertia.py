@@ -23,6 +23,8 @@ _KEYS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _RADIUS = 0.05  # [m]
 _MASS = 0.001  # [kg]
 _MOMENT = 1e-6  # [kg·m²]
+_ROUNDING = 1e-9
+_THINNEST = 1e-6  # smallest principal moment as a share of the largest: engines need all of them above 0
 _LEAST_GYRATION = 1e-6  # [m] radius of gyration below which an inertia is none: engines divide by it
 
 
@@ -86,21 +88,24 @@ def _possible(
     """Return moments of inertia that a body can have."""
     principal = np.linalg.eigvalsh(_symmetric(moments))  # ascending
     if np.abs(principal).max() <= _LEAST_GYRATION**2 * mass:
-        moment = 0.4 * mass * _RADIUS**2
+        moments = (moment := 0.4 * mass * _RADIUS**2, 0.0, 0.0, moment, 0.0, moment)
         notes.add("no-inertia", link, f"has a mass but no inertia; it gets that of a solid sphere of {_RADIUS:g} m")
-    elif principal[0] < 0.0 or principal[2] > (principal[0] + principal[1]) * (1 + 1e-9):
-        moment = float(principal.mean())
-        if moment <= 0.0:
+    elif principal[0] < -_ROUNDING * principal[2] or principal[2] > (principal[0] + principal[1]) * (1 + _ROUNDING):
+        if (moment := float(principal.mean())) <= 0.0:
             element.refuse(
                 f"the inertia of link '{link.get('name')}' has the principal moments "
                 f"{', '.join(f'{value:g}' for value in principal)} kg·m², which no body has; correct it."
             )
-        notes.add(
-            "impossible-inertia", link, "has an inertia that no body has; it gets the mean of its principal moments"
-        )
+        moments = (moment, 0.0, 0.0, moment, 0.0, moment)
+        text = "has an inertia that no body has; it gets the mean of its principal moments"
+        notes.add("impossible-inertia", link, text)
+    elif principal[0] < _THINNEST * principal[2]:
+        axes = np.linalg.eigh(_symmetric(moments))[1]
+        raised = axes @ np.diag(np.maximum(principal, _THINNEST * principal[2])) @ axes.T
+        moments = tuple(raised[np.triu_indices(3)].tolist())
+        notes.add("thin-inertia", link, f"has a principal moment of {principal[0]:g} kg·m², which is raised")
     else:
         return moments
-    moments = (moment, 0.0, 0.0, moment, 0.0, moment)
     link_inertia = element.child("inertia")
     if link_inertia is not None:
         element.remove(link_inertia)

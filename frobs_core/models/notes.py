@@ -235,6 +235,13 @@ RULES: Mapping[str, Rule] = _rules(
         fault=True,
     ),
     Rule(
+        name="thin-inertia",
+        about="a principal moment of inertia of 0, or next to it: a body without any width",
+        treatment=_APPROXIMATED,
+        text="raised to 10⁻⁶ of the largest: engines need all three above 0",
+        fault=True,
+    ),
+    Rule(
         name="free-root",
         about="what frees the root: a floating joint from the root link (URDF), a free joint of the root body (MJCF)",
         treatment=_DROPPED,

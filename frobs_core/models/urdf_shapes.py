@@ -12,6 +12,8 @@ from frobs_core.models.resources import Packages
 from frobs_core.models.xmltree import Element
 from frobs_core.rotations import quat_from_rpy
 
+SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
+
 Rgba: TypeAlias = tuple[float, float, float, float]
 
 
@@ -81,7 +83,8 @@ class Shapes:
     def geometry(self, element: Element) -> Geometry:
         """Read the one shape of a visual or collision."""
         holder = element.child("geometry")
-        shapes = [] if holder is None else list(holder.children())
+        given = [] if holder is None else list(holder.children())
+        shapes = [shape for shape in given if shape.tag in SHAPES] or given
         if len(shapes) != 1:
             element.refuse("needs one <geometry> with one shape in it.")
         shape = shapes[0]
@@ -97,7 +100,7 @@ class Shapes:
                 return Capsule(_positive(shape, shape.number("radius")), _positive(shape, shape.number("length")))
             case "mesh":
                 return self.mesh(shape)
-        return shape.refuse("no shape of URDF; there are box, sphere, cylinder, capsule and mesh.")
+        return shape.refuse(f"no shape of URDF; there are {', '.join(SHAPES)}.")
 
     def mesh(self, shape: Element) -> Mesh:
         """Read a ``<mesh>`` and find its file."""

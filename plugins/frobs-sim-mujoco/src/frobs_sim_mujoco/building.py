@@ -27,6 +27,7 @@ from frobs_core.models import (
     home_positions,
 )
 from frobs_core.rotations import matrix_from_quat
+from frobs_sim_mujoco.meshes import RobotMeshes
 
 SCENE_GROUP = 0
 """Geom group of what the scene collides with: drawn, and seen by rays."""
@@ -164,7 +165,7 @@ def _add_body(spec: mujoco.MjSpec, name: str, body: Body) -> None:
     if body.mass is not None:
         element.add_freejoint(name=name)
     group = SCENE_GROUP if body.collides else VISUAL_GROUP
-    geom = _add_geom(spec, element, body.geometry, Pose(), group, body.rgba, collides=body.collides)
+    geom = _add_geom(element, body.geometry, Pose(), group, body.rgba, collides=body.collides)
     geom.name = name
     geom.friction = (body.friction, *_FRICTION)
     if body.mass is not None:
@@ -186,22 +187,26 @@ def _add_robot(spec: mujoco.MjSpec, name: str, placement: Placement, group: int,
     if not fixed:
         root.add_freejoint(name=f"{name}/base")
 
-    def fill(element: mujoco.MjsBody, link_name: str) -> None:
+    meshes = RobotMeshes(spec)
+    waiting = [(root, model.root)]  # no recursion: a robot may be deeper than Python's stack
+    while waiting:
+        element, link_name = waiting.pop()
         link = links[link_name]
         element.explicitinertial = link.inertial is not None
         if link.inertial is not None:
             _set_inertia(element, link.inertial)
         for collision in link.collisions:
-            _add_geom(spec, element, collision.geometry, collision.origin, group, None, collides=True)
+            for geom in _add_shape(meshes, element, collision.geometry, collision.origin, group, None, collides=True):
+                geom.mass = 0.0  # what the file does not weigh, weighs nothing
         for visual in (link.visuals or link.collisions) if visuals else ():
             rgba = getattr(visual, "rgba", None)
-            _add_geom(spec, element, visual.geometry, visual.origin, VISUAL_GROUP, rgba, collides=False)
+            _add_shape(meshes, element, visual.geometry, visual.origin, VISUAL_GROUP, rgba, collides=False)
+        below = []
         for joint in children.get(link_name, ()):
             child = element.add_body(name=f"{name}/{joint.child}", pos=joint.origin.pos, quat=joint.origin.quat_wxyz)
             _add_joint(spec, child, name, joint, model)
-            fill(child, joint.child)
-
-    fill(root, model.root)
+            below.append((child, joint.child))
+        waiting += reversed(below)
 
 
 def _add_joint(spec: mujoco.MjSpec, child: mujoco.MjsBody, robot: str, joint: Joint, model: RobotModel) -> None:
@@ -260,8 +265,28 @@ def _set_inertia(element: mujoco.MjsBody, inertial: Inertial) -> None:
     element.fullinertia = [inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]]
 
 
+def _add_shape(
+    meshes: RobotMeshes,
+    element: mujoco.MjsBody,
+    geometry: Geometry,
+    origin: Pose,
+    group: int,
+    rgba: tuple[float, float, float, float] | None,
+    *,
+    collides: bool,
+) -> list[mujoco.MjsGeom]:
+    """Add a shape of a robot: one geom, or for the visual of a mesh one for each of its colours."""
+    if not isinstance(geometry, Mesh):
+        return [_add_geom(element, geometry, origin, group, rgba, collides=collides)]
+    geoms = []
+    for name, own_rgba in meshes.hull(geometry) if collides else meshes.drawn(geometry):
+        geom = _add_plain_geom(element, origin, group, own_rgba or rgba, collides=collides)
+        geom.type, geom.meshname = mujoco.mjtGeom.mjGEOM_MESH, name
+        geoms.append(geom)
+    return geoms
+
+
 def _add_geom(
-    spec: mujoco.MjSpec,
     element: mujoco.MjsBody,
     geometry: Geometry,
     origin: Pose,
@@ -270,11 +295,7 @@ def _add_geom(
     *,
     collides: bool,
 ) -> mujoco.MjsGeom:
-    geom = element.add_geom(pos=origin.pos, quat=origin.quat_wxyz, group=group)
-    geom.contype = geom.conaffinity = int(collides)
-    geom.rgba = rgba or (0.7, 0.7, 0.72, 1.0)
-    if not collides:
-        geom.mass = 0.0
+    geom = _add_plain_geom(element, origin, group, rgba, collides=collides)
     match geometry:
         case Box(size):
             geom.type, geom.size = mujoco.mjtGeom.mjGEOM_BOX, [edge / 2 for edge in size]
@@ -284,10 +305,27 @@ def _add_geom(
             geom.type, geom.size = mujoco.mjtGeom.mjGEOM_CYLINDER, [radius, length / 2, 0]
         case Capsule(radius, length):
             geom.type, geom.size = mujoco.mjtGeom.mjGEOM_CAPSULE, [radius, length / 2, 0]
-        case Mesh(path, scale):
-            geom.type, geom.meshname = mujoco.mjtGeom.mjGEOM_MESH, f"{path}{scale}"
-            if geom.meshname not in (mesh.name for mesh in spec.meshes):
-                spec.add_mesh(name=geom.meshname, file=str(path), scale=scale)
+        case Mesh(path):
+            raise ConfigurationError(
+                f"the mesh {path} is no shape of a scene: boxes, spheres, cylinders, capsules are."
+            )
+    return geom
+
+
+def _add_plain_geom(
+    element: mujoco.MjsBody,
+    origin: Pose,
+    group: int,
+    rgba: tuple[float, float, float, float] | None,
+    *,
+    collides: bool,
+) -> mujoco.MjsGeom:
+    """Add a geom that has all but its shape."""
+    geom = element.add_geom(pos=origin.pos, quat=origin.quat_wxyz, group=group)
+    geom.contype = geom.conaffinity = int(collides)
+    geom.rgba = rgba or (0.7, 0.7, 0.72, 1.0)
+    if not collides:
+        geom.mass = 0.0
     return geom
 
 

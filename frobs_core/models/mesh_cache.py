@@ -1,0 +1,93 @@
+"""Parsed meshes on disk, keyed by content: several processes may read and write them at once."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import re
+import tempfile
+import zipfile
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+
+_VERSION = b"1"  # of the parser: what it makes of a file is part of the key
+_MATERIALS = re.compile(rb"^\s*mtllib\s+(.+?)\s*$", re.MULTILINE)
+_BUFFERS = re.compile(rb'"uri"\s*:\s*"(?!data:)([^"]+)"')
+
+
+class _Part(Protocol):
+    @property
+    def vertices(self) -> Any: ...
+    @property
+    def faces(self) -> Any: ...
+    @property
+    def rgba(self) -> Any: ...
+
+
+P = TypeVar("P", bound=_Part)
+
+
+def cache_folder() -> Path:
+    """Return the folder of the cache: ``frobs/meshes`` in ``$XDG_CACHE_HOME``, else in ``~/.cache``."""
+    home = os.environ.get("XDG_CACHE_HOME", "")
+    base = Path(home) if os.path.isabs(home) else Path.home() / ".cache"
+    return base / "frobs" / "meshes"
+
+
+class MeshCache:
+    """The place of one mesh in the cache.
+
+    The key covers the file's bytes, its ending, and the files beside it that it names (an OBJ's materials, a glTF's
+    buffers). A cache that cannot be written or read costs time and nothing else.
+
+    Args:
+        path: The mesh file.
+        data: Its bytes.
+    """
+
+    def __init__(self, path: Path, data: bytes) -> None:
+        suffix = path.suffix.lower()
+        key = hashlib.sha256(_VERSION + suffix.encode() + b"\0" + data)
+        pattern = {".obj": _MATERIALS, ".gltf": _BUFFERS}.get(suffix)
+        for name in pattern.findall(data) if pattern else ():
+            with contextlib.suppress(OSError, ValueError):
+                key.update(b"\0" + (path.parent / os.fsdecode(name)).read_bytes())
+        self.file = cache_folder() / f"{key.hexdigest()}.npz"
+
+    def load(self, part: Callable[[Any, Any, Any], P]) -> tuple[P, ...] | None:
+        """Return the parts that are stored, or None: there are none, or they are damaged."""
+        try:
+            with np.load(self.file, allow_pickle=False) as stored:
+                colours = stored["rgba"]  # (k, 4), NaN where there is none
+                return tuple(
+                    part(
+                        stored[f"vertices{i}"],
+                        stored[f"faces{i}"],
+                        None if np.isnan(colour[0]) else tuple(colour.tolist()),
+                    )
+                    for i, colour in enumerate(colours)
+                )
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+            return None
+
+    def store(self, parts: Iterable[_Part]) -> None:
+        """Write parts aside and rename them into place, so that a reader sees all or nothing."""
+        arrays: dict[str, Any] = {}
+        colours = []
+        for i, part in enumerate(parts):
+            arrays |= {f"vertices{i}": part.vertices, f"faces{i}": part.faces}
+            colours.append([np.nan] * 4 if part.rgba is None else part.rgba)
+        with contextlib.suppress(OSError):
+            self.file.parent.mkdir(parents=True, exist_ok=True)
+            handle, aside = tempfile.mkstemp(dir=self.file.parent, suffix=".part")
+            try:
+                with os.fdopen(handle, "wb") as file:
+                    np.savez(file, rgba=np.array(colours, float), **arrays)
+                os.replace(aside, self.file)
+            except BaseException:
+                Path(aside).unlink(missing_ok=True)
+                raise

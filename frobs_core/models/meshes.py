@@ -1,0 +1,192 @@
+"""Mesh files as triangles, whatever their format: what an engine cannot read itself is read here, once.
+
+Coordinates are the file's, in metres: the unit that a COLLADA file declares is applied, its up axis is not, as in RViz
+and Gazebo. A mesh that takes long to parse is kept in a cache, keyed by its content.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ModelFileError
+from frobs_core.models.mesh_cache import MeshCache
+
+FORMATS = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
+"""Endings of the mesh files that can be read."""
+
+MAX_BYTES = 256 * 2**20
+MAX_FACES = 2_000_000
+"""Beyond these a mesh is refused: building a model of it would look like a hang."""
+
+_UNIT = re.compile(rb'<unit\b[^>]*\bmeter\s*=\s*["\']([^"\']+)["\']')
+_DEFAULT_COLOUR = (102, 102, 102, 255)  # what trimesh says where the file says nothing
+
+Rgba = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class MeshPart:
+    """The triangles of one colour in a mesh.
+
+    Attributes:
+        vertices: (n, 3) [m]
+        faces: (m, 3) int32 indices of vertices, counter-clockwise seen from outside.
+        rgba: Each in [0, 1]; None: the file gives no colour.
+    """
+
+    vertices: Floats
+    faces: npt.NDArray[np.int32]
+    rgba: Rgba | None = None
+
+
+def read_mesh(path: Path) -> tuple[MeshPart, ...]:
+    """Read a mesh file, one part for each of its colours.
+
+    Raises:
+        ModelFileError: It cannot be read, holds no triangles, is broken or too large.
+    """
+    data = _read_file(path)
+    if path.suffix.lower() == ".stl" and data[:5] != b"solid":
+        return _checked(path, _parse(path))  # as fast as any cache
+    cache = MeshCache(path, data)
+    parts = cache.load(MeshPart)
+    if parts is None:
+        parts = _checked(path, _parse(path, _metres(path, data)))
+        cache.store(parts)
+    return parts
+
+
+def scaled(parts: Iterable[MeshPart], scale: tuple[float, float, float]) -> tuple[MeshPart, ...]:
+    """Return parts stretched along the axes; faces keep their outside where a scale mirrors them."""
+    mirrored = scale[0] * scale[1] * scale[2] < 0.0
+    return tuple(
+        MeshPart(part.vertices * scale, part.faces[:, ::-1] if mirrored else part.faces, part.rgba) for part in parts
+    )
+
+
+def joined(parts: Iterable[MeshPart]) -> MeshPart:
+    """Return all triangles as one part, without a colour."""
+    vertices, faces, count = [], [], 0
+    for part in parts:
+        vertices.append(part.vertices)
+        faces.append(part.faces + count)
+        count += len(part.vertices)
+    return MeshPart(np.concatenate(vertices), np.concatenate(faces).astype(np.int32))
+
+
+def write_stl(part: MeshPart, path: Path) -> None:
+    """Write triangles as a binary STL, which every engine reads."""
+    corners = part.vertices[part.faces]  # (m, 3, 3)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normals, axis=-1, keepdims=True)
+    records = np.zeros(len(corners), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    records["normal"] = normals / np.where(length == 0.0, 1.0, length)
+    records["corners"] = corners
+    path.write_bytes(bytes(80) + np.uint32(len(corners)).astype("<u4").tobytes() + records.tobytes())
+
+
+def _read_file(path: Path) -> bytes:
+    if path.suffix.lower() not in FORMATS:
+        raise ModelFileError(
+            path, f"a mesh that ends in '{path.suffix}' cannot be read; there are {', '.join(FORMATS)}."
+        )
+    try:
+        size = path.stat().st_size
+        if size > MAX_BYTES:
+            raise ModelFileError(
+                path, f"the mesh has {size / 2**20:.0f} MiB; at most {MAX_BYTES // 2**20} are read. Simplify it."
+            )
+        data = path.read_bytes()
+    except OSError as error:
+        raise ModelFileError(path, f"the mesh cannot be read: {error.strerror or error}.") from error
+    if path.suffix.lower() == ".dae" and re.search(rb"<!(DOCTYPE|ENTITY)", data):
+        raise ModelFileError(path, "the mesh declares a document type (<!DOCTYPE …>), which none needs: remove it.")
+    return data
+
+
+def _metres(path: Path, data: bytes) -> float:
+    """Return what the numbers of a file have to be multiplied with."""
+    match = _UNIT.search(data) if path.suffix.lower() == ".dae" else None
+    try:
+        unit = float(match[1]) if match else 1.0
+    except ValueError:
+        unit = 0.0
+    if not 0.0 < unit < np.inf:
+        raise ModelFileError(path, f"the mesh declares a unit of {match[1].decode(errors='replace')} m.")  # type: ignore[index]
+    return unit
+
+
+def _parse(path: Path, unit: float = 1.0) -> list[MeshPart]:
+    import trimesh
+
+    groups: dict[Rgba | None, list[MeshPart]] = {}
+    with _quiet():
+        try:
+            scene = trimesh.load_scene(path, process=False)
+            for node in scene.graph.nodes_geometry:
+                transform, name = scene.graph[node]
+                mesh = scene.geometry[name]
+                if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
+                    continue  # points and lines
+                mesh = mesh.copy()
+                mesh.apply_transform(transform)
+                rgba = _colour(mesh)
+                mesh = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+                if np.isfinite(mesh.vertices).all():
+                    mesh.merge_vertices()
+                part = MeshPart(np.array(mesh.vertices, float) * unit, np.array(mesh.faces, np.int32), rgba)
+                groups.setdefault(rgba, []).append(part)
+        except Exception as error:  # parsers raise all kinds
+            reason = f"the mesh is broken: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
+            raise ModelFileError(path, reason) from error
+    parts = ((rgba, joined(found)) for rgba, found in groups.items())
+    return [MeshPart(part.vertices, part.faces, rgba) for rgba, part in parts]
+
+
+def _colour(mesh: Any) -> Rgba | None:
+    """Return the one colour of a mesh that has no texture and no colours by vertex."""
+    material = getattr(mesh.visual, "material", None)
+    if material is None or getattr(material, "image", None) is not None:
+        return None
+    if getattr(material, "baseColorTexture", None) is not None:
+        return None
+    colour = tuple(int(c) for c in material.main_color)
+    if colour == _DEFAULT_COLOUR or len(colour) != 4:
+        return None
+    r, g, b, a = (c / 255.0 for c in colour)
+    return r, g, b, a or 1.0  # an alpha of 0 is an exporter's confusion of transparency and opacity
+
+
+def _checked(path: Path, parts: list[MeshPart]) -> tuple[MeshPart, ...]:
+    if not parts:
+        raise ModelFileError(path, "the mesh is broken or empty: there is no triangle in it.")
+    faces = sum(len(part.faces) for part in parts)
+    if faces > MAX_FACES:
+        raise ModelFileError(path, f"the mesh has {faces:,} triangles; at most {MAX_FACES:,} are read. Simplify it.")
+    for part in parts:
+        if not np.isfinite(part.vertices).all():
+            raise ModelFileError(path, "the mesh is broken: a coordinate is not finite.")
+        if part.faces.min() < 0 or part.faces.max() >= len(part.vertices):
+            raise ModelFileError(path, "the mesh is broken: a triangle refers to a vertex that does not exist.")
+    return tuple(parts)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep the parser's remarks on textures that nobody draws from a user's screen."""
+    logger = logging.getLogger("trimesh")
+    level, logger.level = logger.level, logging.ERROR
+    try:
+        yield
+    finally:
+        logger.level = level

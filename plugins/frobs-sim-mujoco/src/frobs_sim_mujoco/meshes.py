@@ -1,0 +1,55 @@
+"""The meshes of robots as MuJoCo takes them: triangles, not files, so that every format is read alike."""
+
+from __future__ import annotations
+
+import mujoco
+
+from frobs_core.models import Mesh
+from frobs_core.models.meshes import MeshPart, Rgba, joined, read_mesh, scaled
+
+Use = tuple[str, Rgba | None]
+"""Name of a mesh in the specification, and its own colour."""
+
+
+class RobotMeshes:
+    """Adds each mesh to a specification once, however many geoms use it.
+
+    Args:
+        spec: What the meshes are added to.
+    """
+
+    def __init__(self, spec: mujoco.MjSpec) -> None:
+        self._spec = spec
+        self._known = {mesh.name for mesh in spec.meshes}
+
+    def hull(self, mesh: Mesh) -> list[Use]:
+        """Return one mesh for all parts: MuJoCo lets its convex hull touch, and rays meet its triangles.
+
+        Raises:
+            ModelFileError: The file cannot be read.
+        """
+        name = f"{mesh.path}{mesh.scale}"
+        if name not in self._known:
+            self._add(name, joined(scaled(read_mesh(mesh.path), mesh.scale)))
+        return [(name, None)]
+
+    def drawn(self, mesh: Mesh) -> list[Use]:
+        """Return a mesh for each part, with its colour.
+
+        Raises:
+            ModelFileError: The file cannot be read.
+        """
+        uses = []
+        for number, part in enumerate(scaled(read_mesh(mesh.path), mesh.scale)):
+            name = f"{mesh.path}{mesh.scale}#{number}"
+            if name not in self._known:
+                self._add(name, part)
+            uses.append((name, part.rgba))
+        return uses
+
+    def _add(self, name: str, part: MeshPart) -> None:
+        element = self._spec.add_mesh(name=name)
+        element.uservert = part.vertices.astype("f4").ravel()
+        element.userface = part.faces.ravel()
+        element.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # it weighs nothing, and may be open
+        self._known.add(name)
