@@ -6,6 +6,7 @@ and Gazebo. A mesh that takes long to parse is kept in a cache, keyed by its con
 
 from __future__ import annotations
 
+import io
 import logging
 import re
 from collections.abc import Iterable, Iterator
@@ -29,6 +30,11 @@ MAX_FACES = 2_000_000
 """Beyond these a mesh is refused: building a model of it would look like a hang."""
 
 _UNIT = re.compile(rb'<unit\b[^>]*\bmeter\s*=\s*["\']([^"\']+)["\']')
+_LOOKS = re.compile(
+    rb"<(bind_material|library_(?:materials|effects|images|cameras|lights)|instance_(?:camera|light))\b"
+    rb"(?:[^>]*/>|.*?</\1>)",
+    re.DOTALL,
+)
 _DEFAULT_COLOUR = (102, 102, 102, 255)  # what trimesh says where the file says nothing
 
 Rgba = tuple[float, float, float, float]
@@ -132,7 +138,7 @@ def _parse(path: Path, unit: float = 1.0) -> list[MeshPart]:
     groups: dict[Rgba | None, list[MeshPart]] = {}
     with _quiet():
         try:
-            scene = trimesh.load_scene(path, process=False)
+            scene = _load_collada(path) if path.suffix.lower() == ".dae" else trimesh.load_scene(path, process=False)
             for node in scene.graph.nodes_geometry:
                 transform, name = scene.graph[node]
                 mesh = scene.geometry[name]
@@ -151,6 +157,22 @@ def _parse(path: Path, unit: float = 1.0) -> list[MeshPart]:
             raise ModelFileError(path, reason) from error
     parts = ((rgba, joined(found)) for rgba, found in groups.items())
     return [MeshPart(part.vertices, part.faces, rgba) for rgba, part in parts]
+
+
+def _load_collada(path: Path) -> Any:
+    """Load a COLLADA file whole: where its materials are broken without colours, but never without a part."""
+    import collada
+    import trimesh
+
+    data = path.read_bytes()
+
+    def load(text: bytes) -> Any:
+        return trimesh.load_scene(io.BytesIO(text), file_type="dae", process=False, ignore_broken=False)
+
+    try:
+        return load(data)
+    except collada.common.DaeError:
+        return load(_LOOKS.sub(b"", data))
 
 
 def _colour(mesh: Any) -> Rgba | None:

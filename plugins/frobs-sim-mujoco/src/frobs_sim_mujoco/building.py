@@ -28,6 +28,7 @@ from frobs_core.models import (
 )
 from frobs_core.rotations import matrix_from_quat
 from frobs_sim_mujoco.meshes import RobotMeshes
+from frobs_sim_mujoco.overlaps import overlaps_at_home
 
 SCENE_GROUP = 0
 """Geom group of what the scene collides with: drawn, and seen by rays."""
@@ -45,7 +46,12 @@ _FRICTION = (0.005, 0.0001)  # torsional [m] and rolling [m]: MuJoCo's defaults
 
 
 def build_model(
-    robots: Mapping[str, Placement], scene: Scene, physics_timestep: float, *, visuals: bool
+    robots: Mapping[str, Placement],
+    scene: Scene,
+    physics_timestep: float,
+    *,
+    visuals: bool,
+    overlaps: bool = False,
 ) -> mujoco.MjModel:
     """Compile robots and a scene.
 
@@ -57,6 +63,8 @@ def build_model(
         scene: Everything else.
         physics_timestep: [s]
         visuals: Whether robots have what is only drawn. A model without it has the same states, and steps faster.
+        overlaps: Whether links that are in each other at home push each other apart. Convex hulls of neighbours often
+            are; a robot that begins with them cannot be controlled.
 
     Raises:
         ModelFileError: MuJoCo refuses a robot's model.
@@ -89,6 +97,14 @@ def build_model(
         _add_camera(spec, name, camera)
     for name, contact in scene.contacts.items():
         _add_contact(spec, name, contact, robots, scene)
+    model = _compile(spec, robots)
+    pairs = [] if overlaps else overlaps_at_home(model, robots)
+    for first, second in pairs:
+        spec.add_exclude(bodyname1=first, bodyname2=second)
+    return _compile(spec, robots) if pairs else model
+
+
+def _compile(spec: mujoco.MjSpec, robots: Mapping[str, Placement]) -> mujoco.MjModel:
     try:
         return spec.compile()
     except ValueError as error:

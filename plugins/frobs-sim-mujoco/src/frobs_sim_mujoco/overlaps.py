@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+
 import mujoco
 
 from frobs_core.arrays import Floats
-from frobs_core.interfaces import Overlap
+from frobs_core.interfaces import Overlap, Placement
+from frobs_core.models import home_positions
 
 
 def find_overlaps(model: mujoco.MjModel, state: Floats, prefix: str) -> list[Overlap]:
@@ -18,12 +21,38 @@ def find_overlaps(model: mujoco.MjModel, state: Floats, prefix: str) -> list[Ove
     """
     data = mujoco.MjData(model)
     mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
-    mujoco.mj_fwdPosition(model, data)
     depths: dict[tuple[str, str], float] = {}
-    for contact in data.contact:
-        names = [model.body(model.geom_bodyid[geom]).name for geom in (contact.geom1, contact.geom2)]
-        if contact.dist < 0.0 and all(name.startswith(prefix) for name in names):
-            first, second = (name.removeprefix(prefix) for name in names)
-            depths[first, second] = max(-float(contact.dist), depths.get((first, second), 0.0))
+    for first, second, depth in _touching(model, data):
+        if first.startswith(prefix) and second.startswith(prefix):
+            pair = first.removeprefix(prefix), second.removeprefix(prefix)
+            depths[pair] = max(depth, depths.get(pair, 0.0))
     found = [Overlap(first=first, second=second, depth=depth) for (first, second), depth in depths.items()]
     return sorted(found, key=lambda overlap: -overlap.depth)
+
+
+def overlaps_at_home(model: mujoco.MjModel, robots: Mapping[str, Placement]) -> list[tuple[str, str]]:
+    """Return the pairs of bodies of one robot that are in each other at home, by their names in the model."""
+    data = mujoco.MjData(model)
+    for name, placement in robots.items():
+        robot = placement.model
+        home = dict(zip(robot.joint_names, home_positions(robot, placement.robot.home).tolist(), strict=True))
+        for joint in robot.joints:
+            if joint.mimic is not None:
+                home[joint.name] = joint.mimic.multiplier * home[joint.mimic.joint] + joint.mimic.offset
+        for joint_name, position in home.items():
+            data.qpos[model.joint(f"{name}/{joint_name}").qposadr[0]] = position
+    pairs = {
+        (first, second): None
+        for first, second, _ in _touching(model, data)
+        if first.partition("/")[0] == second.partition("/")[0] in robots
+    }
+    return list(pairs)
+
+
+def _touching(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[str, str, float]]:
+    """Yield two bodies and the depth [m] for each contact of bodies that are in each other."""
+    mujoco.mj_fwdPosition(model, data)
+    for contact in data.contact:
+        if contact.dist < 0.0:
+            first, second = (model.body(model.geom_bodyid[geom]).name for geom in (contact.geom1, contact.geom2))
+            yield first, second, -float(contact.dist)

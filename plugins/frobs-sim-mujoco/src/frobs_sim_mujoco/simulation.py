@@ -260,10 +260,14 @@ class MujocoSimulation(Simulation):
         self._viewer.sync()
 
     def overlaps(self, robot: str = "robot") -> Sequence[Overlap]:
-        """Return which links of a robot are in each other now, in the first environment, the deepest first."""
+        """Return which links of a robot are in each other now, in the first environment, the deepest first.
+
+        Among them are those that are so at home, which never push each other apart.
+        """
         if robot not in self.robots:
             raise UnknownNameError("robot of the simulation", robot, self.robots)
-        return find_overlaps(self.model, self.batch.state[0], f"{robot}/")
+        model = build_model(self._placements, self.scene, self.physics_timestep, visuals=False, overlaps=True)
+        return find_overlaps(model, self.batch.state[0], f"{robot}/")
 
     def bare_engine(self) -> BareMujoco:
         """Return MuJoCo without FRobs."""
