@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
+from types import ModuleType
 from typing import Annotated, Any
 
 import typer
 
 from frobs_core import __version__
+from frobs_core.cli import doctor
 from frobs_core.cli.bench import bench
 from frobs_core.cli.check import check
 from frobs_core.cli.evaluate import evaluate
@@ -25,7 +27,10 @@ COMMANDS: Mapping[str, Mapping[str, Callable[..., Any]]] = {
     "Learn": {"train": train, "evaluate": evaluate, "play": play, "plot": plot},
     "Verify": {"check": check, "bench": bench},
 }
-"""Heading, then word, then what it does. A family of its own (``doctor …``) is a typer app, added below."""
+"""Heading, then word, then what it does."""
+
+FAMILIES: Mapping[str, Mapping[str, ModuleType]] = {"Verify": {"doctor": doctor}}
+"""Heading, then word, then the module of a family of commands: a function of that name, and the table ``COMMANDS``."""
 
 
 def _help(function: Callable[..., Any]) -> str:
@@ -35,16 +40,28 @@ def _help(function: Callable[..., Any]) -> str:
     return "\n\n".join([*(" ".join(paragraph.split()) for paragraph in paragraphs), lines])
 
 
-app = typer.Typer(
-    cls=FrobsGroup,
-    context_settings={"help_option_names": ["-h", "--help"]},
-    rich_markup_mode="rich",
-    pretty_exceptions_enable=False,
-)
+def _group() -> typer.Typer:
+    return typer.Typer(
+        cls=FrobsGroup,
+        context_settings={"help_option_names": ["-h", "--help"]},
+        rich_markup_mode="rich",
+        pretty_exceptions_enable=False,
+    )
+
+
+app = _group()
 
 for _heading, _commands in COMMANDS.items():
     for _word, _function in _commands.items():
         app.command(_word, help=_help(_function), rich_help_panel=_heading)(_function)
+
+for _heading, _families in FAMILIES.items():
+    for _word, _module in _families.items():
+        _family, _callback = _group(), getattr(_module, _word)
+        for _member, _function in _module.COMMANDS.items():
+            _family.command(_member, help=_help(_function))(_function)
+        _family.callback(invoke_without_command=True, help=_help(_callback))(_callback)
+        app.add_typer(_family, name=_word, rich_help_panel=_heading)
 
 
 def frobs(

@@ -78,12 +78,16 @@ def default_tcp(model: RobotModel) -> str:
     for link in model.links:
         path = joint_path(model, link.name)
         actuated = sum(joint.name in moving for joint in path)
-        usual = next((len(TOOL_NAMES) - i for i, name in enumerate(TOOL_NAMES) if _is_named(link.name, name)), 0)
-        rank = (actuated, usual, len(path))
+        rank = (actuated, usual_rank(link.name), len(path))
         if best is None or rank > best[0]:
             best = (rank, link.name)
     assert best is not None  # a model has at least one link
     return best[1]
+
+
+def usual_rank(link: str) -> int:
+    """Return how usual a link's name is for a tool: 0 for not at all."""
+    return next((len(TOOL_NAMES) - i for i, name in enumerate(TOOL_NAMES) if _is_named(link, name)), 0)
 
 
 def _is_named(link: str, name: str) -> bool:

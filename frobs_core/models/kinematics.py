@@ -171,6 +171,24 @@ def joint_path(model: RobotModel, frame: str) -> list[Joint]:
     return path[::-1]
 
 
+def longest_reach(model: RobotModel, frame: str) -> float:
+    """Return a distance [m] from the root that a link never exceeds: the lengths along its chain, added up.
+
+    Infinite where the chain has a joint that translates without limits.
+    """
+    joint_of = {joint.child: joint for joint in model.joints}
+    total = 0.0
+    while frame in joint_of:
+        joint = joint_of[frame]
+        total += float(np.linalg.norm(joint.origin.pos))
+        if joint.type is JointType.PRISMATIC:
+            total += max(abs(joint.limits.lower), abs(joint.limits.upper))
+        elif joint.type in (JointType.FLOATING, JointType.PLANAR):
+            total = np.inf
+        frame = joint.parent
+    return total
+
+
 def _left_product(quat_wxyz: Floats) -> Floats:
     """Return the matrix (4, 4) that multiplies a quaternion from the left."""
     w, x, y, z = quat_wxyz

@@ -11,7 +11,7 @@ from frobs_core.models.model import RobotModel
 from frobs_core.models.resources import Packages, resolve_path
 from frobs_core.models.urdf import read_urdf
 from frobs_core.models.xacro_files import read_text
-from frobs_core.models.xmltree import parse_xml
+from frobs_core.models.xmltree import Element, parse_xml
 
 _ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
 
@@ -38,6 +38,23 @@ def load_model(
         ModelFileError: The file, or one that it refers to, is missing, empty or broken, says something
             impossible, or declares a document type; the message names the file, the line and what to do.
     """
+    return read_document(*open_document(path, xacro_args=xacro_args, package_paths=package_paths))
+
+
+def open_document(
+    path: str | Path,
+    *,
+    xacro_args: Mapping[str, str] | None = None,
+    package_paths: Mapping[str, str | Path] | None = None,
+) -> tuple[Element, Path, Packages]:
+    """Parse a model file, macros expanded; the arguments are those of :func:`load_model`.
+
+    Returns:
+        Its first element, its absolute path, and where the packages are that it names.
+
+    Raises:
+        ModelFileError: It is missing, empty or broken.
+    """
     file = resolve_path(path)
     if file.is_dir():
         raise ModelFileError(file, "is a folder; name the file in it.")
@@ -45,7 +62,15 @@ def load_model(
         raise ModelFileError(file, f"the ending '{file.suffix}' is of no model file; there are {', '.join(_ENDINGS)}.")
     packages = Packages(package_paths, file)
     text, expanded = read_text(file, xacro_args or {}, packages)
-    root = parse_xml(text, file, expanded=expanded)
+    return parse_xml(text, file, expanded=expanded), file, packages
+
+
+def read_document(root: Element, file: Path, packages: Packages) -> RobotModel:
+    """Read what was parsed.
+
+    Raises:
+        ModelFileError: It says something impossible, or is no robot.
+    """
     if root.tag == "robot":
         return read_urdf(root, file, packages)
     if root.tag == "mujoco":

@@ -81,7 +81,7 @@ class Packages:
         searched = self._folders()
         for folder in searched:
             for candidate in (folder, folder / name):
-                if candidate.is_dir() and _package_name(candidate) == name:
+                if candidate.is_dir() and package_name(candidate) == name:
                     return candidate
         for folder in self.file.parents:
             if folder.name == name:
@@ -132,7 +132,7 @@ class Packages:
         return found.resolve()
 
 
-def _package_name(folder: Path) -> str:
+def package_name(folder: Path) -> str:
     """Return the name that a folder's ``package.xml`` gives it, else its own."""
     try:
         match = _PACKAGE.search((folder / "package.xml").read_text(errors="replace"))

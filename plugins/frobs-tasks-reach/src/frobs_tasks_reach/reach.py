@@ -27,7 +27,7 @@ from frobs_tasks_reach.given import checked_goal, checked_joint_positions
 from frobs_tasks_reach.keep_out import Foot
 from frobs_tasks_reach.observation import FlatObservation, ObservationTerm
 from frobs_tasks_reach.parameters import box, finite, numbers, positive
-from frobs_tasks_reach.sampling import JointSampler, first_moving_link, in_box, longest_reach
+from frobs_tasks_reach.sampling import JointSampler, first_moving_link, in_box
 
 _FLOOR_CLEARANCE = 0.05  # [m] lowest tool at the start of an episode, so that the arm does not start in the floor
 _FOOT_CLEARANCE = 0.03  # [m] between a goal and the robot's own foot: half the width of a flange

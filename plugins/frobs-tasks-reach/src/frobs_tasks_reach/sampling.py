@@ -113,21 +113,3 @@ def first_moving_link(model: RobotModel, frame: str) -> str:
             found = frame
         frame = joint.parent
     return found
-
-
-def longest_reach(model: RobotModel, frame: str) -> float:
-    """Return a distance [m] from the root that a link never exceeds: the lengths along its chain, added up.
-
-    Infinite where the chain has a joint that translates without limits.
-    """
-    joint_of = {joint.child: joint for joint in model.joints}
-    total = 0.0
-    while frame in joint_of:
-        joint = joint_of[frame]
-        total += float(np.linalg.norm(joint.origin.pos))
-        if joint.type is JointType.PRISMATIC:
-            total += max(abs(joint.limits.lower), abs(joint.limits.upper))
-        elif joint.type in (JointType.FLOATING, JointType.PLANAR):
-            total = np.inf
-        frame = joint.parent
-    return total

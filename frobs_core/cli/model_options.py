@@ -1,0 +1,61 @@
+"""Options of commands that read a model file: xacro arguments and ROS packages."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from frobs_core.errors import ConfigurationError
+from frobs_core.models.resources import package_name
+
+XacroArgs = Annotated[
+    list[str] | None,
+    typer.Option("--args", metavar="NAME:=VALUE", show_default=False, help="An argument of a xacro file; repeatable."),
+]
+
+PackagePath = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="[NAME=]FOLDER",
+        show_default=False,
+        help="Where a ROS package is that the file names, or a folder that holds such packages; repeatable.",
+    ),
+]
+
+
+def xacro_args(given: Sequence[str] | None) -> dict[str, str]:
+    """Return xacro arguments by name; one text may hold several, with spaces between them.
+
+    Raises:
+        ConfigurationError: A text is no ``name:=value``.
+    """
+    found = {}
+    for word in (word for text in given or () for word in text.split()):
+        name, sign, value = word.partition(":=")
+        if not (name and sign):
+            raise ConfigurationError(f"--args takes NAME:=VALUE, not '{word}'.")
+        found[name] = value
+    return found
+
+
+def package_paths(given: Sequence[str] | None) -> dict[str, str | Path]:
+    """Return the folders of ROS packages by name.
+
+    Raises:
+        ConfigurationError: There is no such folder.
+    """
+    found: dict[str, str | Path] = {}
+    for text in given or ():
+        name, sign, value = text.partition("=")
+        folder = Path(value if sign else text).expanduser()
+        if not folder.is_dir():
+            raise ConfigurationError(f"--package-path: '{folder}' is no folder; give FOLDER or NAME=FOLDER.")
+        if sign:
+            found[name] = folder
+        else:
+            inside = sorted(child for child in folder.iterdir() if child.is_dir())
+            found |= {package_name(candidate): candidate for candidate in [*inside, folder]}
+    return found
