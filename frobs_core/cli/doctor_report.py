@@ -85,7 +85,9 @@ def _print_drives(joints: Sequence[JointFacts]) -> None:
     for joint, drive in drives:
         numbers = (drive.inertia, drive.stiffness, drive.damping, abs(drive.holding_effort))
         frequency = [_number(drive.bandwidth), f"{1000.0 * drive.time_constant:.3g} ms"]
-        rows.append([joint.name, *map(_number, numbers), "–" if joint.effort is None else _number(joint.effort), *frequency])
+        rows.append(
+            [joint.name, *map(_number, numbers), "–" if joint.effort is None else _number(joint.effort), *frequency]
+        )
     heads = ["joint", "inertia", "Kp", "Kd", "holds", "limit", "Hz", "time"]
     _print_table(heads, rows, right=range(1, 8))
 
@@ -94,7 +96,9 @@ def _print_links(report: RobotReport) -> None:
     rows = []
     for link in report.links:
         size = "–" if link.size is None else " × ".join(f"{edge:.3f}" for edge in link.size)
-        rows.append([link.name, _number(link.mass), size, *(str(n) if n else "–" for n in (link.visuals, link.collisions))])
+        rows.append(
+            [link.name, _number(link.mass), size, *(str(n) if n else "–" for n in (link.visuals, link.collisions))]
+        )
     _print_table(["link", "kg", "size in m", "drawn", "solid"], rows, right=(1, 3, 4))
 
 
@@ -125,7 +129,12 @@ def _print_simulator(simulator: SimulatorFacts) -> None:
     _print_grid([[Text(verdict, style=style)]], indent=4)
     if simulator.elements:
         rows: list[list[str | Text]] = [
-            [row.element.replace("_", " "), str(len(row.names)), Text(row.treatment, _TREATMENTS[row.treatment]), row.how]
+            [
+                row.element.replace("_", " "),
+                str(len(row.names)),
+                Text(row.treatment, _TREATMENTS[row.treatment]),
+                row.how,
+            ]
             for row in sorted(simulator.elements, key=lambda row: list(_TREATMENTS).index(row.treatment))
         ]
         _print_table(["in the file", "", "", ""], rows, right=(1,), header=False)
@@ -206,7 +215,7 @@ def _print_table(
         table.add_column(
             head,
             justify="right" if i in numbers else "left",
-            no_wrap=i in numbers or (i > 0 and header),
+            no_wrap=i in numbers or (i > 0 and header and head != "axis"),
             overflow="fold",
             style="cyan" if i == 0 and len(heads) > 2 else None,
         )
@@ -217,7 +226,10 @@ def _print_table(
 
 
 def _number(value: float | None) -> str:
-    return "–" if value is None else f"{value:.4g}".replace("-", "−")
+    if value is None:
+        return "–"
+    text = f"{value:,.0f}" if 1e4 <= abs(value) < 1e9 else f"{value:.4g}"
+    return text.replace("-", "−")
 
 
 def _count(number: int, noun: str) -> str:

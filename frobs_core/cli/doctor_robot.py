@@ -16,7 +16,9 @@ def robot(
     file: Annotated[
         str,
         typer.Argument(
-            metavar="FILE", show_default=False, help="A URDF, xacro or MJCF file, or 'package:path' in a Python package."
+            metavar="FILE",
+            show_default=False,
+            help="A URDF, xacro or MJCF file, or 'package:path' in a Python package.",
         ),
     ],
     args: XacroArgs = None,

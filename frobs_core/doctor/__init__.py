@@ -1,12 +1,12 @@
 """What is wrong with a robot's file, and what to do: the facts and findings of ``frobs doctor robot``.
 
-    report.py       the facts and the findings, as data
-    reading.py      reads the file, further than a simulation would
-    joints.py       limits, drives, weight
-    bodies.py       masses, inertias, shapes
-    tools.py        which link may be the tool, and how far it reaches
-    simulators.py   what each installed simulator makes of it
-    robot.py        puts it together
+report.py       the facts and the findings, as data
+reading.py      reads the file, further than a simulation would
+joints.py       limits, drives, weight
+bodies.py       masses, inertias, shapes
+tools.py        which link may be the tool, and how far it reaches
+simulators.py   what each installed simulator makes of it
+robot.py        puts it together
 """
 
 from frobs_core.doctor.report import (

@@ -10,8 +10,8 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.doctor.report import Finding, LinkFacts, Severity
 from frobs_core.errors import ModelFileError
-from frobs_core.models import Inertial, Link, Mesh, RobotModel
-from frobs_core.models.bounds import link_bounds, shapes_bounds
+from frobs_core.models import Collision, Inertial, Link, Mesh, RobotModel, Visual
+from frobs_core.models.bounds import link_bounds, shape_points
 from frobs_core.models.inertia import inertia_matrix
 from frobs_core.models.kinematics import MOVING
 
@@ -67,10 +67,11 @@ def body_findings(model: RobotModel) -> Iterator[Finding]:
 
 
 def _unreadable(link: Link) -> Iterator[Finding]:
-    for shape in (*link.collisions, *link.visuals):
+    shapes: list[Visual | Collision] = [*link.collisions, *link.visuals]
+    for shape in shapes:
         if isinstance(shape.geometry, Mesh):
             try:
-                shapes_bounds([shape])
+                shape_points(shape)
             except ModelFileError as error:
                 yield _finding(
                     "unreadable-mesh",
@@ -146,6 +147,4 @@ def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Itera
 
 
 def _finding(code: str, link: Link, problem: str, advice: str) -> Finding:
-    return Finding(
-        code=code, severity=Severity.WARNING, about=f"link '{link.name}'", problem=problem, advice=advice
-    )
+    return Finding(code=code, severity=Severity.WARNING, about=f"link '{link.name}'", problem=problem, advice=advice)

@@ -43,9 +43,7 @@ def _facts(joint: Joint, rests: dict[str, float], drives: dict[str, DriveFacts])
         effort=_finite(limits.effort),
         damping=joint.damping,
         friction=joint.friction,
-        mimic=None
-        if mimic is None
-        else {"joint": mimic.joint, "multiplier": mimic.multiplier, "offset": mimic.offset},
+        mimic=None if mimic is None else {"joint": mimic.joint, "multiplier": mimic.multiplier, "offset": mimic.offset},
         home=home,
         drive=drives.get(joint.name),
     )

@@ -56,7 +56,7 @@ def examine_robot(
         *tool_findings(model, tools),
     ]
     findings.sort(key=lambda finding: _ORDER.index(finding.severity))
-    low, high = (corner[0] for corner in robot_bounds(model, home[None]))
+    low, high = robot_bounds(model, home)
     return RobotReport(
         file=str(model.path),
         file_format=model.format,

@@ -32,7 +32,9 @@ def simulator_facts(model: RobotModel, wanted: Sequence[str] = ()) -> tuple[Simu
 def _facts(name: str, model: RobotModel) -> SimulatorFacts:
     report = plugins.get_report("simulator", name)
     builds: bool | None = None
-    reason, overlaps, rows = "", None, ()
+    overlaps: Sequence[Overlap] | None = None
+    rows: tuple[TranslatedElement, ...] = ()
+    reason = ""
     try:
         cls: type[Simulation] = plugins.get_record("simulator", name).load()
         rows = _elements(cls, model)
@@ -76,7 +78,10 @@ def _elements(cls: type[Simulation], model: RobotModel) -> tuple[TranslatedEleme
     rows = []
     for kind, names in elements(model).items():
         known = [row for row in told if row.element == kind]
-        rows += [TranslatedElement(element=kind, names=r.names or names, treatment=r.treatment.value, how=r.how) for r in known]
+        rows += [
+            TranslatedElement(element=kind, names=r.names or names, treatment=r.treatment.value, how=r.how)
+            for r in known
+        ]
         if not known:
             rows.append(TranslatedElement(element=kind, names=names, treatment="not told", how=""))
     return tuple(rows)

@@ -9,9 +9,9 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.doctor.report import Finding, Severity, ToolCandidate
-from frobs_core.models import RobotModel, default_tcp
+from frobs_core.models import RobotModel, default_tcp, longest_reach
 from frobs_core.models.defaults import TOOL_NAMES, usual_rank
-from frobs_core.models.kinematics import joint_path, longest_reach
+from frobs_core.models.kinematics import joint_path
 
 _SAMPLES = 2000
 _TURN = math.pi  # [rad] either way, for a joint without limits
@@ -74,4 +74,5 @@ def _random_positions(model: RobotModel) -> Floats:
         low.append(joint.limits.lower if math.isfinite(joint.limits.lower) else -far)
         high.append(joint.limits.upper if math.isfinite(joint.limits.upper) else far)
     share = np.random.default_rng(0).uniform(-0.1, 1.1, (_SAMPLES, len(low))).clip(0.0, 1.0)
-    return np.array(low) + share * (np.array(high) - np.array(low))
+    drawn: Floats = np.array(low) + share * (np.array(high) - np.array(low))
+    return drawn

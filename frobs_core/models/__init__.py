@@ -2,7 +2,7 @@
 
 from frobs_core.models.defaults import default_gains, default_tcp, home_positions
 from frobs_core.models.elements import ELEMENTS, elements
-from frobs_core.models.kinematics import forward_kinematics
+from frobs_core.models.kinematics import forward_kinematics, longest_reach
 from frobs_core.models.load import load_model
 from frobs_core.models.model import (
     Box,
@@ -52,4 +52,5 @@ __all__ = [
     "forward_kinematics",
     "home_positions",
     "load_model",
+    "longest_reach",
 ]

@@ -1,4 +1,4 @@
-"""How large shapes, links and robots are: boxes along the axes, from the files alone."""
+"""How large shapes, links and robots are, from the files alone: the points that stick out farthest, and boxes around them."""
 
 from __future__ import annotations
 
@@ -12,110 +12,142 @@ import numpy.typing as npt
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import ModelFileError
-from frobs_core.models.model import Box, Capsule, Collision, Cylinder, Geometry, Link, Mesh, Pose, RobotModel, Visual
+from frobs_core.models.model import Box, Capsule, Collision, Cylinder, Geometry, Link, Mesh, RobotModel, Sphere, Visual
 from frobs_core.rotations import matrix_from_quat
 
 Bounds: TypeAlias = tuple[Floats, Floats]
 """Lowest and highest corner, (3,) [m] each."""
 
+_CHUNK = 20_000  # vertices that are looked at together, which bounds the memory
+_CIRCLE = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
 
-def geometry_bounds(geometry: Geometry, origin: Pose) -> Bounds:
-    """Return the box along the axes around a shape.
 
-    Args:
-        geometry: The shape.
-        origin: Where it is in the frame whose axes are meant.
+def _directions(count: int) -> Floats:
+    """Return unit vectors in all directions, (count + 6, 3): a Fibonacci sphere, and the axes."""
+    i = np.arange(count) + 0.5
+    z, turn = 1.0 - 2.0 * i / count, np.pi * (1.0 + 5.0**0.5) * i
+    flat = np.sqrt(1.0 - z * z)
+    sphere = np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1)
+    return np.concatenate([sphere, np.eye(3), -np.eye(3)])
+
+
+_DIRECTIONS = _directions(200)
+
+
+def shape_points(shape: Visual | Collision) -> Floats:
+    """Return the points of a shape that stick out farthest, (n, 3) [m] in its link's frame; n is at most a few hundred.
 
     Raises:
         ModelFileError: A mesh cannot be read, or trimesh, which reads it, is not installed.
     """
-    rotation = matrix_from_quat(np.array(origin.quat_wxyz))
-    pos = np.array(origin.pos)
+    rotation = matrix_from_quat(np.array(shape.origin.quat_wxyz))
+    points = _points(shape.geometry)
+    return np.asarray(np.array(shape.origin.pos) + (points[:, None, :] * rotation).sum(axis=2))
+
+
+def _points(geometry: Geometry) -> Floats:
     match geometry:
         case Mesh(path, scale):
-            points = mesh_points(path) * np.array(scale)
-            turned = (points[:, None, :] * rotation).sum(axis=2)  # (n, 3)
-            return pos + turned.min(axis=0), pos + turned.max(axis=0)
+            scaled: Floats = mesh_points(path) * np.array(scale)
+            return scaled
         case Box(size):
-            half = np.abs(rotation) @ (np.array(size) / 2.0)
-        case Cylinder(radius, length):
-            along = np.abs(rotation[:, 2])
-            half = radius * np.sqrt(np.maximum(0.0, 1.0 - along**2)) + along * length / 2.0
+            corners = np.array(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5])).reshape(3, -1).T
+            box: Floats = corners * np.array(size)
+            return box
+        case Sphere(radius):
+            return radius * _DIRECTIONS
         case Capsule(radius, length):
-            half = np.abs(rotation[:, 2]) * length / 2.0 + radius
-        case _:
-            half = np.full(3, geometry.radius)
-    return pos - half, pos + half
+            ends = np.array([[0.0, 0.0, length / 2.0], [0.0, 0.0, -length / 2.0]])
+            return np.concatenate([radius * _DIRECTIONS + end for end in ends])
+        case Cylinder(radius, length):
+            ring = np.stack([radius * np.cos(_CIRCLE), radius * np.sin(_CIRCLE), 0.0 * _CIRCLE], axis=1)
+            return np.concatenate([ring + [0.0, 0.0, length / 2.0], ring - [0.0, 0.0, length / 2.0]])
 
 
 @lru_cache(maxsize=256)
 def mesh_points(path: Path) -> Floats:
-    """Return the vertices of a mesh file, (n, 3) [m], unscaled.
+    """Return the vertices of a mesh file that stick out farthest, (n, 3), unscaled.
 
     Raises:
         ModelFileError: It cannot be read, or trimesh, which reads it, is not installed.
     """
+    vertices = _vertices(path)
+    if not len(vertices) or not np.isfinite(vertices).all():
+        raise ModelFileError(path, "the mesh has no vertices, or some that are not finite.")
+    kept = np.zeros((0, 3))
+    for start in range(0, len(vertices), _CHUNK):  # of the farthest of each part and what was kept, the farthest
+        part = np.concatenate([kept, vertices[start : start + _CHUNK]])
+        kept = part[np.unique((part @ _DIRECTIONS.T).argmax(axis=0))]
+    return kept
+
+
+def _vertices(path: Path) -> Floats:
     try:
         import trimesh
     except ImportError as error:
         raise ModelFileError(path, "meshes are measured by trimesh; install it with 'pip install trimesh'.") from error
     try:
         scene = trimesh.load_scene(path, process=False)
-        points = np.concatenate([np.asarray(mesh.vertices, float) for mesh in scene.dump() if len(mesh.vertices)])
+        parts: list[Floats] = [
+            np.array(mesh.vertices, np.float64) for mesh in scene.dump() if hasattr(mesh, "vertices")
+        ]
+        return np.concatenate(parts)
     except Exception as error:  # each format's reader raises what it likes
         raise ModelFileError(path, f"not readable as a mesh: {' '.join(str(error).split())[:200]}.") from error
-    if not len(points) or not np.isfinite(points).all():
-        raise ModelFileError(path, "the mesh has no vertices, or some that are not finite.")
-    return points
 
 
-def shapes_bounds(shapes: Iterable[Visual | Collision]) -> Bounds | None:
-    """Return the box around some shapes of a link, in its frame; None: there are none.
-
-    Raises:
-        ModelFileError: A mesh cannot be read.
-    """
-    return _around(geometry_bounds(shape.geometry, shape.origin) for shape in shapes)
+def shapes_points(shapes: Iterable[Visual | Collision]) -> Floats:
+    """Return the points of some shapes of one link, (n, 3) [m] in its frame; meshes that cannot be read are left out."""
+    found = [np.zeros((0, 3))]
+    for shape in shapes:
+        try:
+            found.append(shape_points(shape))
+        except ModelFileError:
+            continue
+    return np.concatenate(found)
 
 
 def link_bounds(link: Link) -> Bounds | None:
-    """Return the box around what a link collides with, or else what it looks like; meshes that cannot be read are left out."""
+    """Return the box around what a link collides with, or else what it looks like; None: no shape that can be measured."""
     for shapes in (link.collisions, link.visuals):
-        found = []
-        for shape in shapes:
-            try:
-                found.append(geometry_bounds(shape.geometry, shape.origin))
-            except ModelFileError:
-                continue
-        if found:
-            return _around(found)
+        points = shapes_points(shapes)
+        if len(points):
+            return points.min(axis=0), points.max(axis=0)
     return None
 
 
-def robot_bounds(model: RobotModel, joint_positions: npt.ArrayLike) -> Bounds:
-    """Return the box around a robot, in the root link's frame; a little too large, as links' boxes are turned whole.
+def drawn_points(model: RobotModel, joint_positions: npt.ArrayLike) -> dict[str, Floats]:
+    """Return the points of what a robot looks like that stick out farthest.
 
     Args:
         model: The robot.
         joint_positions: (n, dof) [rad or m]
 
     Returns:
-        Lowest and highest corners, (n, 3) [m] each. A link without shapes counts as a point.
+        By link (n, k, 3) [m] relative to the root link: a link without shapes has one point, its origin.
     """
     positions = np.asarray(joint_positions, float)
-    low, high = np.full((len(positions), 3), np.inf), np.full((len(positions), 3), -np.inf)
+    found = {}
     for link in model.links:
+        points = shapes_points(link.visuals or link.collisions)
+        if not len(points):
+            points = np.zeros((1, 3))
         pos, quat = model.frame_pose(link.name, positions)
-        bounds = link_bounds(link) or (np.zeros(3), np.zeros(3))
-        rotation = matrix_from_quat(quat)  # (n, 3, 3)
-        middle = pos + (rotation * ((bounds[0] + bounds[1]) / 2.0)).sum(axis=-1)
-        half = (np.abs(rotation) * ((bounds[1] - bounds[0]) / 2.0)).sum(axis=-1)
-        low, high = np.minimum(low, middle - half), np.maximum(high, middle + half)
-    return low, high
+        rotation = matrix_from_quat(quat)[:, None]  # (n, 1, 3, 3)
+        found[link.name] = pos[:, None] + (rotation * points[:, None, :]).sum(axis=-1)
+    return found
 
 
-def _around(bounds: Iterable[Bounds]) -> Bounds | None:
-    boxes = list(bounds)
-    if not boxes:
-        return None
-    return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
+def robot_bounds(model: RobotModel, joint_positions: npt.ArrayLike) -> Bounds:
+    """Return the box around what a robot looks like.
+
+    Args:
+        model: The robot.
+        joint_positions: (dof,) [rad or m]
+
+    Returns:
+        Lowest and highest corner relative to the root link.
+    """
+    points = drawn_points(model, np.asarray(joint_positions, float)[None])
+    every = np.concatenate([found[0] for found in points.values()])
+    return every.min(axis=0), every.max(axis=0)

@@ -21,6 +21,7 @@ from frobs_core.interfaces import (
     Task,
 )
 from frobs_core.interfaces.task import Observation
+from frobs_core.models import longest_reach
 from frobs_core.random import RandomSource
 from frobs_tasks_reach import terms
 from frobs_tasks_reach.given import checked_goal, checked_joint_positions
