@@ -60,8 +60,9 @@ def _points(geometry: Geometry) -> Floats:
             ends = np.array([[0.0, 0.0, length / 2.0], [0.0, 0.0, -length / 2.0]])
             return np.concatenate([radius * _DIRECTIONS + end for end in ends])
         case Cylinder(radius, length):
+            top = np.array([0.0, 0.0, length / 2.0])
             ring = np.stack([radius * np.cos(_CIRCLE), radius * np.sin(_CIRCLE), 0.0 * _CIRCLE], axis=1)
-            return np.concatenate([ring + [0.0, 0.0, length / 2.0], ring - [0.0, 0.0, length / 2.0]])
+            return np.concatenate([ring + top, ring - top])
 
 
 @lru_cache(maxsize=256)

@@ -1,0 +1,80 @@
+"""Where a camera stands so that all of a robot is seen, and where its points are in the picture."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.interfaces import Camera
+
+_FOV = 24.0  # [deg]: from afar, so that near and far parts look equally large
+_AZIMUTH = -55.0  # [deg] from the robot's x axis: a little from the right of what it looks at
+_ELEVATION = 17.0  # [deg]
+
+
+@dataclass(frozen=True)
+class View:
+    """A camera that looks at something, and the size of its pictures.
+
+    Attributes:
+        pos: (3,) [m] in the world.
+        axes: (3, 3): right, up and back, in rows.
+        size: (height, width) [pixels]
+        scale: Of the picture, about [pixels/m].
+    """
+
+    pos: Floats
+    axes: Floats
+    size: tuple[int, int]
+    scale: float
+
+    @property
+    def camera(self) -> Camera:
+        """The camera, for a scene."""
+        target = self.pos - self.axes[2]
+        x, y, z = self.pos.tolist()
+        tx, ty, tz = target.tolist()
+        return Camera(pos=(x, y, z), target=(tx, ty, tz), fov_y=_FOV)
+
+    def project(self, points: Floats) -> Floats:
+        """Return where points (n, 3) [m] are in the picture, (n, 2) [pixels] from its top left corner."""
+        right, up, back = ((points - self.pos) @ self.axes.T).T
+        height, width = self.size
+        focal = 0.5 * height / math.tan(math.radians(_FOV) / 2.0)
+        return np.stack([width / 2.0 - focal * right / back, height / 2.0 + focal * up / back], axis=1)
+
+
+def frame(points: Floats, size: tuple[int, int], fill: tuple[float, float]) -> View:
+    """Return the nearest view in which all points are seen.
+
+    Args:
+        points: (n, 3) [m] in the world.
+        size: (height, width) [pixels]
+        fill: Shares of height and width that the points may take.
+    """
+    azimuth, elevation = math.radians(_AZIMUTH), math.radians(_ELEVATION)
+    back = np.array(
+        [
+            math.cos(elevation) * math.cos(azimuth),
+            math.cos(elevation) * math.sin(azimuth),
+            math.sin(elevation),
+        ]
+    )
+    right = np.cross([0.0, 0.0, 1.0], back)
+    right /= np.linalg.norm(right)
+    axes = np.stack([right, np.cross(back, right), back])
+    x, y, z = (points @ axes.T).T
+    slope = math.tan(math.radians(_FOV) / 2.0)
+    # A point is inside of the right edge if x − cx ≤ k·(cz − z), of the left if cx − x ≤ k·(cz − z), and so for y.
+    place, distances = [], []
+    for along, k in ((x, slope * size[1] / size[0] * fill[1]), (y, slope * fill[0])):
+        one, other = (along + k * z).max(), (-along + k * z).max()
+        place.append((one - other) / 2.0)
+        distances.append((one + other) / (2.0 * k))
+    least = z.max() + 0.05  # in front of everything, also where all points are one
+    distance = max(*distances, least)
+    scale = size[0] / (2.0 * slope * (distance - float(z.mean())))
+    return View(np.array([*place, distance]) @ axes, axes, size, scale)
