@@ -4,18 +4,54 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
+from frobs_core import plugins
 from frobs_core.errors import FrobsError
 from frobs_core.interfaces import Robot
 from frobs_core.models import JointType, RobotModel
+from frobs_core.models.load import ENDINGS
+
+
+def is_model_file(name: str) -> bool:
+    """Tell the path of a robot's model file, or one inside of a Python package, by its ending."""
+    return name.lower().endswith(ENDINGS)
+
+
+def robot_of(name: str, xacro_args: Mapping[str, str], package_paths: Mapping[str, str | Path]) -> Robot | None:
+    """Return the robot that a name or the path of a model file means; None: it means none.
+
+    Raises:
+        AmbiguousNameError: Two distributions offer it.
+    """
+    if is_model_file(name):
+        paths = {package: str(folder) for package, folder in package_paths.items()}
+        return Robot(
+            model=name, name=Path(name).name.partition(".")[0], xacro_args=dict(xacro_args), package_paths=paths
+        )
+    bare = name.removeprefix("robot:")
+    if bare not in plugins.records("robot"):
+        return None
+    robot: Robot = plugins.get_record("robot", bare).load()
+    return robot
+
+
+def describe_file(robot: Robot) -> dict[str, Any]:
+    """Return the facts about a robot that is a file.
+
+    Raises:
+        ModelFileError: The file cannot be read.
+    """
+    load(robot)
+    return {"kind": "robot file", "name": robot.name, **describe_robot(robot)}
 
 
 def describe_robot(robot: Robot) -> dict[str, Any]:
     """Return the facts about a robot. A model file that cannot be read is a fact too: ``error``."""
     facts: dict[str, Any] = {"model": robot.model, "base": robot.base, "tcp": robot.tcp}
     try:
-        model = _load(robot)
+        model = load(robot)
     except FrobsError as error:
         return {**facts, "error": str(error)}
     facts |= {
@@ -50,7 +86,12 @@ def joints(model: RobotModel, home: Mapping[str, float]) -> list[dict[str, Any]]
     return rows
 
 
-def _load(robot: Robot) -> RobotModel:
+def load(robot: Robot) -> RobotModel:
+    """Read a robot's model file.
+
+    Raises:
+        ModelFileError: It cannot be read.
+    """
     from frobs_core.models import load_model
 
     return load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)

@@ -13,11 +13,14 @@ from frobs_core import plugins
 from frobs_core.cli import catalogue
 from frobs_core.cli.describe_environment import describe_environment
 from frobs_core.cli.describe_record import describe_record
+from frobs_core.cli.describe_robot import describe_file, is_model_file, load, robot_of
 from frobs_core.cli.describe_run import describe_run, is_run, readable_run
 from frobs_core.cli.facts import print_facts
+from frobs_core.cli.model_options import PackagePath, XacroArgs, package_paths, xacro_args
 from frobs_core.cli.options import Json
-from frobs_core.cli.output import only_json, print_json, print_line, print_note
-from frobs_core.errors import UnknownNameError
+from frobs_core.cli.output import console, only_json, print_json, print_line, print_note
+from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.interfaces import Robot
 from frobs_core.specs import KINDS
 
 Facts = dict[str, Any]
@@ -29,11 +32,17 @@ def show(
         typer.Argument(
             metavar="NAME",
             show_default=False,
-            help="A simulator, robot, controller, task or algorithm, an environment ID, or a run's folder; "
-            "KIND:NAME where it is several.",
+            help="A simulator, robot, controller, task or algorithm, an environment ID, a run's folder, or a robot's file "
+            "(URDF, xacro, MJCF); KIND:NAME where it is several.",
         ),
     ],
     config: Annotated[bool, typer.Option("--config", help="Of a run, all its settings too.")] = False,
+    picture: Annotated[
+        Path | None,
+        typer.Option(metavar="PNG", show_default=False, help="Of a robot, draw it at home and at its limits."),
+    ] = None,
+    args: XacroArgs = None,
+    package_path: PackagePath = None,
     json: Json = False,
 ) -> None:
     """Show everything about one thing: what it is, what it takes, what it needs, and what it goes with.
@@ -43,9 +52,18 @@ def show(
         $ frobs show frobs/Irb120Reach-v0
         $ frobs show controller:joint_position
         $ frobs show runs/first --config
+        $ frobs show arm.urdf --picture arm.png
     """
     with only_json(json):
-        found = [describe() for describe in _meanings(name)]
+        robot = robot_of(name, xacro_args(args), package_paths(package_path))
+        if robot is not None and is_model_file(name):
+            found = [describe_file(robot)]
+        elif args or package_path:
+            raise ConfigurationError(f"--args and --package-path are for files; '{name}' is none.")
+        else:
+            found = [describe() for describe in _meanings(name)]
+        if picture is not None:
+            _draw(robot, name, picture)
     if json:
         print_json(found)
         return
@@ -56,6 +74,22 @@ def show(
     if len(found) > 1:
         ways = ", ".join(f"'{facts['kind']}:{name}'" for facts in found)
         print_note(f"'{name}' is several things; for one of them: {ways}")
+
+
+def _draw(robot: Robot | None, name: str, picture: Path) -> None:
+    """Draw a robot.
+
+    Raises:
+        ConfigurationError: The name is no robot's.
+        RenderingUnavailableError: Nothing can be drawn on this machine.
+    """
+    if robot is None:
+        raise ConfigurationError(f"--picture draws robots and their files; '{name}' is neither.")
+    from frobs_core.portrait import draw_portrait
+
+    with console(stderr=True).status("drawing"):
+        written = draw_portrait(robot, load(robot), picture)
+    print_note(f"picture: {written}")
 
 
 def _meanings(name: str) -> Iterator[Callable[[], Facts]]:

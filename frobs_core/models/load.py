@@ -13,7 +13,8 @@ from frobs_core.models.urdf import read_urdf
 from frobs_core.models.xacro_files import read_text
 from frobs_core.models.xmltree import Element, parse_xml
 
-_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
+ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
+"""Of model files."""
 
 
 def load_model(
@@ -58,8 +59,8 @@ def open_document(
     file = resolve_path(path)
     if file.is_dir():
         raise ModelFileError(file, "is a folder; name the file in it.")
-    if file.suffix.lower() not in _ENDINGS:
-        raise ModelFileError(file, f"the ending '{file.suffix}' is of no model file; there are {', '.join(_ENDINGS)}.")
+    if file.suffix.lower() not in ENDINGS:
+        raise ModelFileError(file, f"the ending '{file.suffix}' is of no model file; there are {', '.join(ENDINGS)}.")
     packages = Packages(package_paths, file)
     text, expanded = read_text(file, xacro_args or {}, packages)
     return parse_xml(text, file, expanded=expanded), file, packages
