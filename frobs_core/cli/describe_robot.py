@@ -59,7 +59,7 @@ def describe_robot(robot: Robot) -> dict[str, Any]:
         "links": len(model.links),
         "mass": f"{sum(link.inertial.mass for link in model.links if link.inertial):.6g} kg",
         "sensors": [f"{name} ({lidar.rays} rays)" for name, lidar in robot.lidars.items()],
-        "notes": [str(note) for note in model.notes],
+        "notes": [{"about": note.element, "line": note.line, "note": note.text} for note in model.notes],
         "joints": joints(model, robot.home),
     }
     return facts

@@ -37,7 +37,7 @@ class Reading:
 
 
 def read(path: str | Path, xacro_args: Mapping[str, str], package_paths: Mapping[str, str | Path]) -> Reading:
-    """Read a file; meshes that are missing and inertias that are refused are left out and become findings.
+    """Read a file; meshes that are missing and negative masses are left out and become findings.
 
     Raises:
         ModelFileError: It cannot be read all the same.
@@ -47,7 +47,7 @@ def read(path: str | Path, xacro_args: Mapping[str, str], package_paths: Mapping
     numbers: dict[tuple[str, str], object] = {}
     if root.tag == "robot":
         findings += _unresolved_meshes(root, packages)
-        findings += _refused_inertias(root)
+        findings += _negative_masses(root)
         numbers = _numbers_of_file(root)  # before the reader repairs them in place
     model = read_document(root, file, packages)
     return Reading(model, findings, _differences(numbers, model))
@@ -93,40 +93,26 @@ def _missing(reason: str, places: list[tuple[str, int | None]]) -> Finding:
     )
 
 
-def _refused_inertias(root: Element) -> list[Finding]:
-    """Take out inertials that no reader accepts."""
+def _negative_masses(root: Element) -> list[Finding]:
+    """Take out the inertials of links that weigh less than nothing."""
     found = []
     for link in root.children("link"):
         inertial = link.child("inertial")
-        if inertial is None:
-            continue
-        mass_element, inertia = inertial.child("mass"), inertial.child("inertia")
-        mass = mass_element.number("value") if mass_element is not None else 0.0
-        moments = [inertia.number(key, "0") if inertia is not None else 0.0 for key in _MOMENTS]
-        lowest = float(np.linalg.eigvalsh(_symmetric(moments))[0])
-        if mass < 0.0:
-            problem = f"its mass is {mass:g} kg"
-        elif mass > 0.0 and lowest < -1e-9 * max(float(np.abs(moments).max()), 1e-12):
-            problem = f"its inertia has a negative principal moment, {lowest:.3g} kg·m², which no body has"
-        else:
+        mass = None if inertial is None else inertial.child("mass")
+        if inertial is None or mass is None or mass.number("value") >= 0.0:
             continue
         link.remove(inertial)
         found.append(
             Finding(
-                code="impossible-inertia",
+                code="negative-mass",
                 severity=Severity.ERROR,
                 about=f"link '{link.get('name')}'",
-                problem=problem,
-                advice="check the signs of ixy, ixz, iyz, and that the numbers are about the centre of mass",
+                problem=f"its mass is {mass.number('value'):g} kg",
+                advice="give it the mass of the part; a link that is only a frame needs no <inertial>",
                 line=inertial.line,
             )
         )
     return found
-
-
-def _symmetric(moments: list[float]) -> np.ndarray:
-    ixx, ixy, ixz, iyy, iyz, izz = moments
-    return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
 
 
 def _numbers_of_file(root: Element) -> dict[tuple[str, str], object]:
@@ -141,8 +127,9 @@ def _numbers_of_file(root: Element) -> dict[tuple[str, str], object]:
         numbers[about, "inertia"] = None if inertia is None else [inertia.number(key, "0") for key in _MOMENTS]
     for joint in root.children("joint"):
         about, limit = f"joint '{joint.get('name')}'", joint.child("limit")
+        numbers[about, "type"] = joint.get("type")
         if limit is not None and joint.get("type") in ("revolute", "continuous", "prismatic"):
-            for attribute in ("velocity", "effort"):
+            for attribute in ("lower", "upper", "velocity", "effort"):
                 numbers[about, f"{attribute} limit"] = limit.number(attribute) if attribute in limit.attrib else None
     return numbers
 
@@ -154,8 +141,11 @@ def _differences(numbers: Mapping[tuple[str, str], object], model: RobotModel) -
         used[about, "mass"] = None if inertial is None else inertial.mass
         used[about, "inertia"] = None if inertial is None else list(inertial.inertia)
     for joint in model.joints:
-        for quantity, value in (("velocity limit", joint.limits.velocity), ("effort limit", joint.limits.effort)):
-            used[f"joint '{joint.name}'", quantity] = value if np.isfinite(value) else None
+        about, limits = f"joint '{joint.name}'", joint.limits
+        used[about, "type"] = joint.type.value
+        for attribute in ("lower", "upper", "velocity", "effort"):
+            value = getattr(limits, attribute)
+            used[about, f"{attribute} limit"] = value if np.isfinite(value) else None
     return [
         Difference(about=about, quantity=quantity, file=said, used=used.get((about, quantity)))
         for (about, quantity), said in numbers.items()
@@ -164,6 +154,6 @@ def _differences(numbers: Mapping[tuple[str, str], object], model: RobotModel) -
 
 
 def _same(said: object, used: object) -> bool:
-    if said is None or used is None:
-        return said is used
+    if said is None or used is None or isinstance(said, str):
+        return said == used
     return bool(np.allclose(np.asarray(said, float), np.asarray(used, float), rtol=_TOLERANCE, atol=1e-12))

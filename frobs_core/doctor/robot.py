@@ -12,10 +12,15 @@ from frobs_core.doctor.reading import read
 from frobs_core.doctor.report import Finding, RobotReport, Severity
 from frobs_core.doctor.simulators import simulator_facts, simulator_findings
 from frobs_core.doctor.tools import tool_candidates, tool_findings
-from frobs_core.models import RobotModel, home_positions
+from frobs_core.models import RobotModel, Treatment, home_positions
 from frobs_core.models.bounds import robot_bounds
 
 _NAMED = re.compile(r'^<([\w:]+) name="(.*)">$')
+_ADVICE = {
+    Treatment.KEPT: "mend it in the file",
+    Treatment.APPROXIMATED: "write it in the file, so that nothing has to be assumed",
+    Treatment.DROPPED: "mend it in the file, or remove it there",
+}
 _ORDER = (Severity.ERROR, Severity.WARNING, Severity.NOTE)
 
 
@@ -84,6 +89,6 @@ def _notes(model: RobotModel) -> Iterator[Finding]:
             severity=Severity.WARNING if note.fault else Severity.NOTE,
             about=f"{match[1]} '{match[2]}'" if match else note.element,
             problem=note.text,
-            advice="say it in the file, so that nothing has to be assumed" if note.fault else "",
+            advice=_ADVICE[note.treatment] if note.fault else "",
             line=note.line,
         )

@@ -131,6 +131,6 @@ def _overlaps(facts: Sequence[SimulatorFacts]) -> Iterator[Finding]:
             code="overlap-at-home",
             severity=Severity.WARNING,
             about=f"link '{first}'",
-            problem=f"at home it is inside of link '{second}' ({', '.join(depths)}), so that both are pushed apart",
-            advice="choose another home (home={…}), smaller collision shapes, or self_collision=False",
+            problem=f"at home it is inside of link '{second}' ({', '.join(depths)}), so the two never collide or are pushed apart",
+            advice="smaller collision shapes, or another home (home={…})",
         )

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import ModelFileError
+from frobs_core.models.meshes import read_mesh
 from frobs_core.models.model import Box, Capsule, Collision, Cylinder, Geometry, Link, Mesh, RobotModel, Sphere, Visual
 from frobs_core.rotations import matrix_from_quat
 
@@ -38,7 +39,7 @@ def shape_points(shape: Visual | Collision) -> Floats:
     """Return the points of a shape that stick out farthest, (n, 3) [m] in its link's frame; n is at most a few hundred.
 
     Raises:
-        ModelFileError: A mesh cannot be read, or trimesh, which reads it, is not installed.
+        ModelFileError: A mesh cannot be read.
     """
     rotation = matrix_from_quat(np.array(shape.origin.quat_wxyz))
     points = _points(shape.geometry)
@@ -70,31 +71,14 @@ def mesh_points(path: Path) -> Floats:
     """Return the vertices of a mesh file that stick out farthest, (n, 3), unscaled.
 
     Raises:
-        ModelFileError: It cannot be read, or trimesh, which reads it, is not installed.
+        ModelFileError: It cannot be read.
     """
-    vertices = _vertices(path)
-    if not len(vertices) or not np.isfinite(vertices).all():
-        raise ModelFileError(path, "the mesh has no vertices, or some that are not finite.")
+    vertices = np.concatenate([part.vertices for part in read_mesh(path)])
     kept = np.zeros((0, 3))
     for start in range(0, len(vertices), _CHUNK):  # of the farthest of each part and what was kept, the farthest
         part = np.concatenate([kept, vertices[start : start + _CHUNK]])
         kept = part[np.unique((part @ _DIRECTIONS.T).argmax(axis=0))]
     return kept
-
-
-def _vertices(path: Path) -> Floats:
-    try:
-        import trimesh
-    except ImportError as error:
-        raise ModelFileError(path, "meshes are measured by trimesh; install it with 'pip install trimesh'.") from error
-    try:
-        scene = trimesh.load_scene(path, process=False)
-        parts: list[Floats] = [
-            np.array(mesh.vertices, np.float64) for mesh in scene.dump() if hasattr(mesh, "vertices")
-        ]
-        return np.concatenate(parts)
-    except Exception as error:  # each format's reader raises what it likes
-        raise ModelFileError(path, f"not readable as a mesh: {' '.join(str(error).split())[:200]}.") from error
 
 
 def shapes_points(shapes: Iterable[Visual | Collision]) -> Floats:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-
-import numpy as np
+from collections.abc import Mapping
 
 from frobs_core.interfaces import Translation
-from frobs_core.models import Mesh, RobotModel, Treatment, elements
+from frobs_core.models import RobotModel, Treatment, elements
 
 _KEPT, _APPROXIMATED, _DROPPED = Treatment.KEPT, Treatment.APPROXIMATED, Treatment.DROPPED
 
@@ -28,8 +26,10 @@ _BOTH: Mapping[str, tuple[Treatment, str]] = {
 }
 _URDF: Mapping[str, tuple[Treatment, str]] = {
     "visual_shapes": (_KEPT, "in pictures; the physics goes without"),
+    "visual_meshes": (_KEPT, "triangles, in pictures; the physics goes without"),
     "textures": (_DROPPED, "drawn in one colour"),
     "collision_shapes": (_KEPT, ""),
+    "collision_meshes": (_APPROXIMATED, "their convex hulls touch; rays meet the triangles"),
     "contact_parameters": (_DROPPED, "MuJoCo's own: friction 1, contacts a little soft"),
     "safety_controllers": (_DROPPED, "controllers keep to the limits"),
     "calibrations": (_DROPPED, "nothing to calibrate in a simulation"),
@@ -56,39 +56,13 @@ _MJCF: Mapping[str, tuple[Treatment, str]] = {
     "world_geoms": (_DROPPED, "the scene has its own floor"),
     "options": (_DROPPED, "the timestep is the task's; solver and integrator are MuJoCo's defaults and implicitfast"),
 }
-_READS = (".stl", ".obj", ".msh")  # mesh files that MuJoCo reads itself
 
 
 def translate(model: RobotModel) -> list[Translation]:
-    """Return a row for each kind of element of a model; of meshes one for each thing that becomes of them."""
+    """Return a row for each kind of element of a model that this plugin knows."""
     table = {**_BOTH, **(_URDF if model.format == "urdf" else _MJCF)}
-    rows: list[Translation] = []
-    for kind in elements(model):
-        if kind in table:
-            treatment, how = table[kind]
-            rows.append(Translation(element=kind, treatment=treatment, how=how))
-        elif kind in ("visual_meshes", "collision_meshes"):
-            rows += _meshes(model, kind)
-    return rows
-
-
-def _meshes(model: RobotModel, kind: str) -> Iterator[Translation]:
-    """Yield what becomes of the meshes of a URDF's visuals or collisions."""
-    drawn = kind == "visual_meshes"
-    fates: dict[tuple[Treatment, str], dict[str, None]] = {}
-    for link in model.links:
-        for item in link.visuals if drawn else link.collisions:
-            if isinstance(item.geometry, Mesh):
-                fates.setdefault(_fate(item.geometry, drawn), {})[link.name] = None
-    for (treatment, how), names in fates.items():
-        yield Translation(element=kind, treatment=treatment, how=how, names=tuple(names))
-
-
-def _fate(mesh: Mesh, drawn: bool) -> tuple[Treatment, str]:
-    suffix = mesh.path.suffix.lower()
-    converted = "" if suffix in _READS else f"{suffix} is converted to .obj"
-    mirrored = "" if np.prod(mesh.scale) > 0 else "mirrored"
-    changes = [change for change in (converted, mirrored) if change]
-    if drawn:
-        return (_APPROXIMATED, f"{', '.join(changes)}; in one colour") if changes else (_KEPT, "in pictures only")
-    return _APPROXIMATED, "; ".join(["its convex hull touches", *changes])
+    return [
+        Translation(element=kind, treatment=table[kind][0], how=table[kind][1])
+        for kind in elements(model)
+        if kind in table
+    ]
