@@ -6,7 +6,7 @@ import typer
 from typer.testing import Result
 
 import frobs_core
-from frobs_core.cli.app import COMMANDS, app
+from frobs_core.cli.app import COMMANDS, FAMILIES, app
 
 Frobs = Callable[..., Result]
 
@@ -48,8 +48,13 @@ def test_every_parameter_has_help(words: tuple[str, ...], command: Any) -> None:
 
 
 def test_every_command_has_a_file_and_a_heading() -> None:
-    words = [word for commands in COMMANDS.values() for word in commands]
+    words = [word for table in (COMMANDS, FAMILIES) for commands in table.values() for word in commands]
     assert sorted(typer.main.get_command(app).commands) == sorted(words)
+    for families in FAMILIES.values():
+        for word, module in families.items():
+            assert module.__name__ == f"frobs_core.cli.{word}"
+            for member, function in module.COMMANDS.items():
+                assert function.__module__ == f"frobs_core.cli.{word}_{member}"
     for commands in COMMANDS.values():
         for word, function in commands.items():
             assert function.__module__ == f"frobs_core.cli.{word}"

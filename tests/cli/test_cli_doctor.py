@@ -1,0 +1,182 @@
+from __future__ import annotations
+
+import dataclasses
+import json
+import typing
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rich.console import Console
+from typer.testing import Result
+
+from frobs_core.cli import doctor_report, output
+from frobs_core.doctor import RobotReport, examine_robot
+
+Frobs = Callable[..., Result]
+IRB120 = "frobs_robots_abb:models/irb120.urdf.xacro"
+BARE = '<robot name="bare"><link name="base"/></robot>'
+
+
+@pytest.fixture
+def bare(tmp_path: Path) -> str:
+    path = tmp_path / "bare.urdf"
+    path.write_text(BARE)
+    return str(path)
+
+
+def keys_of(cls: Any) -> set[str]:
+    return {field.name for field in dataclasses.fields(cls)}
+
+
+def check(value: Any, annotation: Any) -> None:
+    """Compare JSON with the dataclasses that document it."""
+    if dataclasses.is_dataclass(annotation):
+        assert set(value) == keys_of(annotation)
+        hints = typing.get_type_hints(annotation)
+        for name, item in value.items():
+            check(item, hints[name])
+    elif typing.get_origin(annotation) is tuple and dataclasses.is_dataclass(typing.get_args(annotation)[0]):
+        for item in value:
+            check(item, typing.get_args(annotation)[0])
+
+
+def test_json_has_the_keys_of_the_documented_classes(frobs: Frobs) -> None:
+    result = frobs("doctor", "robot", IRB120, "--json")
+    assert result.exit_code == 0, result.stderr
+    report = json.loads(result.stdout)
+    check(report, RobotReport)
+    assert report["format"] == 1
+    assert [joint["name"] for joint in report["joints"] if joint["drive"]] == [f"joint_{i}" for i in range(1, 7)]
+    assert {"error", "warning", "note"} >= {finding["severity"] for finding in report["findings"]}
+
+
+def test_a_robot_that_cannot_be_used_exits_with_1(frobs: Frobs, bare: str) -> None:
+    result = frobs("doctor", "robot", bare)
+    assert result.exit_code == 1
+    assert "no joint moves" in result.stdout
+    assert "cannot be used" in result.stdout
+    assert frobs("doctor", "robot", bare, "--json").exit_code == 1
+
+
+@pytest.mark.parametrize("text", ["<robot", "", '<robot name="r"/>'], ids=["broken", "empty", "no links"])
+def test_a_file_that_cannot_be_read_exits_with_2_and_one_line(frobs: Frobs, tmp_path: Path, text: str) -> None:
+    path = tmp_path / "bad.urdf"
+    path.write_text(text)
+    result = frobs("doctor", "robot", str(path))
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert result.stderr.startswith(f"error: {path}")
+    assert result.stderr.count("\n") == 1
+
+
+def test_xacro_arguments_and_packages_are_given_on_the_line(frobs: Frobs, tmp_path: Path) -> None:
+    package = tmp_path / "elsewhere" / "my_parts"
+    package.mkdir(parents=True)
+    (package / "tri.stl").write_text(
+        "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n"
+    )
+    folder = tmp_path / "robots" / "deep" / "down"
+    folder.mkdir(parents=True)
+    file = folder / "arm.urdf.xacro"
+    file.write_text(
+        '<robot name="$(arg called)" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="called" default="bob"/>'
+        '<link name="base"><visual><geometry><mesh filename="package://my_parts/tri.stl"/></geometry></visual></link></robot>'
+    )
+    for way in (f"my_parts={package}", str(package), str(package.parent)):
+        result = frobs("doctor", "robot", str(file), "--args", "called:=anna", "--package-path", way, "--json")
+        report = json.loads(result.stdout)
+        assert report["name"] == "anna"
+        assert not [f for f in report["findings"] if f["code"] == "unresolved-mesh"]
+
+
+@pytest.mark.parametrize("option", [("--args", "nothing"), ("--package-path", "/nowhere")])
+def test_wrong_options_say_what_they_take(frobs: Frobs, bare: str, option: tuple[str, str]) -> None:
+    result = frobs("doctor", "robot", bare, *option)
+    assert result.exit_code == 2
+    assert option[0] in result.stderr
+
+
+@pytest.mark.parametrize("width", [60, 80, 120])
+def test_the_report_fits_the_terminal(monkeypatch: pytest.MonkeyPatch, width: int) -> None:
+    consoles: list[Console] = []
+
+    def narrow(**_: Any) -> Console:
+        import io
+
+        consoles.append(
+            Console(file=io.StringIO(), width=width, force_terminal=True, color_system=None, highlight=False)
+        )
+        return consoles[-1]
+
+    monkeypatch.setattr(output, "console", narrow)
+    monkeypatch.setattr(doctor_report, "console", narrow)
+    doctor_report.print_report(examine_robot(IRB120, simulators=("mujoco",)))
+    lines = "".join(console.file.getvalue() for console in consoles).splitlines()  # type: ignore[attr-defined]
+    assert max(map(len, lines)) <= width
+    shown = "\n".join(lines)
+    for heading in ("joints", "drives", "links", "mujoco", "findings"):
+        assert heading in shown
+
+
+def test_many_findings_of_one_kind_are_told_together(frobs: Frobs, tmp_path: Path) -> None:
+    links = "".join(
+        f'<link name="l{i}"><inertial><mass value="1"/><inertia ixx="9" iyy="9" izz="9"/></inertial>'
+        '<collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>'
+        for i in range(10)
+    )
+    joints = "".join(
+        f'<joint name="j{i}" type="revolute"><parent link="l{i}"/><child link="l{i + 1}"/><origin xyz="0 0 0.2"/>'
+        '<limit lower="-1" upper="1" velocity="1" effort="900"/></joint>'
+        for i in range(9)
+    )
+    path = tmp_path / "many.urdf"
+    path.write_text(f'<robot name="many">{links}{joints}</robot>')
+    result = frobs("doctor", "robot", str(path))
+    assert result.exit_code == 0
+    assert "likewise link 'l1'" in result.stdout
+    assert "and 3 more" in result.stdout
+    assert "10 warnings" in result.stdout
+
+
+def test_the_family_alone_shows_its_help(frobs: Frobs) -> None:
+    assert frobs("doctor").stdout == frobs("doctor", "--help").stdout
+
+
+def test_a_misspelt_examination_suggests_the_right_one(frobs: Frobs) -> None:
+    result = frobs("doctor", "robto")
+    assert result.exit_code == 2
+    assert "Did you mean 'robot'?" in result.stderr
+
+
+def test_a_file_can_be_shown(frobs: Frobs, bare: str) -> None:
+    [facts] = json.loads(frobs("show", bare, "--json").stdout)
+    assert (facts["kind"], facts["name"], facts["dof"]) == ("robot file", "bare", 0)
+    missing = frobs("show", "nowhere.urdf")
+    assert missing.exit_code == 2
+    assert "no such file" in missing.stderr
+
+
+def test_only_robots_have_pictures(frobs: Frobs, tmp_path: Path) -> None:
+    result = frobs("show", "reach", "--picture", str(tmp_path / "reach.png"))
+    assert result.exit_code == 2
+    assert "'reach' is neither" in result.stderr
+    assert not (tmp_path / "reach.png").exists()
+
+
+def test_a_machine_without_opengl_is_told_what_to_install(
+    frobs: Frobs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from frobs_core.errors import RenderingUnavailableError
+    from frobs_core.portrait.stage import Stage
+
+    def no_opengl(*_: Any) -> None:
+        raise RenderingUnavailableError("there is no OpenGL (EGL or OSMesa) on this machine", "libegl1 libgl1-mesa-dri")
+
+    monkeypatch.setattr(Stage, "draw", no_opengl)
+    result = frobs("show", "irb120", "--picture", str(tmp_path / "irb120.png"))
+    assert result.exit_code == 2
+    [line] = [line for line in result.stderr.splitlines() if line.startswith("error:")]
+    assert "apt-get install libegl1 libgl1-mesa-dri" in line
+    assert not (tmp_path / "irb120.png").exists()
