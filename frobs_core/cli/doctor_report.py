@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frobs_core.cli.output import console, print_line, print_title
@@ -26,7 +27,7 @@ def print_report(report: RobotReport) -> None:
     print_line()
     _print_grid(
         [
-            ["file", report.file],
+            ["file", _near(Path(report.file))],
             ["mass", f"{_number(report.mass)} kg in {_count(len(report.links), 'link')}"],
             ["at home", f"{edges} m (x × y × z)"],
             ["tool", _tool(report.tools)],
@@ -48,6 +49,12 @@ def print_report(report: RobotReport) -> None:
         _section("findings")
         _print_findings(report.findings)
     _print_verdict(report)
+
+
+def _near(file: Path) -> str:
+    """Return a path as one would type it here."""
+    here = Path.cwd()
+    return str(file.relative_to(here) if file.is_relative_to(here) else file)
 
 
 def _tool(tools: Sequence[ToolCandidate]) -> str:
@@ -221,8 +228,14 @@ def _print_table(
         )
     for row in rows:
         table.add_row(*row)
-    out = console()
-    out.print(Padding(table, (0, 0, 0, indent), expand=False))
+    out, padded = console(), Padding(table, (0, 0, 0, indent), expand=False)
+    if out.is_terminal:
+        out.print(padded)
+        return
+    with out.capture() as captured:  # in a file, no blanks at the ends of lines
+        out.print(padded)
+    for line in captured.get().splitlines():
+        out.print(line.rstrip(), markup=False, soft_wrap=True)
 
 
 def _number(value: float | None) -> str:

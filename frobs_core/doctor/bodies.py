@@ -116,7 +116,7 @@ def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Itera
         yield _finding(
             "absurd-mass",
             link,
-            f"it weighs {inertial.mass:.3g} kg and fills {edges} m, which is {density:.2g} kg/m³: too {word}",
+            f"it weighs {inertial.mass:.3g} kg and fills {edges} m, which is {density:,.3g} kg/m³: too {word}",
             "check the mass, and the unit of the mesh",
         )
         return
@@ -137,7 +137,8 @@ def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Itera
     worst = int(np.argmax(np.abs(np.log(np.maximum(ratios, 1e-12)))))
     if ratios.max() > _MOST or ratios.max() < _LEAST:
         name, solid = ("ixx", "iyy", "izz")[worst], most / 3.0
-        times = f"{moments[worst] / solid[worst]:.2g}"
+        ratio = float(moments[worst] / solid[worst])
+        times = f"{ratio:,.0f}" if ratio >= 10.0 else f"{ratio:.2g}"
         yield _finding(
             "absurd-inertia",
             link,
