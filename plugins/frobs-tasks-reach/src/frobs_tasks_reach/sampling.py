@@ -98,6 +98,22 @@ class JointSampler:
         return joint_positions[wanted], positions[wanted]
 
 
+def box_of(reached: Floats) -> tuple[Floats, Floats]:
+    """Return the box in which 95 % of positions lie along each axis, whole centimetres, above the floor.
+
+    Args:
+        reached: (k, 3) tool positions [m]; those below the floor do not count, unless all are there.
+
+    Returns:
+        low (3,) and high (3,) [m].
+    """
+    above = reached[reached[:, 2] > 0.0]
+    low, high = np.percentile(above if len(above) else reached, (2.5, 97.5), axis=0)
+    low[2] = max(low[2], 0.0) if len(above) else low[2]
+    low, high = np.floor(low * 100.0) / 100.0, np.ceil(high * 100.0) / 100.0
+    return low, np.maximum(high, low + 0.01)  # a tool that keeps to a plane has goals in it, too
+
+
 def in_box(positions: Floats, low: Floats, high: Floats) -> Mask:
     """Return which positions (..., 3) lie in the closed box [low, high]; (...) bool."""
     return np.asarray(((positions >= low) & (positions <= high)).all(axis=-1))
