@@ -18,7 +18,6 @@ from frobs_core.cli.parameters import parameters
 from frobs_core.errors import CapabilityError, FrobsError
 from frobs_core.specs import AlgorithmRecord, ControllerRecord, EnvironmentRecord, SimulatorRecord, TaskRecord
 
-
 _YOURS = "any: say which with robot=…"
 _DEPENDS = "as many columns as the robot asks for"
 

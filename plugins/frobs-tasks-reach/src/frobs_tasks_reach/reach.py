@@ -55,8 +55,9 @@ class Reach(Task):
         tolerance: Distance that counts as reached [m].
         goal_low: Lowest corner of the goal box in the world [m]; None: where nearly all of what the tool reaches begins.
         goal_high: Highest corner of the goal box in the world [m]; None: where nearly all of that ends.
-        initial: Joint positions at reset. ``"home"``: the robot's home. ``"random"``: uniform inside the limits, the
-            tool not lower than 5 cm; as FRobs_RL began, and harder to learn.
+        initial: Joint positions at reset. ``"home"``: the robot's home, or where a part of the arm is in the floor
+            there, the nearest posture found in which none is. ``"random"``: uniform inside the limits, the tool not
+            lower than 5 cm; as FRobs_RL began, and harder to learn.
         distance_weight: [1/m]
         precision_weight: Of the term that rewards the last centimetres.
 
@@ -121,6 +122,7 @@ class Reach(Task):
         self._foot = Foot(self._robot)
         self._sampler = self._make_sampler()
         self._choose_box()
+        self._start = self._sampler.start() if self.initial == "home" else None
         self._observation = FlatObservation(self._robot.num_envs, self._observation_terms())
         self.observation_space = self._observation.space
         self.observation_terms = self._observation.terms
@@ -277,7 +279,9 @@ class Reach(Task):
             robot.write_joint_state(
                 self._sampler.draw("joint_positions", rng, mask, _is_above_floor, what)[0], mask=mask
             )
-        # "home" is where the simulation's reset has put it
+        elif self._start is not None:
+            robot.write_joint_state(np.tile(self._start, (len(self._distance[rows]), 1)), mask=mask)
+        # else home is where the simulation's reset has put it
 
     def _is_in_box(self, positions: Floats) -> Mask:
         return in_box(positions, self.goal_low, self.goal_high) & self._foot.is_clear(positions, _FOOT_CLEARANCE)
