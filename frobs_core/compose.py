@@ -43,6 +43,8 @@ def compose(
     physics_timestep: float | None,
     controller_kwargs: Mapping[str, Any],
     robot_args: Mapping[str, str],
+    package_paths: Mapping[str, str],
+    home: Mapping[str, float],
     tcp: str | None,
     num_threads: int,
     task_parameters: Mapping[str, Any],
@@ -75,7 +77,7 @@ def compose(
     decimation = count_physics_steps(control, physics)
 
     scene = the_task.scene()
-    description = _describe(robot, tcp, robot_args)
+    description = describe(robot, tcp=tcp, robot_args=robot_args, package_paths=package_paths, home=home)
     model = load_model(description.model, xacro_args=description.xacro_args, package_paths=description.package_paths)
     placement = Placement(
         robot=description, model=model, pose=scene.robot_pose, command_mode=the_controller.command_mode
@@ -139,17 +141,44 @@ def count_physics_steps(control_timestep: float, physics_timestep: float) -> int
     return steps
 
 
-def _describe(robot: str | Robot, tcp: str | None, robot_args: Mapping[str, str]) -> Robot:
-    """Return a robot's description from its name, the path of its model file, or itself."""
+def describe(
+    robot: str | Robot,
+    *,
+    tcp: str | None = None,
+    robot_args: Mapping[str, str] | None = None,
+    package_paths: Mapping[str, str] | None = None,
+    home: Mapping[str, float] | None = None,
+) -> Robot:
+    """Return a robot's description from its name, the path of its model file, or itself.
+
+    Args:
+        robot: Name, path of a URDF, xacro or MJCF file, or a description.
+        tcp: Takes the place of its tool centre point.
+        robot_args: Go before the arguments of its xacro file.
+        package_paths: Go before its folders of ROS packages.
+        home: Go before its joint positions at home [rad or m].
+
+    Raises:
+        UnknownNameError: No plugin offers the name.
+        ConfigurationError: No robot is given.
+    """
     if isinstance(robot, Robot):
         description = robot
+    elif not robot:
+        known = ", ".join(f"'{name}'" for name in plugins.records("robot")) or "none"
+        raise ConfigurationError(
+            "this environment has no robot of its own: say robot='path/to/arm.urdf' (or .urdf.xacro, or MJCF as .xml) "
+            f"and tcp='LINK', or the name of an installed robot: {known}."
+        )
     elif robot.lower().endswith(_MODEL_ENDINGS):
         description = Robot(model=robot, name=Path(robot).name.partition(".")[0])
     else:
         description = plugins.get_record("robot", robot).load()
-    if robot_args:
-        description = replace(description, xacro_args={**description.xacro_args, **robot_args})
-    return replace(description, tcp=tcp) if tcp else description
+    changes: dict[str, Any] = {} if tcp is None else {"tcp": tcp}
+    for field, given in (("xacro_args", robot_args), ("package_paths", package_paths), ("home", home)):
+        if given:
+            changes[field] = {**getattr(description, field), **given}
+    return replace(description, **changes)
 
 
 def _reward_type(name: str, task: Task, reward_type: str | None) -> str:

@@ -36,6 +36,8 @@ class RobotEnv(gym.Env[Any, Any]):
         physics_timestep: Of one engine step [s]; None: the task's own.
         controller_kwargs: Keywords of the controller.
         robot_args: Arguments of the robot's xacro file.
+        package_paths: Folders of the ROS packages that the robot's file names, by package name.
+        home: Rest configuration by joint name [rad or m]; what is left out is the robot's own.
         tcp: Link that the task talks about; None: the robot's own.
         num_threads: For the engine; 0: one for each processor.
         task_parameters: Keywords of the task.
@@ -64,6 +66,8 @@ class RobotEnv(gym.Env[Any, Any]):
         physics_timestep: float | None = None,
         controller_kwargs: Mapping[str, Any] | None = None,
         robot_args: Mapping[str, str] | None = None,
+        package_paths: Mapping[str, str] | None = None,
+        home: Mapping[str, float] | None = None,
         tcp: str | None = None,
         num_threads: int = 0,
         **task_parameters: Any,
@@ -80,6 +84,8 @@ class RobotEnv(gym.Env[Any, Any]):
             physics_timestep=physics_timestep,
             controller_kwargs=controller_kwargs or {},
             robot_args=robot_args or {},
+            package_paths=package_paths or {},
+            home=home or {},
             tcp=tcp,
             num_threads=num_threads,
             task_parameters=task_parameters,

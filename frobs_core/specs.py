@@ -77,7 +77,7 @@ class EnvironmentRecord:
     Attributes:
         id: ``"frobs/Irb120Reach-v0"``; a change of its behaviour raises the version.
         summary: One line for lists.
-        robot: Name of the robot.
+        robot: Name of the robot; empty: whoever makes the environment says which.
         controller: Name of the controller.
         max_episode_steps: Control steps before truncation.
         simulator: Name of the simulator.

@@ -18,7 +18,10 @@ def page() -> str:
     """Return the page that lists all IDs."""
     found = registry.environments()
     rows = [
-        (f":doc:`{env_id} <environments/{slug(env_id)}>`", *map(escape, (record.summary, record.robot, task.name)))
+        (
+            f":doc:`{env_id} <environments/{slug(env_id)}>`",
+            *map(escape, (record.summary, record.robot or "any", task.name)),
+        )
         for env_id, (task, record) in found.items()
     ]
     text = label("environments") + heading("Environments")
@@ -48,8 +51,9 @@ def pages() -> dict[str, str]:
 def _page(env_id: str) -> str:
     task, record = registry.environments()[env_id]
     found = describe_environment(gym.spec(env_id))
+    given = "" if record.robot else ', robot="path/to/arm.urdf", tcp="LINK"'
     text = heading(env_id) + f"{escape(record.summary)}.\n\n"
-    text += literal(f'env = gym.make("frobs_core:{env_id}")', "python")
+    text += literal(f'env = gym.make("frobs_core:{env_id}"{given})', "python")
     if "error" in found:
         text += f".. warning::\n\n   {escape(found['error'])}\n\n"
     text += facts.scalars(found) + _observation(env_id) + facts.tables(found)

@@ -18,6 +18,9 @@ from frobs_core.cli.parameters import parameters
 from frobs_core.errors import CapabilityError, FrobsError
 from frobs_core.specs import AlgorithmRecord, ControllerRecord, EnvironmentRecord, SimulatorRecord, TaskRecord
 
+_YOURS = "any: say which with robot=…"
+_DEPENDS = "as many columns as the robot asks for"
+
 
 def describe_environment(spec: EnvSpec) -> dict[str, Any]:
     """Return the facts about an ID. An environment that cannot be built is a fact too: ``error``."""
@@ -34,11 +37,11 @@ def describe_environment(spec: EnvSpec) -> dict[str, Any]:
         "summary": environment.summary,
         "from": catalogue.source_of("task", task),
         "task": task.name,
-        "robot": environment.robot,
+        "robot": environment.robot or _YOURS,
         "controller": environment.controller,
         "simulator": environment.simulator,
         "max_episode_steps": environment.max_episode_steps,
-        **_spaces(spec),
+        **(_spaces(spec) if environment.robot else dict.fromkeys(("action_space", "observation_space"), _DEPENDS)),
     }
     with contextlib.suppress(FrobsError):  # a part that cannot be imported is told by _spaces already
         facts |= _task(task, environment)

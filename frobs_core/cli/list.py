@@ -68,7 +68,7 @@ def _environments() -> list[dict[str, Any]]:
         {
             "id": env_id,
             "task": task.name,
-            "robot": environment.robot,
+            "robot": environment.robot or "any",
             "controller": environment.controller,
             "simulator": environment.simulator,
             "max_episode_steps": environment.max_episode_steps,

@@ -12,8 +12,10 @@ import numpy.typing as npt
 from frobs_core.arrays import Floats
 from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.models.inertia import inertia_matrix
-from frobs_core.models.kinematics import forward_kinematics, joint_path
-from frobs_core.models.model import JointType, RobotModel
+from frobs_core.models.kinematics import MOVING, forward_kinematics, joint_path
+from frobs_core.models.model import Joint, JointType, Mimic, RobotModel
+from frobs_core.models.tree import outward
+from frobs_core.random import RandomSource
 from frobs_core.rotations import matrix_from_quat, quat_rotate
 
 if TYPE_CHECKING:
@@ -25,6 +27,9 @@ BANDWIDTH = 10.0
 TOOL_NAMES = ("tool0", "tcp", "tool", "ee_link", "end_effector", "ee", "hand_tcp", "tool_link", "flange", "grasp")
 """Usual names of a tool frame, the likeliest first."""
 
+_POSTURES = 256
+_SATURATING_ERROR = (0.5, 0.05)  # [rad], [m]
+_WEAK = 0.4  # of the bandwidth that a drive gets whose effort limit is reached
 _LEAST_INERTIA = 1e-3  # [kg·m²]: a joint that turns next to nothing still holds against friction
 _LEAST_MASS = 0.1  # [kg]
 
@@ -96,10 +101,15 @@ def _is_named(link: str, name: str) -> bool:
 
 
 def default_gains(model: RobotModel, home_positions: npt.ArrayLike, bandwidth_hz: float = BANDWIDTH) -> DriveGains:
-    """Return gains of the drive law that are critically damped at home.
+    """Return gains of the drive law with which no joint, alone, is less than critically damped.
 
-    With I the inertia about the joint of all that it carries at home and ω = 2π·bandwidth, Kp = I·ω² and
-    Kd = 2·I·ω. (What is coupled between joints, and armatures, are not in I.)
+    With I the largest inertia about the joint of all that it carries, at home and in many postures inside the limits,
+    and ω = 2π·bandwidth, Kp = I·ω² and Kd = 2·I·ω: critically damped where the joint carries most, slower but not
+    oscillating elsewhere. (What is coupled between joints, and armatures, are not in I.)
+
+    A drive that reaches its effort limit brakes too late, and one whose Kd is large beside the inertia of the moment
+    may chatter there. So where an error of 0.5 rad (or 5 cm) would ask for more than the limit, the bandwidth is 0.4 of
+    that, or the one at which this error asks for just the limit, if that is higher.
 
     Args:
         model: The robot.
@@ -108,12 +118,21 @@ def default_gains(model: RobotModel, home_positions: npt.ArrayLike, bandwidth_hz
     """
     from frobs_core.interfaces.robot import DriveGains  # interfaces.robot's package imports the models
 
-    omega = 2.0 * math.pi * bandwidth_hz
-    inertia = composite_inertia(model, home_positions)
-    return DriveGains(
-        stiffness={name: value * omega**2 for name, value in inertia.items()},
-        damping={name: 2.0 * value * omega for name, value in inertia.items()},
-    )
+    home = np.asarray(home_positions, float)[None]
+    largest = _inertias(model, np.concatenate([home, _postures(model)])).max(axis=0).tolist()
+    stiffness, damping = {}, {}
+    for joint, inertia in zip(model.actuated_joints, largest, strict=True):
+        omega = _omega(joint, inertia, 2.0 * math.pi * bandwidth_hz)
+        stiffness[joint.name] = inertia * omega**2
+        damping[joint.name] = 2.0 * inertia * omega
+    return DriveGains(stiffness=stiffness, damping=damping)
+
+
+def _omega(joint: Joint, inertia: float, wanted: float) -> float:
+    """Return the bandwidth [rad/s] of a joint's drive, lower than wanted where its effort is weak."""
+    error = _SATURATING_ERROR[joint.type == JointType.PRISMATIC]
+    saturating = math.sqrt(joint.limits.effort / (inertia * error))
+    return min(wanted, max(saturating, _WEAK * wanted))
 
 
 def composite_inertia(model: RobotModel, joint_positions: npt.ArrayLike) -> dict[str, float]:
@@ -124,27 +143,68 @@ def composite_inertia(model: RobotModel, joint_positions: npt.ArrayLike) -> dict
         joint_positions: (dof,) [rad or m]
 
     Returns:
-        By joint name, [kg·m²] about its axis, at least 10⁻³; [kg] for a prismatic joint, at least 0.1.
+        By joint name, [kg·m²] about its axis, at least 10⁻³; [kg] for a prismatic joint, at least 0.1. Joints that
+        mimic it are in it, times the square of their multiplier.
     """
-    positions = np.asarray(joint_positions, float)[None]
-    paths = {link.name: {joint.name for joint in joint_path(model, link.name)} for link in model.links}
-    poses = {link.name: forward_kinematics(model, link.name, positions) for link in model.links}
-    result = {}
-    for joint in model.actuated_joints:
-        pos, quat = (array[0] for array in poses[joint.child])
+    row = _inertias(model, np.asarray(joint_positions, float)[None])[0]
+    return dict(zip(model.joint_names, row.tolist(), strict=True))
+
+
+def _postures(model: RobotModel) -> Floats:
+    """Return joint vectors inside the limits, always the same, (n, dof); an unlimited joint turns once, or slides ±1 m."""
+    joints = model.actuated_joints
+    span = [1.0 if joint.type == JointType.PRISMATIC else math.pi for joint in joints]
+    low = np.array([max(joint.limits.lower, -s) for joint, s in zip(joints, span, strict=True)])
+    high = np.array([min(joint.limits.upper, s) for joint, s in zip(joints, span, strict=True)])
+    drawn = RandomSource(1).uniform("postures", np.minimum(low, high), high, (_POSTURES, len(joints)))
+    return np.asarray(drawn[0])
+
+
+def _inertias(model: RobotModel, joint_positions: Floats) -> Floats:
+    """Return what each actuated joint has to move, (n, dof), for joint positions (n, dof)."""
+    n = len(joint_positions)
+    poses = {link.name: forward_kinematics(model, link.name, joint_positions) for link in model.links}
+    # of all that hangs on a link, relative to the root: mass, mass times position, inertia about the root's origin
+    mass = {link.name: 0.0 for link in model.links}
+    moment = {link.name: np.zeros((n, 3)) for link in model.links}
+    inertia = {link.name: np.zeros((n, 3, 3)) for link in model.links}
+    for link in model.links:
+        if link.inertial is None:
+            continue
+        pos, quat = poses[link.name]
+        centre = pos + quat_rotate(quat, np.array(link.inertial.origin.pos))
+        rotation = matrix_from_quat(quat)
+        turned = rotation @ inertia_matrix(link.inertial) @ np.swapaxes(rotation, -1, -2)
+        mass[link.name] = link.inertial.mass
+        moment[link.name] = link.inertial.mass * centre
+        inertia[link.name] = turned + link.inertial.mass * _about_origin(centre)
+    for joint in reversed(outward(model)):
+        mass[joint.parent] += mass[joint.child]
+        moment[joint.parent] += moment[joint.child]
+        inertia[joint.parent] += inertia[joint.child]
+    result = np.zeros((n, len(model.actuated_joints)))
+    columns = {name: i for i, name in enumerate(model.joint_names)}
+    for joint in model.joints:
+        if joint.type not in MOVING:
+            continue
+        leader = joint.mimic or Mimic(joint.name)
+        pos, quat = poses[joint.child]
         axis = quat_rotate(quat, np.array(joint.axis))  # the motion leaves it where it is
-        total = 0.0
-        for link in model.links:
-            if link.inertial is None or joint.name not in paths[link.name]:
-                continue
-            if joint.type == JointType.PRISMATIC:
-                total += link.inertial.mass
-                continue
-            link_pos, link_quat = (array[0] for array in poses[link.name])
-            arm = np.cross(axis, link_pos + quat_rotate(link_quat, np.array(link.inertial.origin.pos)) - pos)
-            rotation = matrix_from_quat(link_quat)
-            moments = rotation @ inertia_matrix(link.inertial) @ rotation.T
-            total += float(axis @ moments @ axis + link.inertial.mass * (arm @ arm))
-        least = _LEAST_MASS if joint.type == JointType.PRISMATIC else _LEAST_INERTIA
-        result[joint.name] = max(total, least)
-    return result
+        if joint.type == JointType.PRISMATIC:
+            carried: Floats | float = mass[joint.child]
+        else:
+            below, total = moment[joint.child], mass[joint.child]
+            carried = (
+                (axis[:, None, :] * inertia[joint.child] * axis[:, :, None]).sum(axis=(1, 2))
+                - 2.0 * ((pos * below).sum(axis=-1) - (axis * pos).sum(axis=-1) * (axis * below).sum(axis=-1))
+                + total * ((pos * pos).sum(axis=-1) - (axis * pos).sum(axis=-1) ** 2)
+            )
+        result[:, columns[leader.joint]] += leader.multiplier**2 * carried
+    least = [_LEAST_MASS if joint.type == JointType.PRISMATIC else _LEAST_INERTIA for joint in model.actuated_joints]
+    return np.maximum(result, least)
+
+
+def _about_origin(positions: Floats) -> Floats:
+    """Return the inertia about the origin of 1 kg at each position, (n, 3, 3) [m²]."""
+    squares = (positions * positions).sum(axis=-1)[:, None, None] * np.eye(3)
+    return np.asarray(squares - positions[:, :, None] * positions[:, None, :])

@@ -21,6 +21,7 @@ import numpy.typing as npt
 from frobs_core.arrays import Floats
 from frobs_core.errors import ModelFileError
 from frobs_core.models.mesh_cache import MeshCache
+from frobs_core.models.model import Mesh
 
 FORMATS = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
 """Endings of the mesh files that can be read."""
@@ -88,6 +89,16 @@ def joined(parts: Iterable[MeshPart]) -> MeshPart:
         faces.append(part.faces + count)
         count += len(part.vertices)
     return MeshPart(np.concatenate(vertices), np.concatenate(faces).astype(np.int32))
+
+
+def bounding_box(mesh: Mesh) -> tuple[Floats, Floats]:
+    """Return the lowest and the highest corner of a mesh, (3,) each [m].
+
+    Raises:
+        ModelFileError: It cannot be read.
+    """
+    vertices = np.concatenate([part.vertices for part in read_mesh(mesh.path)]) * mesh.scale
+    return vertices.min(axis=0), vertices.max(axis=0)
 
 
 def write_stl(part: MeshPart, path: Path) -> None:

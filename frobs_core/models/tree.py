@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from frobs_core.models.model import Joint, JointType, Mimic
+from frobs_core.models.model import Joint, JointType, Mimic, RobotModel
 from frobs_core.models.xmltree import Element
 
 MAX_LINKS = 500
@@ -107,3 +107,17 @@ def flatten_mimics(joints: Sequence[Joint], elements: Mapping[str, Element]) -> 
             joint = replace(joint, mimic=Mimic(leader.name, multiplier, offset))
         flat.append(joint)
     return tuple(flat)
+
+
+def outward(model: RobotModel) -> list[Joint]:
+    """Return the joints, each after the one that its parent hangs on."""
+    below: dict[str, list[Joint]] = {}
+    for joint in model.joints:
+        below.setdefault(joint.parent, []).append(joint)
+    found: list[Joint] = []
+    waiting = [model.root]
+    while waiting:
+        joints = below.get(waiting.pop(), [])
+        found += joints
+        waiting += [joint.child for joint in joints]
+    return found

@@ -144,7 +144,7 @@ def environments_are_complete(subject: PluginUnderTest) -> Outcome:
         for environment in record.environments if isinstance(record, TaskRecord) else ():
             expect(_ID.fullmatch(environment.id), f"the ID '{environment.id}' is not of the form namespace/Name-v0.")
             expect(environment.max_episode_steps >= 1, f"'{environment.id}' has max_episode_steps < 1.")
-            for kind in ("robot", "controller", "simulator"):
+            for kind in ("robot", "controller", "simulator") if environment.robot else ("controller", "simulator"):
                 try:
                     plugins.get_record(kind, getattr(environment, kind))
                 except PluginError as error:

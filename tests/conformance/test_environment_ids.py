@@ -25,7 +25,13 @@ def composed(controller: str, *only: str) -> Iterator[Check]:
     )
 
 
-test_environment = pytest_checks(check for id in registry.environments() for check in named(id, id))
+def standing_in(robot: str) -> dict[str, str]:
+    return {} if robot else {"robot": "irb120"}
+
+
+test_environment = pytest_checks(
+    check for id, (_, record) in registry.environments().items() for check in named(id, id, **standing_in(record.robot))
+)
 test_composed_with_discrete_actions = pytest_checks(composed("discrete"))
 test_composed_with_tool_actions = pytest_checks(composed("tcp_delta_pose", *BATCHES))
 test_composed_with_velocities = pytest_checks(composed("joint_velocity", *BATCHES))

@@ -13,12 +13,15 @@ from frobs_core.models import (
     JointLimits,
     JointType,
     Link,
+    Mimic,
     Pose,
     RobotModel,
     default_gains,
     default_tcp,
     home_positions,
+    load_model,
 )
+from frobs_core.models.defaults import composite_inertia
 
 BALL = Inertial(2.0, Pose((0.0, 0.0, 0.5)), (0.1, 0.0, 0.0, 0.1, 0.0, 0.1))
 
@@ -31,6 +34,10 @@ def make(joints: list[Joint], inertial: Inertial | None = BALL) -> RobotModel:
 def hinge(name: str, parent: str, child: str, low: float = -1.0, high: float = 1.0, **fields) -> Joint:
     limits = JointLimits(low, high)
     return Joint(name, JointType.REVOLUTE, parent, child, limits=limits, **fields)
+
+
+def slide(name: str, parent: str, child: str, **fields) -> Joint:
+    return Joint(name, JointType.PRISMATIC, parent, child, **fields)
 
 
 def fixed(parent: str, child: str) -> Joint:
@@ -86,12 +93,35 @@ def test_default_tcp(joints, tcp):
 
 
 def test_default_gains_are_critically_damped():
-    model = make([hinge("a", "base", "1", axis=(0.0, 1.0, 0.0)), Joint("s", JointType.PRISMATIC, "1", "2")])
+    model = make([hinge("a", "base", "1", axis=(0.0, 1.0, 0.0)), slide("s", "1", "2", axis=(0.0, 1.0, 0.0))])
     gains = default_gains(model, np.zeros(2), bandwidth_hz=5.0)
     omega = 10 * math.pi
     inertia = 2 * (0.1 + 2.0 * 0.25)
     assert gains.of("a") == pytest.approx((inertia * omega**2, 2 * inertia * omega))
     assert gains.of("s") == pytest.approx((2.0 * omega**2, 4.0 * omega))
+
+
+def test_default_gains_are_for_the_posture_that_is_hardest_to_turn():
+    stretched_out = make([hinge("a", "base", "1", axis=(0.0, 0.0, 1.0)), hinge("b", "1", "2", axis=(0.0, 1.0, 0.0))])
+    gains = default_gains(stretched_out, np.zeros(2), bandwidth_hz=5.0)
+    upright, bent = composite_inertia(stretched_out, (0.0, 0.0))["a"], composite_inertia(stretched_out, (0.0, 1.0))["a"]
+    assert 0.95 * bent < gains.of("a")[0] / (10 * math.pi) ** 2 <= bent
+    assert bent > 2 * upright
+
+
+def test_what_mimics_a_joint_is_moved_with_it():
+    joints = [slide("left", "base", "1"), slide("right", "base", "2", mimic=Mimic("left", -2.0))]
+    assert composite_inertia(make(joints), [0.0]) == {"left": pytest.approx(2.0 + 4 * 2.0)}
+
+
+def test_the_inertia_about_each_joint_is_that_of_pinocchio():
+    pinocchio = pytest.importorskip("pinocchio")
+    model = load_model("frobs_robots_abb:models/irb120.urdf.xacro")
+    theirs = pinocchio.buildModelFromXML(model.xml)
+    q = np.array([0.3, -0.4, 0.5, 1.0, -0.7, 2.0])
+    mass_matrix = pinocchio.crba(theirs, theirs.createData(), q)
+    ours = composite_inertia(model, q)
+    assert [ours[name] for name in theirs.names[1:]] == pytest.approx(np.maximum(np.diag(mass_matrix), 1e-3), rel=1e-9)
 
 
 def test_joints_that_move_nothing_still_hold():

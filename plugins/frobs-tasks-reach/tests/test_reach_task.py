@@ -149,7 +149,10 @@ def test_options_that_cannot_be_are_refused(make, options, message):
         ({"tolerance": "5cm"}, "tolerance is '5cm'; it must be a finite number"),
         ({"goal_low": (0, 0)}, r"goal_low is \(0, 0\); it must be 3 numbers"),
         ({"goal_low": (0, 0, float("nan"))}, r"goal_low\[2\] is nan"),
-        ({"goal_low": (1, 1, 1)}, r"goal_low \(1, 1, 1\) must be below goal_high \(0.5, 0.5, 1\)"),
+        (
+            {"goal_low": (1, 1, 1), "goal_high": (0.5, 0.5, 1)},
+            r"goal_low \(1, 1, 1\) must be below goal_high \(0.5, 0.5, 1\)",
+        ),
         ({"initial": "Home"}, "initial is 'Home'; it must be 'home' or 'random'"),
         ({"precision_weight": float("inf")}, "precision_weight is inf"),
     ],

@@ -35,8 +35,8 @@ class ReachDynamic(Reach):
 
     Args:
         tolerance: Distance that counts as reached [m].
-        goal_low: Lowest corner of the goal box in the world [m].
-        goal_high: Highest corner of the goal box in the world [m].
+        goal_low: Lowest corner of the goal box in the world [m]; None: where nearly all of what the tool reaches begins.
+        goal_high: Highest corner of the goal box in the world [m]; None: where nearly all of that ends.
         initial: Joint positions at reset: ``"home"`` or ``"random"``.
         distance_weight: [1/m]
         precision_weight: Of the term that rewards the last centimetres.
@@ -54,8 +54,8 @@ class ReachDynamic(Reach):
         self,
         *,
         tolerance: float = 0.05,
-        goal_low: Sequence[float] = (-0.5, -0.5, 0.0),
-        goal_high: Sequence[float] = (0.5, 0.5, 1.0),
+        goal_low: Sequence[float] | None = None,
+        goal_high: Sequence[float] | None = None,
         initial: str = "home",
         distance_weight: float = 1.0,
         precision_weight: float = 0.5,

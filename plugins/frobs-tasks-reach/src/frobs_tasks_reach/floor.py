@@ -6,7 +6,8 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.interfaces import RobotHandle
-from frobs_core.models import Box, Capsule, Cylinder, Geometry, Sphere
+from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
+from frobs_core.models.meshes import bounding_box
 from frobs_core.rotations import matrix_from_quat
 from frobs_tasks_reach.keep_out import fixed_links
 
@@ -15,35 +16,56 @@ Part = tuple[Geometry, Floats, Floats]
 
 
 class FloorClearance:
-    """Checks the collision shapes of the links that move, for given joint positions; meshes are left out.
+    """Checks the collision shapes of the links that move, for given joint positions; a mesh counts as its bounding box.
+
+    What is in the floor whatever the joints do, as of an arm that is made to hang, is not looked at.
 
     Args:
         robot: Its handle.
+        postures: (k, dof) joint positions that tell what can be above the floor [rad or m].
+        margin: How far above the floor all parts have to be [m].
     """
 
-    def __init__(self, robot: RobotHandle) -> None:
+    def __init__(self, robot: RobotHandle, postures: Floats, margin: float = 0.0) -> None:
         self._robot = robot
+        self._margin = margin
         standing = {name for name, _, _ in fixed_links(robot.model)}
-        self._parts: dict[str, list[Part]] = {
-            link.name: [
-                (c.geometry, np.array(c.origin.pos), matrix_from_quat(np.array(c.origin.quat_wxyz)))
+        self._parts: dict[str, list[Part]] = {}
+        for link in robot.model.links:
+            if not link.collisions or link.name in standing:
+                continue
+            parts = [
+                _solid(c.geometry, np.array(c.origin.pos), matrix_from_quat(np.array(c.origin.quat_wxyz)))
                 for c in link.collisions
             ]
-            for link in robot.model.links
-            if link.collisions and link.name not in standing
-        }
+            if self._link_is_clear(link.name, parts, postures).any():
+                self._parts[link.name] = parts
 
     def is_clear(self, joint_positions: Floats) -> Mask:
-        """Return which postures (n, dof) [rad or m] keep z > 0 everywhere; (n,) bool."""
+        """Return which postures (n, dof) [rad or m] keep z above the margin everywhere; (n,) bool."""
         clear = np.ones(len(joint_positions), bool)
         for link, parts in self._parts.items():
-            pos, quat = self._robot.frame_pose(link, joint_positions)
-            w, x, y, z = quat.T
-            up = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=-1)  # (n, 3)
-            for geometry, origin, rotation in parts:
-                height = pos[:, 2] + (up * origin).sum(axis=-1)
-                clear &= height > depth(geometry, (up[:, :, None] * rotation).sum(axis=1))
+            clear &= self._link_is_clear(link, parts, joint_positions)
         return clear
+
+    def _link_is_clear(self, link: str, parts: list[Part], joint_positions: Floats) -> Mask:
+        pos, quat = self._robot.frame_pose(link, joint_positions)
+        w, x, y, z = quat.T
+        up = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=-1)  # (n, 3)
+        clear = np.ones(len(joint_positions), bool)
+        for geometry, origin, rotation in parts:
+            height = pos[:, 2] + (up * origin).sum(axis=-1)
+            clear &= height > depth(geometry, (up[:, :, None] * rotation).sum(axis=1)) + self._margin
+        return clear
+
+
+def _solid(geometry: Geometry, origin: Floats, rotation: Floats) -> Part:
+    """Return a shape that :func:`depth` knows."""
+    if not isinstance(geometry, Mesh):
+        return geometry, origin, rotation
+    low, high = bounding_box(geometry)
+    x, y, z = (high - low).tolist()
+    return Box((x, y, z)), origin + rotation @ (0.5 * (low + high)), rotation
 
 
 def depth(geometry: Geometry, up: Floats) -> Floats:

@@ -32,8 +32,8 @@ class ReachGoal(Reach, GoalTask):
 
     Args:
         tolerance: Distance that counts as reached [m].
-        goal_low: Lowest corner of the goal box in the world [m].
-        goal_high: Highest corner of the goal box in the world [m].
+        goal_low: Lowest corner of the goal box in the world [m]; None: where nearly all of what the tool reaches begins.
+        goal_high: Highest corner of the goal box in the world [m]; None: where nearly all of that ends.
         initial: Joint positions at reset: ``"home"`` or ``"random"``.
 
     Raises:
@@ -46,8 +46,8 @@ class ReachGoal(Reach, GoalTask):
         self,
         *,
         tolerance: float = 0.05,
-        goal_low: Sequence[float] = (-0.5, -0.5, 0.0),
-        goal_high: Sequence[float] = (0.5, 0.5, 1.0),
+        goal_low: Sequence[float] | None = None,
+        goal_high: Sequence[float] | None = None,
         initial: str = "home",
     ) -> None:
         super().__init__(tolerance=tolerance, goal_low=goal_low, goal_high=goal_high, initial=initial)

@@ -1,21 +1,30 @@
 """Records of this distribution."""
 
+from collections.abc import Mapping
+
 from frobs_core.capabilities import Level
 from frobs_core.hookspecs import hookimpl
 from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-reach"
 _NEEDS = {"teleport": Level.APPROXIMATE}
+_IRB120_GOALS = {"goal_low": (-0.5, -0.5, 0.0), "goal_high": (0.5, 0.5, 1.0)}  # [m] FRobs_RL's
 
 
-def _irb120(id: str, summary: str, max_episode_steps: int = 50, **parameters: object) -> EnvironmentRecord:
+def _irb120(
+    id: str,
+    summary: str,
+    max_episode_steps: int = 50,
+    goal_box: Mapping[str, object] = _IRB120_GOALS,
+    **parameters: object,
+) -> EnvironmentRecord:
     return EnvironmentRecord(
         id=id,
         summary=summary,
         robot="irb120",
         controller="joint_delta_position",
         max_episode_steps=max_episode_steps,
-        parameters=parameters,
+        parameters={**goal_box, **parameters},
     )
 
 
@@ -29,7 +38,16 @@ def frobs_tasks() -> list[TaskRecord]:
             entry_point="frobs_tasks_reach.reach:Reach",
             install_hint=_INSTALL,
             needs=_NEEDS,
-            environments=(_irb120("frobs/Irb120Reach-v0", "IRB 120 holds its tool at a goal"),),
+            environments=(
+                _irb120("frobs/Irb120Reach-v0", "IRB 120 holds its tool at a goal"),
+                EnvironmentRecord(
+                    id="frobs/Reach-v0",
+                    summary="any arm, named or a model file, holds its tool at a goal: give it with robot=…",
+                    robot="",
+                    controller="joint_delta_position",
+                    max_episode_steps=50,
+                ),
+            ),
         ),
         TaskRecord(
             name="reach_dynamic",
@@ -58,6 +76,7 @@ def frobs_tasks() -> list[TaskRecord]:
                     "frobs/Irb120ReachLegacy-v0",
                     "IRB 120 reach as FRobs_RL had it",
                     100,
+                    goal_box={},
                     controller_kwargs={"full_range": True},
                 ),
             ),

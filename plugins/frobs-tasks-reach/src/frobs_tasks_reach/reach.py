@@ -27,8 +27,8 @@ from frobs_tasks_reach import terms
 from frobs_tasks_reach.given import checked_goal, checked_joint_positions
 from frobs_tasks_reach.keep_out import Foot
 from frobs_tasks_reach.observation import FlatObservation, ObservationTerm
-from frobs_tasks_reach.parameters import box, finite, numbers, positive
-from frobs_tasks_reach.sampling import JointSampler, first_moving_link, in_box
+from frobs_tasks_reach.parameters import box, finite, number_list, numbers, positive
+from frobs_tasks_reach.sampling import JointSampler, box_of, first_moving_link, in_box
 
 _FLOOR_CLEARANCE = 0.05  # [m] lowest tool at the start of an episode, so that the arm does not start in the floor
 _FOOT_CLEARANCE = 0.03  # [m] between a goal and the robot's own foot: half the width of a flange
@@ -54,14 +54,17 @@ class Reach(Task):
 
     Args:
         tolerance: Distance that counts as reached [m].
-        goal_low: Lowest corner of the goal box in the world [m].
-        goal_high: Highest corner of the goal box in the world [m].
-        initial: Joint positions at reset. ``"home"``: the robot's home. ``"random"``: uniform inside the limits, the
-            tool not lower than 5 cm; as FRobs_RL began, and harder to learn.
+        goal_low: Lowest corner of the goal box in the world [m]; None: where nearly all of what the tool reaches begins.
+        goal_high: Highest corner of the goal box in the world [m]; None: where nearly all of that ends.
+        initial: Joint positions at reset. ``"home"``: the robot's home, or where a part of the arm is in the floor
+            there, the nearest posture found in which none is. ``"random"``: uniform inside the limits, the tool not
+            lower than 5 cm; as FRobs_RL began, and harder to learn.
         distance_weight: [1/m]
         precision_weight: Of the term that rewards the last centimetres.
 
     Attributes:
+        goal_low: (3,) lowest corner of the goal box [m]; known from ``bind`` on where it is not given.
+        goal_high: (3,) highest corner of the goal box [m]; likewise.
         observation_terms: What the columns of the observation are.
         observation_scale: (k,) by which a learner may multiply the observation, which itself is in SI units.
 
@@ -78,20 +81,24 @@ class Reach(Task):
     observation_space: gym.spaces.Space[Any]
     observation_terms: Mapping[str, ObservationTerm]
     observation_scale: Floats
+    goal_low: Floats
+    goal_high: Floats
 
     def __init__(
         self,
         *,
         tolerance: float = 0.05,
-        goal_low: Sequence[float] = (-0.5, -0.5, 0.0),
-        goal_high: Sequence[float] = (0.5, 0.5, 1.0),
+        goal_low: Sequence[float] | None = None,
+        goal_high: Sequence[float] | None = None,
         initial: str = "home",
         distance_weight: float = 1.0,
         precision_weight: float = 0.5,
     ) -> None:
         self.tolerance = positive("tolerance", tolerance)
-        self.goal_low, self.goal_high = box("goal_low", goal_low, "goal_high", goal_high)
-        self._box_text = f"goal box {numbers(self.goal_low)} to {numbers(self.goal_high)} m"
+        self._given_low = None if goal_low is None else np.array(number_list("goal_low", goal_low, 3))
+        self._given_high = None if goal_high is None else np.array(number_list("goal_high", goal_high, 3))
+        if self._given_low is not None and self._given_high is not None:
+            self._set_box(self._given_low, self._given_high)
         if initial not in ("home", "random"):
             raise ConfigurationError(f"initial is '{initial}'; it must be 'home' or 'random'.")
         self.initial = initial
@@ -115,7 +122,8 @@ class Reach(Task):
             raise ConfigurationError(f"robot '{self._robot.robot.name}' has no actuated joint: it cannot reach.")
         self._foot = Foot(self._robot)
         self._sampler = self._make_sampler()
-        self._check_box()
+        self._choose_box()
+        self._start = self._sampler.start() if self.initial == "home" else None
         self._observation = FlatObservation(self._robot.num_envs, self._observation_terms())
         self.observation_space = self._observation.space
         self.observation_terms = self._observation.terms
@@ -272,13 +280,26 @@ class Reach(Task):
             robot.write_joint_state(
                 self._sampler.draw("joint_positions", rng, mask, _is_above_floor, what)[0], mask=mask
             )
-        # "home" is where the simulation's reset has put it
+        elif self._start is not None:
+            robot.write_joint_state(np.tile(self._start, (len(self._distance[rows]), 1)), mask=mask)
+        # else home is where the simulation's reset has put it
 
     def _is_in_box(self, positions: Floats) -> Mask:
         return in_box(positions, self.goal_low, self.goal_high) & self._foot.is_clear(positions, _FOOT_CLEARANCE)
 
-    def _check_box(self) -> None:
+    def _set_box(self, low: Floats, high: Floats) -> None:
+        self.goal_low, self.goal_high = box("goal_low", low, "goal_high", high)
+        self._box_text = f"goal box {numbers(self.goal_low)} to {numbers(self.goal_high)} m"
+
+    def _choose_box(self) -> None:
+        """Take the goal box that was given, else the one that suits the arm; check that the arm reaches it."""
         reached = self._sampler.survey(_SURVEY)
+        if self._given_low is None or self._given_high is None:
+            low, high = box_of(reached)
+            self._set_box(
+                low if self._given_low is None else self._given_low,
+                high if self._given_high is None else self._given_high,
+            )
         if self._is_in_box(reached).any():
             return
         raise ConfigurationError(

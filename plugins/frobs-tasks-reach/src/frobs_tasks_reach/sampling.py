@@ -16,6 +16,12 @@ from frobs_tasks_reach.floor import FloorClearance
 _ROUNDS = (4, 16, 64, 256, 1024, 4096, 4096, 4096)
 """Candidates for each environment in each round: a few, as most succeed at once, then many."""
 
+_POSTURES = 1024
+"""Joint vectors that tell what can be above the floor, and where to start if home is not."""
+
+_START_CLEARANCE = 0.05
+"""[m] at the start of an episode, so that the drives have room to settle."""
+
 _CHUNK = 4096
 """Joint vectors whose forward kinematics are computed at a time, which bounds the memory."""
 
@@ -40,7 +46,6 @@ class JointSampler:
 
     def __init__(self, robot: RobotHandle, lower: Floats | None = None, upper: Floats | None = None) -> None:
         self._robot = robot
-        self._floor = FloorClearance(robot)
         own_lower, own_upper = robot.position_lower[0], robot.position_upper[0]
         self.lower: Floats = np.where(np.isinf(own_lower), -np.pi, own_lower)
         self.upper: Floats = np.where(np.isinf(own_upper), np.pi, own_upper)
@@ -48,12 +53,28 @@ class JointSampler:
             self.lower = np.maximum(self.lower, lower)
         if upper is not None:
             self.upper = np.minimum(self.upper, upper)
+        self._floor = FloorClearance(robot, self._postures("floor", _POSTURES))
 
     def survey(self, count: int) -> Floats:
         """Return where ``count`` joint vectors put the tool: (count, 3) [m], always the same."""
-        vectors = RandomSource(1).uniform("survey", self.lower, self.upper, (count, len(self.lower)))[0]
+        vectors = self._postures("survey", count)
         parts = (vectors[start : start + _CHUNK] for start in range(0, count, _CHUNK))
         return np.concatenate([self._robot.frame_pose("tcp", part)[0] for part in parts])
+
+    def start(self) -> Floats | None:
+        """Return (dof,) the posture nearest to home that is 5 cm above the floor, or None: home is, or none was found."""
+        home = self._robot.home[:1]
+        vectors = self._postures("start", _POSTURES)
+        floor = FloorClearance(self._robot, vectors, _START_CLEARANCE)
+        if floor.is_clear(home)[0]:
+            return None
+        vectors = home + np.linspace(0.0, 1.0, _POSTURES)[:, None] * (vectors - home)  # those near home first
+        clear = floor.is_clear(vectors)
+        return np.asarray(vectors[clear.argmax()]) if clear.any() else None
+
+    def _postures(self, stream: str, count: int) -> Floats:
+        """Return ``count`` joint vectors inside the limits, always the same: (count, dof) [rad or m]."""
+        return np.asarray(RandomSource(1).uniform(stream, self.lower, self.upper, (count, len(self.lower)))[0])
 
     def draw(
         self, stream: str, rng: RandomSource, mask: Mask | None, accept: Accept, what: str
@@ -96,6 +117,22 @@ class JointSampler:
                 f"environment {int(np.flatnonzero(open_rows)[0])} and none will do; choose a wider box."
             )
         return joint_positions[wanted], positions[wanted]
+
+
+def box_of(reached: Floats) -> tuple[Floats, Floats]:
+    """Return the box in which 95 % of positions lie along each axis, whole centimetres, above the floor.
+
+    Args:
+        reached: (k, 3) tool positions [m]; those below the floor do not count, unless all are there.
+
+    Returns:
+        low (3,) and high (3,) [m].
+    """
+    above = reached[reached[:, 2] > 0.0]
+    low, high = np.percentile(above if len(above) else reached, (2.5, 97.5), axis=0)
+    low[2] = max(low[2], 0.0) if len(above) else low[2]
+    low, high = np.floor(low * 100.0) / 100.0, np.ceil(high * 100.0) / 100.0
+    return low, np.maximum(high, low + 0.01)  # a tool that keeps to a plane has goals in it, too
 
 
 def in_box(positions: Floats, low: Floats, high: Floats) -> Mask:
