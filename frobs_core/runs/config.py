@@ -62,7 +62,8 @@ def resolve_config(
     Args:
         environment: Gymnasium ID; None: the file has it.
         file: A YAML file with the keys of :class:`RunConfig`.
-        flags: Keys of :class:`RunConfig`, and ``simulator`` and ``controller``; those that are None do not count.
+        flags: Keys of :class:`RunConfig`, and those of ``environment_kwargs`` that have flags of their own: ``robot``,
+            ``tcp``, ``simulator`` and ``controller``; those that are None do not count.
         settings: ``"algorithm_config.n_steps=16"``: a dotted key and a YAML value.
 
     Returns:
@@ -117,7 +118,9 @@ def _from_flags(environment: str | None, flags: Mapping[str, Any]) -> dict[str, 
     given = {key: value for key, value in flags.items() if value is not None}
     if environment is not None:
         given["environment"] = environment
-    for name in ("simulator", "controller"):
+    if Path(str(given.get("robot", ""))).is_file():  # so that the run is found to be the same from any other folder
+        given["robot"] = str(Path(given["robot"]).resolve())
+    for name in ("robot", "tcp", "simulator", "controller"):
         if name in given:
             given["environment_kwargs"] = {**given.get("environment_kwargs", {}), name: given.pop(name)}
     return given
