@@ -152,8 +152,9 @@ class RobotEnv(gym.Env[Any, Any]):
         if not self._running:
             raise ResetNeededError("no episode is running; call reset() first.")
         loop, task = self._loop, self.task
+        checked = self._check(action)  # first of all: a step that is refused is none, not even for the random numbers
         loop.rng.begin_step()
-        command = self.controller.apply(self._check(action))
+        command = self.controller.apply(checked)
         if self.randomization is not None:
             command = self.randomization.act(loop.rng, command)
         self.robot.command(command)

@@ -192,8 +192,9 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
             which = np.flatnonzero(waiting).tolist()
             raise ResetNeededError(f"no episode is running in environments {which[:8]}; call reset() first.")
         loop, task = self._loop, self.task
+        checked = self._check(actions)  # first of all: a step that is refused is none, not even for the random numbers
         loop.rng.begin_step()
-        command = self.controller.apply(self._check(actions))
+        command = self.controller.apply(checked)
         if self.randomization is not None:
             command = self.randomization.act(loop.rng, command)
         self.robot.command(command)
