@@ -38,7 +38,7 @@ class RobotEnv(gym.Env[Any, Any]):
         robot_args: Arguments of the robot's xacro file.
         tcp: Link that the task talks about; None: the robot's own.
         num_threads: For the engine; 0: one for each processor.
-        randomize: What differs between environments and episodes; see :mod:`frobs_core.randomization.settings`.
+        randomize: What differs between environments and episodes; see :mod:`frobs_core.randomization`.
         task_parameters: Keywords of the task.
 
     Attributes:

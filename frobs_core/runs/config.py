@@ -26,7 +26,7 @@ class RunConfig(BaseModel):
         environment: Gymnasium ID; ``"module:ID"`` imports the module first.
         environment_kwargs: Keywords of the environment: simulator, controller, task parameters, …
         randomize: What differs between environments and episodes of the training; an evaluation leaves it out unless it
-            is asked for. See :mod:`frobs_core.randomization.settings`.
+            is asked for. See :mod:`frobs_core.randomization`.
         algorithm: Name of the algorithm.
         algorithm_config: The algorithm's own settings.
         num_envs: Environments that are stepped together.

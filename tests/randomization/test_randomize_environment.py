@@ -175,7 +175,11 @@ def test_gymnasium_makes_it():
         ({"mass": {"scale": [-0.1, 1]}}, ConfigurationError, "could become -0.6215, below 1% of the nominal mass"),
         ({"mass": {"target": "link_6", "add": [-1, 1]}}, ConfigurationError, "link_6, nominally 0.137, could become"),
         ({"damping": {"scale": [-1, 1]}}, ConfigurationError, "below 0"),
-        ({"joint_damping": {"scale": [1, 2]}}, ConfigurationError, "is 0, so a scale changes nothing; write add or set"),
+        (
+            {"joint_damping": {"scale": [1, 2]}},
+            ConfigurationError,
+            "is 0, so a scale changes nothing; write add or set",
+        ),
         ({"mass": {"scale": [[1, 1], [2, 2]]}}, ConfigurationError, "2 numbers were given; write one number"),
         ({"gravity": {"add": [[1, 1], [2, 2]]}}, ConfigurationError, "one for each of x, y and z"),
         ({"gravity": {"scale": 1.0, "every": {"seconds": 0.05}}}, ConfigurationError, "0.04 s would be"),
