@@ -49,11 +49,11 @@ class Setting:
     """One thing that is randomised.
 
     Attributes:
-        parameter: One of :data:`PARAMETERS`.
+        parameter: One of ``PARAMETERS``.
         place: Where it was written, for messages: ``"randomize.mass"``.
         stream: Of the random source, and its name in a snapshot.
         targets: Patterns of names that it is for; empty: the parameter's own default.
-        change: One of :data:`CHANGES`.
+        change: ``scale``, ``add`` or ``set``.
         distribution: What is drawn from; of a delay, whole numbers of steps.
         schedule: When.
         shared: Whether all targets get one number.
