@@ -21,6 +21,7 @@ from time import perf_counter
 from typing import Any
 
 from frobs_core.runs import Run, evaluate, resolve_config, train
+from frobs_core.yaml import dump_yaml
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "explanation" / "robustness-measured.md"
@@ -102,15 +103,14 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
         "",
         f"By `tests/benchmarks/robustness.py`, {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}: success of "
         f"PPO on `{ID}`, trained with and without [randomisation](../how-to/randomize.md), on models that are wrong by "
-        f"known amounts. Each number is {episodes:,} new goals (5 cm, held at the end) for each of the seeds "
-        f"{', '.join(map(str, seeds))}; the mean over the seeds, and in brackets the worst seed.",
+        f"known amounts. Each number is {episodes:,} new goals (5 cm, held at the end); training seeds: "
+        f"{', '.join(map(str, seeds))}{'; the mean over them, and in brackets the worst' if len(seeds) > 1 else ''}.",
         "",
     ]
     for controller in dict.fromkeys(row["controller"] for row in rows):
         those = [row for row in rows if row["controller"] == controller]
         lines += _section(controller, {name: [r for r in those if r["training"] == name] for name in TRAININGS})
-    written = " ".join(f"`{key}`: {value}." for key, value in RANDOMIZE.items())
-    return "\n".join([*lines, "## What was randomised", "", written, ""])
+    return "\n".join([*lines, "## What was randomised", "", "```yaml", dump_yaml({"randomize": RANDOMIZE}) + "```", ""])
 
 
 def _section(controller: str, trained: Mapping[str, Sequence[Mapping[str, Any]]]) -> list[str]:

@@ -16,6 +16,6 @@ def test_the_page_says_what_was_measured(monkeypatch: pytest.MonkeyPatch) -> Non
     rows = robustness.measure("tcp_delta_position", [3], episodes=4, steps=1024)
     assert [row["training"] for row in rows] == ["without", "with"]
     page = robustness.report([*rows, *({**row, "seed": 4, "nominal": 1.0} for row in rows)], episodes=4)
-    assert "of the seeds 3, 4;" in page
+    assert "training seeds: 3, 4; the mean over them" in page
     assert "| nominal | " in page
-    assert "`mass`: {'scale': [0.75, 1.25]}." in page
+    assert "randomize:\n  mass:\n    scale:" in page
