@@ -49,4 +49,9 @@ Controller = Annotated[
     typer.Option(metavar="NAME", show_default="the environment's own", help="One of 'frobs list controllers'."),
 ]
 
+Randomized = Annotated[
+    bool,
+    typer.Option("--randomized", help="Randomise the models as in the training; else they are the nominal ones."),
+]
+
 Seed = Annotated[int | None, typer.Option(metavar="S", min=0, show_default=False, help="Random seed.")]

@@ -60,6 +60,7 @@ class MujocoRobot(RobotHandle):
         self._stiffness, self._damping = (expand(gain) for gain in drive_gains(placement))
         self._command_mode = placement.command_mode
         self._gain = self._mode_gain()
+        self.gains_written = False
         self._mimics = [
             (mj.joint(f"{name}/{joint.name}").qposadr[0], self.joint_names.index(joint.mimic.joint), joint.mimic)
             for joint in model.joints
@@ -117,6 +118,20 @@ class MujocoRobot(RobotHandle):
         self._command_mode = mode
         self.apply_gains()
         self._hold()
+
+    def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
+        """Change Kp (0) or Kd (1) of some environments; what the drives follow stays what it is."""
+        before = self._gain[rows].copy()
+        self.drive_gains()[which][rows] = values
+        self.apply_gains()
+        ratio = np.divide(self._gain[rows], before, out=np.ones_like(before), where=before > 0)
+        self._ctrl[rows] *= ratio
+        self.gains_written = True
+
+    def hold_home(self, rows: slice | np.ndarray) -> None:
+        """Command home, at the gains in force."""
+        if self._command_mode is CommandMode.POSITION:
+            self._ctrl[rows] = self._gain[rows] * self.home[rows]
 
     def apply_gains(self) -> None:
         """Tell MuJoCo the gains of each environment, in the present command mode."""
