@@ -139,9 +139,9 @@ def smooth_actions(space: gym.Space[Any], steps: int, seed: int) -> np.ndarray[A
         space.seed(seed)
         return np.array([space.sample() for _ in range(steps)])
     rng = np.random.default_rng(seed)
-    cycles = rng.uniform(1.0, 3.0, space.shape)
-    signs = rng.choice((-1.0, 1.0), space.shape)
+    cycles, signs = rng.uniform(2.0, 5.0, space.shape), rng.choice((-1.0, 1.0), space.shape)
     time = np.linspace(0.0, 2.0 * math.pi, steps, endpoint=False).reshape(steps, *(1 for _ in space.shape))
     low, high = np.maximum(space.low, -1.0), np.minimum(space.high, 1.0)  # where a space has no bounds
-    swing: np.ndarray[Any, Any] = (high + low) / 2.0 + _AMPLITUDE * (high - low) / 2.0 * signs * np.sin(cycles * time)
+    # A cosine, because the way of actions that are added up is then a sine: to both sides of where it began.
+    swing: np.ndarray[Any, Any] = (high + low) / 2.0 + _AMPLITUDE * (high - low) / 2.0 * signs * np.cos(cycles * time)
     return swing

@@ -52,6 +52,8 @@ def _lines(axis: Any, panel: Panel, simulators: Sequence[str]) -> None:
     for line in panel.lines:
         y = np.maximum(line.y, _BOTTOM) if panel.log else line.y
         axis.plot(line.x, y, **_stroke(line, panel))
+    if panel.lines and all((line.x == np.round(line.x)).all() for line in panel.lines):
+        axis.xaxis.get_major_locator().set_params(integer=True)
     if panel.log:
         axis.set_yscale("log")
         values = np.concatenate([np.asarray(line.y) for line in panel.lines] or [np.ones(1)])
@@ -67,6 +69,10 @@ def _lines(axis: Any, panel: Panel, simulators: Sequence[str]) -> None:
             f"tolerance {panel.tolerance:g}", (1.0, panel.tolerance), xycoords=("axes fraction", "data"),
             xytext=(-2, 3), textcoords="offset points", ha="right", fontsize=8, color=_BAD,
         )  # fmt: skip
+    if panel.rows:
+        axis.set_yticks(range(len(panel.rows)), panel.rows)
+        axis.set_ylim(len(panel.rows) - 0.4, -0.6)
+        return
     if panel.map:
         axis.set_aspect("equal", adjustable="datalim")
         axis.plot([0.0], [0.0], marker="+", color=INK, markersize=9, linestyle="none")
@@ -93,7 +99,8 @@ def _legend(axis: Any, panel: Panel, simulators: Sequence[str], errors: bool) ->
     by_label = {line.label: line for line in panel.lines}
     handles = []
     for label, line in by_label.items():
-        look = _stroke(line, panel) if line.points or panel.log else {"color": COLORS[line.color % len(COLORS)]}
+        own = line.points or panel.log or label in simulators
+        look = _stroke(line, panel) if own else {"color": COLORS[line.color % len(COLORS)]}
         handles.append(Line2D([], [], label=label, **{"linewidth": 1.6, **look}))
     used = sorted({line.simulator for line in panel.lines})
     if (

@@ -108,6 +108,7 @@ def _panels(subjects: Sequence[Subject], scans: Sequence[Mapping[str, Floats]], 
     points, errors = [], []
     for i, (subject, found) in enumerate(zip(subjects, scans, strict=True)):
         ranges = found.get(moment, found["as built"])
+        ranges = np.where(ranges < scanner.range_max, ranges, np.nan)  # nothing is drawn where nothing was hit
         points.append(Line(subject.label, ranges * np.cos(angles), ranges * np.sin(angles), i, i, points=True))
         if i and moment in found:
             errors.append(Line(subject.label, np.degrees(angles), np.abs(found[moment] - scans[0][moment]), i))

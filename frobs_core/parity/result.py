@@ -82,6 +82,7 @@ class Panel:
         lines: What it shows.
         tolerance: Drawn as a horizontal line.
         log: Whether y is logarithmic; zeros are drawn at the bottom.
+        rows: Names of the rows 0, 1, …, for lines that tell when something is so.
         map: Whether x and y are a place [m], drawn to one scale.
         bars: For a panel of bars instead of lines: label to (value, low, high).
     """
@@ -92,6 +93,7 @@ class Panel:
     lines: tuple[Line, ...] = ()
     tolerance: float | None = None
     log: bool = False
+    rows: tuple[str, ...] = ()
     map: bool = False
     bars: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -71,7 +71,7 @@ def settling(subjects: Sequence[Subject]) -> Measurement:
         Line(subject.label, other.times, 1e3 * other.lowest, i, i)
         for i, (subject, other) in enumerate(zip(subjects, found, strict=True))
     )
-    early = [Line(l.label, l.x[l.x < 0.4], l.y[l.x < 0.4], l.color, l.simulator) for l in lines]  # noqa: E741
+    near = tuple(_near_the_floor(line) for line in lines)
     return Measurement(
         name="settling",
         title="Contact settling",
@@ -80,9 +80,15 @@ def settling(subjects: Sequence[Subject]) -> Measurement:
         comparisons=tuple(comparisons),
         panels=(
             Panel(title="Lowest corner", x_label="s", y_label="mm above the floor", lines=lines),
-            Panel(title="Around the impact", x_label="s", y_label="mm above the floor", lines=tuple(early)),
+            Panel(title="The same, at the floor", x_label="s", y_label="mm above the floor", lines=near),
         ),
     )
+
+
+def _near_the_floor(line: Line) -> Line:
+    """Return what of a line is no higher than a tenth of the fall, from shortly before the impact."""
+    near = (line.x > 0.1) & (line.x < 0.6)
+    return replace(line, x=line.x[near], y=np.where(line.y[near] < 100.0 * _CLEARANCE, line.y[near], np.nan))
 
 
 def _drop(subject: Subject, period: float) -> Settling:

@@ -192,7 +192,7 @@ def _panels(
             )
             moved.append(Line(name, motion.times, way / jump, j, i))
             if limits is not None:
-                effort.append(Line(name, motion.times, motion.efforts[:, j] / limits[j], j, i))
+                effort.append(_saturations(name, motion, limits, j, i))
         if i:
             off.append(error_line(subject.label, differences(motions[0], found), found[0].times, i))
     what = "velocity" if mode is CommandMode.VELOCITY else "way"
@@ -200,7 +200,9 @@ def _panels(
         Panel(title="Each joint, as its command jumps", x_label="s", y_label=f"{what} / jump", lines=tuple(moved))
     ]
     if limits is not None:
-        panels.append(Panel(title="Its drive", x_label="s", y_label="effort / limit", lines=tuple(effort)))
+        panels.append(
+            Panel(title="When its drive is at its limit", x_label="s", rows=tuple(names), lines=tuple(effort))
+        )
     panels.append(
         Panel(
             title="Largest difference of any joint",
@@ -212,6 +214,12 @@ def _panels(
         )
     )
     return tuple(panels)
+
+
+def _saturations(name: str, motion: Motion, limits: Floats, joint: int, simulator: int) -> Line:
+    """Return a line in the joint's row, with gaps where its drive is not at its limit."""
+    at_limit = np.abs(motion.efforts[:, joint]) >= (1.0 - 1e-9) * limits[joint]
+    return Line(name, motion.times, np.where(at_limit, float(joint), np.nan), joint, simulator)
 
 
 def _list(subject: Subject, values: Floats) -> str:
