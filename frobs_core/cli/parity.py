@@ -41,6 +41,9 @@ def parity(
             help="Actions to replay: .json or .npz with id, seed and actions.",
         ),
     ] = None,
+    only: Annotated[
+        str | None, typer.Option(metavar="NAME,NAME…", show_default="all", help="Make these measurements only.")
+    ] = None,
     controller: Controller = None,
     out: Annotated[
         Path | None,
@@ -57,14 +60,14 @@ def parity(
     Example:
         $ frobs parity frobs/Irb120Reach-v0 --simulators mujoco,pybullet
         $ frobs parity frobs/Irb120Reach-v0 --run runs/first --out certificate
-        $ frobs parity frobs/Irb120Reach-v0 --actions actions.json --json
+        $ frobs parity frobs/Irb120Reach-v0 --only replay --actions actions.json --json
     """
     spec = find_spec(env_id)
     from frobs_core.parity import measure_parity
     from frobs_core.parity.certificate import make_folder
     from frobs_core.runs import Run
 
-    names = _names(simulators, str(spec.kwargs.get("simulator", "mujoco")))
+    names = _split(simulators) or _installed(str(spec.kwargs.get("simulator", "mujoco")))
     folder = out or Path("parity") / bare_id(env_id)
     keywords: dict[str, Any] = {"controller": controller} if controller else {}
     with only_json(json), console(stderr=True).status("comparing") as status:
@@ -73,6 +76,7 @@ def parity(
             names,
             run=Run.open(run) if run else None,
             actions=actions,
+            only=_split(only) or None,
             episodes=episodes,
             keywords=keywords,
             on_measurement=lambda title: status.update(f"{title.lower()}: {', '.join(names)}"),
@@ -87,10 +91,13 @@ def parity(
         raise typer.Exit(1)
 
 
-def _names(simulators: str | None, own: str) -> list[str]:
-    """Return the simulators that were named, or all that are installed, the environment's own first."""
-    if simulators is not None:
-        return [name.strip() for name in simulators.split(",") if name.strip()]
+def _split(names: str | None) -> list[str]:
+    """Return the names of a list with commas."""
+    return [name.strip() for name in (names or "").split(",") if name.strip()]
+
+
+def _installed(own: str) -> list[str]:
+    """Return the simulators that are installed, the environment's own first."""
     from frobs_core import plugins
 
     return [own, *(name for name in plugins.records("simulator") if name != own)]

@@ -13,7 +13,7 @@ from typing import Any
 
 from frobs_core import plugins
 from frobs_core.capabilities import CAPABILITIES, Level
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.parity.actions import ActionFile, check_actions, read_actions, smooth_actions
 from frobs_core.parity.certificate import Certificate
 from frobs_core.parity.gravity_drop import gravity_drop
@@ -30,6 +30,19 @@ from frobs_core.runs import Run
 from frobs_core.runs.versions import versions
 
 _log = logging.getLogger(__name__)
+MEASUREMENTS = (
+    "forward_kinematics",
+    "step_response",
+    "saturated_step_response",
+    "gravity_drop",
+    "replay",
+    "settling",
+    "lidar",
+    "rewards",
+    "policy",
+)
+"""Their names, in order; the last needs a run."""
+
 _LONGEST_REPLAY = 200  # steps of the actions that are made where none are given
 
 
@@ -58,6 +71,7 @@ def measure_parity(
     *,
     run: Run | None = None,
     actions: Path | None = None,
+    only: Sequence[str] | None = None,
     episodes: int = EPISODES,
     keywords: Mapping[str, Any] | None = None,
     on_measurement: Callable[[str], None] = lambda _: None,
@@ -69,12 +83,13 @@ def measure_parity(
         simulators: Names, the reference first; one that stands twice is compared with itself.
         run: Whose policy is evaluated, and whose keywords the environment is given; None: no policy.
         actions: Action file to replay; None: smooth actions of our own.
+        only: Names of the measurements to make; None: all.
         episodes: Of the policy's evaluation, ≥ 1.
         keywords: Of the environment.
         on_measurement: Called with the title of each measurement before it is made.
 
     Raises:
-        UnknownNameError: No such ID or simulator.
+        UnknownNameError: No such ID, simulator or measurement.
         ConfigurationError: Fewer than two simulators, an ID that is not ours, or a file or run that does not fit.
         CapabilityError: The environment cannot be made on the reference.
         CheckpointError: The run has no usable checkpoint.
@@ -83,6 +98,7 @@ def measure_parity(
     file = read_actions(actions) if actions else None
     if run:
         run.newest_checkpoint()  # one that is damaged says so now, not after a minute
+    wanted = _check_names(only, run)
     subjects = make_subjects(environment, simulators, given)
     reference = subjects[0]
     with reference.make() as env:
@@ -99,6 +115,8 @@ def measure_parity(
         facts = _facts(reference, env.control_timestep, controller)
     measurements = []
     for plan in _plans(file, run, episodes):
+        if plan.name not in wanted:
+            continue
         on_measurement(plan.title)
         measurements.append(_make(plan, subjects))
     return Certificate(
@@ -110,6 +128,19 @@ def measure_parity(
         versions=_versions(subjects),
         actions=file,
     )
+
+
+def _check_names(only: Sequence[str] | None, run: Run | None) -> Sequence[str]:
+    """Return the names of the measurements to make.
+
+    Raises:
+        UnknownNameError: There is no such measurement, or it needs a run.
+    """
+    names = [name for name in MEASUREMENTS if run is not None or name != "policy"]
+    for name in only or ():
+        if name not in names:
+            raise UnknownNameError("measurement", name, names)
+    return only or names
 
 
 def _plans(file: ActionFile, run: Run | None, episodes: int) -> list[Plan]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -37,7 +37,6 @@ def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0
     chosen = _liveliest(play(reference, plans), episodes)
     plans = [plans[k] for k in chosen]
     played = [play(subject, plans) for subject in subjects]
-    names = list(played[0][0].rewards)
     comparisons: list[Comparison] = []
     curves = [
         Line(name, np.arange(1.0, len(values) + 1.0), values, j, i)
@@ -46,24 +45,10 @@ def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0
     ]
     errors_over_time = []
     for i, (subject, rollouts) in enumerate(zip(subjects[1:], played[1:], strict=True), 1):
-        worst_of_all = np.zeros(0)
-        for name in names:
-            pairs = list(zip(played[0], rollouts, strict=True))
-            errors = np.concatenate([_errors(a, b, name) for a, b in pairs])
-            scale = float(np.ptp(np.concatenate([rollout.rewards[name] for rollout in played[0]])))
-            what = "reward" if name == "reward" else f"term {name}"
-            if scale < _STANDS and not (errors > 0.0).any():
-                comparisons.append(skip(subject.label, reference.label, "it stood still in these episodes", what))
-                continue
-            comparisons.append(
-                judge(
-                    "reward", "reward" if name == "reward" else f"term {name}", subject.label, reference.label, errors,
-                    exact=follows_exactly(reference, subject), scale=scale,
-                    where=f"step {int(np.argmax(np.nan_to_num(errors, nan=np.inf))) + 1} of {len(errors)}",
-                )
-            )  # fmt: skip
-            worst_of_all = np.maximum(worst_of_all, errors) if len(worst_of_all) else errors
-        errors_over_time.append(Line(subject.label, np.arange(1.0, len(worst_of_all) + 1.0), worst_of_all, i))
+        errors = _errors(played[0], rollouts)
+        comparisons += _judge(reference, subject, played[0], errors)
+        largest = np.max(list(errors.values()), axis=0)
+        errors_over_time.append(Line(subject.label, np.arange(1.0, len(largest) + 1.0), largest, i))
     return Measurement(
         name="rewards",
         title="Rewards",
@@ -103,10 +88,30 @@ def _joined(rollouts: Sequence[Rollout]) -> dict[str, Floats]:
     }
 
 
-def _errors(first: Rollout, second: Rollout, name: str) -> Floats:
-    """Return the differences of one term, (steps,); an episode that ended elsewhere, or lacks the term, is a NaN more."""
-    if name not in second.rewards:
-        return np.full(first.steps, np.nan)
-    n = common_steps(first, second)
-    errors = np.abs(first.rewards[name][:n] - second.rewards[name][:n])
-    return errors if first.steps == second.steps else np.append(errors, np.nan)
+def _errors(first: Sequence[Rollout], second: Sequence[Rollout]) -> dict[str, Floats]:
+    """Return the differences of each term in all episodes; NaN at the end of one that ended elsewhere, or lacks the term."""
+
+    def differ(a: Rollout, b: Rollout, name: str) -> Floats:
+        n = common_steps(a, b)
+        errors = np.abs(a.rewards[name][:n] - b.rewards.get(name, np.full(n, np.nan))[:n])
+        return errors if a.steps == b.steps else np.append(errors, np.nan)
+
+    return {
+        name: np.concatenate([differ(a, b, name) for a, b in zip(first, second, strict=True)])
+        for name in first[0].rewards
+    }
+
+
+def _judge(
+    reference: Subject, subject: Subject, rollouts: Sequence[Rollout], errors: Mapping[str, Floats]
+) -> Iterator[Comparison]:
+    for name, off in errors.items():
+        what = "reward" if name == "reward" else f"term {name}"
+        span = float(np.ptp(np.concatenate([rollout.rewards[name] for rollout in rollouts])))
+        if span < _STANDS and not (off != 0.0).any():
+            yield skip(subject.label, reference.label, "it does not move in these episodes", what)
+            continue
+        yield judge(
+            "reward", what, subject.label, reference.label, off, exact=follows_exactly(reference, subject), scale=span,
+            where=f"step {int(np.argmax(np.nan_to_num(off, nan=np.inf))) + 1} of {len(off)}",
+        )  # fmt: skip

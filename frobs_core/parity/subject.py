@@ -120,15 +120,17 @@ def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping
             f"parity compares simulators: name at least two, not {', '.join(simulators) or 'none'}. Installed: "
             f"{', '.join(plugins.records('simulator'))}; 'mujoco,mujoco' compares one with itself."
         )
+    spec = find_spec(environment)
+    if spec.entry_point != f"{RobotEnv.__module__}:{RobotEnv.__name__}":
+        raise ConfigurationError(
+            f"'{environment}' is not an environment of FRobs: only those run on several simulators."
+        )
     records = [_simulator(name) for name in simulators]
     given = {name: value for name, value in keywords.items() if name != "simulator"}
     env = make_env(environment, {**given, "simulator": simulators[0]})
     try:
         inner = env.unwrapped
-        if not isinstance(inner, RobotEnv):
-            raise ConfigurationError(
-                f"'{environment}' is not an environment of FRobs: only those run on several simulators."
-            )
+        assert isinstance(inner, RobotEnv)
         if not inner.robot.dof:
             raise ConfigurationError(
                 f"robot '{inner.robot.robot.name}' has no actuated joint: nothing can be compared."
@@ -140,7 +142,6 @@ def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping
             pose=scene.robot_pose,
             command_mode=inner.controller.command_mode,
         )
-        spec = find_spec(environment)
         names = {**spec.kwargs, **given}
         return [
             Subject(
