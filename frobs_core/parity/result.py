@@ -34,7 +34,7 @@ class Comparison:
         tolerance: Largest error that passes; NaN where nothing was measured.
         unit: Of both.
         where: At which joint, frame or time the error is largest.
-        tolerance_name: Key of :data:`~frobs_core.parity.tolerances.TOLERANCES`.
+        tolerance_name: Key of ``TOLERANCES``.
         reason: Why it was skipped, or failed without a number.
     """
 
@@ -139,7 +139,7 @@ def judge(
     """Return a comparison of the largest of some errors with its tolerance; NaN fails.
 
     Args:
-        tolerance_name: Key of :data:`~frobs_core.parity.tolerances.TOLERANCES`.
+        tolerance_name: Key of ``TOLERANCES``.
         quantity: What differs, in words.
         simulator: The one that is judged.
         against: What it is compared with.

@@ -24,7 +24,7 @@ def certificate() -> Certificate:
 
 @pytest.fixture(scope="module")
 def small() -> Certificate:
-    return measure_parity(ID, ["mujoco", "mujoco"], only=["replay", "lidar"])
+    return measure_parity(ID, ["mujoco", "mujoco"], only=["settling"])
 
 
 def comparison(status: Status, **fields: Any) -> Comparison:
@@ -77,7 +77,7 @@ def test_a_new_certificate_replaces_the_old_and_nothing_else(small: Certificate,
     small.write(tmp_path)
     (tmp_path / "mine.png").write_bytes(b"mine")
     made_of(comparison(Status.PASSED, error=0.0, tolerance=1.0)).write(tmp_path)
-    assert not (tmp_path / "lidar.png").exists()
+    assert not (tmp_path / "settling.png").exists()
     assert (tmp_path / "mine.png").read_bytes() == b"mine"
     assert json.loads((tmp_path / "certificate.json").read_text())["measurements"][0]["name"] == "turn"
 
