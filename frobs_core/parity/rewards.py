@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.parity.result import Comparison, Line, Measurement, Panel, judge, skip
-from frobs_core.parity.rollout import Rollout, common_steps, play
+from frobs_core.parity.rollout import AFTER_A_TOUCH, Rollout, common_steps, free_steps, play
 from frobs_core.parity.subject import Subject, follows_exactly
 from frobs_core.parity.tolerances import TOLERANCES
 
@@ -37,6 +37,7 @@ def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0
     chosen = _liveliest(play(reference, plans), episodes)
     plans = [plans[k] for k in chosen]
     played = [play(subject, plans) for subject in subjects]
+    free = [free_steps(reference, rollout) for rollout in played[0]]
     comparisons: list[Comparison] = []
     curves = [
         Line(name, np.arange(1.0, len(values) + 1.0), values, j, i)
@@ -45,9 +46,8 @@ def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0
     ]
     errors_over_time = []
     for i, (subject, rollouts) in enumerate(zip(subjects[1:], played[1:], strict=True), 1):
-        errors = _errors(played[0], rollouts)
-        comparisons += _judge(reference, subject, played[0], errors)
-        largest = np.max(list(errors.values()), axis=0)
+        comparisons += _judge(reference, subject, (played[0], rollouts), free)
+        largest = np.max(list(_errors(played[0], rollouts).values()), axis=0)
         errors_over_time.append(Line(subject.label, np.arange(1.0, len(largest) + 1.0), largest, i))
     return Measurement(
         name="rewards",
@@ -55,6 +55,10 @@ def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0
         summary=f"The reward and its terms in {episodes} episodes of {steps} random actions, each from its own seed: of "
         f"{_CANDIDATES} such episodes on {reference.label}, those in which the terms move most.",
         comparisons=tuple(comparisons),
+        facts={
+            "moved freely": ", ".join(f"{n} of {rollout.steps}" for n, rollout in zip(free, played[0], strict=True))
+            + " steps"
+        },
         panels=(
             Panel(title="Reward and terms", x_label="step", y_label="per step", lines=tuple(curves)),
             Panel(
@@ -103,15 +107,23 @@ def _errors(first: Sequence[Rollout], second: Sequence[Rollout]) -> dict[str, Fl
 
 
 def _judge(
-    reference: Subject, subject: Subject, rollouts: Sequence[Rollout], errors: Mapping[str, Floats]
+    reference: Subject, subject: Subject, played: tuple[Sequence[Rollout], Sequence[Rollout]], free: Sequence[int]
 ) -> Iterator[Comparison]:
-    for name, off in errors.items():
+    """Yield how far each term is off while the robot moved freely, and after it touched something."""
+    exact = follows_exactly(reference, subject)
+    steps = [common_steps(a, b) + (a.steps != b.steps) for a, b in zip(*played, strict=True)]
+    moves = [np.arange(n) < free_for for n, free_for in zip(steps, free, strict=True)]
+    freely = np.concatenate(moves) if exact else np.ones(sum(steps), np.bool_)
+    for name, errors in _errors(*played).items():
         what = "reward" if name == "reward" else f"term {name}"
-        span = float(np.ptp(np.concatenate([rollout.rewards[name] for rollout in rollouts])))
-        if span < _STANDS and not (off != 0.0).any():
+        span = float(np.ptp(np.concatenate([rollout.rewards[name] for rollout in played[0]])))
+        if span < _STANDS and not (errors != 0.0).any():
             yield skip(subject.label, reference.label, "it does not move in these episodes", what)
             continue
-        yield judge(
-            "reward", what, subject.label, reference.label, off, exact=follows_exactly(reference, subject), scale=span,
-            where=f"step {int(np.argmax(np.nan_to_num(off, nan=np.inf))) + 1} of {len(off)}",
-        )  # fmt: skip
+        for part, chosen in (("", freely), (AFTER_A_TOUCH, ~freely)):
+            if chosen.any():
+                off = np.where(chosen, errors, 0.0)
+                yield judge(
+                    "reward", what + part, subject.label, reference.label, off, exact=exact and not part, scale=span,
+                    where=f"step {int(np.argmax(np.nan_to_num(off, nan=np.inf))) + 1} of {len(off)}",
+                )  # fmt: skip

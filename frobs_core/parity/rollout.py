@@ -13,6 +13,10 @@ from frobs_core.env import RobotEnv
 from frobs_core.parity.subject import Subject
 
 _PREFIX = "frobs/reward/"
+AFTER_A_TOUCH = ", after a touch"
+"""What the name of a quantity ends in where contacts decide over it: each engine has its own."""
+
+_SAME = 1e-9  # [rad or m]: farther apart, two motions on one engine are not the same
 
 
 @dataclass(frozen=True)
@@ -25,6 +29,7 @@ class Rollout:
         tool: (steps + 1, 3) [m] in the world.
         rewards: ``"reward"`` and each of its terms, (steps,).
         ended: Whether the episode terminated, or the engine gave up.
+        commands: What the controller told the drives, (steps, rows, dof): a row for a command that is held.
     """
 
     times: Floats
@@ -32,6 +37,7 @@ class Rollout:
     tool: Floats
     rewards: dict[str, Floats]
     ended: bool
+    commands: Floats
 
     @property
     def steps(self) -> int:
@@ -52,6 +58,14 @@ def play(subject: Subject, episodes: Sequence[tuple[int, np.ndarray[Any, Any]]])
 
 def _play(env: RobotEnv, seed: int, actions: np.ndarray[Any, Any]) -> Rollout:
     env.reset(seed=seed)
+    commands: list[Floats] = []
+    follow = type(env.robot).command
+
+    def overhear(values: Floats) -> None:
+        commands.append(np.array(values[0], ndmin=2))
+        follow(env.robot, values)
+
+    env.robot.command = overhear  # type: ignore[method-assign]
     joints, tool = [env.robot.joint_positions[0].copy()], [env.robot.frame_pose("tcp")[0][0].copy()]
     rewards: dict[str, list[float]] = {}
     ended = False
@@ -71,7 +85,32 @@ def _play(env: RobotEnv, seed: int, actions: np.ndarray[Any, Any]) -> Rollout:
         np.array(tool),
         {name: np.array(values) for name, values in rewards.items()},
         ended,
+        np.array(commands),
     )
+
+
+def free_steps(subject: Subject, rollout: Rollout) -> int:
+    """Return how many steps of an episode the robot moved freely for: it touched nothing, and no joint was at a limit.
+
+    The same commands are given to the robot alone, in a scene where it cannot touch anything. As long as it moves there as
+    it did in the environment, it was free.
+
+    Args:
+        subject: The simulator that the episode was played on.
+        rollout: The episode.
+    """
+    limits = [joint.limits for joint in subject.placement.model.actuated_joints]
+    lower, upper = np.array([limit.lower for limit in limits]), np.array([limit.upper for limit in limits])
+    with subject.simulate(subject.driven(subject.placement.command_mode)) as (simulation, robot):
+        robot.write_joint_state(rollout.joints[:1])
+        for step, command in enumerate(rollout.commands):
+            robot.command(command if len(command) == 1 else command[None])
+            simulation.step(subject.decimation)
+            there = rollout.joints[step + 1]
+            at_limit = (there <= lower).any() or (there >= upper).any()
+            if at_limit or not np.abs(robot.joint_positions[0] - there).max() < _SAME:
+                return step
+    return rollout.steps
 
 
 def common_steps(first: Rollout, second: Rollout) -> int:
