@@ -168,6 +168,7 @@ def fake_evaluation(success: float | None, episodes: int = 200) -> Evaluation:
         simulator="mujoco",
         seed=0,
         deterministic=True,
+        randomize=None,
         steps=1000,
     )
 
