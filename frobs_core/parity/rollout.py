@@ -104,11 +104,14 @@ def free_steps(subject: Subject, rollout: Rollout) -> int:
     with subject.simulate(subject.driven(subject.placement.command_mode)) as (simulation, robot):
         robot.write_joint_state(rollout.joints[:1])
         for step, command in enumerate(rollout.commands):
-            robot.command(command if len(command) == 1 else command[None])
-            simulation.step(subject.decimation)
-            there = rollout.joints[step + 1]
-            at_limit = (there <= lower).any() or (there >= upper).any()
-            if at_limit or not np.abs(robot.joint_positions[0] - there).max() < _SAME:
+            for k in range(subject.decimation):  # one by one, because a joint may touch its limit between two actions
+                if k < len(command):
+                    robot.command(command[k : k + 1])
+                simulation.step(1)
+                now = robot.joint_positions[0]
+                if (now <= lower).any() or (now >= upper).any():
+                    return step
+            if not np.abs(now - rollout.joints[step + 1]).max() < _SAME:
                 return step
     return rollout.steps
 
