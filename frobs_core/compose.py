@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from frobs_core import plugins
-from frobs_core.capabilities import check_capabilities
+from frobs_core.capabilities import Level, check_capabilities
 from frobs_core.errors import ConfigurationError, InvalidTimestepError, UnknownParameterError
 from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Simulation, Task
 from frobs_core.models import load_model
+from frobs_core.randomization import CAPABILITY, Randomization, read_settings
 from frobs_core.specs import SimulatorRecord
 
 _MODEL_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
@@ -29,6 +30,7 @@ class Parts:
     task: Task
     control_timestep: float
     decimation: int
+    randomization: Randomization | None = None
 
 
 def compose(
@@ -47,6 +49,7 @@ def compose(
     home: Mapping[str, float],
     tcp: str | None,
     num_threads: int,
+    randomize: Mapping[str, Any] | None,
     task_parameters: Mapping[str, Any],
 ) -> Parts:
     """Build and bind the parts of an environment; the arguments are those of :class:`frobs_core.env.RobotEnv`.
@@ -54,7 +57,7 @@ def compose(
     Raises:
         UnknownNameError: No plugin offers one of the names.
         UnknownParameterError: The task or the controller does not take a keyword.
-        CapabilityError: The simulator lacks what the task or the controller needs.
+        CapabilityError: The simulator lacks what the task, the controller or the randomisation needs.
         ConfigurationError: A value cannot be used.
     """
     if num_envs < 1:
@@ -63,11 +66,15 @@ def compose(
     task_record = plugins.get_record("task", task)
     controller_record = plugins.get_record("controller", controller)
     assert isinstance(simulator_record, SimulatorRecord)
-    check_capabilities(
-        simulator,
-        simulator_record.capabilities,
-        {f"task '{task}'": task_record.needs, f"controller '{controller}'": controller_record.needs},  # type: ignore[attr-defined]
-    )
+    settings = read_settings(randomize)
+    needs: dict[str, Mapping[str, Level]] = {
+        f"task '{task}'": task_record.needs,  # type: ignore[attr-defined]
+        f"controller '{controller}'": controller_record.needs,  # type: ignore[attr-defined]
+    }
+    for name in () if settings is None else dict.fromkeys(item.parameter for item in settings.items):
+        if name in CAPABILITY:
+            needs[f"randomize.{name}"] = {CAPABILITY[name]: Level.APPROXIMATE}
+    check_capabilities(simulator, simulator_record.capabilities, needs)
     the_task: Task = build(f"task '{task}'", task_record.load(), task_parameters)
     the_controller: Controller = build(f"controller '{controller}'", controller_record.load(), controller_kwargs)
     the_task.reward_type = _reward_type(task, the_task, reward_type)
@@ -93,10 +100,11 @@ def compose(
         handle = simulation.robots["robot"]
         the_controller.bind(handle, control, decimation)
         the_task.bind(simulation, the_controller, control)
+        randomization = None if settings is None else Randomization(settings, simulation, the_task, control)
     except BaseException:
         simulation.close()
         raise
-    return Parts(simulation, handle, the_controller, the_task, control, decimation)
+    return Parts(simulation, handle, the_controller, the_task, control, decimation, randomization)
 
 
 def build(owner: str, cls: type[Any], parameters: Mapping[str, Any]) -> Any:

@@ -40,12 +40,16 @@ class RobotEnv(gym.Env[Any, Any]):
         home: Rest configuration by joint name [rad or m]; what is left out is the robot's own.
         tcp: Link that the task talks about; None: the robot's own.
         num_threads: For the engine; 0: one for each processor.
+        randomize: What differs between environments and episodes; see :mod:`frobs_core.randomization`.
         task_parameters: Keywords of the task.
+
+    Attributes:
+        randomization: What is randomised, with the values in force; None: nothing.
 
     Raises:
         UnknownNameError: No plugin offers one of the names.
         UnknownParameterError: The task or the controller does not take a keyword.
-        CapabilityError: The simulator lacks what the task or the controller needs.
+        CapabilityError: The simulator lacks what the task, the controller or the randomisation needs.
         ConfigurationError: A value cannot be used.
     """
 
@@ -70,6 +74,7 @@ class RobotEnv(gym.Env[Any, Any]):
         home: Mapping[str, float] | None = None,
         tcp: str | None = None,
         num_threads: int = 0,
+        randomize: Mapping[str, Any] | None = None,
         **task_parameters: Any,
     ) -> None:
         check_render_mode(render_mode)
@@ -88,11 +93,13 @@ class RobotEnv(gym.Env[Any, Any]):
             home=home or {},
             tcp=tcp,
             num_threads=num_threads,
+            randomize=randomize,
             task_parameters=task_parameters,
         )
         self._loop = Loop(parts, 1)
         self.simulation, self.robot = parts.simulation, parts.robot
         self.controller, self.task = parts.controller, parts.task
+        self.randomization = parts.randomization
         self.control_timestep, self.decimation = parts.control_timestep, parts.decimation
         self.action_space = parts.controller.action_space
         self.observation_space = parts.task.observation_space
@@ -127,7 +134,13 @@ class RobotEnv(gym.Env[Any, Any]):
         self._running = True
         if self.render_mode == "human":
             self.simulation.open_viewer()
-        return _row(observation), {}
+        return _row(observation), self._told()
+
+    def _told(self) -> dict[str, Any]:
+        """Return what the info of a reset tells."""
+        if self.randomization is None:
+            return {}
+        return {"frobs/randomization": {name: values[0] for name, values in self.randomization.values.items()}}
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Advance by one control step.
@@ -145,11 +158,17 @@ class RobotEnv(gym.Env[Any, Any]):
         if not self._running:
             raise ResetNeededError("no episode is running; call reset() first.")
         loop, task = self._loop, self.task
+        checked = self._check(action)  # first of all: a step that is refused is none, not even for the random numbers
         loop.rng.begin_step()
-        self.robot.command(self.controller.apply(self._check(action)))
+        command = self.controller.apply(checked)
+        if self.randomization is not None:
+            command = self.randomization.act(loop.rng, command)
+        self.robot.command(command)
         self.simulation.step(self.decimation)
         task.advance(loop.rng)
-        observation = _row(task.observe(loop.rng))
+        observation = task.observe(loop.rng)
+        if self.randomization is not None:
+            observation = self.randomization.observe(loop.rng, observation)
         reward: float = task.reward().item()
         ends = task.is_terminated()
         terminated = ends is not None and ends.item()
@@ -162,7 +181,7 @@ class RobotEnv(gym.Env[Any, Any]):
             reward = 0.0
         if terminated or diverged:
             self._running = False
-        return observation, reward, terminated, diverged, info
+        return _row(observation), reward, terminated, diverged, info
 
     def _check(self, action: Any) -> Action:
         if self._loop.discrete:

@@ -35,16 +35,20 @@ class Loop:
         self.decimation = parts.decimation
         self.num_envs = num_envs
         self.rng = RandomSource(num_envs)
+        self.randomization = parts.randomization
         self.discrete = not isinstance(parts.controller.action_space, gym.spaces.Box)
         self.term_keys: dict[str, str] = {}
 
     def begin(self, mask: Mask | None, options: Mapping[str, Any]) -> Observation:
         """Begin an episode where ``mask`` says, and observe all environments."""
         self.rng.begin_episode(mask)
+        if self.randomization is not None:
+            self.randomization.begin_physics(self.rng, mask)
         self.simulation.reset(mask)
         self.task.reset(mask, self.rng, options)
         self.controller.reset(mask)
-        return self.task.observe(self.rng)
+        observation = self.task.observe(self.rng)
+        return observation if self.randomization is None else self.randomization.begin(self.rng, observation, mask)
 
     def options(self, options: Mapping[str, Any] | None) -> dict[str, Any]:
         """Check what ``reset`` was given, and spread it over the environments."""
@@ -93,12 +97,14 @@ class Loop:
             "task": self.task.snapshot(),
             "controller": self.controller.snapshot(),
             "random": self.rng.snapshot(),
+            "randomization": {} if self.randomization is None else self.randomization.snapshot(),
         }
         return {f"{part}/{name}": array for part, state in parts.items() for name, array in state.items()}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return all parts to a snapshot."""
-        split: dict[str, dict[str, Any]] = {"simulation": {}, "task": {}, "controller": {}, "random": {}}
+        parts = ("simulation", "task", "controller", "random", "randomization")
+        split: dict[str, dict[str, Any]] = {part: {} for part in parts}
         for name, array in snapshot.items():
             part, _, rest = name.partition("/")
             if part in split:
@@ -107,6 +113,8 @@ class Loop:
         self.task.restore(split["task"])
         self.controller.restore(split["controller"])
         self.rng.restore(split["random"])
+        if self.randomization is not None:
+            self.randomization.restore(split["randomization"])
 
 
 def check_render_mode(render_mode: str | None) -> None:

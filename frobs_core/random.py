@@ -152,9 +152,19 @@ class RandomSource:
             raise ConfigurationError(f"stream '{stream}': there is no whole number in [{low}, {high}).")
         return low + np.floor((high - low) * self._unit(stream, shape, mask)).astype(np.int64)
 
+    @property
+    def episodes(self) -> Words:
+        """(num_envs,) the episode that each environment is in, from 0 after it was seeded."""
+        return self._episodes
+
+    @property
+    def steps(self) -> Words:
+        """(num_envs,) the step of its episode that each environment is in, 0 at the reset."""
+        return np.uint64(self._clock) - self._begun
+
     def snapshot(self) -> dict[str, npt.NDArray[np.uint64]]:
         """Return the complete state between two steps."""
-        return {"seeds": self._seeds.copy(), "episodes": self._episodes.copy(), "steps": self._steps()}
+        return {"seeds": self._seeds.copy(), "episodes": self._episodes.copy(), "steps": self.steps}
 
     def restore(self, snapshot: dict[str, npt.NDArray[np.uint64]]) -> None:
         """Return to a snapshot."""
@@ -163,10 +173,6 @@ class RandomSource:
         self._begun[:] = np.uint64(self._clock) - snapshot["steps"]
         self._draws.clear()
         self._keys.clear()
-
-    def _steps(self) -> Words:
-        """Return the step of its episode that each environment is in."""
-        return np.uint64(self._clock) - self._begun
 
     def _key(self, stream: str) -> Words:
         """Return the key of each environment for a stream; (2, num_envs)."""
@@ -181,7 +187,7 @@ class RandomSource:
         rows = slice(None) if mask is None else mask
         if stream not in self._draws:
             self._draws[stream] = np.zeros(self.num_envs, np.uint64)
-        draws, steps, episodes = self._draws[stream][rows], self._steps()[rows], self._episodes[rows]
+        draws, steps, episodes = self._draws[stream][rows], self.steps[rows], self._episodes[rows]
         key = self._key(stream)[:, rows]
         n, size = len(draws), prod(shape)
         blocks = (size + 1) // 2

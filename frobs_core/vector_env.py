@@ -38,6 +38,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
 
     Attributes:
         final_observation: After a step in which episodes ended: (num_envs, …), rows valid where they ended.
+        randomization: What is randomised, with the values in force; None: nothing.
     """
 
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES)}  # noqa: RUF012 - as Gymnasium declares it
@@ -64,6 +65,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         home: Mapping[str, float] | None = None,
         tcp: str | None = None,
         num_threads: int = 0,
+        randomize: Mapping[str, Any] | None = None,
         **task_parameters: Any,
     ) -> None:
         check_render_mode(render_mode)
@@ -82,11 +84,13 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
             home=home or {},
             tcp=tcp,
             num_threads=num_threads,
+            randomize=randomize,
             task_parameters=task_parameters,
         )
         self._loop = Loop(parts, num_envs)
         self.simulation, self.robot = parts.simulation, parts.robot
         self.controller, self.task = parts.controller, parts.task
+        self.randomization = parts.randomization
         self.control_timestep, self.decimation = parts.control_timestep, parts.decimation
         self.num_envs = num_envs
         self.single_action_space = parts.controller.action_space
@@ -142,7 +146,16 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self._ended[rows] = False
         if self.render_mode == "human":
             self.simulation.open_viewer()
-        return observation, {}
+        return observation, self._told(self._all if mask is None else mask)
+
+    def _told(self, mask: Mask) -> dict[str, Any]:
+        """Return what the info of a reset tells of the environments of ``mask``."""
+        if self.randomization is None:
+            return {}
+        told: dict[str, Any] = {}
+        for name, values in self.randomization.values.items():
+            told[name], told[f"_{name}"] = values, mask
+        return {"frobs/randomization": told, "_frobs/randomization": mask}
 
     def _seed(self, seed: int | Sequence[int | None] | None, mask: Mask | None) -> None:
         rng = self._loop.rng
@@ -183,12 +196,18 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
             which = np.flatnonzero(waiting).tolist()
             raise ResetNeededError(f"no episode is running in environments {which[:8]}; call reset() first.")
         loop, task = self._loop, self.task
+        checked = self._check(actions)  # first of all: a step that is refused is none, not even for the random numbers
         loop.rng.begin_step()
-        self.robot.command(self.controller.apply(self._check(actions)))
+        command = self.controller.apply(checked)
+        if self.randomization is not None:
+            command = self.randomization.act(loop.rng, command)
+        self.robot.command(command)
         self.simulation.step(self.decimation)
         self._elapsed += 1
         task.advance(loop.rng)
         observation = task.observe(loop.rng)
+        if self.randomization is not None:
+            observation = self.randomization.observe(loop.rng, observation)
         reward = task.reward().copy()
         ends = task.is_terminated()
         terminated = self._none.copy() if ends is None else ends.copy()

@@ -212,3 +212,14 @@ def test_integers_reach_all_of_their_numbers_and_no_other():
 def test_integers_of_an_empty_range_are_refused():
     with pytest.raises(ConfigurationError, match=r"stream 'cell': there is no whole number in \[3, 3\)"):
         source(1).integers("cell", 3, 3)
+
+
+def test_episodes_and_steps_are_told():
+    source = RandomSource(2)
+    source.seed([1, 2])
+    source.begin_episode()
+    source.begin_step()
+    source.begin_episode(np.array([True, False]))
+    source.begin_step()
+    assert source.episodes.tolist() == [1, 0]
+    assert source.steps.tolist() == [1, 2]

@@ -16,6 +16,7 @@ from frobs_core.cli.check import check
 from frobs_core.cli.evaluate import evaluate
 from frobs_core.cli.group import FrobsGroup
 from frobs_core.cli.list import list_
+from frobs_core.cli.parity import parity
 from frobs_core.cli.play import play
 from frobs_core.cli.plot import plot
 from frobs_core.cli.plugins import plugins
@@ -25,7 +26,7 @@ from frobs_core.cli.train import train
 COMMANDS: Mapping[str, Mapping[str, Callable[..., Any]]] = {
     "Look around": {"list": list_, "show": show, "plugins": plugins},
     "Learn": {"train": train, "evaluate": evaluate, "play": play, "plot": plot},
-    "Verify": {"check": check, "bench": bench},
+    "Verify": {"check": check, "bench": bench, "parity": parity},
 }
 """Heading, then word, then what it does."""
 

@@ -8,7 +8,7 @@ import typer
 
 from frobs_core.cli.catalogue import find_spec
 from frobs_core.cli.facts import print_facts
-from frobs_core.cli.options import Controller, EnvId, Json, Simulator
+from frobs_core.cli.options import Controller, EnvId, Json, Robot, Simulator
 from frobs_core.cli.output import console, only_json, print_json
 
 
@@ -16,13 +16,14 @@ def bench(
     env_id: EnvId,
     num_envs: Annotated[int, typer.Option(metavar="N", min=1, help="Environments stepped together.")] = 1,
     steps: Annotated[int, typer.Option(metavar="N", min=10, help="Steps to measure.")] = 1000,
+    robot: Robot = None,
     simulator: Simulator = None,
     controller: Controller = None,
     json: Json = False,
 ) -> None:
     """Measure where the time of a step goes, and how much more it is than the bare engine's.
 
-    The bare engine replays the same states with the same controls, step by step beside the environment.
+    The bare engine replays the same states with the same controls; the two take turns, a few steps each.
 
     Example:
         $ frobs bench frobs/Irb120Reach-v0
@@ -31,7 +32,7 @@ def bench(
     find_spec(env_id)
     from frobs_core.bench import bench as measure
 
-    keywords: dict[str, Any] = {"simulator": simulator, "controller": controller}
+    keywords: dict[str, Any] = {"robot": robot, "simulator": simulator, "controller": controller}
     given = {key: value for key, value in keywords.items() if value is not None}
     with only_json(json), console(stderr=True).status(f"measuring {steps:,} steps"):
         found = measure(env_id, num_envs=num_envs, steps=steps, **given)

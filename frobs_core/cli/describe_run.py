@@ -55,6 +55,8 @@ def readable_run(facts: Mapping[str, Any], *, config: bool) -> dict[str, Any]:
     """
     shown: dict[str, Any] = {key: facts[key] for key in ("kind", "name", "environment")}
     shown |= facts["environment_kwargs"]
+    if facts["config"]["randomize"]:
+        shown["randomized"] = ", ".join(facts["config"]["randomize"])
     shown |= {key: facts[key] for key in ("algorithm", "seed")}
     if facts["steps"] is not None and facts["seconds"] is not None:
         shown["trained"] = f"{facts['steps']:,.0f} steps in {duration(facts['seconds'])}"
@@ -85,5 +87,6 @@ def _evaluation(found: Mapping[str, Any]) -> dict[str, Any]:
         "worst octant": percent(worst) if worst is not None else None,
         "reward": number(found["mean_reward"]),
         "simulator": found.get("simulator"),
+        "randomized": ", ".join(found.get("randomize") or ()) or None,
         "seed": found["seed"],
     }

@@ -87,7 +87,7 @@ def _axis(axis: Sequence[float]) -> str:
 
 def _print_drives(joints: Sequence[JointFacts]) -> None:
     drives = [(joint, joint.drive) for joint in joints if joint.drive is not None]
-    _section("drives", "if none are declared: from the inertia at home")
+    _section("drives", "if none are declared: from the largest inertia")
     rows = []
     for joint, drive in drives:
         numbers = (drive.inertia, drive.stiffness, drive.damping, abs(drive.holding_effort))

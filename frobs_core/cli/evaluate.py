@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from frobs_core.cli.facts import print_facts
-from frobs_core.cli.options import Json, RunFolder, Seed, Simulator
+from frobs_core.cli.options import Json, Randomized, RunFolder, Seed, Simulator
 from frobs_core.cli.output import console, only_json, print_json
 from frobs_core.cli.progress import number, percent
 
@@ -19,6 +19,7 @@ def evaluate(
     run: RunFolder,
     episodes: Annotated[int, typer.Option(metavar="N", min=1, help="How many episodes.")] = 1000,
     simulator: Simulator = None,
+    randomized: Randomized = False,
     seed: Seed = None,
     json: Json = False,
 ) -> None:
@@ -27,6 +28,7 @@ def evaluate(
     Example:
         $ frobs evaluate runs/first
         $ frobs evaluate runs/first --simulator pybullet
+        $ frobs evaluate runs/first --randomized
         $ frobs evaluate runs/first --episodes 200 --json
     """
     from frobs_core.runs import Run
@@ -35,7 +37,7 @@ def evaluate(
     with only_json(json):
         opened = Run.open(run)
         with console(stderr=True).status(f"playing {episodes:,} episodes"):
-            found = evaluate_run(opened, episodes, simulator=simulator, seed=seed)
+            found = evaluate_run(opened, episodes, simulator=simulator, randomize=randomized, seed=seed)
     if json:
         print_json({"run": opened.path, **found.to_dict()})
     else:
@@ -45,6 +47,8 @@ def evaluate(
 def summary(found: Evaluation) -> dict[str, object]:
     """Return an evaluation as people read it."""
     facts: dict[str, object] = {"environment": found.environment, "simulator": found.simulator}
+    if found.randomize:
+        facts["randomized"] = ", ".join(found.randomize)
     if found.success_rate is not None and found.success_interval is not None:
         low, high = found.success_interval
         facts["success"] = f"{percent(found.success_rate)}  (95 % interval: {percent(low)} to {percent(high)})"

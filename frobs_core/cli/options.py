@@ -25,6 +25,20 @@ RunFolder = Annotated[
     Path, typer.Argument(metavar="RUN", show_default=False, help="The folder that 'frobs train' wrote.")
 ]
 
+Robot = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        show_default="the environment's own",
+        help="One of 'frobs list robots', or a URDF, xacro or MJCF file.",
+    ),
+]
+
+Tcp = Annotated[
+    str | None,
+    typer.Option(metavar="LINK", show_default="the robot's own", help="The link that the task talks about."),
+]
+
 Simulator = Annotated[
     str | None,
     typer.Option(metavar="NAME", show_default="the environment's own", help="One of 'frobs list simulators'."),
@@ -33,6 +47,11 @@ Simulator = Annotated[
 Controller = Annotated[
     str | None,
     typer.Option(metavar="NAME", show_default="the environment's own", help="One of 'frobs list controllers'."),
+]
+
+Randomized = Annotated[
+    bool,
+    typer.Option("--randomized", help="Randomise the models as in the training; else they are the nominal ones."),
 ]
 
 Seed = Annotated[int | None, typer.Option(metavar="S", min=0, show_default=False, help="Random seed.")]

@@ -9,7 +9,7 @@ import typer
 
 from frobs_core.cli.catalogue import find_spec
 from frobs_core.cli.facts import print_facts
-from frobs_core.cli.options import Controller, EnvId, Json, Seed, Simulator
+from frobs_core.cli.options import Controller, EnvId, Json, Robot, Seed, Simulator, Tcp
 from frobs_core.cli.output import only_json, print_json
 from frobs_core.cli.progress import TrainingProgress, duration, number, percent
 
@@ -26,6 +26,8 @@ def train(
         Path | None,
         typer.Option(metavar="FILE", exists=True, dir_okay=False, show_default=False, help="YAML with settings."),
     ] = None,
+    robot: Robot = None,
+    tcp: Tcp = None,
     simulator: Simulator = None,
     controller: Controller = None,
     num_envs: Annotated[
@@ -66,6 +68,8 @@ def train(
 
     flags = {
         "algorithm": algorithm,
+        "robot": robot,
+        "tcp": tcp,
         "simulator": simulator,
         "controller": controller,
         "num_envs": num_envs,

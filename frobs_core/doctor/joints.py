@@ -10,7 +10,6 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.doctor.report import DriveFacts, Finding, JointFacts, Severity
 from frobs_core.models import Joint, JointType, RobotModel, default_gains
-from frobs_core.models.defaults import composite_inertia
 from frobs_core.models.kinematics import MOVING, joint_path
 from frobs_core.rotations import quat_rotate
 
@@ -50,13 +49,13 @@ def _facts(joint: Joint, rests: dict[str, float], drives: dict[str, DriveFacts])
 
 
 def _drives(model: RobotModel, home: Floats) -> dict[str, DriveFacts]:
-    gains, inertias, weights = default_gains(model, home), composite_inertia(model, home), gravity_efforts(model, home)
+    gains, weights = default_gains(model, home), gravity_efforts(model, home)
     drives = {}
     for joint, weight in zip(model.joint_names, weights.tolist(), strict=True):
-        (stiffness, damping), inertia = gains.of(joint), inertias[joint]
-        omega = math.sqrt(stiffness / inertia)
+        stiffness, damping = gains.of(joint)
+        omega = 2.0 * stiffness / damping  # critical damping: Kp = I·ω² and Kd = 2·I·ω
         drives[joint] = DriveFacts(
-            inertia=inertia,
+            inertia=damping / (2.0 * omega),
             stiffness=stiffness,
             damping=damping,
             bandwidth=omega / (2.0 * math.pi),

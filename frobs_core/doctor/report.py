@@ -50,10 +50,10 @@ class DriveFacts:
     """The drive that a joint gets where the robot's description declares no gains.
 
     Attributes:
-        inertia: What the joint moves at home [kg·m² or kg].
+        inertia: With which it is critically damped: the largest that the joint moves [kg·m² or kg].
         stiffness: Kp [N·m/rad or N/m]
         damping: Kd [N·m·s/rad or N·s/m]
-        bandwidth: Of the undamped drive [Hz].
+        bandwidth: Of the drive with that inertia [Hz].
         time_constant: In which an error falls to a third and a little [s].
         holding_effort: What gravity asks of the joint at home, the root upright and fixed [N·m or N].
     """

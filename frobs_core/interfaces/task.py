@@ -85,6 +85,14 @@ class Task(ABC):
     def reward(self) -> Floats:
         """Return the reward of the step that has just ended, (num_envs,)."""
 
+    def observation_columns(self) -> Mapping[str, slice]:
+        """Return where the named terms of the observation stand, so that noise and delays can be given to each.
+
+        Columns of the observation where it is one array, or of its key ``"observation"`` where it is a dictionary; its
+        other keys are terms by themselves. Without names there is one term, ``"observation"``.
+        """
+        return {}
+
     def reward_terms(self) -> Mapping[str, Floats]:
         """Return the terms whose sum the last reward was, (num_envs,) each, for logs."""
         return {}

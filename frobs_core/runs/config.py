@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownParameterError
 from frobs_core.plugins import get_record
+from frobs_core.randomization import read_settings
 from frobs_core.specs import AlgorithmRecord
 from frobs_core.validation import validate
 from frobs_core.yaml import ConfigMapping, find_origin, load_yaml, load_yaml_text, load_yaml_value, merge
@@ -24,6 +25,8 @@ class RunConfig(BaseModel):
     Attributes:
         environment: Gymnasium ID; ``"module:ID"`` imports the module first.
         environment_kwargs: Keywords of the environment: simulator, controller, task parameters, …
+        randomize: What differs between environments and episodes of the training; an evaluation leaves it out unless it
+            is asked for. See :mod:`frobs_core.randomization`.
         algorithm: Name of the algorithm.
         algorithm_config: The algorithm's own settings.
         num_envs: Environments that are stepped together.
@@ -37,6 +40,7 @@ class RunConfig(BaseModel):
 
     environment: Annotated[str, Field(min_length=1)]
     environment_kwargs: dict[str, Any] = Field(default_factory=dict)
+    randomize: dict[str, Any] = Field(default_factory=dict)
     algorithm: str = "ppo"
     algorithm_config: dict[str, Any] = Field(default_factory=dict)
     num_envs: Annotated[int, Field(ge=1)] = 8
@@ -44,6 +48,28 @@ class RunConfig(BaseModel):
     seed: Annotated[int, Field(ge=0)] | None = None
     checkpoint_every: Annotated[int, Field(ge=1)] | None = None
     keep_checkpoints: Annotated[int, Field(ge=1)] = 3
+
+    def keywords(
+        self, *, simulator: str | None = None, randomize: bool | Mapping[str, Any] | None = None
+    ) -> dict[str, Any]:
+        """Return the keywords that the environment is made with.
+
+        Args:
+            simulator: Another one than the training's.
+            randomize: None: as in the training, if it is; True: as in the training; False: the nominal models; or what
+                to randomise instead.
+
+        Raises:
+            ConfigurationError: As in the training, which randomises nothing.
+        """
+        if randomize is True and not self.randomize:
+            raise ConfigurationError(f"{_OWNER} randomises nothing; leave out --randomized, or give what to randomise.")
+        chosen = self.randomize if randomize is None or randomize is True else randomize
+        return {
+            **self.environment_kwargs,
+            **({"simulator": simulator} if simulator else {}),
+            **({"randomize": dict(chosen)} if chosen else {}),
+        }
 
 
 def resolve_config(
@@ -62,7 +88,8 @@ def resolve_config(
     Args:
         environment: Gymnasium ID; None: the file has it.
         file: A YAML file with the keys of :class:`RunConfig`.
-        flags: Keys of :class:`RunConfig`, and ``simulator`` and ``controller``; those that are None do not count.
+        flags: Keys of :class:`RunConfig`, and those of ``environment_kwargs`` that have flags of their own: ``robot``,
+            ``tcp``, ``simulator`` and ``controller``; those that are None do not count.
         settings: ``"algorithm_config.n_steps=16"``: a dotted key and a YAML value.
 
     Returns:
@@ -84,9 +111,19 @@ def resolve_config(
     controller = _environment_kwargs(given).get("controller")
     merged = merge(*_with_section(tuned, controller), *_with_section(from_file, controller), from_flags, from_settings)
     config = validate(RunConfig, merged, _OWNER)
+    _check_randomize(merged)
     return config.model_copy(
         update={"algorithm_config": resolve_algorithm_config(record, merged.get("algorithm_config", {}))}
     )
+
+
+def _check_randomize(merged: Mapping[str, Any]) -> None:
+    """Refuse what no environment could be randomised with, and a second place to write it."""
+    if "randomize" in _environment_kwargs(merged):
+        reason = "'randomize' stands beside environment_kwargs, not in it; move it there."
+        origin = find_origin(merged, ["environment_kwargs", "randomize"])
+        raise ConfigFileError(*origin, reason) if origin else ConfigurationError(f"{_OWNER}: {reason}")
+    read_settings(merged.get("randomize"))
 
 
 def algorithm_record(name: str) -> AlgorithmRecord:
@@ -117,7 +154,9 @@ def _from_flags(environment: str | None, flags: Mapping[str, Any]) -> dict[str, 
     given = {key: value for key, value in flags.items() if value is not None}
     if environment is not None:
         given["environment"] = environment
-    for name in ("simulator", "controller"):
+    if Path(str(given.get("robot", ""))).is_file():  # so that the run is found to be the same from any other folder
+        given["robot"] = str(Path(given["robot"]).resolve())
+    for name in ("robot", "tcp", "simulator", "controller"):
         if name in given:
             given["environment_kwargs"] = {**given.get("environment_kwargs", {}), name: given.pop(name)}
     return given

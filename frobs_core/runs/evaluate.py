@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
@@ -19,6 +21,7 @@ from frobs_core.runs.policy import load_policy
 from frobs_core.runs.recorder import EpisodeRecorder, FinishedEpisodes
 from frobs_core.runs.run import Run
 from frobs_core.runs.seeds import spread_seed
+from frobs_core.yaml import plain
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,6 +51,7 @@ class Evaluation:
             the task has no goal positions.
         environment: Gymnasium ID.
         simulator: Where another than the training's was asked for.
+        randomize: What was randomised; None: nothing, the nominal models.
         seed: That the episodes come from.
         deterministic: Whether the policy's mode was taken.
         steps: Environment steps that the policy had trained for.
@@ -61,6 +65,7 @@ class Evaluation:
     success_by_octant: Mapping[str, OctantResult] | None
     environment: str
     simulator: str | None
+    randomize: Mapping[str, Any] | None
     seed: int
     deterministic: bool
     steps: int
@@ -75,6 +80,7 @@ def evaluate(
     episodes: int = 1000,
     *,
     simulator: str | None = None,
+    randomize: bool | Mapping[str, Any] = False,
     seed: int | None = None,
     num_envs: int | None = None,
     deterministic: bool = True,
@@ -88,6 +94,7 @@ def evaluate(
         run: The run.
         episodes: Exactly so many, ≥ 1.
         simulator: Another one than the training's.
+        randomize: False: the nominal models; True: as in the training; or what to randomise instead.
         seed: ≥ 0; None: the run's.
         num_envs: How many are stepped together, ≥ 1.
         deterministic: Take the mode of the policy, or else sample.
@@ -105,7 +112,8 @@ def evaluate(
     for name, value, least in (("episodes", episodes, 1), ("num_envs", num_envs, 1), ("seed", chosen_seed, 0)):
         if value < least:
             raise ConfigurationError(f"{name} = {value}: it must be at least {least}.")
-    kwargs = {**config.environment_kwargs, **({"simulator": simulator} if simulator else {})}
+    kwargs = config.keywords(simulator=simulator, randomize=randomize)
+    randomized = plain(kwargs.get("randomize"))
     env = make_vector_env(config.environment, min(num_envs, episodes), kwargs)
     try:
         policy, steps = load_policy(run, env.single_observation_space, env.single_action_space)
@@ -124,13 +132,21 @@ def evaluate(
         success_by_octant=counter.by_octant(),
         environment=config.environment,
         simulator=simulator,
+        randomize=randomized,
         seed=chosen_seed,
         deterministic=deterministic,
         steps=steps,
     )
     name = f"step_{steps:09d}_seed{chosen_seed}_{episodes}episodes{f'_{simulator}' if simulator else ''}"
+    if randomized:
+        name += "_randomized" if randomize is True else f"_randomized-{_digest(randomized)}"
     write_json(run.path / "evaluations" / f"{name}.json", result.to_dict())
     return result
+
+
+def _digest(settings: Mapping[str, Any]) -> str:
+    """Return a short name of settings, so that evaluations with others stand beside each other."""
+    return hashlib.blake2b(json.dumps(settings, sort_keys=True).encode(), digest_size=4).hexdigest()
 
 
 def _play(env: EpisodeRecorder, policy: Algorithm, seed: int, deterministic: bool, counter: _Counter) -> None:

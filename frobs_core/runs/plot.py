@@ -11,14 +11,10 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import RunError
+from frobs_core.figures import COLORS, FAINT, INK, dress, make_figure
 from frobs_core.runs.files import write_aside
 from frobs_core.runs.progress import STEPS, read_progress
 from frobs_core.runs.run import Run
-
-# Distinguishable for the colour-blind too (Okabe and Ito 2008), the yellow left out.
-_COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#444444")
-_INK = "#2b2b2b"
-_GRID = "#e4e4e4"
 
 
 @dataclass(frozen=True)
@@ -53,20 +49,13 @@ def plot_runs(runs: Sequence[Run], path: Path | str | None = None) -> Path:
     Raises:
         RunError: matplotlib is not installed, there is no run, or a run has no log yet.
     """
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise RunError("a plot needs matplotlib: pip install 'frobs-core[plots]'.") from error
-
     curves = [_read(run) for run in runs]
     if not curves:
         raise RunError("there is no run to plot; name at least one run folder.")
     groups = _groups(curves)
     terms = _terms(curves[0]) if len(groups) == 1 else []
     panels = [panel for panel, wanted in ((_success, _has(curves, "episode/success")), (_reward, True)) if wanted]
-    figure = Figure(figsize=(5.2 * (len(panels) + bool(terms)), 4.2), dpi=150, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = make_figure(5.2 * (len(panels) + bool(terms)), 4.2)
     axes = figure.subplots(1, len(panels) + bool(terms), squeeze=False)[0]
     for axis, draw in zip(axes, panels, strict=False):
         _dress(axis)
@@ -75,8 +64,8 @@ def plot_runs(runs: Sequence[Run], path: Path | str | None = None) -> Path:
         _dress(axes[-1])
         _draw_terms(axes[-1], next(iter(groups.values())), terms)
     if len(groups) > 1:
-        axes[0].legend(frameon=False, fontsize=9, labelcolor=_INK)
-    figure.suptitle(_title(groups), x=0.01, ha="left", fontsize=13, fontweight="bold", color=_INK)
+        axes[0].legend(frameon=False, fontsize=9, labelcolor=INK)
+    figure.suptitle(_title(groups), x=0.01, ha="left", fontsize=13, fontweight="bold", color=INK)
 
     target = Path(path) if path is not None else _default_path(runs)
     write_aside(target, lambda aside: figure.savefig(aside, format="png"))
@@ -144,10 +133,10 @@ def _title(groups: dict[str, list[_Curves]]) -> str:
 
 
 def _success(axis: Any, groups: dict[str, list[_Curves]]) -> None:
-    axis.set_title("Success at the end of the episode", loc="left", fontsize=10, color=_INK)
+    axis.set_title("Success at the end of the episode", loc="left", fontsize=10, color=INK)
     axis.set_ylim(-2, 102)
     axis.yaxis.set_major_formatter(lambda value, _: f"{value:.0f} %")
-    axis.axhline(95, color="#9a9a9a", linewidth=0.8, linestyle=(0, (4, 3)))
+    axis.axhline(95, color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)))
     for color, (name, members) in zip(_colors(groups), groups.items(), strict=True):
         _draw(axis, members, "episode/success", color, name, 100.0)
         for member in members:
@@ -155,16 +144,16 @@ def _success(axis: Any, groups: dict[str, list[_Curves]]) -> None:
 
 
 def _reward(axis: Any, groups: dict[str, list[_Curves]]) -> None:
-    axis.set_title("Reward of an episode", loc="left", fontsize=10, color=_INK)
+    axis.set_title("Reward of an episode", loc="left", fontsize=10, color=INK)
     for color, (name, members) in zip(_colors(groups), groups.items(), strict=True):
         _draw(axis, members, "episode/reward", color, name)
 
 
 def _draw_terms(axis: Any, members: Sequence[_Curves], terms: Sequence[str]) -> None:
-    axis.set_title("Reward terms of an episode", loc="left", fontsize=10, color=_INK)
+    axis.set_title("Reward terms of an episode", loc="left", fontsize=10, color=INK)
     for color, term in zip(_colors(terms), terms, strict=True):
         _draw(axis, members, f"reward/{term}", color, term.replace("_", " "))
-    axis.legend(frameon=False, fontsize=9, labelcolor=_INK)
+    axis.legend(frameon=False, fontsize=9, labelcolor=INK)
 
 
 def _draw(axis: Any, members: Sequence[_Curves], name: str, color: str, label: str, scale: float = 1.0) -> None:
@@ -211,13 +200,7 @@ def _mark_evaluation(axis: Any, member: _Curves, color: str, annotate: bool) -> 
 
 
 def _dress(axis: Any) -> None:
-    axis.grid(color=_GRID, linewidth=0.8)
-    axis.set_axisbelow(True)
-    for side in ("top", "right", "left"):
-        axis.spines[side].set_visible(False)
-    axis.spines["bottom"].set_color("#b0b0b0")
-    axis.tick_params(colors=_INK, labelsize=9, length=0)
-    axis.set_xlabel("environment steps", fontsize=9, color=_INK)
+    dress(axis, x_label="environment steps")
     axis.xaxis.set_major_formatter(lambda value, _: _count(value))
     axis.margins(x=0.02)
 
@@ -231,7 +214,7 @@ def _count(value: float) -> str:
 
 
 def _colors(items: Any) -> list[str]:
-    return [_COLORS[index % len(_COLORS)] for index in range(len(items))]
+    return [COLORS[index % len(COLORS)] for index in range(len(items))]
 
 
 def _has(curves: Sequence[_Curves], name: str) -> bool:

@@ -50,7 +50,7 @@ def train(
     settings = resolve_algorithm_config(record, config.algorithm_config)
     config = config.model_copy(update={"seed": seed, "algorithm_config": settings})
     seeds = spread_seed(seed)
-    env = make_vector_env(config.environment, config.num_envs, config.environment_kwargs)
+    env = make_vector_env(config.environment, config.num_envs, config.keywords())
     try:
         check_action_space(record, config.environment, env.single_action_space)
         env.reset(seed=seeds.environment)

@@ -22,13 +22,14 @@ Frame = npt.NDArray[np.uint8]
 """(height, width, 3) rgb."""
 
 
-def record_video(run: Run, path: Path | str | None = None, *, episodes: int = 3) -> Path:
+def record_video(run: Run, path: Path | str | None = None, *, episodes: int = 3, randomized: bool = False) -> Path:
     """Record the newest checkpoint as an MP4 that browsers play: H.264, yuv420p, in real time.
 
     Args:
         run: The run.
         path: The file; None: ``video.mp4`` in the run's folder.
         episodes: ≥ 1, from the run's evaluation seed.
+        randomized: Randomise as in the training, or else play on the nominal model.
 
     Returns:
         The file.
@@ -49,7 +50,7 @@ def record_video(run: Run, path: Path | str | None = None, *, episodes: int = 3)
     target = Path(path) if path is not None else run.path / "video.mp4"
     if target.suffix.lower() != ".mp4":
         raise ConfigurationError(f"{target}: a video is an MP4; give it a name that ends in .mp4.")
-    env = make_env(run.config.environment, run.config.environment_kwargs, render_mode="rgb_array")
+    env = make_env(run.config.environment, run.config.keywords(randomize=randomized), render_mode="rgb_array")
     try:
         policy, _ = load_policy(run, env.observation_space, env.action_space)
         frames = play_frames(env, policy, episodes, run.seeds.evaluation)

@@ -12,12 +12,13 @@ from frobs_core.runs.run import Run
 from frobs_core.runs.video import add_batch
 
 
-def view(run: Run, *, episodes: int | None = None) -> int:
+def view(run: Run, *, episodes: int | None = None, randomized: bool = False) -> int:
     """Play the newest checkpoint in a window, in real time, until it is interrupted.
 
     Args:
         run: The run.
         episodes: None: without end.
+        randomized: Randomise as in the training, or else play on the nominal model.
 
     Returns:
         How many episodes ended.
@@ -27,7 +28,7 @@ def view(run: Run, *, episodes: int | None = None) -> int:
         ConfigurationError: The environment has no window.
         CheckpointError: No checkpoint is usable.
     """
-    env = make_env(run.config.environment, run.config.environment_kwargs, render_mode="human")
+    env = make_env(run.config.environment, run.config.keywords(randomize=randomized), render_mode="human")
     # Others' environments wait by themselves in render; ours say how long a step is.
     control_timestep = float(getattr(env.unwrapped, "control_timestep", 0.0))
     ended = 0

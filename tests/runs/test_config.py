@@ -63,6 +63,14 @@ def test_a_file_may_have_sections_for_controllers(file: Path) -> None:
     assert resolve_config(file=file, settings=["environment_kwargs.controller=tcp_delta_position"]).steps == 3000
 
 
+def test_a_robot_file_is_found_again_from_any_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "arm.urdf").touch()
+    monkeypatch.chdir(tmp_path)
+    named = resolve_config(REACH, flags={"robot": "irb120", "tcp": "tool0"}).environment_kwargs
+    assert named == {"robot": "irb120", "tcp": "tool0"}
+    assert resolve_config(REACH, flags={"robot": "arm.urdf"}).environment_kwargs == {"robot": str(tmp_path / "arm.urdf")}
+
+
 def test_a_setting_deep_inside_is_set() -> None:
     config = resolve_config("Pendulum-v1", settings=["algorithm_config.policy_kwargs.net_arch=[8, 8]"])
     assert config.algorithm_config["policy_kwargs"]["net_arch"] == [8, 8]

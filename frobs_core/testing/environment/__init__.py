@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from frobs_core.testing.checks import Check, collect
-from frobs_core.testing.environment import api, data, life, pictures, rewards, seeding, state, vector
+from frobs_core.testing.environment import api, data, life, pictures, randomization, rewards, seeding, state, vector
 from frobs_core.testing.environment.subject import EnvUnderTest
 
 CHECKS = (
@@ -35,6 +35,8 @@ CHECKS = (
     vector.next_step_equals_single,
     vector.disabled_equals_single,
     vector.threads_agree,
+    randomization.randomized_equals_single,
+    randomization.randomized_state_is_complete,
     pictures.render_draws,
 )
 """Every check of an environment, in the order in which they run."""

@@ -91,6 +91,12 @@ def inside(env: Any) -> Any:
     return env.unwrapped
 
 
+def observes_truly(env: Any, *keys: str) -> bool:
+    """Whether neither noise nor delay changes some keys of a dictionary observation."""
+    randomization = getattr(env.unwrapped, "randomization", None)
+    return randomization is None or not randomization.observed_keys & set(keys)
+
+
 def is_ours(env: Any) -> bool:
     """Whether an environment, single or vector, is composed of a simulator, a robot, a controller and a task."""
     return hasattr(env.unwrapped, "simulation")

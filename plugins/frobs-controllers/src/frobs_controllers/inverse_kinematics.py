@@ -22,8 +22,8 @@ class DampedLeastSquares:
     Two limits are kept:
 
     - No joint moves by more than its velocity limit allows within the control step.
-    - A joint that is at a position limit and would have to go beyond is left out, so that the others take over its
-      part (the active set of the projected Newton method, Bertsekas 1982).
+    - A joint that is at a position limit and would go beyond is left out, so that the others take over its part (the
+      active set of the projected Newton method, Bertsekas 1982).
 
     Every product is a stack of small products, so that environment i of many gets the bits that it gets alone.
 
@@ -55,19 +55,15 @@ class DampedLeastSquares:
         self._posture_gain = np.broadcast_to(gains, (n, dof)).copy()
         self.commanded: Floats = np.zeros((n, dof))
 
-        self._jacobian: Floats = np.zeros((n, rows, dof))
         self._gram, self._task = np.zeros((n, rows, rows)), np.zeros((n, rows, 1))
         self._solve = solve_3x3 if rows == 3 else np.linalg.solve
         # Two rows, so that one product serves both: how far the command is ahead, and the posture step.
         self._joints, self._tool = np.zeros((n, 2, dof)), np.zeros((n, 2, rows))
-        self._delta, self._push = np.zeros((n, dof, 1)), np.zeros((n, dof, 1))
-        self._at_lower, self._at_upper = np.zeros((n, dof), np.bool_), np.zeros((n, dof), np.bool_)
+        self._delta, self._beyond = np.zeros((n, dof, 1)), np.zeros((n, dof))
         # The same memory in the shapes that the operations want.
-        self._transposed = self._jacobian.transpose(0, 2, 1)
         self._offset, self._posture = self._joints[:, 0], self._joints[:, 1]
         self._ahead, self._drift = self._tool[:, 0], self._tool[:, 1]
-        self._task_flat = self._task[:, :, 0]
-        self._delta_flat, self._push_flat = self._delta[:, :, 0], self._push[:, :, 0]
+        self._task_flat, self._delta_flat = self._task[:, :, 0], self._delta[:, :, 0]
 
     def lead(self) -> Floats:
         """Read the Jacobian, and return how far the command is ahead of the arm: J (u − q), (num_envs, rows).
@@ -75,11 +71,11 @@ class DampedLeastSquares:
         The tool's pose plus this is, to first order, where the commanded joint positions bring it: what the drives
         have still to travel, and what gravity makes them fall short, is not mistaken for an error.
         """
-        np.copyto(self._jacobian, self._robot.frame_jacobian("tcp")[:, : self._rows])
+        self._jacobian: Floats = self._robot.frame_jacobian("tcp")[:, : self._rows]
         np.subtract(self.commanded, self._robot.joint_positions, out=self._offset)
         np.subtract(self._home, self.commanded, out=self._posture)
         np.multiply(self._posture, self._posture_gain, out=self._posture)
-        np.matmul(self._joints, self._transposed, out=self._tool)
+        np.matmul(self._joints, self._jacobian.transpose(0, 2, 1), out=self._tool)
         return self._ahead
 
     def move(self, error: Floats) -> Floats:
@@ -88,34 +84,42 @@ class DampedLeastSquares:
         Args:
             error: (num_envs, rows)
         """
-        commanded, delta = self.commanded, self._delta_flat
-        np.less_equal(commanded, self._lower, out=self._at_lower)
-        np.greater_equal(commanded, self._upper, out=self._at_upper)
-        if np.count_nonzero(self._at_lower) or np.count_nonzero(self._at_upper):
-            self._hold_at_limits(error)
+        commanded, beyond = self.commanded, self._beyond
+        np.add(commanded, self._step(error), out=beyond)
+        before = commanded.copy()
+        np.maximum(beyond, self._lower, out=commanded)
+        np.minimum(commanded, self._upper, out=commanded)
+        if commanded.tobytes() != beyond.tobytes() and self._hold_at_limits(before):
+            np.add(before, self._step(error), out=commanded)
+            np.maximum(commanded, self._lower, out=commanded)
+            np.minimum(commanded, self._upper, out=commanded)
+        return commanded
+
+    def _step(self, error: Floats) -> Floats:
+        """Return how the joints should move, (num_envs, dof), whatever their position limits."""
+        delta, transposed = self._delta_flat, self._jacobian.transpose(0, 2, 1)
         np.subtract(error, self._drift, out=self._task_flat)
-        np.matmul(self._jacobian, self._transposed, out=self._gram)
+        np.matmul(self._jacobian, transposed, out=self._gram)
         np.add(self._gram, self._damping, out=self._gram)
-        np.matmul(self._transposed, self._solve(self._gram, self._task), out=self._delta)
+        np.matmul(transposed, self._solve(self._gram, self._task), out=self._delta)
         np.add(delta, self._posture, out=delta)
         np.maximum(delta, self._slowest, out=delta)
         np.minimum(delta, self._fastest, out=delta)
-        np.add(commanded, delta, out=commanded)
-        np.maximum(commanded, self._lower, out=commanded)
-        np.minimum(commanded, self._upper, out=commanded)
-        return commanded
+        return delta
 
-    def _hold_at_limits(self, error: Floats) -> None:
-        """Leave out the joints that the error pushes against their limits.
+    def _hold_at_limits(self, commanded: Floats) -> bool:
+        """Leave out the joints that are at a limit and would go beyond; return whether there are any.
 
         An environment with no such joint has its numbers multiplied by 1, which changes no bit of them.
         """
-        np.matmul(self._transposed, error[:, :, None], out=self._push)  # downhill
-        push = self._push_flat
-        free = ~((self._at_lower & (push < 0.0)) | (self._at_upper & (push > 0.0)))  # (num_envs, dof)
-        np.multiply(self._jacobian, free[:, None], out=self._jacobian)
-        np.multiply(self._posture, free, out=self._posture)
-        np.matmul(self._joints, self._transposed, out=self._tool)
+        delta = self._delta_flat
+        held = ((commanded <= self._lower) & (delta < 0.0)) | ((commanded >= self._upper) & (delta > 0.0))
+        if not held.any():
+            return False
+        self._jacobian = self._jacobian * ~held[:, None]
+        np.multiply(self._posture, ~held, out=self._posture)
+        np.matmul(self._joints, self._jacobian.transpose(0, 2, 1), out=self._tool)
+        return True
 
 
 def solve_3x3(matrix: Floats, vector: Floats) -> Floats:
@@ -133,7 +137,7 @@ def solve_3x3(matrix: Floats, vector: Floats) -> Floats:
     if len(matrix) == 1:
         (((a, b, c), (_, d, e), (_, _, f)),) = matrix.tolist()
         (((x,), (y,), (z,)),) = vector.tolist()
-        return np.array([[[s] for s in _cramer(a, b, c, d, e, f, x, y, z)]])
+        return np.array(_cramer(a, b, c, d, e, f, x, y, z)).reshape(1, 3, 1)
     a, b, c = matrix[:, 0, 0], matrix[:, 0, 1], matrix[:, 0, 2]
     d, e, f = matrix[:, 1, 1], matrix[:, 1, 2], matrix[:, 2, 2]
     return np.stack(_cramer(a, b, c, d, e, f, *vector[:, :, 0].T), axis=-1)[:, :, None]

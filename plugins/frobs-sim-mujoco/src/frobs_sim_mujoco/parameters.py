@@ -24,10 +24,9 @@ def body_id(simulation: MujocoSimulation, name: str) -> int:
     Raises:
         UnknownNameError: There is no such body.
     """
-    names = [simulation.model.body(i).name for i in range(1, simulation.model.nbody)]
-    if name not in names:
-        raise UnknownNameError("body", name, names)
-    return int(simulation.model.body(name).id)
+    if name not in simulation.body_ids:
+        raise UnknownNameError("body", name, simulation.body_ids)
+    return simulation.body_ids[name]
 
 
 def read(simulation: MujocoSimulation, name: str, target: str) -> Floats:
@@ -60,17 +59,21 @@ def write(simulation: MujocoSimulation, name: str, target: str, values: Floats, 
     match name:
         case "mass":
             body = body_id(simulation, target)
-            masses, inertias = batch.expand("body_mass"), batch.expand("body_inertia")
-            inertias[rows, body] *= np.broadcast_to(values / masses[rows, body], masses[rows, body].shape)[:, None]
+            nominal = simulation.model.body_mass[body]
+            if not nominal > 0:
+                raise ConfigurationError(f"'{target}' has no mass that could be changed.")
+            masses = batch.expand("body_mass")
             masses[rows, body] = values
-            batch.set_const(None if mask is None else rows)
+            # From the nominal inertia, so that it does not matter what was written before.
+            share = masses[rows, body] / nominal
+            batch.expand("body_inertia")[rows, body] = share[:, None] * simulation.model.body_inertia[body]
+            simulation.mark_constants_stale(mask)
         case "friction":
             for geom in _geoms(simulation, target):
                 batch.expand("geom_friction")[rows, geom, 0] = values
         case "stiffness" | "damping":
             robot = _robot(simulation, target)
-            robot.drive_gains()[int(name == "damping")][rows] = values
-            robot.apply_gains()
+            robot.write_gains(int(name == "damping"), rows, values)
         case "joint_damping":
             dampings, dofs = batch.expand("dof_damping"), _robot(simulation, target).dofs
             current = dampings[rows]
@@ -106,6 +109,7 @@ def restore(simulation: MujocoSimulation, state: Snapshot) -> None:
     for name, robot in simulation.robots.items():
         stiffness, damping = robot.drive_gains()
         stiffness[:], damping[:] = state[f"stiffness/{name}"], state[f"damping/{name}"]
+        robot.gains_written = True
     if changed:
         simulation.batch.set_const()
 

@@ -60,6 +60,7 @@ class MujocoRobot(RobotHandle):
         self._stiffness, self._damping = (expand(gain) for gain in drive_gains(placement))
         self._command_mode = placement.command_mode
         self._gain = self._mode_gain()
+        self.gains_written = False
         self._mimics = [
             (mj.joint(f"{name}/{joint.name}").qposadr[0], self.joint_names.index(joint.mimic.joint), joint.mimic)
             for joint in model.joints
@@ -70,9 +71,10 @@ class MujocoRobot(RobotHandle):
         self._free = None if self._mocap >= 0 else mj.joint(f"{name}/base")
         self._tree = int(mj.body_rootid[self._root])
         self._arm, self._shift = np.zeros((n, 1, 3)), np.zeros((n, 1, 36))
+        self._shift_matrix = self._shift.reshape(n, 6, 6)
         self._swap = np.broadcast_to(_SWAP, self._shift.shape).copy()
         self._poses: dict[str, tuple[Floats, Floats]] = {}
-        self._ancestors: dict[str, Floats | None] = {}
+        self._motions: dict[str, tuple[Floats, Floats, Floats, Floats | None]] = {}
         self._rays: dict[str, Floats] = {}
         self._positions = _view(self._qpos, self._q_columns)
         self._velocities = _view(self._qvel, self.dofs)
@@ -116,6 +118,20 @@ class MujocoRobot(RobotHandle):
         self._command_mode = mode
         self.apply_gains()
         self._hold()
+
+    def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
+        """Change Kp (0) or Kd (1) of some environments; what the drives follow stays what it is."""
+        before = self._gain[rows].copy()
+        self.drive_gains()[which][rows] = values
+        self.apply_gains()
+        ratio = np.divide(self._gain[rows], before, out=np.ones_like(before), where=before > 0)
+        self._ctrl[rows] *= ratio
+        self.gains_written = True
+
+    def hold_home(self, rows: slice | np.ndarray) -> None:
+        """Command home, at the gains in force."""
+        if self._command_mode is CommandMode.POSITION:
+            self._ctrl[rows] = self._gain[rows] * self.home[rows]
 
     def apply_gains(self) -> None:
         """Tell MuJoCo the gains of each environment, in the present command mode."""
@@ -207,14 +223,18 @@ class MujocoRobot(RobotHandle):
 
     def frame_jacobian(self, frame: str) -> Floats:
         """Return (num_envs, 6, dof): rows 0–2 linear, rows 3–5 angular, in the world."""
-        motion = self._simulation.derived("cdof")[:, self.dofs]  # (num_envs, dof, 6): angular, linear
-        pos, _ = self.frame_pose(frame)
-        centre = self._simulation.derived("subtree_com")[:, self._tree]  # what MuJoCo refers motions to
+        found = self._motions.get(frame)
+        if found is None:
+            # Views of arrays that the batch refreshes: what MuJoCo refers motions to, and each dof's, (num_envs, 6, nv).
+            centre = self._simulation.derived("subtree_com")[:, self._tree]
+            motions = self._simulation.derived("cdof").transpose(0, 2, 1)
+            found = self._motions[frame] = self.frame_pose(frame)[0], centre, motions, self._moved_by(frame)
+        self._simulation.refresh()
+        pos, centre, motions, moved = found
         np.subtract(pos, centre, out=self._arm[:, 0])
-        shift = np.matmul(self._arm, _ARM, out=self._shift)
-        np.add(shift, self._swap, out=shift)
-        jacobian: Floats = np.matmul(shift.reshape(-1, 6, 6), motion.transpose(0, 2, 1))
-        moved = self._moved_by(frame)
+        np.matmul(self._arm, _ARM, out=self._shift)
+        np.add(self._shift, self._swap, out=self._shift)
+        jacobian: Floats = np.matmul(self._shift_matrix, motions[:, :, self.dofs])
         return jacobian if moved is None else jacobian * moved
 
     def lidar(self, name: str) -> Floats:
@@ -238,16 +258,13 @@ class MujocoRobot(RobotHandle):
 
     def _moved_by(self, frame: str) -> Floats | None:
         """Return 1 for each joint that moves a link and 0 for the others, (dof,); None: all do."""
-        if frame not in self._ancestors:
-            mj, body = self._simulation.model, self._body(frame)
-            chain = set()
-            while body:
-                chain.add(body)
-                body = int(mj.body_parentid[body])
-            dofs = np.arange(mj.nv)[self.dofs]
-            moved = np.array([float(mj.dof_bodyid[dof] in chain) for dof in dofs])
-            self._ancestors[frame] = None if moved.all() else moved
-        return self._ancestors[frame]
+        mj, body = self._simulation.model, self._body(frame)
+        chain = set()
+        while body:
+            chain.add(body)
+            body = int(mj.body_parentid[body])
+        moved = np.array([float(mj.dof_bodyid[dof] in chain) for dof in np.arange(mj.nv)[self.dofs]])
+        return None if moved.all() else moved
 
 
 def _view(state: Floats, columns: slice | np.ndarray) -> Floats | None:

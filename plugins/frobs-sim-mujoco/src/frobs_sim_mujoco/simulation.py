@@ -90,7 +90,9 @@ class MujocoSimulation(Simulation):
         self.batch = Batch(self.model, num_envs, 1 if num_envs == 1 else num_threads, persistent=num_envs == 1)
         self._warnings = self.batch.warning[:, _DIVERGED, 1]
         self._no_warnings = self._warnings.tobytes()
+        self.body_ids = {self.model.body(i).name: i for i in range(1, self.model.nbody)}
         self._stale: Mask | None = None
+        self._stale_constants: Mask | None = None
         self._derived: dict[str, Floats] = {}
         self._pushed = False
         self._rows: Floats | None = None
@@ -138,10 +140,15 @@ class MujocoSimulation(Simulation):
         self.batch.reset(ids, stage=_NONE)
         rows = slice(None) if ids is None else ids
         self.batch.state[rows] = self._initial[rows]
+        for robot in self.robots.values():
+            if robot.gains_written:  # the initial controls are those of the gains as built
+                robot.hold_home(rows)
         self.mark_stale(mask)
 
     def step(self, decimation: int) -> None:
         """Advance every environment by ``decimation`` physics steps."""
+        if self._stale_constants is not None:
+            self._set_constants()
         if self._rows is None and not self.scene.contacts:
             self.batch.step(nstep=decimation, stage=_VEL)
             self._stale = None
@@ -293,9 +300,22 @@ class MujocoSimulation(Simulation):
         else:
             self._stale |= mask
 
+    def mark_constants_stale(self, mask: Mask | None) -> None:
+        """Remember that masses were written: what MuJoCo derives from them is computed once for all, when it is needed."""
+        if self._stale_constants is None:
+            self._stale_constants = np.zeros(self.num_envs, np.bool_)
+        self._stale_constants |= True if mask is None else mask
+
+    def _set_constants(self) -> None:
+        stale, self._stale_constants = self._stale_constants, None
+        assert stale is not None
+        self.batch.set_const(None if stale.all() else np.flatnonzero(stale))
+
     def refresh(self) -> None:
         """Compute what derives from states that were written."""
         if self._stale is not None:
+            if self._stale_constants is not None:
+                self._set_constants()
             self.batch.forward(None if self._stale.all() else np.flatnonzero(self._stale), stage=_VEL)
             self._stale = None
 

@@ -167,6 +167,10 @@ class Reach(Task):
         """
         return self._observation.read()
 
+    def observation_columns(self) -> Mapping[str, slice]:
+        """Return where the terms of the observation stand."""
+        return {name: self._observation.columns[name] for name in self.observation_terms}
+
     def reward(self) -> Floats:
         """Return the reward, (num_envs,)."""
         if self.reward_type == "sparse":

@@ -1,0 +1,48 @@
+"""Measure the certificate of the documentation anew: ``python docs/certificate.py RUN [SIMULATOR…]``.
+
+RUN is a run of frobs/Irb120Reach-v0. Writes ``docs/how-to/parity-measured.md`` and its picture.
+"""
+
+import sys
+from pathlib import Path
+
+from frobs_core.parity import Certificate, measure_parity
+from frobs_core.parity.draw import draw
+from frobs_core.parity.report import markdown
+from frobs_core.runs import Run
+from frobs_core.runs.files import write_aside, write_text
+
+DOCS = Path(__file__).parent
+PAGE = DOCS / "how-to" / "parity-measured.md"
+PICTURE = DOCS / "images" / "parity.png"
+ID = "frobs/Irb120Reach-v0"
+SHOWN = "saturated_step_response"
+EPISODES = 1000
+
+
+def page(certificate: Certificate) -> str:
+    """Return the page: the certificate's own words, with the table and one picture of all of its pictures."""
+    lines = []
+    for line in markdown(certificate).splitlines():
+        if line.startswith("!["):
+            if f"({SHOWN}.png)" not in line:
+                continue
+            line = line.replace(f"{SHOWN}.png", f"../images/{PICTURE.name}")
+        if line.startswith("| platform |"):  # the machine that it was measured on is nobody's business
+            continue
+        lines.append(line)
+    head, *rest = lines
+    note = "Written by `docs/certificate.py`, which `frobs parity` would do too; what it means is [here](parity.md)."
+    text = "\n".join([head.replace("Parity of", "A certificate:"), "", note, *rest])
+    while "\n\n\n" in text:
+        text = text.replace("\n\n\n", "\n\n")
+    return text + "\n"
+
+
+if __name__ == "__main__":
+    run, simulators = Run.open(sys.argv[1]), sys.argv[2:] or ["mujoco", "pybullet"]
+    found = measure_parity(ID, simulators, run=run, episodes=EPISODES, on_measurement=print)
+    shown = next(m for m in found.measurements if m.name == SHOWN)
+    picture = draw(shown, found.simulators)
+    write_aside(PICTURE, lambda aside: aside.write_bytes(picture))
+    write_text(PAGE, page(found))

@@ -1,0 +1,50 @@
+"""How every plot of FRobs looks, and how a figure is made without a display."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from frobs_core.errors import RunError
+
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#444444")
+"""Distinguishable for the colour-blind too (Okabe and Ito 2008), the yellow left out."""
+
+INK = "#2b2b2b"
+"""Text."""
+
+FAINT = "#9a9a9a"
+"""Lines that mark a threshold."""
+
+
+def make_figure(width: float, height: float) -> Any:
+    """Return an empty figure of matplotlib's that draws itself to files only.
+
+    Args:
+        width: [inch]
+        height: [inch]
+
+    Raises:
+        RunError: matplotlib is not installed.
+    """
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise RunError("a plot needs matplotlib: pip install 'frobs-core[plots]'.") from error
+    figure = Figure(figsize=(width, height), dpi=150, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def dress(axis: Any, title: str = "", x_label: str = "", y_label: str = "") -> None:
+    """Give axes their grid, their ticks and their words."""
+    axis.grid(color="#e4e4e4", linewidth=0.8)
+    axis.set_axisbelow(True)
+    for side in ("top", "right", "left"):
+        axis.spines[side].set_visible(False)
+    axis.spines["bottom"].set_color("#b0b0b0")
+    axis.tick_params(colors=INK, labelsize=9, length=0)
+    if title:
+        axis.set_title(title, loc="left", fontsize=10, color=INK)
+    axis.set_xlabel(x_label, fontsize=9, color=INK)
+    axis.set_ylabel(y_label, fontsize=9, color=INK)

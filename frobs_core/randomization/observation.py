@@ -1,0 +1,245 @@
+"""Observations that are wrong and late, as those of sensors are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import Task
+from frobs_core.interfaces.simulation import Snapshot
+from frobs_core.interfaces.task import Observation
+from frobs_core.random import RandomSource
+from frobs_core.randomization.delay import whole_steps
+from frobs_core.randomization.distribution import Distribution
+from frobs_core.randomization.schedule import Draw
+from frobs_core.randomization.settings import Setting
+from frobs_core.randomization.targets import matches
+
+WHOLE = "observation"
+"""Name of the only part of an observation that is one array, and of a dictionary's part that has columns."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """Where a named part of an observation stands.
+
+    Attributes:
+        key: Of the dictionary; ``"observation"`` where the observation is one array.
+        columns: None: all of it.
+    """
+
+    key: str
+    columns: slice | None
+
+
+def find_terms(task: Task) -> dict[str, Term]:
+    """Return the terms of a task's observation by name.
+
+    Where the observation is a dictionary, each key that has no named columns is a term of its own:
+    ``achieved_goal``, ``desired_goal``.
+    """
+    space = task.observation_space
+    columns = {name: Term(WHOLE, where) for name, where in task.observation_columns().items()}
+    if not isinstance(space, gym.spaces.Dict):
+        return columns or {WHOLE: Term(WHOLE, None)}
+    others = {key: Term(key, None) for key in space if key != WHOLE or not columns}
+    return {**columns, **others}
+
+
+class Part:
+    """One array of an observation, as it is observed: noise is added where it is measured, then it is late.
+
+    The history makes a reset of some environments harmless to the others: what they observe is looked up, not drawn
+    again.
+
+    Args:
+        key: Its name.
+        space: Of one environment.
+        num_envs: ≥ 1.
+        depth: How many measurements are kept.
+    """
+
+    def __init__(self, key: str, space: gym.spaces.Box, num_envs: int, depth: int) -> None:
+        self.key = key
+        self._history = np.zeros((num_envs, depth, *space.shape), space.dtype)  # the newest first
+        self._low, self._high = (np.asarray(bound, np.float64) for bound in (space.low, space.high))
+        self._noise: list[tuple[slice, Draw, slice]] = []
+        self._delays: list[tuple[Any, Draw]] = []
+        self._each = np.arange(num_envs)
+
+    def add_noise(self, columns: slice, draw: Draw, numbers: slice) -> None:
+        """Let some columns be measured with the numbers of a draw added."""
+        self._noise.append((columns, draw, numbers))
+
+    def add_delay(self, columns: slice | None, draw: Draw) -> None:
+        """Let some columns, or all, be observed late."""
+        self._delays.append(((slice(None), columns) if columns is not None else ..., draw))
+
+    def begin(self, true: np.ndarray[Any, Any], mask: Mask) -> np.ndarray[Any, Any]:
+        """Forget where episodes begin, and return what all observe."""
+        self._history[mask] = self._measure(true, mask)[:, None]
+        return self.observed()
+
+    def step(self, true: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+        """Measure, and return what is observed."""
+        history = self._history
+        if history.shape[1] > 1:
+            history[:, 1:] = history[:, :-1].copy()
+        history[:, 0] = self._measure(true, slice(None))
+        return self.observed()
+
+    def observed(self) -> np.ndarray[Any, Any]:
+        """Return what is observed now, (num_envs, …), an array of its own."""
+        observed = self._history[:, 0].copy()
+        for columns, draw in self._delays:
+            late = self._history[self._each, draw.numbers.astype(np.intp)]
+            observed[columns] = late[columns]
+        return observed
+
+    def _measure(self, true: np.ndarray[Any, Any], rows: Mask | slice) -> np.ndarray[Any, Any]:
+        if not self._noise:
+            return true[rows]
+        measured = true[rows].astype(np.float64)
+        for columns, draw, numbers in self._noise:
+            measured[:, columns] += draw.numbers[rows, numbers]
+        for columns, _, _ in self._noise:  # a sensor reads nothing beyond its range
+            np.clip(measured[:, columns], self._low[columns], self._high[columns], out=measured[:, columns])
+        return measured.astype(true.dtype)
+
+    def snapshot(self) -> Snapshot:
+        """Return what was measured."""
+        return {f"measured/{self.key}": self._history.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._history[:] = snapshot[f"measured/{self.key}"]
+
+
+class ObservedParts:
+    """All of an observation that noise or delay touches.
+
+    Args:
+        noise: Settings of ``observation_noise``.
+        delays: Settings of ``observation_delay``.
+        task: Whose observation it is.
+        num_envs: ≥ 1.
+        control_timestep: [s]
+
+    Raises:
+        UnknownNameError: The observation has no such term.
+        ConfigurationError: A term cannot have noise.
+    """
+
+    def __init__(
+        self, noise: Sequence[Setting], delays: Sequence[Setting], task: Task, num_envs: int, control_timestep: float
+    ) -> None:
+        self._terms = find_terms(task)
+        self._space, self._num_envs, self._timestep = task.observation_space, num_envs, control_timestep
+        self._depth = 1 + max((int(setting.distribution.high) for setting in delays), default=0)
+        self.parts: dict[str, Part] = {}
+        self.draws: list[Draw] = []
+        self.constant: dict[str, tuple[Draw, slice]] = {}  # what holds for a while, and is worth telling
+        for setting in noise:
+            self._add_noise(setting)
+        for setting in delays:
+            self._add_delay(setting)
+        self._changing = [draw for draw in self.draws if draw.changes_in_episode]
+
+    @property
+    def terms(self) -> set[str]:
+        """The keys that are not observed as they are; ``"observation"`` where the observation is one array."""
+        return set(self.parts)
+
+    def begin(self, rng: RandomSource, true: Observation, mask: Mask) -> Observation:
+        """Return what is observed when episodes begin where ``mask`` says."""
+        for draw in self.draws:
+            draw.begin(rng, mask)
+        return self._each(true, lambda part, values: part.begin(values, mask))
+
+    def step(self, rng: RandomSource, true: Observation) -> Observation:
+        """Return what is observed after a step."""
+        for draw in self._changing:
+            draw.step(rng)
+        return self._each(true, Part.step)
+
+    def _each(self, true: Observation, observe: Any) -> Observation:
+        if not isinstance(true, dict):
+            result: np.ndarray[Any, Any] = observe(self.parts[WHOLE], true)
+            return result
+        return {key: observe(self.parts[key], true[key]) if key in self.parts else true[key] for key in true}
+
+    def _named(self, setting: Setting) -> dict[str, Term]:
+        names = list(self._terms)
+        found = matches(setting.targets or ("*",), names, f"observation term of {setting.place}")
+        return {names[i]: self._terms[names[i]] for i in found}
+
+    def _part(self, key: str, setting: Setting) -> tuple[Part, gym.spaces.Box]:
+        space: Any = self._space[key] if isinstance(self._space, gym.spaces.Dict) else self._space
+        if not isinstance(space, gym.spaces.Box):
+            raise ConfigurationError(f"{setting.place}: the observation '{key}' is {space}; only a Box can be changed.")
+        if key not in self.parts:
+            self.parts[key] = Part(key, space, self._num_envs, self._depth)
+        return self.parts[key], space
+
+    def _add_noise(self, setting: Setting) -> None:
+        places, start = [], 0
+        for name, term in self._named(setting).items():
+            part, space = self._part(term.key, setting)
+            if len(space.shape) != 1 or space.dtype.kind != "f":
+                raise ConfigurationError(
+                    f"{setting.place}: the observation '{term.key}' is {space}; noise is added to vectors of floats."
+                )
+            columns = slice(*(term.columns or slice(None)).indices(space.shape[0]))
+            numbers = slice(start, start := start + columns.stop - columns.start)
+            places.append((name, part, columns, numbers))
+        if setting.distribution.width not in (1, start):
+            raise ConfigurationError(
+                f"{setting.place}: {setting.distribution.width} numbers were given for {start} columns; write one "
+                "number, or one for each column."
+            )
+        sample = partial(_sample, setting.distribution, start)
+        draw = self._add_draw(Draw(setting.stream, setting.schedule, sample, self._zeros(start), self._timestep))
+        for name, part, columns, numbers in places:
+            part.add_noise(columns, draw, numbers)
+            if not draw.changes_in_episode:
+                self.constant[f"{setting.stream}: {name}"] = draw, numbers
+
+    def _add_delay(self, setting: Setting) -> None:
+        sample = whole_steps(setting.distribution)
+        draw = self._add_draw(Draw(setting.stream, setting.schedule, sample, self._zeros(), self._timestep))
+        for term in self._named(setting).values():
+            self._part(term.key, setting)[0].add_delay(term.columns, draw)
+
+    def _add_draw(self, draw: Draw) -> Draw:
+        self.draws.append(draw)
+        return draw
+
+    def _zeros(self, *shape: int) -> Floats:
+        return np.zeros((self._num_envs, *shape))
+
+    def snapshot(self) -> Snapshot:
+        """Return what was measured, and what is in force."""
+        state: Snapshot = {}
+        for part in self.parts.values():
+            state |= part.snapshot()
+        for draw in self.draws:
+            state |= draw.snapshot()
+        return state
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        for part in self.parts.values():
+            part.restore(snapshot)
+        for draw in self.draws:
+            draw.restore(snapshot)
+
+
+def _sample(distribution: Distribution, width: int, rng: RandomSource, stream: str, mask: Mask | None) -> Floats:
+    return distribution.draw(rng, stream, width, mask)

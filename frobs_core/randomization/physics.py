@@ -1,0 +1,181 @@
+"""One physical parameter of the simulation that differs between environments."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+
+import numpy as np
+import numpy.typing as npt
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import CommandMode, Simulation
+from frobs_core.interfaces.simulation import Snapshot
+from frobs_core.random import RandomSource
+from frobs_core.randomization.schedule import Draw
+from frobs_core.randomization.settings import Setting
+from frobs_core.randomization.targets import ROBOT, find_units, matches
+
+_LEAST_MASS = 0.01
+"""Share of its nominal mass that a body keeps, whatever an unbounded distribution gives."""
+
+_WITHOUT_EFFECT = {
+    ("stiffness", CommandMode.VELOCITY): "velocities, which the drives follow by their damping",
+    ("stiffness", CommandMode.EFFORT): "efforts, which the drives pass on",
+    ("damping", CommandMode.EFFORT): "efforts, which the drives pass on",
+}
+
+
+class PhysicalParameter:
+    """One physical parameter, of everything that has it.
+
+    Settings are applied in their order, each to what those before have left; the first to the nominal value.
+
+    Args:
+        name: Of :meth:`frobs_core.interfaces.Simulation.parameter`.
+        settings: Of this parameter.
+        simulation: Where it is written.
+        control_timestep: [s]
+
+    Raises:
+        UnknownNameError: A target is not there.
+        ConfigurationError: A value could become impossible, or a setting could change nothing.
+    """
+
+    def __init__(self, name: str, settings: Sequence[Setting], simulation: Simulation, control_timestep: float) -> None:
+        self._name, self._simulation = name, simulation
+        mode = simulation.robots[ROBOT].command_mode
+        if (name, mode) in _WITHOUT_EFFECT:
+            raise ConfigurationError(
+                f"{settings[0].place}: it would change nothing, for the controller commands "
+                f"{_WITHOUT_EFFECT[name, mode]}; leave it out, or choose another controller."
+            )
+        units = find_units(simulation, name)
+        self.names = tuple(column for unit in units for column in unit.names)
+        self.nominal: Floats = np.concatenate([unit.nominal for unit in units], axis=1)  # (num_envs, columns)
+        self.current = self.nominal.copy()
+        self._changes: list[tuple[str, npt.NDArray[np.intp], Draw]] = []
+        for setting in settings:
+            columns = np.array(self._columns(setting), np.intp)
+            self._changes.append((setting.change, columns, self._draw(setting, columns, control_timestep)))
+        self.touched = sorted({int(column) for _, columns, _ in self._changes for column in columns})
+        self._writes: list[tuple[str, slice | int]] = []  # target, and the columns that make its value
+        start = 0
+        for unit in units:
+            stop = start + len(unit.names)
+            if any(start <= column < stop for column in self.touched):
+                self._writes.append((unit.target, start if name in ("mass", "friction") else slice(start, stop)))
+            start = stop
+        self._least = self._floor(settings)
+        self._changing = [draw for _, _, draw in self._changes if draw.changes_in_episode]
+
+    @property
+    def draws(self) -> list[Draw]:
+        """What is drawn for it."""
+        return [draw for _, _, draw in self._changes]
+
+    def begin(self, rng: RandomSource, mask: Mask) -> None:
+        """Draw for episodes that begin where ``mask`` says, (num_envs,) bool, and write."""
+        drawn = np.zeros_like(mask)
+        for _, _, draw in self._changes:
+            drawn |= draw.begin(rng, mask)
+        if drawn.any():
+            self._write(drawn)
+
+    def step(self, rng: RandomSource) -> None:
+        """Draw and write where it is time."""
+        for draw in self._changing:
+            drawn = draw.step(rng)
+            if drawn is not None:
+                self._write(drawn)
+
+    def values(self) -> Iterator[tuple[str, Floats]]:
+        """Yield the name and the values in force, (num_envs,), of everything that is randomised; gravity is one."""
+        if self._name == "gravity":
+            yield "gravity", self.current.copy()
+            return
+        for column in self.touched:
+            yield f"{self._name}/{self.names[column]}", self.current[:, column].copy()
+
+    def snapshot(self) -> Snapshot:
+        """Return the values in force."""
+        return {f"{self._name}/current": self.current.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot; the simulation's own has restored what was written."""
+        self.current[:] = snapshot[f"{self._name}/current"]
+
+    def _columns(self, setting: Setting) -> list[int]:
+        if self._name == "gravity":
+            return [0, 1, 2]
+        patterns = setting.targets or (("*",) if self._name == "friction" else (f"{ROBOT}/*",))
+        found = matches(patterns, self.names, f"target of {setting.place}")
+        if setting.change == "scale" and not self._changes and not self.nominal[:, found].any():
+            raise ConfigurationError(
+                f"{setting.place}: the nominal {self._name} of {', '.join(self.names[c] for c in found)} is 0, so a "
+                "scale changes nothing; write add or set."
+            )
+        return found
+
+    def _draw(self, setting: Setting, columns: npt.NDArray[np.intp], control_timestep: float) -> Draw:
+        vector = self._name == "gravity"
+        shared = setting.shared or (vector and setting.change == "scale")
+        width = 1 if shared else len(columns)
+        given = setting.distribution.width
+        if given != 1 and (not vector or given != width):
+            one = "one number, or one for each of x, y and z (not for a scale)" if vector else "one number"
+            raise ConfigurationError(f"{setting.place}: {given} numbers were given; write {one} for each end.")
+        sample = partial(_sample, setting, width)
+        return Draw(setting.stream, setting.schedule, sample, np.zeros((len(self.nominal), width)), control_timestep)
+
+    def _write(self, rows: Mask) -> None:
+        value = self.nominal[rows]
+        for change, columns, draw in self._changes:
+            numbers = draw.numbers[rows]
+            match change:
+                case "scale":
+                    value[:, columns] *= numbers
+                case "add":
+                    value[:, columns] += numbers
+                case _:
+                    value[:, columns] = numbers
+        if self._least is not None:
+            np.maximum(value, self._least[rows], out=value)
+        self.current[rows] = value
+        mask = None if rows.all() else rows
+        for target, its in self._writes:
+            self._simulation.write_parameter(self._name, target, value[:, its], mask)
+
+    def _floor(self, settings: Sequence[Setting]) -> Floats | None:
+        """Return the least values, (num_envs, columns); refuse what is drawn between bounds and falls below.
+
+        An unbounded distribution is held above them instead.
+        """
+        if self._name == "gravity":
+            return None
+        least = self.nominal * (_LEAST_MASS if self._name == "mass" else 0.0)
+        value = self.nominal.copy()
+        for setting, (change, columns, _) in zip(settings, self._changes, strict=True):
+            low = setting.distribution.low
+            match change:
+                case "scale":
+                    # An end that is not there is held above the least; so is what a negative factor would give.
+                    value[:, columns] = np.where(np.isneginf(low), np.inf, value[:, columns] * low)
+                case "add":
+                    value[:, columns] = np.where(np.isneginf(low), np.inf, value[:, columns] + low)
+                case _:
+                    value[:, columns] = np.where(np.isneginf(low), np.inf, low)
+        wrong = np.flatnonzero((value < least).any(axis=0))
+        if wrong.size:
+            column = int(wrong[0])
+            bound = f"{_LEAST_MASS:.0%} of the nominal mass" if self._name == "mass" else "0"
+            raise ConfigurationError(
+                f"{settings[-1].place}: the {self._name} of {self.names[column]}, nominally "
+                f"{self.nominal[0, column]:.6g}, could become {value[0, column]:.6g}, below {bound}; narrow the range."
+            )
+        return least
+
+
+def _sample(setting: Setting, width: int, rng: RandomSource, stream: str, mask: Mask | None) -> Floats:
+    return setting.distribution.draw(rng, stream, width, mask)

@@ -1,0 +1,146 @@
+"""All that is randomised in an environment, and when it happens in a step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import Simulation, Task
+from frobs_core.interfaces.simulation import Snapshot
+from frobs_core.interfaces.task import Observation
+from frobs_core.random import RandomSource
+from frobs_core.randomization.delay import ActionDelay
+from frobs_core.randomization.observation import ObservedParts
+from frobs_core.randomization.physics import PhysicalParameter
+from frobs_core.randomization.schedule import Draw
+from frobs_core.randomization.settings import CAPABILITY, Settings
+from frobs_core.randomization.targets import ROBOT
+
+
+class Randomization:
+    """What differs between environments and episodes; an environment without it has none.
+
+    What an environment gets depends on its seed, its episode, its step, and the setting's own stream: neither on the
+    other environments nor on the other settings.
+
+    Args:
+        settings: What was written.
+        simulation: That it is written to.
+        task: Whose observation is changed.
+        control_timestep: [s]
+
+    Attributes:
+        settings: What was written, as plain dictionaries.
+
+    Raises:
+        UnknownNameError: A target is not there.
+        ConfigurationError: A setting cannot be used here.
+    """
+
+    def __init__(self, settings: Settings, simulation: Simulation, task: Task, control_timestep: float) -> None:
+        self.settings: Mapping[str, Any] = settings.given
+        self._all = np.ones(simulation.num_envs, np.bool_)
+        self._physics = [
+            PhysicalParameter(name, items, simulation, control_timestep)
+            for name in CAPABILITY
+            if (items := settings.of(name))
+        ]
+        late = settings.of("action_delay")
+        self._delay = ActionDelay(late[0], simulation.robots[ROBOT], control_timestep) if late else None
+        noise, delays = settings.of("observation_noise"), settings.of("observation_delay")
+        self._observed: ObservedParts | None = None
+        self._observation_delays: list[Draw] = []
+        if noise or delays:
+            self._observed = ObservedParts(noise, delays, task, simulation.num_envs, control_timestep)
+            self._observation_delays = self._observed.draws[len(noise) :]
+        self._changing = [part for part in self._physics if any(draw.changes_in_episode for draw in part.draws)]
+
+    def begin_physics(self, rng: RandomSource, mask: Mask | None) -> None:
+        """Draw and write physical parameters for episodes that begin; call it before the simulation is reset."""
+        rows = self._all if mask is None else mask
+        for parameter in self._physics:
+            parameter.begin(rng, rows)
+
+    def begin(self, rng: RandomSource, observation: Observation, mask: Mask | None) -> Observation:
+        """Begin with delays and noise, when the robot is placed.
+
+        Args:
+            rng: The environment's source.
+            observation: (num_envs, …) the true one of all environments.
+            mask: Where episodes begin.
+
+        Returns:
+            What all environments observe; those outside of the mask observe what they did before.
+        """
+        rows = self._all if mask is None else mask
+        if self._delay is not None:
+            self._delay.begin(rng, rows)
+        return observation if self._observed is None else self._observed.begin(rng, observation, rows)
+
+    def act(self, rng: RandomSource, command: Floats) -> Floats:
+        """Draw and write what changes within an episode, and return the command that arrives now."""
+        for parameter in self._changing:
+            parameter.step(rng)
+        return command if self._delay is None else self._delay.apply(rng, command)
+
+    def observe(self, rng: RandomSource, observation: Observation) -> Observation:
+        """Return what is observed after a step, given the truth."""
+        return observation if self._observed is None else self._observed.step(rng, observation)
+
+    @property
+    def values(self) -> dict[str, Floats]:
+        """What is in force now, (num_envs, …) each, by parameter and target: ``"mass/robot/link_1"`` [kg].
+
+        Noise that is drawn in each step is left out.
+        """
+        found: dict[str, Floats] = {}
+        for parameter in self._physics:
+            found |= parameter.values()
+        if self._delay is not None:
+            found["action_delay"] = self._delay.draw.numbers.copy()
+        for draw in self._observation_delays:
+            found[draw.stream.removesuffix("/0")] = draw.numbers.copy()
+        if self._observed is not None:
+            for name, (draw, numbers) in self._observed.constant.items():
+                found[name] = draw.numbers[:, numbers].copy()
+        return found
+
+    @cached_property
+    def observed_keys(self) -> frozenset[str]:
+        """Keys of a dictionary observation that noise or delay changes; ``"observation"`` where it is one array."""
+        return frozenset(() if self._observed is None else self._observed.parts)
+
+    def snapshot(self) -> Snapshot:
+        """Return all that is in force, and what is on its way."""
+        state: Snapshot = {}
+        for parameter in self._physics:
+            state |= parameter.snapshot()
+            for draw in parameter.draws:
+                state |= draw.snapshot()
+        for part in (self._delay, self._observed):
+            state |= {} if part is None else part.snapshot()
+        return state
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot.
+
+        Raises:
+            ConfigurationError: It was taken of an environment that randomises something else.
+        """
+        mine = self.snapshot().keys()
+        if mine != snapshot.keys():
+            raise ConfigurationError(
+                f"the snapshot was taken with another randomize: it differs in {sorted(mine ^ snapshot.keys())[:4]}."
+            )
+        for parameter in self._physics:
+            parameter.restore(snapshot)
+            for draw in parameter.draws:
+                draw.restore(snapshot)
+        for part in (self._delay, self._observed):
+            if part is not None:
+                part.restore(snapshot)

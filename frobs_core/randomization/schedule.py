@@ -1,0 +1,124 @@
+"""When a number is drawn, and the numbers that are in force."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces.simulation import Snapshot
+from frobs_core.random import RandomSource
+
+Sample = Callable[[RandomSource, str, Mask | None], Floats]
+"""Draws (n, …) from a stream for the n environments of a mask."""
+
+
+class When(StrEnum):
+    """The moments at which a number is drawn."""
+
+    START = "start"
+    RESET = "reset"
+    INTERVAL = "interval"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Schedule:
+    """When a number is drawn.
+
+    Attributes:
+        when: ``start``: in the first episode after the environment was given a seed; ``reset``: in each episode;
+            ``interval``: in each episode, and again and again while it runs.
+        interval: Shortest and longest time between two draws: [control steps], or [s] where ``in_seconds``.
+        in_seconds: What the interval is counted in.
+    """
+
+    when: When
+    interval: tuple[float, float] = (0.0, 0.0)
+    in_seconds: bool = False
+
+    def steps(self, control_timestep: float, place: str) -> tuple[int, int]:
+        """Return the interval in control steps.
+
+        Args:
+            control_timestep: [s]
+            place: For the message.
+
+        Raises:
+            ConfigurationError: A time is no whole multiple of the control timestep.
+        """
+        if not self.in_seconds:
+            return int(self.interval[0]), int(self.interval[1])
+        counts = [round(seconds / control_timestep) for seconds in self.interval]
+        for seconds, count in zip(self.interval, counts, strict=True):
+            if count < 1 or abs(count * control_timestep - seconds) > 1e-9 * seconds:
+                raise ConfigurationError(
+                    f"{place}: every {seconds} s is no whole number of control steps of {control_timestep} s; "
+                    f"{max(1, count) * control_timestep:.10g} s would be."
+                )
+        return counts[0], counts[1]
+
+
+class Draw:
+    """Numbers that are drawn again and again, and hold in between.
+
+    Args:
+        stream: Where they come from, and their name in a snapshot.
+        schedule: When.
+        sample: Draws them.
+        numbers: (num_envs, …) what holds before the first draw.
+        control_timestep: [s]
+
+    Attributes:
+        stream: As given.
+        numbers: (num_envs, …) what holds now.
+        changes_in_episode: Whether :meth:`step` may draw.
+    """
+
+    def __init__(
+        self, stream: str, schedule: Schedule, sample: Sample, numbers: Floats, control_timestep: float
+    ) -> None:
+        self.stream = stream
+        self.numbers = numbers
+        self.changes_in_episode = schedule.when is When.INTERVAL
+        self._when, self._sample = schedule.when, sample
+        self._shortest, self._longest = schedule.steps(control_timestep, stream)
+        self._due = np.zeros(len(numbers), np.uint64)  # the step of the episode in which it is drawn next
+        self._all = np.ones(len(numbers), np.bool_)
+
+    def begin(self, rng: RandomSource, mask: Mask) -> Mask:
+        """Draw for the episodes that begin where ``mask`` says; return for which it was, (num_envs,) bool."""
+        rows = mask & (rng.episodes == 0) if self._when is When.START else mask
+        if rows.any():
+            self._draw(rng, rows)
+        return rows
+
+    def step(self, rng: RandomSource) -> Mask | None:
+        """Draw where it is time; return where, (num_envs,) bool, or None."""
+        rows = self._all if self._longest == 1 else rng.steps >= self._due
+        if rows is not self._all and not rows.any():
+            return None
+        self._draw(rng, rows)
+        return rows
+
+    def _draw(self, rng: RandomSource, rows: Mask) -> None:
+        mask = None if rows is self._all or rows.all() else rows
+        self.numbers[slice(None) if mask is None else mask] = self._sample(rng, self.stream, mask)
+        if self._longest > 1:
+            low, high = self._shortest, self._longest
+            wait = low if low == high else rng.integers(f"{self.stream}/interval", low, high + 1, (), mask)
+            self._due[rows] = rng.steps[rows] + np.asarray(wait, np.uint64)
+
+    def snapshot(self) -> Snapshot:
+        """Return the numbers, and when they are drawn next."""
+        state: Snapshot = {f"{self.stream}/numbers": self.numbers.copy()}
+        return {**state, f"{self.stream}/due": self._due.copy()} if self.changes_in_episode else state
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self.numbers[:] = snapshot[f"{self.stream}/numbers"]
+        if self.changes_in_episode:
+            self._due[:] = snapshot[f"{self.stream}/due"]

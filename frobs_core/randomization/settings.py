@@ -1,0 +1,215 @@
+"""What users write under ``randomize``, checked before anything is built.
+
+::
+
+    randomize:
+      mass: {scale: [0.8, 1.2]}                     # uniform; when: reset
+      stiffness: {scale: {normal: 0.1}, when: start}
+      friction: {target: floor, set: {log_uniform: [0.3, 1.2]}}
+      gravity: {add: {normal: 0.05}, every: 25}
+      action_delay: {steps: [0, 2]}
+      observation_noise: {joint_positions: {normal: 0.005}}
+      observation_delay: {steps: 1}
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from frobs_core.errors import ConfigFileError, UnknownParameterError
+from frobs_core.randomization.distribution import Distribution, Shape
+from frobs_core.randomization.reading import Problem, read_distribution, read_schedule, read_steps, read_targets
+from frobs_core.randomization.schedule import Schedule, When
+from frobs_core.yaml import find_origin, plain
+
+CAPABILITY: Mapping[str, str] = {
+    "mass": "randomize_mass",
+    "friction": "randomize_friction",
+    "stiffness": "randomize_gains",
+    "damping": "randomize_gains",
+    "joint_damping": "randomize_joint_damping",
+    "gravity": "randomize_gravity",
+}
+"""The physical parameters, each with what a simulator must be capable of."""
+
+PARAMETERS = (*CAPABILITY, "action_delay", "observation_noise", "observation_delay")
+"""All that can be randomised."""
+
+CHANGES = ("scale", "add", "set")
+"""What is done with a number that was drawn: it multiplies the value, is added to it, or replaces it."""
+
+_WHOLE = ("scale", "add", "set", "target", "when", "every", "shared")
+_NEUTRAL = {"scale": 1.0, "add": 0.0, "set": None}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Setting:
+    """One thing that is randomised.
+
+    Attributes:
+        parameter: One of ``PARAMETERS``.
+        place: Where it was written, for messages: ``"randomize.mass"``.
+        stream: Of the random source, and its name in a snapshot.
+        targets: Patterns of names that it is for; empty: the parameter's own default.
+        change: ``scale``, ``add`` or ``set``.
+        distribution: What is drawn from; of a delay, whole numbers of steps.
+        schedule: When.
+        shared: Whether all targets get one number.
+    """
+
+    parameter: str
+    place: str
+    stream: str
+    targets: tuple[str, ...]
+    change: str
+    distribution: Distribution
+    schedule: Schedule
+    shared: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Settings:
+    """All that is randomised.
+
+    Attributes:
+        given: As it was written, in plain dictionaries and lists.
+        items: One for each thing, in the order of writing.
+    """
+
+    given: dict[str, Any]
+    items: tuple[Setting, ...]
+
+    def of(self, parameter: str) -> list[Setting]:
+        """Return the settings of a parameter."""
+        return [item for item in self.items if item.parameter == parameter]
+
+
+def read_settings(given: Mapping[str, Any] | None) -> Settings | None:
+    """Check what was written under ``randomize``.
+
+    Args:
+        given: By parameter: a mapping, or a list of them that are applied one after the other. Where it is a
+            :class:`frobs_core.yaml.ConfigMapping`, errors name file and line.
+
+    Returns:
+        The settings; None where nothing is randomised.
+
+    Raises:
+        UnknownParameterError: No such parameter or key; the nearest is named.
+        ConfigurationError: A value cannot be used.
+        ConfigFileError: Either, where it was read from a file.
+    """
+    if not given:
+        return None
+    try:
+        if not isinstance(given, Mapping):
+            raise Problem((), f"{given!r} is no mapping; write the parameters and what becomes of them.")
+        items: list[Setting] = []
+        for name, entry in given.items():
+            if name not in PARAMETERS:
+                raise Problem((name,), UnknownParameterError("randomize", str(name), PARAMETERS))
+            read = _READERS.get(name, _read_physical)
+            items += read(name, entry)
+    except Problem as problem:
+        error = problem.as_error()
+        origin = find_origin(given, problem.keys) if isinstance(given, Mapping) else None
+        raise (ConfigFileError(*origin, str(error)) if origin else error) from None
+    return Settings(plain(given), tuple(items))
+
+
+def _read_physical(parameter: str, entry: Any) -> list[Setting]:
+    settings = []
+    for keys, mapping, stream in _each((parameter,), entry, parameter):
+        _check_keys(keys, mapping, _WHOLE if parameter != "gravity" else tuple(k for k in _WHOLE if k != "target"))
+        chosen = [change for change in CHANGES if change in mapping]
+        if len(chosen) != 1:
+            raise Problem(keys, f"exactly one of {', '.join(CHANGES)} says what is done to the value, not {chosen}.")
+        (change,) = chosen
+        shared = mapping.get("shared", False)
+        if not isinstance(shared, bool):
+            raise Problem((*keys, "shared"), f"{shared!r} is neither true nor false.")
+        settings.append(
+            Setting(
+                parameter=parameter,
+                place=Problem.place(keys),
+                stream=stream,
+                targets=read_targets(keys, mapping),
+                change=change,
+                distribution=read_distribution((*keys, change), mapping[change], _NEUTRAL[change]),
+                schedule=read_schedule(keys, mapping, When.RESET),
+                shared=shared,
+            )
+        )
+    return settings
+
+
+def _read_delay(parameter: str, entry: Any) -> list[Setting]:
+    settings = []
+    of_actions = parameter == "action_delay"
+    for keys, mapping, stream in _each((parameter,), entry, parameter):
+        if of_actions and keys[-1] != parameter:
+            raise Problem((parameter,), "is one mapping: an action has one delay.")
+        _check_keys(keys, mapping, ("steps", "when", "every") if of_actions else ("steps", "target", "when", "every"))
+        settings.append(
+            Setting(
+                parameter=parameter,
+                place=Problem.place(keys),
+                stream=stream,
+                targets=read_targets(keys, mapping),
+                change="set",
+                distribution=read_steps(keys, mapping),
+                schedule=read_schedule(keys, mapping, When.RESET),
+            )
+        )
+    return settings
+
+
+def _read_noise(parameter: str, entry: Any) -> list[Setting]:
+    if not isinstance(entry, Mapping) or not entry:
+        raise Problem((parameter,), f"{entry!r} is no mapping of observation terms to what is added to them.")
+    settings = []
+    shapes = tuple(str(shape) for shape in Shape)
+    for term, noise in entry.items():
+        for keys, mapping, stream in _each((parameter, term), noise, f"{parameter}/{term}"):
+            _check_keys(keys, mapping, (*shapes, "mean", "bounds", "when", "every"))
+            settings.append(
+                Setting(
+                    parameter=parameter,
+                    place=Problem.place(keys),
+                    stream=stream,
+                    targets=(str(term),),
+                    change="add",
+                    distribution=read_distribution(
+                        keys, {key: mapping[key] for key in (*shapes, "mean", "bounds") if key in mapping}, 0.0
+                    ),
+                    schedule=read_schedule(keys, mapping, None),
+                )
+            )
+    return settings
+
+
+_READERS = {"action_delay": _read_delay, "observation_delay": _read_delay, "observation_noise": _read_noise}
+
+
+def _each(
+    keys: tuple[str | int, ...], entry: Any, stream: str
+) -> list[tuple[tuple[str | int, ...], Mapping[str, Any], str]]:
+    """Return the mappings of an entry, which is one or a list of them, each with its place and its stream."""
+    many = isinstance(entry, Sequence) and not isinstance(entry, str)
+    found = []
+    for number, mapping in enumerate(entry if many else [entry]):
+        place = (*keys, number) if many else keys
+        if not isinstance(mapping, Mapping) or not mapping:
+            raise Problem(place, f"{mapping!r} is no mapping; write what is drawn, as in {{scale: [0.8, 1.2]}}.")
+        found.append((place, mapping, f"{stream}/{number}"))
+    if not found:
+        raise Problem(keys, "is an empty list; leave it out.")
+    return found
+
+
+def _check_keys(keys: tuple[str | int, ...], mapping: Mapping[str, Any], known: Sequence[str]) -> None:
+    for key in mapping:
+        if key not in known:
+            raise Problem((*keys, key), UnknownParameterError(f"'{Problem.place(keys)}'", str(key), known))

@@ -1,0 +1,86 @@
+"""What a physical parameter is written to, and which of it a pattern means."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.interfaces import Simulation
+
+ROBOT = "robot"
+"""Name of the environment's own robot, which a pattern may leave out."""
+
+
+@dataclass(frozen=True, eq=False)
+class Unit:
+    """What is read and written in one call.
+
+    Attributes:
+        target: The simulation's name of it.
+        names: What each of its numbers belongs to.
+        nominal: (num_envs, len(names)) as the model has it.
+    """
+
+    target: str
+    names: tuple[str, ...]
+    nominal: Floats
+
+
+def find_units(simulation: Simulation, parameter: str) -> list[Unit]:
+    """Return everything in a simulation that has a physical parameter.
+
+    Links without a mass, and bodies that collide with nothing, have none to change.
+    """
+    match parameter:
+        case "gravity":
+            return [_read(simulation, parameter, "", ("x", "y", "z"))]
+        case "mass" | "friction":
+            links = [f"{name}/{link.name}" for name, robot in simulation.robots.items() for link in robot.model.links]
+            units = []
+            for target in [*links, *simulation.bodies, *(["floor"] if parameter == "friction" else [])]:
+                try:
+                    unit = _read(simulation, parameter, target, (target,))
+                except (UnknownNameError, ConfigurationError):  # merged with another link, or of no matter here
+                    continue
+                if parameter == "friction" or (unit.nominal > 0).all():
+                    units.append(unit)
+            return units
+        case _:
+            return [
+                _read(simulation, parameter, name, tuple(f"{name}/{joint}" for joint in robot.joint_names))
+                for name, robot in simulation.robots.items()
+            ]
+
+
+def matches(patterns: Sequence[str], names: Sequence[str], what: str) -> list[int]:
+    """Return which names the patterns mean, in the order of the names.
+
+    Args:
+        patterns: With ``*`` and ``?``; ``"robot/"`` may be left out.
+        names: What there is.
+        what: For the message: ``"target of randomize.mass"``.
+
+    Raises:
+        UnknownNameError: A pattern means none.
+    """
+    found: set[int] = set()
+    for pattern in patterns:
+        hits = {
+            i
+            for i, name in enumerate(names)
+            if fnmatchcase(name, pattern) or fnmatchcase(name.removeprefix(f"{ROBOT}/"), pattern)
+        }
+        if not hits:
+            raise UnknownNameError(what, pattern, names)
+        found |= hits
+    return sorted(found)
+
+
+def _read(simulation: Simulation, parameter: str, target: str, names: tuple[str, ...]) -> Unit:
+    values = np.array(simulation.parameter(parameter, target), np.float64)
+    return Unit(target, names, values.reshape(simulation.num_envs, len(names)))

@@ -1,0 +1,164 @@
+"""Measure what randomisation is worth: policies trained with and without it, on models that are wrong by known amounts.
+
+Writes ``docs/explanation/robustness-measured.md``. Wants an otherwise idle machine: about a minute for each seed with tool
+actions, several with joint actions::
+
+    python tests/benchmarks/robustness.py --controllers tcp_delta_position --seeds 1
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from argparse import ArgumentParser
+from collections.abc import Mapping, Sequence
+from datetime import date
+from itertools import product
+from pathlib import Path
+from statistics import mean
+from time import perf_counter
+from typing import Any
+
+from frobs_core.runs import Run, evaluate, resolve_config, train
+from frobs_core.yaml import dump_yaml
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "explanation" / "robustness-measured.md"
+ID = "frobs/Irb120Reach-v0"
+CONTROLLERS = ("tcp_delta_position", "joint_delta_position")
+RANDOMIZE: dict[str, Any] = {
+    "mass": {"scale": [0.75, 1.25]},
+    "stiffness": {"scale": [0.75, 1.25]},
+    "damping": {"scale": [0.75, 1.25]},
+    "action_delay": {"steps": [0, 2]},
+    "observation_noise": {
+        "joint_positions": {"normal": 0.005},
+        "tcp_position": {"normal": 0.005},
+        "goal_offset": {"normal": 0.005},
+        "goal_from_shoulder": {"normal": 0.005},
+    },
+}
+"""What the randomised policies are trained with: a little more than the errors that the goal is about."""
+
+TRAININGS: Mapping[str, Mapping[str, Any]] = {"without": {}, "with": RANDOMIZE}
+SUCCESS = 0.9
+"""What a randomised policy must keep on models off by 20 % in mass and gains."""
+
+
+def model_error(mass: float, gains: float) -> dict[str, Any]:
+    """Return a model that is wrong by a factor in all masses, and by one in the gains of all drives."""
+    return {"mass": {"scale": mass}, "stiffness": {"scale": gains}, "damping": {"scale": gains}}
+
+
+GRID = {(mass, gains): model_error(mass, gains) for mass, gains in product((0.8, 1.0, 1.2), repeat=2)}
+"""The models that the goal is about, by the factors of mass and gains."""
+
+HARDER: Mapping[str, dict[str, Any]] = {
+    "masses × 1.5": model_error(1.5, 1.0),
+    "gains × 0.5": model_error(1.0, 0.5),
+    "actions late by 1 step": {"action_delay": {"steps": 1}},
+    "actions late by 2 steps": {"action_delay": {"steps": 2}},
+    "actions late by 3 steps": {"action_delay": {"steps": 3}},
+    "observations late by 2 steps": {"observation_delay": {"steps": 2}},
+    "noise of 5 mm and 5 mrad": {"observation_noise": RANDOMIZE["observation_noise"]},
+    "all that was trained with": RANDOMIZE,
+}
+"""Errors beyond the goal."""
+
+
+def measure(controller: str, seeds: Sequence[int], episodes: int, steps: int | None = None) -> list[dict[str, Any]]:
+    """Train with and without randomisation, and evaluate on every model.
+
+    Args:
+        controller: Of the environment.
+        seeds: One training each.
+        episodes: Of each evaluation.
+        steps: Of each training; None: as tuned.
+
+    Returns:
+        A row for each training: what it was, how long it took [s], and its success on each model by its name.
+    """
+    rows = []
+    for (name, randomize), seed in product(TRAININGS.items(), seeds):
+        flags = {"controller": controller, "seed": seed, "steps": steps, "randomize": randomize or None}
+        with tempfile.TemporaryDirectory() as folder:
+            start = perf_counter()
+            run: Run = train(resolve_config(ID, flags=flags), Path(folder) / "run")
+            row = {"controller": controller, "training": name, "seed": seed, "seconds": perf_counter() - start}
+            models = {**{_cell(*factors): model for factors, model in GRID.items()}, **HARDER}
+            for model_name, model in models.items():
+                row[model_name] = evaluate(run, episodes, randomize=model).success_rate
+        rows.append(row)
+        _say(f"{controller}, {name} randomisation, seed {seed}: worst of the grid {_worst(row):.1%}")
+    return rows
+
+
+def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
+    """Return the page."""
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, text=True, capture_output=True).stdout
+    seeds = sorted({row["seed"] for row in rows})
+    lines = [
+        "# Robustness, measured",
+        "",
+        f"By `tests/benchmarks/robustness.py`, {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}: success of "
+        f"PPO on `{ID}`, trained with and without [randomisation](../how-to/randomize.md), on models that are wrong by "
+        f"known amounts. Each number is {episodes:,} new goals (5 cm, held at the end); training seeds: "
+        f"{', '.join(map(str, seeds))}{'; the mean over them, and in brackets the worst' if len(seeds) > 1 else ''}.",
+        "",
+    ]
+    for controller in dict.fromkeys(row["controller"] for row in rows):
+        those = [row for row in rows if row["controller"] == controller]
+        lines += _section(controller, {name: [r for r in those if r["training"] == name] for name in TRAININGS})
+    return "\n".join([*lines, "## What was randomised", "", "```yaml", dump_yaml({"randomize": RANDOMIZE}) + "```", ""])
+
+
+def _section(controller: str, trained: Mapping[str, Sequence[Mapping[str, Any]]]) -> list[str]:
+    seconds = {name: mean(row["seconds"] for row in rows) for name, rows in trained.items()}
+    worst = min(_worst(row) for row in trained["with"])
+    lines = [
+        f"## `{controller}`",
+        "",
+        f"Training takes {seconds['without']:.1f} s without and {seconds['with']:.1f} s with randomisation. On models off "
+        f"by 20 % in masses and gains, the worst that a policy trained with it does is {worst:.1%} "
+        f"(at least {SUCCESS:.0%}).",
+        "",
+        "| model | without | with |",
+        "|---|---:|---:|",
+    ]
+    for model in (*(_cell(*factors) for factors in GRID), *HARDER):
+        cells = []
+        for rows in trained.values():
+            found = [row[model] for row in rows]
+            cells.append(f"{mean(found):.1%}" + (f" ({min(found):.1%})" if len(found) > 1 else ""))
+        lines.append(f"| {model} | {' | '.join(cells)} |")
+    return [*lines, ""]
+
+
+def _cell(mass: float, gains: float) -> str:
+    return "nominal" if mass == gains == 1.0 else f"masses × {mass:g}, gains × {gains:g}"
+
+
+def _worst(row: Mapping[str, Any]) -> float:
+    return min(float(row[_cell(*factors)]) for factors in GRID)
+
+
+def _say(text: str) -> None:
+    sys.stderr.write(f"{text}\n")
+    sys.stderr.flush()
+
+
+def main() -> None:
+    """Measure, and write the page."""
+    parser = ArgumentParser(description=__doc__)
+    parser.add_argument("--controllers", nargs="+", default=list(CONTROLLERS), choices=CONTROLLERS)
+    parser.add_argument("--seeds", type=int, default=3, help="trainings of each kind")
+    parser.add_argument("--episodes", type=int, default=500, help="for each model")
+    given = parser.parse_args()
+    rows = [row for name in given.controllers for row in measure(name, range(given.seeds), given.episodes)]
+    PAGE.write_text(report(rows, given.episodes), "utf-8")
+    _say(f"written: {PAGE.relative_to(ROOT)}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,81 @@
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import Result
+
+Frobs = Callable[..., Result]
+ID = "frobs/Irb120Reach-v0"
+
+STIFF = """
+from dataclasses import replace
+from frobs_core.hookspecs import hookimpl
+from frobs_sim_mujoco import plugin
+from frobs_sim_mujoco.simulation import MujocoSimulation
+
+class Stiff(MujocoSimulation):
+    def __init__(self, robots, scene, **keywords):
+        super().__init__(robots, scene, **keywords)
+        for robot in self.robots.values():
+            robot.drive_gains()[0][:] *= 1.05
+            robot.apply_gains()
+
+@hookimpl
+def frobs_simulators():
+    return [replace(plugin.frobs_simulators()[0], name="stiff", entry_point="stiff_engine_plugin:Stiff")]
+"""
+
+
+def test_parity_prints_one_table_and_writes_the_certificate(frobs: Frobs, tmp_path: Path) -> None:
+    only = "saturated_step_response,settling"
+    result = frobs("parity", ID, "--simulators", "mujoco,mujoco", "--only", only, "--out", str(tmp_path / "out"))
+    assert result.exit_code == 0, result.stderr
+    assert "Step response, saturated" in result.stdout
+    assert "5 passed" in result.stdout
+    assert str(tmp_path / "out") in result.stderr
+    assert {"certificate.md", "certificate.json", "actions.json"} <= {p.name for p in (tmp_path / "out").iterdir()}
+
+
+def test_parity_exits_with_1_where_something_differs(
+    frobs: Frobs, installed: Callable[[str, str], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    installed("stiff-engine", STIFF)
+    monkeypatch.chdir(tmp_path)
+    only = "forward_kinematics,step_response"
+    result = frobs("parity", ID, "--simulators", "mujoco,stiff", "--only", only, "--json")
+    assert result.exit_code == 1
+    found = json.loads(result.stdout)
+    status = {m["name"]: m["status"] for m in found["measurements"]}
+    assert status["step_response"] == "failed"
+    assert status["forward_kinematics"] == "passed"
+    assert found["folder"] == f"parity/{ID}"
+    assert json.loads((tmp_path / "parity" / ID / "certificate.json").read_text())["passed"] is False
+
+
+@pytest.mark.parametrize(
+    ("args", "message"),
+    [
+        ((ID, "--simulators", "mujoco"), "name at least two"),
+        ((ID, "--simulators", "mujoco,newton"), "no simulator is named 'newton'"),
+        (("CartPole-v1", "--simulators", "mujoco,mujoco"), "not an environment of FRobs"),
+        ((ID, "--simulators", "mujoco,mujoco", "--only", "lidars"), "Did you mean 'lidar'?"),
+        (("frobs/Nothing-v0",), "no environment ID is named"),
+        ((ID, "--simulators", "mujoco,mujoco", "--run", "nowhere"), "nowhere is no folder"),
+        ((ID, "--simulators", "mujoco,mujoco", "--actions", "none.json"), "no such file"),
+        ((ID, "--simulators", "mujoco,mujoco", "--actions", "wrong.json"), "shape (2, 3)"),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing(
+    args: tuple[Any, ...], message: str, frobs: Frobs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "wrong.json").write_text(json.dumps({"id": ID, "seed": 0, "actions": [[0, 0, 0]] * 2}))
+    result = frobs("parity", *args)
+    assert result.exit_code == 2
+    assert message in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["wrong.json"]

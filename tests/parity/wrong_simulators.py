@@ -1,0 +1,159 @@
+"""MuJoCo with one thing wrong each: what parity must find."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from frobs_core.capabilities import Level
+from frobs_core.errors import SimulationError
+from frobs_core.hookspecs import hookimpl
+from frobs_core.interfaces import DriveGains, Placement
+from frobs_core.models import Pose
+from frobs_core.specs import SimulatorRecord
+from frobs_sim_mujoco import plugin
+from frobs_sim_mujoco.body import MujocoBody
+from frobs_sim_mujoco.simulation import MujocoSimulation
+
+
+class Changed(MujocoSimulation):
+    """MuJoCo of robots that are not what was asked for."""
+
+    def __init__(self, robots: Any, scene: Any, **keywords: Any) -> None:
+        super().__init__({name: self.change(placement) for name, placement in robots.items()}, scene, **keywords)
+
+    def change(self, placement: Placement) -> Placement:
+        return placement
+
+
+class Stiff(Changed):
+    """Gains 1 % too high."""
+
+    def change(self, placement: Placement) -> Placement:
+        gains = placement.robot.gains
+        assert gains is not None
+        pairs = {name: gains.of(name) for name in placement.model.joint_names}
+        stiffer = DriveGains(
+            stiffness={name: 1.01 * kp for name, (kp, _) in pairs.items()},
+            damping={name: kd for name, (_, kd) in pairs.items()},
+        )
+        return replace(placement, robot=replace(placement.robot, gains=stiffer))
+
+
+class Heavy(Changed):
+    """The forearm 1 % too heavy."""
+
+    def change(self, placement: Placement) -> Placement:
+        model = placement.model
+        links = tuple(
+            replace(link, inertial=replace(link.inertial, mass=1.01 * link.inertial.mass))
+            if link.name == "link_3" and link.inertial
+            else link
+            for link in model.links
+        )
+        return replace(placement, model=replace(model, links=links))
+
+
+class Crooked(Changed):
+    """The elbow 0.1 mm too high."""
+
+    def change(self, placement: Placement) -> Placement:
+        model = placement.model
+        joints = tuple(
+            replace(joint, origin=Pose(tuple(np.add(joint.origin.pos, (0, 0, 1e-4)).tolist()), joint.origin.quat_wxyz))
+            if joint.name == "joint_3"
+            else joint
+            for joint in model.joints
+        )
+        return replace(placement, model=replace(model, joints=joints))
+
+
+class Strong(Changed):
+    """Effort limits 1 % too high."""
+
+    def change(self, placement: Placement) -> Placement:
+        model = placement.model
+        joints = tuple(
+            replace(joint, limits=replace(joint.limits, effort=1.01 * joint.limits.effort)) for joint in model.joints
+        )
+        return replace(placement, model=replace(model, joints=joints))
+
+
+class Fine(MujocoSimulation):
+    """Half the timestep, twice the steps."""
+
+    def __init__(self, robots: Any, scene: Any, *, physics_timestep: float, **keywords: Any) -> None:
+        super().__init__(robots, scene, physics_timestep=physics_timestep / 2.0, **keywords)
+
+    def step(self, decimation: int) -> None:
+        super().step(2 * decimation)
+
+
+class SunkBody(MujocoBody):
+    """Reads 2 mm too low."""
+
+    @property
+    def pose(self) -> Any:
+        pos, quat = super().pose
+        return pos - np.array([0.0, 0.0, 0.002]), quat
+
+
+class Sunk(MujocoSimulation):
+    """Bodies lie 2 mm too low."""
+
+    def __init__(self, robots: Any, scene: Any, **keywords: Any) -> None:
+        super().__init__(robots, scene, **keywords)
+        self.bodies = {name: SunkBody(self, name, body) for name, body in scene.bodies.items()}
+
+
+class Restless(MujocoSimulation):
+    """Bodies never come to rest."""
+
+    def step(self, decimation: int) -> None:
+        for name in self.bodies:
+            self.apply_wrench(name, np.array([[2.0, 0.0, 6.0]]), np.zeros((1, 3)))
+        super().step(decimation)
+
+
+class Farsighted(MujocoSimulation):
+    """Rays are 2 mm too long."""
+
+    def cast(self, *args: Any) -> Any:
+        return super().cast(*args) + 0.002
+
+
+class Mad(MujocoSimulation):
+    """Fails at the first step."""
+
+    def step(self, decimation: int) -> None:
+        raise SimulationError("the engine\nhas gone mad.")
+
+
+WRONG = (Stiff, Heavy, Crooked, Strong, Fine, Sunk, Restless, Farsighted, Mad)
+
+
+@hookimpl
+def frobs_simulators() -> list[SimulatorRecord]:
+    (mujoco,) = plugin.frobs_simulators()
+    found = [
+        replace(mujoco, name=cls.__name__.lower(), summary=cls.__doc__, entry_point=f"wrong_simulators:{cls.__name__}")
+        for cls in WRONG
+    ]
+    claims = {
+        "blind": {"rays": Level.UNSUPPORTED},
+        "rough": {"drive": Level.APPROXIMATE},
+        "rough_stiff": {"drive": Level.APPROXIMATE},
+        "fixed": {"teleport": Level.UNSUPPORTED},
+    }
+    return found + [
+        replace(
+            mujoco,
+            name=name,
+            summary="MuJoCo that claims less",
+            entry_point="wrong_simulators:Stiff" if name == "rough_stiff" else mujoco.entry_point,
+            capabilities={**mujoco.capabilities, **less},
+        )
+        for name, less in claims.items()
+    ]

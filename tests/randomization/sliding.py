@@ -1,0 +1,43 @@
+"""A task for tests: a box that lies on the floor, and slides where gravity is tilted and friction is low."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.hookspecs import hookimpl
+from frobs_core.interfaces import Body, Controller, Scene, Simulation, Task
+from frobs_core.interfaces.task import Observation
+from frobs_core.models import Box, Pose
+from frobs_core.random import RandomSource
+from frobs_core.specs import TaskRecord
+
+
+class Sliding(Task):
+    def scene(self) -> Scene:
+        return Scene(bodies={"box": Body(geometry=Box((0.2, 0.2, 0.1)), pose=Pose(pos=(0.0, 2.0, 0.05)), mass=1.0)})
+
+    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+        self._box = simulation.bodies["box"]
+        self.observation_space = gym.spaces.Box(-np.inf, np.inf, (3,), np.float32)
+
+    def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
+        """Let everything be where the scene has it."""
+
+    def observe(self, rng: RandomSource) -> Observation:
+        return self._box.pose[0].astype(np.float32)
+
+    def reward(self) -> Floats:
+        return self._box.pose[0][:, 0].copy()
+
+    def is_success(self) -> Mask:
+        return np.zeros(len(self._box.pose[0]), np.bool_)
+
+
+@hookimpl
+def frobs_tasks() -> list[TaskRecord]:
+    return [TaskRecord(name="sliding", summary="a box slides", entry_point="sliding:Sliding", install_hint="–")]

@@ -1,0 +1,116 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownParameterError
+from frobs_core.random import RandomSource
+from frobs_core.randomization import read_settings
+from frobs_core.randomization.distribution import Shape
+from frobs_core.randomization.schedule import Schedule, When
+from frobs_core.yaml import load_yaml_text
+
+
+def only(given: object, parameter: str = "mass"):
+    (item,) = read_settings({parameter: given}).items
+    return item
+
+
+def draw(given: object, width: int = 4000) -> np.ndarray:
+    source = RandomSource(1)
+    source.seed([1])
+    source.begin_episode()
+    return only(given).distribution.draw(source, "x", width, None)[0]
+
+
+def test_nothing_is_read_from_nothing():
+    assert read_settings(None) is None
+    assert read_settings({}) is None
+
+
+def test_what_is_drawn_is_distributed_as_it_was_written():
+    uniform = draw({"scale": [0.8, 1.2]})
+    assert 0.8 <= uniform.min() < 0.81 < 1.19 < uniform.max() < 1.2
+    normal = draw({"scale": {"normal": 0.1}})
+    assert normal.mean() == pytest.approx(1.0, abs=0.01)
+    assert normal.std() == pytest.approx(0.1, rel=0.05)
+    assert draw({"add": {"normal": 0.1}}).mean() == pytest.approx(0.0, abs=0.01)
+    assert draw({"set": {"normal": 0.1, "mean": 3.0}}).mean() == pytest.approx(3.0, abs=0.01)
+    bounded = draw({"add": {"normal": 1.0, "bounds": [-0.5, 2.0]}})
+    assert (bounded.min(), bounded.max()) == (-0.5, 2.0)
+    logs = np.log(draw({"scale": {"log_uniform": [0.1, 10.0]}}))
+    assert abs(logs).max() <= np.log(10.0)
+    assert logs.mean() == pytest.approx(0.0, abs=0.1)
+    assert set(draw({"scale": 1.2}).tolist()) == {1.2}
+
+
+def test_times_are_read():
+    assert only({"scale": 1.2}).schedule == Schedule(when=When.RESET)
+    assert only({"scale": 1.2, "when": "start"}).schedule == Schedule(when=When.START)
+    assert only({"scale": 1.2, "when": "step"}).schedule == Schedule(when=When.INTERVAL, interval=(1, 1))
+    assert only({"scale": 1.2, "every": 25}).schedule == Schedule(when=When.INTERVAL, interval=(25, 25))
+    seconds = only({"scale": 1.2, "every": {"seconds": [0.2, 1.0]}}).schedule
+    assert seconds.steps(0.04, "here") == (5, 25)
+    with pytest.raises(ConfigurationError, match=r"every 0\.2 s is no whole number of control steps of 0\.03 s"):
+        seconds.steps(0.03, "here")
+    assert only({"x": {"normal": 1}}, "observation_noise").schedule == Schedule(when=When.INTERVAL, interval=(1, 1))
+
+
+def test_a_list_and_its_only_member_mean_the_same():
+    assert only([{"scale": 1.2}]).stream == only({"scale": 1.2}).stream == "mass/0"
+    streams = [item.stream for item in read_settings({"mass": [{"scale": 1.2}, {"add": 1}]}).items]
+    assert streams == ["mass/0", "mass/1"]
+
+
+def test_delays_are_whole_steps_with_both_ends():
+    distribution = only({"steps": [0, 2]}, "action_delay").distribution
+    assert (distribution.shape, float(distribution.low), float(distribution.high)) == (Shape.UNIFORM, 0.0, 2.0)
+    assert float(only({"steps": 3}, "observation_delay").distribution.low) == 3.0
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "says"),
+    [
+        ({"masss": {"scale": 1.1}}, UnknownParameterError, "randomize takes no parameter 'masss'. Did you mean 'mass'"),
+        ({"mass": {"scal": 1.1}}, UnknownParameterError, "'randomize.mass' takes no parameter 'scal'. Did you mean"),
+        ({"gravity": {"target": "x", "add": 1}}, UnknownParameterError, "'randomize.gravity' takes no parameter"),
+        ({"mass": {"target": "*"}}, ConfigurationError, "randomize.mass: exactly one of scale, add, set"),
+        ({"mass": {"scale": 1, "add": 1}}, ConfigurationError, "exactly one of"),
+        ({"mass": 1.1}, ConfigurationError, r"randomize.mass: 1.1 is no mapping.*\{scale: \[0.8, 1.2\]\}"),
+        ({"mass": []}, ConfigurationError, "randomize.mass: is an empty list"),
+        ({"mass": [{"scale": 1}, {"scale": "x"}]}, ConfigurationError, r"randomize.mass\[1\].scale: 'x' is no finite"),
+        ({"mass": {"scale": [1.2, 0.8]}}, ConfigurationError, r"mass.scale: \[1.2, 0.8\]: the lowest is above"),
+        ({"mass": {"scale": [1, 2, 3]}}, ConfigurationError, r"write \[lowest, highest\]"),
+        ({"mass": {"scale": [[1, 2], [3]]}}, ConfigurationError, "differ in length"),
+        ({"mass": {"scale": float("nan")}}, ConfigurationError, "no finite number"),
+        ({"mass": {"scale": True}}, ConfigurationError, "True is no finite number"),
+        ({"mass": {"scale": {"nromal": 1}}}, UnknownParameterError, "Did you mean 'normal'"),
+        ({"mass": {"scale": {"normal": -1}}}, ConfigurationError, "not negative"),
+        ({"mass": {"set": {"normal": 1}}}, ConfigurationError, "needs its mean"),
+        ({"mass": {"scale": {"uniform": [1, 2], "bounds": [1, 2]}}}, ConfigurationError, "bounds: goes with normal"),
+        ({"mass": {"scale": {"log_uniform": [0, 2]}}}, ConfigurationError, "above 0"),
+        ({"mass": {"scale": 1, "when": "often"}}, ConfigurationError, "'often' is none of start, reset and step"),
+        ({"mass": {"scale": 1, "when": "start", "every": 3}}, ConfigurationError, "exclude each other"),
+        ({"mass": {"scale": 1, "every": 0.5}}, ConfigurationError, "a whole number ≥ 1"),
+        ({"mass": {"scale": 1, "every": {"minutes": 1}}}, ConfigurationError, "seconds: 1.0"),
+        ({"mass": {"scale": 1, "target": []}}, ConfigurationError, "no name and no list of names"),
+        ({"mass": {"scale": 1, "shared": "no"}}, ConfigurationError, "neither true nor false"),
+        ({"action_delay": {"steps": 0.5}}, ConfigurationError, "a delay is a whole number.*shorter control_timestep"),
+        ({"action_delay": {"steps": [2, 1]}}, ConfigurationError, "a delay is a whole number"),
+        ({"action_delay": {"when": "start"}}, ConfigurationError, "needs its steps"),
+        ({"action_delay": [{"steps": 1}, {"steps": 2}]}, ConfigurationError, "an action has one delay"),
+        ({"action_delay": {"steps": 5000}}, ConfigurationError, "at most 1000"),
+        ({"observation_noise": {"normal": 0.1}}, ConfigurationError, "observation_noise.normal: 0.1 is no mapping"),
+        ({"observation_noise": {"x": {"when": "step"}}}, ConfigurationError, "exactly one of constant"),
+        ([1], ConfigurationError, "is no mapping"),
+    ],
+)
+def test_bad_input_is_named(given, error, says):
+    with pytest.raises(error, match=says):
+        read_settings(given)
+
+
+def test_a_file_is_named_with_its_line():
+    text = "randomize:\n  mass: {scale: [0.8, 1.2]}\n  gravity:\n    add: [2, 1]\n"
+    with pytest.raises(ConfigFileError, match=r"my\.yaml:4: randomize\.gravity\.add"):
+        read_settings(load_yaml_text(text, "my.yaml")["randomize"])
