@@ -22,7 +22,7 @@ _TOOLS = 6
 def print_report(report: RobotReport) -> None:
     """Write a report to stdout."""
     edges = " × ".join(_number(edge) for edge in report.size)
-    moving = [joint for joint in report.joints if joint.type != "fixed"]
+    moving = [joint for joint in report.joints if joint.joint_type != "fixed"]
     print_title(report.name, f"{report.file_format}, {_count(report.dof, 'actuated joint')}")
     print_line()
     _print_grid(
@@ -67,7 +67,7 @@ def _print_joints(joints: Iterable[JointFacts]) -> None:
     rows, followers = [], []
     for joint in joints:
         numbers = [_number(value) for value in (joint.lower, joint.upper, joint.velocity, joint.effort, joint.home)]
-        rows.append([joint.name, joint.type, _axis(joint.axis) if joint.unit else "–", *numbers])
+        rows.append([joint.name, joint.joint_type, _axis(joint.axis) if joint.unit else "–", *numbers])
         if joint.mimic:
             offset = f" {joint.mimic['offset']:+.3g}" if joint.mimic["offset"] else ""
             followers.append([joint.name, f"= {joint.mimic['multiplier']:g} · {joint.mimic['joint']}{offset}"])

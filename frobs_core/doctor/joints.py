@@ -31,7 +31,7 @@ def _facts(joint: Joint, rests: dict[str, float], drives: dict[str, DriveFacts])
         home = mimic.multiplier * rests[mimic.joint] + mimic.offset
     return JointFacts(
         name=joint.name,
-        type=joint.type.value,
+        joint_type=joint.type.value,
         parent=joint.parent,
         child=joint.child,
         unit=("m" if joint.type is JointType.PRISMATIC else "rad") if moving else "",
@@ -110,7 +110,7 @@ def joint_findings(model: RobotModel, facts: tuple[JointFacts, ...]) -> Iterator
     for joint in facts:
         span = max(abs(joint.lower or 0.0), abs(joint.upper or 0.0))
         about = f"joint '{joint.name}'"
-        if joint.type == "revolute" and joint.mimic is None and span > _DEGREES:
+        if joint.joint_type == "revolute" and joint.mimic is None and span > _DEGREES:
             yield Finding(
                 code="limits-in-degrees",
                 severity=Severity.WARNING,

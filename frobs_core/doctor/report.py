@@ -72,7 +72,7 @@ class JointFacts:
 
     Attributes:
         name: In the file.
-        type: ``revolute``, ``continuous``, ``prismatic``, ``fixed``, ``floating`` or ``planar``.
+        joint_type: ``revolute``, ``continuous``, ``prismatic``, ``fixed``, ``floating`` or ``planar``.
         parent: Link that carries it.
         child: Link that it moves.
         unit: Of its position: ``rad`` or ``m``; empty where it has none.
@@ -89,7 +89,7 @@ class JointFacts:
     """
 
     name: str
-    type: str
+    joint_type: str
     parent: str
     child: str
     unit: str
@@ -172,7 +172,7 @@ class TranslatedElement:
     """What becomes of one kind of element in a simulator.
 
     Attributes:
-        element: A key of :data:`frobs_core.models.ELEMENTS`.
+        element: A key of ``frobs_core.models.ELEMENTS``.
         names: The links or joints that have it, and that this holds for.
         treatment: ``kept``, ``approximated``, ``dropped``, or ``not told`` by the simulator.
         how: What it becomes, or what is lost.

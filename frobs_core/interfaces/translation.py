@@ -12,7 +12,7 @@ class Translation:
     """What becomes of one kind of element of a model file in a simulator.
 
     Attributes:
-        element: A key of :data:`frobs_core.models.ELEMENTS`.
+        element: A key of ``frobs_core.models.ELEMENTS``.
         treatment: Whether it is kept, approximated or dropped.
         how: What it becomes, or what is lost, in one line; may be empty where it is kept.
         names: The links or joints that this holds for; empty: all that have the element.

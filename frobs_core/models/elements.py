@@ -67,7 +67,7 @@ _IN_BODIES = {"site": "sites", "camera": "cameras", "light": "lights"}
 
 
 def elements(model: RobotModel) -> dict[str, tuple[str, ...]]:
-    """Return which kinds of elements a model holds, in the order of :data:`ELEMENTS`.
+    """Return which kinds of elements a model holds, in the order of ``ELEMENTS``.
 
     Returns:
         For each kind that is there, the names of the links or joints that have one, each once, in the file's order; of
