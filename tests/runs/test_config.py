@@ -68,7 +68,9 @@ def test_a_robot_file_is_found_again_from_any_folder(tmp_path: Path, monkeypatch
     monkeypatch.chdir(tmp_path)
     named = resolve_config(REACH, flags={"robot": "irb120", "tcp": "tool0"}).environment_kwargs
     assert named == {"robot": "irb120", "tcp": "tool0"}
-    assert resolve_config(REACH, flags={"robot": "arm.urdf"}).environment_kwargs == {"robot": str(tmp_path / "arm.urdf")}
+    assert resolve_config(REACH, flags={"robot": "arm.urdf"}).environment_kwargs == {
+        "robot": str(tmp_path / "arm.urdf")
+    }
 
 
 def test_a_setting_deep_inside_is_set() -> None:
