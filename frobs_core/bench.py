@@ -11,6 +11,7 @@ import os
 import platform
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import ceil
 from pathlib import Path
 from statistics import median
 from time import perf_counter
@@ -62,7 +63,7 @@ def bench(id: str, *, num_envs: int = 1, steps: int = 1000, seed: int = 0, **key
     Args:
         id: Its ID.
         num_envs: 1: the single environment; more: the vector.
-        steps: Steps that are measured, after a warm-up of a tenth.
+        steps: Steps that are measured at least, after a warm-up of a tenth.
         seed: Of the environment and the random actions.
         keywords: Of the environment.
 
@@ -104,9 +105,10 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
     env.action_space.seed(seed)
     env.reset(seed=seed)
     twin.reset(seed=seed)
-    turn = _TURN if num_envs == 1 else 1
-    for k in range(-(-(steps + steps // 10) // turn)):
-        warm = k * turn >= steps // 10
+    turn = min(_TURN, steps) if num_envs == 1 else 1
+    turns, warm_up = ceil(steps / turn), ceil(steps / 10 / turn)
+    for k in range(warm_up + turns):
+        warm = k >= warm_up
         actions = [env.action_space.sample() for _ in range(turn)]
         ends = []
         for j, action in enumerate(actions):
@@ -143,7 +145,7 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
         id=id,
         num_envs=num_envs,
         decimation=inner.decimation,
-        steps=steps,
+        steps=turns * turn,
         step_seconds=medians["wrapped"],
         bare_seconds=medians["bare"],
         ratio=medians["wrapped"] / medians["bare"],

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from frobs_core.env import RobotEnv
-from frobs_core.testing.fixtures import isolated_plugins  # noqa: F401 - a fixture for the tests here
 from frobs_core.vector_env import RobotVectorEnv
 
 sys.path.insert(0, str(Path(__file__).parent))  # where sliding.py is

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sliding import RECORD
 
 from frobs_core import plugins
 from frobs_core.capabilities import Level
@@ -120,8 +121,9 @@ def test_gravity_pulls_in_its_own_direction(make, simulator):
 
 
 @claiming("friction")
-def test_a_box_slides_by_the_friction_of_its_environment(make, simulator, isolated_plugins):
-    isolated_plugins(installed=True, sliding="sliding")
+def test_a_box_slides_by_the_friction_of_its_environment(make, simulator, monkeypatch):
+    known = plugins.get_record
+    monkeypatch.setattr(plugins, "get_record", lambda kind, name: RECORD if name == "sliding" else known(kind, name))
     env = make(
         N,
         {
