@@ -1,5 +1,7 @@
 """The certificate that a task means the same on another simulator.
 
+The modules::
+
     measure.py          which measurements there are, and what each needs
     subject.py          a simulator that is compared, and what it is compared on
     tolerances.py       every tolerance, with its reason
