@@ -14,6 +14,9 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
             entry_point="frobs_algos_sb3.ppo:PPO",
             install_hint="pip install frobs-algos-sb3",
             action_spaces=("Box", "Discrete", "MultiDiscrete", "MultiBinary"),
-            tuned={"frobs/Irb120Reach-v0": "frobs_algos_sb3:tuned/ppo_irb120_reach.yaml"},
+            tuned={
+                "frobs/Irb120Reach-v0": "frobs_algos_sb3:tuned/ppo_irb120_reach.yaml",
+                "frobs/Reach-v0": "frobs_algos_sb3:tuned/ppo_irb120_reach.yaml",
+            },
         )
     ]
