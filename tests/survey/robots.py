@@ -1,0 +1,58 @@
+"""The files of the survey: the robots of ``example-robot-data`` and of ``pybullet_data`` that have a joint that moves."""
+
+from __future__ import annotations
+
+import re
+from importlib.metadata import PackageNotFoundError, distribution
+from importlib.util import find_spec
+from pathlib import Path
+
+_MOVES = re.compile(rb'<joint\b[^>]*type\s*=\s*"(?!fixed)')
+
+REFUSED = {
+    "example-robot-data/alex_description/urdf/alex_psyonic_hands.urdf": "mimics 'index_q1', which does not exist",
+    "example-robot-data/romeo_description/urdf/romeo_laas_small.urdf": "is missing",
+    "example-robot-data/ur_description/urdf/ur3.urdf": "there is no <link>",
+    "pybullet_data/bicycle/bike.urdf": 'xyz="0.07, 0, -0.69" is not 3 numbers',
+    "pybullet_data/biped/biped2d_pybullet.urdf": 'lower="-1.57." is not one number',
+    "pybullet_data/differential/diff_ring.urdf": "'differential/diff_ring.stl' is missing",
+    "pybullet_data/humanoid/humanoid.urdf": "not well-formed",
+    "pybullet_data/husky/husky.urdf": "Macros are expanded in files that end in '.xacro'",
+    "pybullet_data/kuka_iiwa/model_for_sdf.urdf": "'meshes/coarse/link_0.stl' is missing",
+    "pybullet_data/quadruped/microtaur/microtaur.urdf": "holds 4 numbers; it takes 3",
+    "pybullet_data/racecar/racecar_differential.urdf": 'scale="1 1 1 1" holds 4 numbers',
+    "pybullet_data/spherical_joint_limit.urdf": "no joint type is named 'spherical'",
+}
+"""Files that are not robots that can be built, each with the reason that has to be given."""
+
+FAST = (
+    "example-robot-data/panda_description/urdf/panda.urdf",
+    "example-robot-data/ur_description/urdf/ur10_robot.urdf",
+    "pybullet_data/xarm/xarm6_robot.urdf",
+    "pybullet_data/r2d2.urdf",
+    "pybullet_data/laikago/laikago_toes.urdf",
+)
+
+
+def files() -> dict[str, Path]:
+    """Return each file by the name that tables give it."""
+    found: dict[str, Path] = {}
+    data = _example_robot_data()
+    if data is not None:
+        for file in sorted((data / "robots").rglob("*.urdf")):
+            found[f"example-robot-data/{file.relative_to(data / 'robots').as_posix()}"] = file
+    spec = find_spec("pybullet_data")
+    if spec is not None and spec.submodule_search_locations:
+        folder = Path(spec.submodule_search_locations[0])
+        for file in sorted(folder.rglob("*.urdf")):
+            if _MOVES.search(file.read_bytes()):
+                found[f"pybullet_data/{file.relative_to(folder).as_posix()}"] = file
+    return found
+
+
+def _example_robot_data() -> Path | None:
+    try:
+        folder = distribution("example-robot-data").locate_file("cmeel.prefix/share/example-robot-data")
+    except PackageNotFoundError:
+        return None
+    return Path(str(folder)) if Path(str(folder)).is_dir() else None

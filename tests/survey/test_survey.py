@@ -1,0 +1,43 @@
+"""All robots of two packages: what is built is what the file says, or a note tells of it, or the file is refused."""
+
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip("pinocchio")
+pytest.importorskip("pybullet_data")
+
+from compare import TOLERANCE, compare
+from robots import FAST, REFUSED, files
+
+from frobs_core import plugins
+
+FILES = files()
+SIMULATORS = sorted(plugins.records("simulator"))
+
+
+def check(name: str, simulator: str) -> None:
+    result = compare(FILES[name], simulator)
+    if name in REFUSED:
+        assert REFUSED[name] in result.refused
+        return
+    assert not result.refused
+    assert not result.untold
+    assert result.kinematics <= TOLERANCE, result.kinematics_note
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+@pytest.mark.parametrize("name", FAST)
+def test_a_robot_is_built_as_its_file_says(name, simulator):
+    check(name, simulator)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("simulator", SIMULATORS)
+@pytest.mark.parametrize("name", sorted(FILES.keys() - set(FAST)))
+def test_every_robot_is_built_as_its_file_says(name, simulator):
+    check(name, simulator)
+
+
+def test_the_survey_covers_forty_robots():
+    assert len(FILES.keys() - REFUSED.keys()) >= 40
