@@ -45,10 +45,15 @@ Written by `python tests/survey/page.py` with {versions}.
 
 """
     heads = ["file", "links", "joints", "differences", "by the rules"]
-    rows = [[*_row(name, found[simulators[0]]), *(_kinematics(found[s]) for s in simulators)] for name, found in built.items()]
+    rows = [
+        [*_row(name, found[simulators[0]]), *(_kinematics(found[s]) for s in simulators)]
+        for name, found in built.items()
+    ]
     text += _table([*heads, *(f"kinematics: {simulator}" for simulator in simulators)], rows)
     text += "\n## Refused\n\n"
-    text += _table(["file", "reason"], [[f"`{name}`", _reason(found[simulators[0]])] for name, found in refused.items()])
+    text += _table(
+        ["file", "reason"], [[f"`{name}`", _reason(found[simulators[0]])] for name, found in refused.items()]
+    )
     return text
 
 

@@ -16,7 +16,7 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
             action_spaces=("Box", "Discrete", "MultiDiscrete", "MultiBinary"),
             tuned={
                 "frobs/Irb120Reach-v0": "frobs_algos_sb3:tuned/ppo_irb120_reach.yaml",
-                "frobs/Reach-v0": "frobs_algos_sb3:tuned/ppo_irb120_reach.yaml",
+                "frobs/Reach-v0": "frobs_algos_sb3:tuned/ppo_reach.yaml",
             },
         )
     ]

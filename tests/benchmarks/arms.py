@@ -1,0 +1,112 @@
+"""Measure how reaching is learned on arms that FRobs knows nothing of: their URDF files, and one command each.
+
+The files are those of the PyPI packages example-robot-data and pybullet. Writes ``docs/explanation/arms-measured.md``; some
+minutes for each controller::
+
+    python tests/benchmarks/arms.py --controllers tcp_delta_position
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from argparse import ArgumentParser
+from collections.abc import Mapping, Sequence
+from datetime import date
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "survey"))
+
+from robots import files  # noqa: E402 - where the packages keep them
+
+from frobs_core.runs import evaluate, resolve_config, train  # noqa: E402
+
+PAGE = ROOT / "docs" / "explanation" / "arms-measured.md"
+ID = "frobs/Reach-v0"
+CONTROLLERS = ("joint_delta_position", "tcp_delta_position")
+ARMS: Mapping[str, tuple[str, str | None]] = {
+    "Franka Panda": ("example-robot-data/panda_description/urdf/panda.urdf", None),
+    "UR10": ("example-robot-data/ur_description/urdf/ur10_robot.urdf", None),
+    "xArm6": ("pybullet_data/xarm/xarm6_robot.urdf", None),
+    "KUKA iiwa": ("pybullet_data/kuka_iiwa/model.urdf", None),
+    "SO-101": ("example-robot-data/so_arm_description/urdf/so101.urdf", "gripper_frame_link"),
+}
+"""Each arm's file, and its tool where the default is not meant."""
+
+SUCCESS, MINUTES = 0.9, 5
+"""What each arm must reach, and in which time of training."""
+
+
+def measure(controller: str, arm: str, episodes: int, steps: int | None = None) -> dict[str, Any]:
+    """Train an arm, and evaluate it.
+
+    Args:
+        controller: Of the environment.
+        arm: A key of :data:`ARMS`.
+        episodes: Of the evaluation.
+        steps: Of the training; None: as tuned for any arm.
+
+    Returns:
+        ``controller``, ``arm``, ``file``, ``tcp``, ``steps``, ``seconds`` of the training, ``success_rate`` and
+        ``success_interval``.
+    """
+    file, tcp = ARMS[arm]
+    flags = {"robot": str(files()[file]), "tcp": tcp, "controller": controller, "seed": 0, "steps": steps}
+    with tempfile.TemporaryDirectory() as folder:
+        start = perf_counter()
+        run = train(resolve_config(ID, flags=flags), Path(folder) / "run")
+        seconds = perf_counter() - start
+        found = evaluate(run, episodes)
+    sys.stderr.write(f"{arm}, {controller}: {found.success_rate:.1%} after {seconds:.0f} s\n")
+    return {
+        "controller": controller,
+        "arm": arm,
+        "file": file,
+        "tcp": tcp,
+        "steps": found.steps,
+        "seconds": seconds,
+        "success_rate": found.success_rate,
+        "success_interval": found.success_interval,
+    }
+
+
+def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
+    """Return the page."""
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, text=True, capture_output=True).stdout
+    lines = [
+        "# Any arm, measured",
+        "",
+        f"By `tests/benchmarks/arms.py`, {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}: PPO with the "
+        f"settings for any arm, from nothing but a URDF file, `frobs train {ID} --robot FILE --seed 0`. Success is that of "
+        f"the deterministic policy on {episodes:,} new goals from all over the arm's reach, 5 cm, held at the end; at least "
+        f"{SUCCESS:.0%} within {MINUTES} minutes of training are wanted.",
+        "",
+        "| arm | file | `--tcp` | controller | steps | training | success | 95 % interval |",
+        "|---|---|---|---|---:|---:|---:|---|",
+    ]
+    for row in rows:
+        low, high = row["success_interval"]
+        tcp = f"`{row['tcp']}`" if row["tcp"] else "(default)"
+        lines.append(
+            f"| {row['arm']} | `{row['file']}` | {tcp} | `{row['controller']}` | {row['steps']:,} | {row['seconds']:.0f} s | "
+            f"{row['success_rate']:.1%} | {low:.1%} to {high:.1%} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Measure, and write the page."""
+    parser = ArgumentParser(description=__doc__)
+    parser.add_argument("--controllers", nargs="+", default=list(CONTROLLERS), choices=CONTROLLERS)
+    parser.add_argument("--episodes", type=int, default=1000, help="for each arm")
+    given = parser.parse_args()
+    rows = [measure(controller, arm, given.episodes) for controller in given.controllers for arm in ARMS]
+    PAGE.write_text(report(rows, given.episodes), "utf-8")
+
+
+if __name__ == "__main__":
+    main()
