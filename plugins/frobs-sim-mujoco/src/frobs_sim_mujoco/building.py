@@ -244,6 +244,9 @@ def _add_joint(spec: mujoco.MjSpec, child: mujoco.MjsBody, robot: str, joint: Jo
     lower, upper = joint.limits.lower, joint.limits.upper
     if joint.type is not JointType.CONTINUOUS and np.isfinite([lower, upper]).all():
         element.limited, element.range = mujoco.mjtLimited.mjLIMITED_TRUE, (lower, upper)
+        # As hard as the timestep allows: MuJoCo's default is a spring of 20 ms, which a strong drive pushes in by degrees.
+        element.solref_limit = (2.0 * spec.option.timestep, 1.0)
+        element.solimp_limit = (0.99, 0.999, 0.001, 0.5, 2.0)
     if joint.mimic is not None:
         spec.add_equality(
             name=f"{robot}/{joint.name}",
