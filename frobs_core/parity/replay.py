@@ -77,7 +77,7 @@ def _judge(reference: Subject, subject: Subject, first: Rollout, second: Rollout
     errors = np.abs(first.joints[:n] - second.joints[:n])  # (steps + 1, dof)
     apart, times = _apart(first, second), first.times
     reached = float(np.abs(first.joints - first.joints[:1]).max())
-    split = min(free + 1, n) if exact else n
+    split = min(free + 1, n)
     for part, begin, end in (("", 0, split), (AFTER_A_TOUCH, split, n)):
         if begin == end:
             continue
