@@ -177,7 +177,7 @@ def _judge(
             positions.append(
                 judge(
                     "step_response", "joint positions", other.label, reference.label, errors[j], exact=exact,
-                    scale=float(jump), where=place,
+                    scale=float(jump), where=place, unit=reference.joint_unit,
                 )
             )  # fmt: skip
             expected = motions[0][j].efforts[:, j]
@@ -195,7 +195,7 @@ def _judge(
 def _panels(
     subjects: Sequence[Subject], commands: Floats, motions: Sequence[Sequence[Motion]], limits: Floats | None
 ) -> tuple[Panel, ...]:
-    names, mode = subjects[0].placement.model.joint_names, _mode(subjects[0])
+    names, mode, unit = subjects[0].placement.model.joint_names, _mode(subjects[0]), subjects[0].joint_unit
     moved, effort, off = [], [], []
     for i, (subject, found) in enumerate(zip(subjects, motions, strict=True)):
         for j, (name, motion) in enumerate(zip(names, found, strict=True)):
@@ -222,7 +222,7 @@ def _panels(
         Panel(
             title="Largest difference of any joint",
             x_label="s",
-            y_label="rad or m",
+            y_label=unit,
             lines=tuple(off),
             tolerance=TOLERANCES["step_response"].exact if follows_exactly(*subjects) else None,
             log=True,
