@@ -17,7 +17,7 @@ PAGE = DOCS / "how-to" / "parity-measured.md"
 PICTURE = DOCS / "images" / "parity.png"
 ID = "frobs/Irb120Reach-v0"
 SHOWN = "saturated_step_response"
-EPISODES = 1000
+EPISODES = 500
 
 
 def page(certificate: Certificate) -> str:

@@ -25,7 +25,7 @@ def gravity_drop(subjects: Sequence[Subject]) -> Measurement:
     Args:
         subjects: The simulators, the reference first.
     """
-    reference = subjects[0]
+    reference, unit = subjects[0], subjects[0].joint_unit
     names, dof = reference.placement.model.joint_names, len(reference.placement.model.joint_names)
     off = np.zeros((1, 1, dof))
     falls = [
@@ -50,7 +50,7 @@ def gravity_drop(subjects: Sequence[Subject]) -> Measurement:
         comparisons.append(
             judge(
                 "gravity_drop", "joint positions", subject.label, reference.label, errors, exact=exact, scale=reached,
-                where=where,
+                where=where, unit=unit,
             )
         )  # fmt: skip
     lines = tuple(
@@ -69,14 +69,14 @@ def gravity_drop(subjects: Sequence[Subject]) -> Measurement:
         f"its limit, or for {DURATION:g} s.",
         comparisons=tuple(comparisons),
         facts={
-            "compared": f"{until * reference.physics_timestep:.3f} s, in which a joint moved by {reached:.3g} rad or m"
+            "compared": f"{until * reference.physics_timestep:.3f} s, in which a joint moved by {reached:.3g} {unit}"
         },
         panels=(
-            Panel(title="Each joint, its drive off", x_label="s", y_label="rad or m", lines=lines),
+            Panel(title="Each joint, its drive off", x_label="s", y_label=unit, lines=lines),
             Panel(
                 title="Largest difference of any joint",
                 x_label="s",
-                y_label="rad or m",
+                y_label=unit,
                 lines=errors_over_time,
                 tolerance=TOLERANCES["gravity_drop"].exact if follows_exactly(*subjects) else None,
                 log=True,

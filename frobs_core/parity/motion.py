@@ -9,10 +9,12 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.interfaces import CommandMode, Placement
+from frobs_core.models import home_positions
 from frobs_core.parity.result import Line
 from frobs_core.parity.subject import Subject
 
 _EDGE = 0.02  # share of a joint's range at either end that free motion keeps out of
+_INSIDE = 0.1  # share of a joint's range that it begins away from its limits
 
 
 @dataclass(frozen=True)
@@ -44,23 +46,36 @@ def position_bounds(subject: Subject) -> tuple[Floats, Floats]:
     return lower + margin, upper - margin
 
 
+def start_positions(subject: Subject) -> Floats:
+    """Return where free motion begins, (dof,) [rad or m]: home, or a little inside where home is at a limit."""
+    model = subject.placement.model
+    limits = [joint.limits for joint in model.actuated_joints]
+    lower, upper = np.array([limit.lower for limit in limits]), np.array([limit.upper for limit in limits])
+    margin = np.where(np.isfinite(upper - lower), _INSIDE * (upper - lower), 0.0)
+    inside: Floats = np.clip(home_positions(model, subject.placement.robot.home), lower + margin, upper - margin)
+    return inside
+
+
 def record(subject: Subject, placement: Placement, commands: Floats, duration: float, period: float) -> list[Motion]:
-    """Record the motion from home that each of some commands makes.
+    """Record the motion from :func:`start_positions` that each of some commands makes.
 
     Args:
         subject: The simulator.
         placement: The robot, which stands in a scene without contacts.
         commands: (motions, phases, dof): each phase is held for its share of the time; a position command counts from
-            home.
+            the start.
         duration: [s]
         period: Between two samples [s]; a whole multiple of the subject's ``physics_timestep``.
     """
     steps, samples = max(1, round(period / subject.physics_timestep)), round(duration / period)
     motions = []
     with subject.simulate(placement) as (simulation, robot):
-        origin = robot.home if placement.command_mode is CommandMode.POSITION else 0.0
+        start = start_positions(subject)[None]
+        origin = start if placement.command_mode is CommandMode.POSITION else 0.0
         for command in commands:
             simulation.reset()
+            if (start != robot.home).any():
+                robot.write_joint_state(start)
             phases, begun = len(command), -1
             rows = np.empty((3, samples, robot.dof))
             for k in range(samples):

@@ -22,7 +22,7 @@ def replay(subjects: Sequence[Subject], file: ActionFile) -> Measurement:
         subjects: The simulators, the reference first.
         file: The actions, which fit the environment.
     """
-    names = subjects[0].placement.model.joint_names
+    names, unit = subjects[0].placement.model.joint_names, subjects[0].joint_unit
     rollouts = [play(subject, [(file.seed, file.actions)])[0] for subject in subjects]
     first = rollouts[0]
     free = free_steps(subjects[0], first)
@@ -50,11 +50,11 @@ def replay(subjects: Sequence[Subject], file: ActionFile) -> Measurement:
             "moved freely": f"{free} of {first.steps} steps",
         },
         panels=(
-            Panel(title="Each joint", x_label="s", y_label="rad or m from the start", lines=tuple(joints)),
+            Panel(title="Each joint", x_label="s", y_label=f"{unit} from the start", lines=tuple(joints)),
             Panel(
                 title="Largest difference of any joint",
                 x_label="s",
-                y_label="rad or m",
+                y_label=unit,
                 lines=tuple(joint_errors),
                 tolerance=TOLERANCES["replay_joints"].exact if exact else None,
                 log=True,
@@ -77,14 +77,14 @@ def _judge(reference: Subject, subject: Subject, first: Rollout, second: Rollout
     errors = np.abs(first.joints[:n] - second.joints[:n])  # (steps + 1, dof)
     apart, times = _apart(first, second), first.times
     reached = float(np.abs(first.joints - first.joints[:1]).max())
-    split = min(free + 1, n) if exact else n
+    split = min(free + 1, n)
     for part, begin, end in (("", 0, split), (AFTER_A_TOUCH, split, n)):
         if begin == end:
             continue
         names = reference.placement.model.joint_names
         yield judge(
             "replay_joints", f"joint positions{part}", subject.label, reference.label, errors[begin:end],
-            exact=exact and not part, scale=reached, where=worst_joint(errors[begin:end], names, times[begin:end]),
+            exact=exact and not part, scale=reached, where=worst_joint(errors[begin:end], names, times[begin:end]), unit=reference.joint_unit,
         )  # fmt: skip
         latest = int(np.argmax(np.nan_to_num(apart[begin:end], nan=np.inf))) + begin
         yield judge(

@@ -27,21 +27,19 @@ def number(value: float, unit: str = "") -> str:
         return "–"
     if value == 0.0:
         return "0"
-    return f"{value:.2g} {unit}".strip()
+    return f"{value:.2g} {unit}".replace("e-0", "e-").strip()
 
 
 def rows(measurement: Measurement) -> Iterator[tuple[Comparison, tuple[str, str, str, str, str]]]:
     """Yield each comparison with its cells: simulator, quantity, error, tolerance, note."""
     for comparison in measurement.comparisons:
-        tolerance = TOLERANCES.get(comparison.tolerance_name)
-        unit = tolerance.unit if tolerance else ""
         yield (
             comparison,
             (
                 comparison.simulator,
                 comparison.quantity or measurement.title.lower(),
-                number(comparison.error, unit),
-                number(comparison.tolerance) if comparison.tolerance else "0" if comparison.tolerance == 0 else "–",
+                number(comparison.error, comparison.unit),
+                number(comparison.tolerance),
                 comparison.reason or comparison.where,
             ),
         )
@@ -69,7 +67,7 @@ def _page(certificate: Certificate) -> Iterator[str]:
     yield from _tolerances(certificate)
     yield "## Versions"
     yield ""
-    yield from _table(("", ""), list(_flat(certificate.versions)))
+    yield from _table(("", ""), list(dict(_flat(certificate.versions)).items()))
 
 
 def _section(measurement: Measurement) -> Iterator[str]:

@@ -135,6 +135,7 @@ def judge(
     exact: bool,
     scale: float = 1.0,
     where: str = "",
+    unit: str = "",
 ) -> Comparison:
     """Return a comparison of the largest of some errors with its tolerance; NaN fails.
 
@@ -147,6 +148,7 @@ def judge(
         exact: Whether what both simulators claim makes the exact tolerance right.
         scale: What an approximate tolerance is a share of, where it is one.
         where: At which joint, frame or time the error is largest.
+        unit: In place of the tolerance's.
     """
     tolerance = TOLERANCES[tolerance_name]
     allowed = tolerance.allowed(exact, scale)
@@ -158,7 +160,7 @@ def judge(
         status=Status.PASSED if error <= allowed else Status.FAILED,
         error=error,
         tolerance=allowed,
-        unit=tolerance.unit,
+        unit=unit or tolerance.unit,
         where=where if error else "",
         tolerance_name=tolerance_name,
     )

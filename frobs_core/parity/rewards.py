@@ -113,7 +113,7 @@ def _judge(
     exact = follows_exactly(reference, subject)
     steps = [common_steps(a, b) + (a.steps != b.steps) for a, b in zip(*played, strict=True)]
     moves = [np.arange(n) < free_for for n, free_for in zip(steps, free, strict=True)]
-    freely = np.concatenate(moves) if exact else np.ones(sum(steps), np.bool_)
+    freely = np.concatenate(moves)
     for name, errors in _errors(*played).items():
         what = "reward" if name == "reward" else f"term {name}"
         span = float(np.ptp(np.concatenate([rollout.rewards[name] for rollout in played[0]])))

@@ -60,11 +60,11 @@ def settling(subjects: Sequence[Subject]) -> Measurement:
             ("rest_time", "time to rest", first.rest_time, other.rest_time),
             ("penetration", "deepest penetration", first.penetration, other.penetration),
         ):
-            unit = "s" if name == "rest_time" else "m"
+            scale, unit = (1.0, "s") if name == "rest_time" else (1e3, "mm")
             comparisons.append(
                 judge(
                     name, quantity, subject.label, reference.label, abs(a - b), exact=False,
-                    where=f"{b:.4g} {unit} instead of {a:.4g} {unit}",
+                    where=f"{scale * b:.3g} instead of {scale * a:.3g} {unit}",
                 )
             )  # fmt: skip
     lines = tuple(

@@ -8,8 +8,16 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.interfaces import CommandMode
-from frobs_core.models.defaults import composite_inertia, home_positions
-from frobs_core.parity.motion import Motion, differences, error_line, position_bounds, record, worst_joint
+from frobs_core.models.defaults import composite_inertia
+from frobs_core.parity.motion import (
+    Motion,
+    differences,
+    error_line,
+    position_bounds,
+    record,
+    start_positions,
+    worst_joint,
+)
 from frobs_core.parity.result import Comparison, Line, Measurement, Panel, judge, skip, worst
 from frobs_core.parity.subject import Subject, follows_exactly
 from frobs_core.parity.tolerances import TOLERANCES
@@ -20,9 +28,10 @@ DURATION = 2.0
 SATURATED_SHARE = 0.2
 """Of each joint's samples, at least, in the response at the effort limits."""
 
+_MOST_SATURATED = 0.8  # of a joint's samples: beyond it, too little is seen of how drives leave their limits
 _STEP = {CommandMode.POSITION: 0.2, CommandMode.VELOCITY: 1.0}  # [rad, m] and [rad/s, m/s], where there is room
 _JUMPS = 4  # to and fro, in the response at the effort limits
-_RISE_TIMES = (0.3, 0.25, 0.2, 0.15, 0.1)  # [s] that a joint at its effort limit may take, tried in turn
+_LONGEST_RISE, _SHORTEST_RISE = 0.3, 0.05  # [s] that a joint at its effort limit may take for its jump
 
 
 def step_response(subjects: Sequence[Subject]) -> Measurement:
@@ -38,7 +47,7 @@ def step_response(subjects: Sequence[Subject]) -> Measurement:
     return Measurement(
         name="step_response",
         title="Step response",
-        summary=f"Each joint's command jumps, one joint after the other, from home, while the others hold; for "
+        summary=f"Each joint's command jumps, one joint after the other, from home, while the others hold, for "
         f"{DURATION:g} s, at every physics step. Effort limits are lifted, nothing touches anything.",
         comparisons=tuple(_judge(reference, subjects[1:], commands, motions)),
         facts={"jumps": _list(reference, np.diag(commands[:, 0]))},
@@ -88,7 +97,7 @@ def choose_effort_limits(subject: Subject, commands: Floats) -> tuple[Floats, li
     """Return effort limits (dof,) at which each joint's response saturates often enough, and those responses.
 
     A limit is what holds the joint against gravity, before and after the jump, and what moves its inertia there within a
-    rise time. The longest rise time is taken at which every joint saturates enough and none comes near a position limit.
+    rise time, which is shortened for joints that come near a position limit, or hardly ever leave their effort limit.
 
     Args:
         subject: The simulator that they are tried on.
@@ -99,17 +108,25 @@ def choose_effort_limits(subject: Subject, commands: Floats) -> tuple[Floats, li
     still = _record(subject, np.zeros((1, 1, dof)), unlimited, period)[0]
     free = _record(subject, commands[:, :1], unlimited, period)
     holding = np.abs(np.stack([motion.efforts[-1] for motion in (still, *free)])).max(axis=0)  # (dof,)
-    inertia = np.array(list(composite_inertia(model, _home(subject)).values()))
+    inertia = np.array(list(composite_inertia(model, start_positions(subject)).values()))
     jump = np.abs(np.diag(commands[:, 0]))
     lower, upper = position_bounds(subject)
-    for rise in _RISE_TIMES:
+    rise = np.full(dof, _LONGEST_RISE)
+    while True:
         acceleration = jump / rise if _mode(subject) is CommandMode.VELOCITY else 2.0 * jump / rise**2
         limits = holding + inertia * acceleration
         motions = _record(subject, commands, limits, period)
-        inside = all((motion.positions > lower).all() and (motion.positions < upper).all() for motion in motions)
-        if inside and (_saturated(motions, limits) >= SATURATED_SHARE).all():
-            return limits, motions
-    return None
+        shares = _saturated(motions, limits)
+        shorten, inside = shares > _MOST_SATURATED, True
+        for motion in motions:
+            beyond = (motion.positions <= lower) | (motion.positions >= upper)  # (samples, dof)
+            if beyond.any():
+                inside = False
+                shorten[beyond[int(beyond.any(axis=1).argmax())].argmax()] = True  # the first to go too far
+        shorten &= rise > _SHORTEST_RISE
+        if not shorten.any():
+            return (limits, motions) if inside and (shares >= SATURATED_SHARE).all() else None
+        rise[shorten] *= 0.93
 
 
 def _mode(subject: Subject) -> CommandMode:
@@ -119,17 +136,13 @@ def _mode(subject: Subject) -> CommandMode:
     return CommandMode.POSITION if stiff else CommandMode.VELOCITY
 
 
-def _home(subject: Subject) -> Floats:
-    return home_positions(subject.placement.model, subject.placement.robot.home)
-
-
 def _jumps(subject: Subject) -> Floats:
     """Return what each run commands, (dof, 1, dof): one joint goes towards its farther limit, a quarter of the way."""
-    mode, home = _mode(subject), _home(subject)
-    jumps = np.full(len(home), _STEP[mode])
+    mode, start = _mode(subject), start_positions(subject)
+    jumps = np.full(len(start), _STEP[mode])
     if mode is CommandMode.POSITION:
         lower, upper = position_bounds(subject)
-        above, below = upper - home, home - lower
+        above, below = upper - start, start - lower
         jumps = np.minimum(jumps, np.maximum(above, below) / 4.0) * np.where(above >= below, 1.0, -1.0)
     return np.diag(jumps)[:, None]
 
@@ -164,7 +177,7 @@ def _judge(
             positions.append(
                 judge(
                     "step_response", "joint positions", other.label, reference.label, errors[j], exact=exact,
-                    scale=float(jump), where=place,
+                    scale=float(jump), where=place, unit=reference.joint_unit,
                 )
             )  # fmt: skip
             expected = motions[0][j].efforts[:, j]
@@ -182,13 +195,15 @@ def _judge(
 def _panels(
     subjects: Sequence[Subject], commands: Floats, motions: Sequence[Sequence[Motion]], limits: Floats | None
 ) -> tuple[Panel, ...]:
-    names, mode = subjects[0].placement.model.joint_names, _mode(subjects[0])
+    names, mode, unit = subjects[0].placement.model.joint_names, _mode(subjects[0]), subjects[0].joint_unit
     moved, effort, off = [], [], []
     for i, (subject, found) in enumerate(zip(subjects, motions, strict=True)):
         for j, (name, motion) in enumerate(zip(names, found, strict=True)):
             jump = commands[j, 0, j]
             way = (
-                motion.velocities[:, j] if mode is CommandMode.VELOCITY else motion.positions[:, j] - _home(subject)[j]
+                motion.velocities[:, j]
+                if mode is CommandMode.VELOCITY
+                else motion.positions[:, j] - start_positions(subject)[j]
             )
             moved.append(Line(name, motion.times, way / jump, j, i))
             if limits is not None:
@@ -207,7 +222,7 @@ def _panels(
         Panel(
             title="Largest difference of any joint",
             x_label="s",
-            y_label="rad or m",
+            y_label=unit,
             lines=tuple(off),
             tolerance=TOLERANCES["step_response"].exact if follows_exactly(*subjects) else None,
             log=True,

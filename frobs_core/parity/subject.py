@@ -15,7 +15,7 @@ from frobs_core.capabilities import Level, check_capabilities
 from frobs_core.env import RobotEnv
 from frobs_core.errors import CapabilityError, ConfigurationError, UnknownNameError
 from frobs_core.interfaces import Body, CommandMode, Placement, RobotHandle, Scene, Simulation
-from frobs_core.models import JointLimits
+from frobs_core.models import JointLimits, JointType
 from frobs_core.runs.environments import find_spec, make_env
 from frobs_core.specs import SimulatorRecord
 
@@ -78,6 +78,12 @@ class Subject:
             yield env.unwrapped
         finally:
             env.close()
+
+    @property
+    def joint_unit(self) -> str:
+        """Unit of joint positions: ``"rad"``, ``"m"``, or ``"rad or m"`` where there are both."""
+        slides = {joint.type is JointType.PRISMATIC for joint in self.placement.model.actuated_joints}
+        return "rad or m" if len(slides) > 1 else "m" if True in slides else "rad"
 
     def alone(self, effort_limits: Sequence[float] | Floats | None = None) -> Placement:
         """Return the robot as it moves freely: its base held, its links passing through each other.

@@ -21,6 +21,7 @@ from frobs_core.parity.lidar import lidar
 from frobs_core.parity.replay import replay
 from frobs_core.parity.result import judge, worst
 from frobs_core.parity.rewards import rewards
+from frobs_core.parity.rollout import free_steps, play
 from frobs_core.parity.settling import settling
 from frobs_core.parity.step_response import SATURATED_SHARE, saturated_step_response, step_response
 from frobs_core.runs import Evaluation
@@ -201,3 +202,32 @@ def test_a_policy_keeps_its_success_with_fake_evaluations(
     assert len(set(calls)) == 1  # the same episodes on both
     if status is Status.SKIPPED:
         assert found.comparisons[0].reason
+
+
+def test_what_follows_a_touch_is_judged_on_its_own(subjects: Compare) -> None:
+    actions = np.zeros((25, 6))
+    actions[5:, 1] = 1.0  # the arm bows down to the floor
+    file = ActionFile(id="frobs/Irb120Reach-v0", seed=0, actions=actions)
+    found = {c.quantity: c for c in replay(subjects(), file).comparisons}
+    assert list(found) == [
+        "joint positions",
+        "tool position",
+        "joint positions, after a touch",
+        "tool position, after a touch",
+    ]
+    assert found["joint positions"].tolerance == 1e-6
+    assert found["joint positions, after a touch"].tolerance > 1e-3
+    stiff = replay(subjects("stiff"), file)
+    assert "joint positions" in failed(stiff)
+
+
+def test_a_touch_between_two_actions_is_noticed(subjects: Compare) -> None:
+    reference = subjects(controller="tcp_delta_pose")[0]
+    with reference.make() as env:
+        env.action_space.seed(0)
+        actions = [np.array([env.action_space.sample() for _ in range(50)]) for _ in range(3)][2]
+    (rollout, still) = play(reference, [(2, actions), (0, np.zeros((4, 6)))])
+    upper = reference.placement.model.actuated_joints[4].limits.upper
+    assert rollout.joints[:, 4].max() < upper  # whenever somebody looked
+    assert 20 < free_steps(reference, rollout) < rollout.steps
+    assert free_steps(reference, still) == 4
