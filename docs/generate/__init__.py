@@ -5,7 +5,7 @@ A Sphinx extension: the pages are written anew before each build, to ``docs/refe
 
 from pathlib import Path
 
-from generate import api, capabilities, commands, environments, errors, hooks, plugins, signatures
+from generate import api, capabilities, commands, environments, errors, hooks, plugins, rules, signatures
 
 PAGES = {
     "hooks": hooks.page,
@@ -13,6 +13,7 @@ PAGES = {
     "environments": environments.page,
     "capabilities": capabilities.page,
     "errors": errors.page,
+    "model-rules": rules.page,
     "commands": commands.page,
     "api": api.page,
 }

@@ -12,11 +12,11 @@ import numpy.typing as npt
 from frobs_core.arrays import Floats
 from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.models.inertia import inertia_matrix
-from frobs_core.models.kinematics import MOVING, forward_kinematics, joint_path
+from frobs_core.models.kinematics import MOVING, joint_path
 from frobs_core.models.model import Joint, JointType, Mimic, RobotModel
 from frobs_core.models.tree import outward
 from frobs_core.random import RandomSource
-from frobs_core.rotations import matrix_from_quat, quat_rotate
+from frobs_core.rotations import matrix_from_quat, quat_multiply, quat_rotate
 
 if TYPE_CHECKING:
     from frobs_core.interfaces.robot import DriveGains
@@ -163,7 +163,10 @@ def _postures(model: RobotModel) -> Floats:
 def _inertias(model: RobotModel, joint_positions: Floats) -> Floats:
     """Return what each actuated joint has to move, (n, dof), for joint positions (n, dof)."""
     n = len(joint_positions)
-    poses = {link.name: forward_kinematics(model, link.name, joint_positions) for link in model.links}
+    joints = outward(model)
+    poses = {model.root: (np.zeros((n, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)))}
+    for joint in joints:
+        poses[joint.child] = _moved(joint, *poses[joint.parent], _position(model, joint, joint_positions))
     # of all that hangs on a link, relative to the root: mass, mass times position, inertia about the root's origin
     mass = {link.name: 0.0 for link in model.links}
     moment = {link.name: np.zeros((n, 3)) for link in model.links}
@@ -178,7 +181,7 @@ def _inertias(model: RobotModel, joint_positions: Floats) -> Floats:
         mass[link.name] = link.inertial.mass
         moment[link.name] = link.inertial.mass * centre
         inertia[link.name] = turned + link.inertial.mass * _about_origin(centre)
-    for joint in reversed(outward(model)):
+    for joint in reversed(joints):
         mass[joint.parent] += mass[joint.child]
         moment[joint.parent] += moment[joint.child]
         inertia[joint.parent] += inertia[joint.child]
@@ -202,6 +205,26 @@ def _inertias(model: RobotModel, joint_positions: Floats) -> Floats:
         result[:, columns[leader.joint]] += leader.multiplier**2 * carried
     least = [_LEAST_MASS if joint.type == JointType.PRISMATIC else _LEAST_INERTIA for joint in model.actuated_joints]
     return np.maximum(result, least)
+
+
+def _position(model: RobotModel, joint: Joint, joint_positions: Floats) -> Floats:
+    """Return the position of one joint, (n, 1) [rad or m]; 0 for one that does not move."""
+    if joint.type not in MOVING:
+        return np.zeros((len(joint_positions), 1))
+    leader = joint.mimic or Mimic(joint.name)
+    column = model.joint_names.index(leader.joint)
+    return leader.multiplier * joint_positions[:, column : column + 1] + leader.offset
+
+
+def _moved(joint: Joint, pos: Floats, quat: Floats, position: Floats) -> tuple[Floats, Floats]:
+    """Return the pose (n, 3), (n, 4) of a joint's child from that of its parent."""
+    axis = np.array(joint.axis)
+    pos = pos + quat_rotate(quat, np.array(joint.origin.pos))
+    quat = quat_multiply(quat, np.array(joint.origin.quat_wxyz))
+    if joint.type == JointType.PRISMATIC:
+        return pos + quat_rotate(quat, axis * position), quat
+    turn = np.concatenate([np.cos(0.5 * position), np.sin(0.5 * position) * axis], axis=-1)
+    return pos, quat_multiply(quat, turn)
 
 
 def _about_origin(positions: Floats) -> Floats:

@@ -61,7 +61,7 @@ class MeshCache:
     def load(self, part: Callable[[Any, Any, Any], P]) -> tuple[P, ...] | None:
         """Return the parts that are stored, or None: there are none, or they are damaged."""
         try:
-            with np.load(self.file, allow_pickle=False) as stored:
+            with self.file.open("rb") as file, np.load(file, allow_pickle=False) as stored:
                 colours = stored["rgba"]  # (k, 4), NaN where there is none
                 return tuple(
                     part(

@@ -32,6 +32,7 @@ _UNREADABLE = (
     "composite",
     "flexcomp",
 )  # these make bodies and joints that the file does not name
+_LEFT_OUT = {"actuator": "actuators", "sensor": "sensor", "keyframe": "keyframes", "option": "engine-settings"}
 _IDENTITY = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
@@ -71,6 +72,7 @@ class _MjcfReader:
             self.notes.add("root-pose", top, "where the file puts the root is left to the scene")
         self._body(top, None, _IDENTITY, None)
         self._mimics()
+        self._note_what_is_left_out()
         return RobotModel(
             name=document.root.get("model") or document.path.stem,
             path=document.path,
@@ -80,6 +82,15 @@ class _MjcfReader:
             joints=tuple(self.joints),
             notes=tuple(self.notes),
         )
+
+    def _note_what_is_left_out(self) -> None:
+        """Note the sections that simulators do without, each kind once."""
+        for section, rule in _LEFT_OUT.items():
+            found = list(self.document.children(of=section))
+            if not found:
+                found = [element for element in self.document.root.children(section) if element.attrib]
+            if found:
+                self.notes.add(rule, found[0], f"{len(found)} in <{section}>, left out")
 
     def _claim(self, element: Element, kind: str) -> None:
         """Give an element a name if it has none, and remember it."""

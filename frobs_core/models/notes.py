@@ -136,7 +136,7 @@ RULES: Mapping[str, Rule] = _rules(
     ),
     Rule(
         name="sensor",
-        about="`<sensor>`",
+        about="`<sensor>` (URDF and MJCF)",
         treatment=_DROPPED,
         text="left out: sensors stand in the robot's description",
     ),
@@ -252,6 +252,18 @@ RULES: Mapping[str, Rule] = _rules(
         about="the pose of the root body (MJCF)",
         treatment=_DROPPED,
         text="the scene says where the robot stands",
+    ),
+    Rule(
+        name="actuators",
+        about="`<actuator>` (MJCF)",
+        treatment=_APPROXIMATED,
+        text="replaced by the drive of each joint; the force ranges are its effort limits",
+    ),
+    Rule(
+        name="keyframes",
+        about="`<keyframe>` (MJCF)",
+        treatment=_DROPPED,
+        text="left out: home stands in the robot's description",
     ),
     Rule(
         name="mocap-body",

@@ -236,3 +236,16 @@ def test_gymnasiums_robots_are_read_as_mujoco_reads_them(path):
             expected = np.zeros(4)
             mujoco.mju_mulQuat(expected, root.xquat, quat)
             assert abs(expected @ body.xquat) == pytest.approx(1, abs=1e-12)
+
+
+def test_what_the_description_has_instead_is_noted(write):
+    text = """<option timestep="0.001"/><worldbody><body name="a"><geom size="1"/><body name="b"><joint name="j"/>
+    <geom size="1"/></body></body></worldbody><actuator><motor joint="j"/><position joint="j"/></actuator>
+    <sensor><jointpos joint="j"/></sensor><keyframe><key qpos="0"/></keyframe>"""
+    notes = {note.rule: note.text for note in load_model(write(text)).notes}
+    assert notes == {
+        "actuators": "2 in <actuator>, left out",
+        "sensor": "1 in <sensor>, left out",
+        "keyframes": "1 in <keyframe>, left out",
+        "engine-settings": "1 in <option>, left out",
+    }

@@ -63,3 +63,71 @@ def test_the_ending_may_lie_about_xml_but_the_first_element_does_not(tmp_path):
 def test_importing_the_readers_imports_neither_xacro_nor_an_engine():
     code = "import sys, frobs_core.models; print({'xacro', 'mujoco', 'torch'} & set(sys.modules))"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "set()\n"
+
+
+@pytest.fixture
+def packages(tmp_path, monkeypatch):
+    """A mesh in a package ``arm`` whose folder is called otherwise, and a way to write a file that names it."""
+    for variable in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "GAZEBO_MODEL_PATH"):
+        monkeypatch.delenv(variable, raising=False)
+    home = tmp_path / "src" / "arm_checkout"
+    (home / "meshes").mkdir(parents=True)
+    (home / "meshes" / "m.stl").touch()
+    (home / "package.xml").write_text("<package><name>arm</name></package>")
+
+    def mesh(uri, where="src/arm_checkout/urdf", **options):
+        folder = tmp_path / where
+        folder.mkdir(parents=True, exist_ok=True)
+        path = folder / "r.urdf"
+        shape = f'<visual><geometry><mesh filename="{uri}"/></geometry></visual>'
+        path.write_text(f'<robot name="r"><link name="a">{shape}</link></robot>')
+        return load_model(path, **options).links[0].visuals[0].geometry.path.relative_to(tmp_path).as_posix()
+
+    return mesh
+
+
+MESH = "src/arm_checkout/meshes/m.stl"
+
+
+@pytest.mark.parametrize(
+    "uri", ["package://arm/meshes/m.stl", "package:///arm/meshes/m.stl", "model://arm/meshes/m.stl"]
+)
+def test_a_package_xml_above_the_file_names_a_package(packages, uri):
+    assert packages(uri) == MESH
+
+
+def test_relative_paths_and_file_uris_are_found(packages, tmp_path):
+    assert packages("../meshes/m.stl") == MESH
+    assert packages("file://../meshes/m.stl") == MESH
+    assert packages(f"file://{tmp_path / MESH}") == MESH
+    assert packages(f"file://localhost{tmp_path / MESH}") == MESH
+
+
+def test_a_package_is_found_where_the_caller_says(packages, tmp_path):
+    given = {"other": tmp_path / "src" / "arm_checkout"}
+    assert packages("package://other/meshes/m.stl", "elsewhere", package_paths=given) == MESH
+
+
+@pytest.mark.parametrize("variable", ["ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH"])
+def test_a_package_is_found_on_the_path_of_ros(packages, tmp_path, monkeypatch, variable):
+    monkeypatch.setenv(variable, f"/nowhere:{tmp_path / 'src' / 'arm_checkout'}")
+    assert packages("package://arm/meshes/m.stl", "elsewhere") == MESH
+
+
+def test_a_folder_above_the_file_that_is_named_so_counts_at_any_height(packages):
+    deep = "src/arm_checkout/a/b/c/d/e"
+    assert packages("package://arm_checkout/meshes/m.stl", deep) == MESH
+
+
+def test_what_is_nowhere_is_refused_with_all_places(packages, tmp_path, monkeypatch):
+    monkeypatch.setenv("ROS_PACKAGE_PATH", "/opt/ros/share")
+    with pytest.raises(ModelFileError, match="the ROS package 'leg' is not found") as caught:
+        packages("package://leg/m.stl")
+    message = str(caught.value)
+    assert "package_paths={'leg': FOLDER}" in message
+    assert "/opt/ros/share" in message
+    assert str(tmp_path / "src") in message
+    with pytest.raises(ModelFileError, match=r"looked for .*meshes/n\.stl.*Did you mean '.*m\.stl'"):
+        packages("package://arm/meshes/n.stl")
+    with pytest.raises(ModelFileError, match="nothing is fetched by http://"):
+        packages("http://example.org/m.stl")

@@ -31,9 +31,9 @@ class BuiltJoint:
     range: tuple[float, float]
 
 
-def build(simulator: str, model: RobotModel, num_envs: int) -> Simulation:
+def build(simulator: str, model: RobotModel, num_envs: int, **description: Any) -> Simulation:
     """Build a robot alone in the world, standing at its origin."""
-    robot = Robot(model=str(model.path), name=model.name)
+    robot = Robot(model=str(model.path), name=model.name, **description)
     placement = Placement(robot=robot, model=model, pose=Pose(), command_mode=CommandMode.POSITION)
     scene = Scene(floor=False)
     return plugins.get_record("simulator", simulator).load()(

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import mujoco
+import numpy as np
 
 from frobs_core.models import Mesh
 from frobs_core.models.meshes import MeshPart, Rgba, joined, read_mesh, scaled
+
+_LEAST_VERTICES = 4  # that MuJoCo takes
 
 Use = tuple[str, Rgba | None]
 """Name of a mesh in the specification, and its own colour."""
@@ -49,7 +52,8 @@ class RobotMeshes:
 
     def _add(self, name: str, part: MeshPart) -> None:
         element = self._spec.add_mesh(name=name)
-        element.uservert = part.vertices.astype("f4").ravel()
+        missing = max(0, _LEAST_VERTICES - len(part.vertices))  # of a single triangle, which may be drawn
+        element.uservert = np.pad(part.vertices, ((0, missing), (0, 0)), "edge").astype("f4").ravel()
         element.userface = part.faces.ravel()
         element.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # it weighs nothing, and may be open
         self._known.add(name)
