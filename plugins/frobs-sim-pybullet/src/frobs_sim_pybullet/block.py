@@ -44,9 +44,9 @@ class Block:
             raise
 
     def step(self, decimation: int, rows: Mapping[str, Floats]) -> None:
-        """Advance; rows are (num_envs, decimation, dof) by robot."""
-        for i, world in self.worlds.items():
-            world.step(decimation, {name: row[i] for name, row in rows.items()} if rows else {})
+        """Advance; rows are (environments of this block, decimation, dof) by robot."""
+        for n, world in enumerate(self.worlds.values()):
+            world.step(decimation, {name: row[n] for name, row in rows.items()} if rows else {})
 
     def call(self, method: str, ids: Sequence[int], arguments: Sequence[Any]) -> list[Any]:
         """Call a method of some worlds.

@@ -15,6 +15,7 @@ from frobs_sim_pybullet.bare import BarePybullet
 from frobs_sim_pybullet.block import Block
 from frobs_sim_pybullet.body import PybulletBody
 from frobs_sim_pybullet.contacts import check_cameras, check_contacts
+from frobs_sim_pybullet.pool import CONTEXT, Pool, count_workers
 from frobs_sim_pybullet.robot import PybulletRobot
 
 
@@ -55,12 +56,17 @@ class PybulletSimulation(Simulation):
         for name, body in scene.bodies.items():
             if body.mass is not None and body.kinematic:
                 raise ConfigurationError(f"scene body '{name}' is kinematic, so it has no mass; give one or the other.")
+        workers = count_workers(num_envs, num_threads)
         fields = layout.layout(robots, scene)
-        buffer = layout.allocate(fields, num_envs, None)
+        buffer = layout.allocate(fields, num_envs, CONTEXT if workers > 1 else None)
         self.arrays = layout.arrays(fields, num_envs, buffer)
         self.robots = {name: PybulletRobot(self, name, placement) for name, placement in robots.items()}
         self.bodies = {name: PybulletBody(self, name, body) for name, body in scene.bodies.items()}
-        self._backend = Block(robots, scene, physics_timestep, self.arrays, range(num_envs))
+        self._backend: Block | Pool
+        if workers == 1:
+            self._backend = Block(robots, scene, physics_timestep, self.arrays, range(num_envs))
+        else:
+            self._backend = Pool(robots, scene, physics_timestep, fields, num_envs, buffer, workers)
         self.command_rows: dict[str, Floats] = {}
         self.written: dict[tuple[str, str], Floats] = {}
         self._seen: dict[str, Floats] = {}
