@@ -16,7 +16,9 @@ from frobs_sim_pybullet.block import Block
 from frobs_sim_pybullet.body import PybulletBody
 from frobs_sim_pybullet.contacts import check_cameras, check_contacts
 from frobs_sim_pybullet.pool import CONTEXT, Pool, count_workers
+from frobs_sim_pybullet.rendering import Renderer, Viewer
 from frobs_sim_pybullet.robot import PybulletRobot
+from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector
 
 
 class Native(NamedTuple):
@@ -72,6 +74,8 @@ class PybulletSimulation(Simulation):
         self._seen: dict[str, Floats] = {}
         self._diverged = self.arrays["diverged"]
         self._sound = self._diverged.tobytes()
+        self._renderer: Renderer | None = None
+        self._viewer: Viewer | None = None
         self._closed = False
         self.reset()
 
@@ -121,6 +125,8 @@ class PybulletSimulation(Simulation):
             rows.clear()
         else:
             self._backend.step(decimation, rows)
+        if self._viewer is not None:
+            self._viewer.sync(self.arrays)
 
     def contact(self, name: str) -> Mask:
         """(num_envs,) bool: whether a declared contact was there in any physics step of the last ``step``."""
@@ -190,11 +196,42 @@ class PybulletSimulation(Simulation):
         markers: Sequence[Marker] = (),
     ) -> np.ndarray[Any, Any]:
         """Draw environments."""
-        raise NotImplementedError
+        if camera is not None and camera not in self.scene.cameras:
+            raise UnknownNameError("camera", camera, self.scene.cameras)
+        if modality not in self.render_modalities:
+            raise UnknownNameError("modality", modality, self.render_modalities)
+        name = camera or next(iter(self.scene.cameras), None)
+        self._watch_what_is_drawn()
+        if self._renderer is None:
+            self._renderer = Renderer(self.placements, self.scene)
+        chosen = range(self.num_envs) if mask is None else np.flatnonzero(mask).tolist()
+        pictures = [
+            self._renderer.draw(self.arrays, i, name, self._frame(name, i), size, modality, markers) for i in chosen
+        ]
+        return np.stack(pictures) if pictures else np.zeros((0, *size, 3 if modality == "rgb" else 1))
 
     def open_viewer(self) -> None:
         """Open a window on the first environment."""
-        raise NotImplementedError
+        self._watch_what_is_drawn()
+        if self._viewer is None:
+            self._viewer = Viewer(self.placements, self.scene)
+        self._viewer.sync(self.arrays)
+
+    def _watch_what_is_drawn(self) -> None:
+        for robot in self.robots.values():
+            _ = robot.base_pose
+        for body in self.bodies.values():
+            _ = body.pose
+
+    def _frame(self, camera: str | None, env: int) -> tuple[Vector, Quat]:
+        """Return where what a camera is fixed to is."""
+        frame = None if camera is None else self.scene.cameras[camera].frame
+        if frame is None:
+            return IDENTITY
+        robot, _, link = frame.partition("/")
+        pose = self.bodies[frame].pose if frame in self.bodies else self.robots[robot].frame_pose(link)
+        pos, (w, x, y, z) = pose[0][env].tolist(), pose[1][env].tolist()
+        return tuple(pos), (x, y, z, w)
 
     def bare_engine(self) -> BarePybullet | None:
         """Return PyBullet without FRobs; offered for one robot on a fixed base."""
@@ -204,6 +241,10 @@ class PybulletSimulation(Simulation):
         """Release the physics servers and the workers; twice is harmless."""
         if not self._closed:
             self._closed = True
+            for resource in (self._renderer, self._viewer):
+                if resource is not None:
+                    resource.close()
+            self._renderer = self._viewer = None
             self._backend.close()
 
     def count(self, mask: Mask | None) -> int:
