@@ -17,7 +17,7 @@ def simulate(
     folder: Path, *names: str, num_envs: int = 3, scene: Scene | None = None, **placing: object
 ) -> PybulletSimulation:
     robots = {("robot" if i == 0 else name): place(folder, name, **placing) for i, name in enumerate(names)}
-    return PybulletSimulation(robots, scene or Scene(), num_envs=num_envs, physics_timestep=0.002)
+    return PybulletSimulation(robots, scene or Scene(), num_envs=num_envs, physics_timestep=0.002, num_threads=1)
 
 
 def state_of(sim: PybulletSimulation) -> bytes:
@@ -147,7 +147,7 @@ def test_a_row_of_commands_for_each_physics_step_equals_single_steps(tmp_path: P
 
 def test_two_different_robots_live_in_one_scene(tmp_path: Path) -> None:
     robots = {"robot": place(tmp_path, "arm"), "other": place(tmp_path, "long_arm", pos=(1.0, 0.5, 0.0))}
-    sim = PybulletSimulation(robots, Scene(), num_envs=2, physics_timestep=0.002)
+    sim = PybulletSimulation(robots, Scene(), num_envs=2, physics_timestep=0.002, num_threads=1)
     sim.reset()
     arm, other = sim.robots["robot"], sim.robots["other"]
     arm.command(np.array([[0.3, 0.5], [-0.3, -0.5]]))

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from itertools import combinations
 
-import numpy as np
-
 from frobs_core.interfaces import Placement
 from frobs_core.models import JointType
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.engine import SELF_COLLISION, Dynamics, load_urdf
 from frobs_sim_pybullet.transforms import Quat, Vector, compose, from_pose, invert
-from frobs_sim_pybullet.urdf import VIRTUAL, skeleton, write_dynamics_urdf, write_urdf
+from frobs_sim_pybullet.urdf import VIRTUAL, principal, skeleton, write_dynamics_urdf, write_urdf
 
 FASTEST = 1e6
 """[rad/s or m/s] beyond which an environment has diverged."""
@@ -37,6 +35,7 @@ class Articulation:
         links: Bullet's number of each link that is a body; −1 is the base.
         joints: Bullet's number of each joint that moves, in the order of the mass matrix.
         slots: Where each actuated joint, in the file's order, is among them.
+        in_order: Whether that is the order of all of them.
         mimics: (follower, leader) among them, with what the model says of it.
         offset: Columns of the mass matrix that are the base's.
         twin: Number of the body without shapes.
@@ -72,6 +71,7 @@ class Articulation:
         self.moving = [by_name[joint] for joint in names]
         self.joints = [indices[joint] for joint in names]
         self.slots = [names.index(joint) for joint in model.joint_names]
+        self.in_order = self.slots == list(range(len(names)))
         self.mimics = [
             (names.index(joint.name), names.index(joint.mimic.joint), joint.mimic)
             for joint in model.joints
@@ -161,10 +161,29 @@ class Articulation:
         """Change a link's mass [kg], and its inertia in the same ratio."""
         inertial = next(other.inertial for other in self.placement.model.links if other.name == link)
         assert inertial is not None
-        index = self.links[link]
-        before = p.getDynamicsInfo(self.body, index, self.client)
-        moments = (np.array(before[2]) * (mass / before[0])).tolist()
-        p.changeDynamics(self.body, index, mass=mass, localInertiaDiagonal=moments, physicsClientId=self.client)
+        # From the model's inertia, so that it does not matter what was written before.
+        moments = [moment * mass / inertial.mass for moment in principal(inertial)[2]]
+        p.changeDynamics(
+            self.body, self.links[link], mass=mass, localInertiaDiagonal=moments, physicsClientId=self.client
+        )
         self._masses[link] = mass
         self.dynamics.release(self.twin)
         self.twin = self.dynamics.load(self._twin_text())
+
+    def overlaps(self) -> dict[tuple[str, str], float]:
+        """Return how deep links are in each other now [m], of those that may touch."""
+        p.performCollisionDetection(self.client)
+        names = {index: name for name, index in self.links.items()}
+        depths: dict[tuple[str, str], float] = {}
+        for point in p.getContactPoints(self.body, self.body, physicsClientId=self.client):
+            if point[8] < 0.0:
+                pair = names[min(point[3:5])], names[max(point[3:5])]
+                depths[pair] = max(-point[8], depths.get(pair, 0.0))
+        return depths
+
+    def let_overlap(self) -> None:
+        """Let links pass that are in each other now: a robot that begins with them cannot be controlled."""
+        if self.placement.robot.self_collision:
+            for first, second in self.overlaps():
+                ends = self.links[first], self.links[second]
+                p.setCollisionFilterPair(self.body, self.body, *ends, 0, physicsClientId=self.client)

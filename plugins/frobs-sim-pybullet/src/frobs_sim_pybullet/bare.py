@@ -42,8 +42,8 @@ class BarePybullet:
 
     def load(self, snapshot: Snapshot) -> None:
         """Take the state and the controls of the first environment of a snapshot."""
-        fields = ("command", "kp", "kd", "joint_damping")
-        self._controls = [snapshot[f"robots/{self._name}/{field}"][0].tolist() for field in fields]
+        gains = snapshot[f"robots/{self._name}/gains"][0].tolist()
+        self._controls = [snapshot[f"robots/{self._name}/command"][0].tolist(), *gains]
         self._world.load(snapshot["bullet"][0], int(snapshot["bullet_bytes"][0]), 0, False)
 
     def step(self, decimation: int) -> None:

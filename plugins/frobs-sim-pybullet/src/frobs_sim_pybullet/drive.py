@@ -11,7 +11,8 @@ from frobs_core.arrays import Floats
 from frobs_sim_pybullet.articulation import FASTEST, Articulation
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.friction import Friction
-from frobs_sim_pybullet.law import solver
+from frobs_sim_pybullet.general_law import GeneralLaw
+from frobs_sim_pybullet.law import MOST_WRITTEN_OUT, Constants, Law, law
 from frobs_sim_pybullet.transforms import Quat, Vector, compose, conjugate, cross, invert, rotate
 
 
@@ -30,38 +31,36 @@ class Drive:
         self._size = articulation.offset + self._count
         self._lead = [0.0] * articulation.offset
         self._zeros = [0.0] * self._size
-        self._solve = solver(self._size)
         self._limits = self._spread([joint.limits.effort for joint in articulation.placement.model.actuated_joints])
         self._armature = [float(getattr(joint, "armature", 0.0)) for joint in articulation.moving]
         self._passive = [joint.damping for joint in articulation.moving]  # of followers; the others have parameters
-        self._reduction = self._followers()
-        friction = [joint.friction for joint in articulation.moving]
-        self._friction = Friction(friction, self._mass_at_zero(), physics_timestep) if any(friction) else None
-        self._simple = self._reduction is None and self._friction is None
+        self._law = self._choose_law([joint.friction for joint in articulation.moving])
         self._states: Sequence[tuple[float, ...]] | None = None
         self._pushes: list[tuple[int, Vector, int, Vector, Vector, Vector]] = []
         self._gravity = gravity
+        self._seen_gains = b""
         self._turned: tuple[Quat, Vector] | None = None
         self.efforts = [0.0] * self._count
 
-    def _spread(self, values: Sequence[float]) -> list[float]:
+    def _choose_law(self, friction: Sequence[float]) -> Law:
+        offset, count, mimics = self._robot.offset, self._count, self._robot.mimics
+        self._simple = not (any(friction) or mimics)
+        if self._simple and 0 < self._size <= MOST_WRITTEN_OUT:
+            return law(offset, count)
+        rub = None
+        if any(friction):
+            matrix = p.calculateMassMatrix(self._robot.twin, self._zeros, 0, self._robot.dynamics.client)
+            rub = Friction(friction, np.array(matrix), self._h)
+        return GeneralLaw(offset, count, rub, self._armature, mimics)
+
+    def _spread(self, values: list[float]) -> list[float]:
         """Return values of the actuated joints in the order of the mass matrix; 0 for the others."""
-        if self._robot.slots == list(range(self._count)):
-            return list(values)
+        if self._robot.in_order:
+            return values
         full = [0.0] * self._count
         for slot, value in zip(self._robot.slots, values, strict=True):
             full[slot] = value
         return full
-
-    def _followers(self) -> Floats | None:
-        """Return the matrix from independent velocities to all, (size, independent); None: all are."""
-        if not self._robot.mimics:
-            return None
-        offset = self._robot.offset
-        whole = np.eye(self._size)
-        for follower, leader, mimic in self._robot.mimics:
-            whole[offset + follower, offset + leader] = mimic.multiplier
-        return np.delete(whole, [offset + follower for follower, _, _ in self._robot.mimics], axis=1)
 
     def set_gravity(self, gravity: Vector) -> None:
         """Change what pulls [m/s²]."""
@@ -71,13 +70,19 @@ class Drive:
         """Read the state anew: it was written to."""
         self._states = self._turned = None
 
-    def set_commands(self, kp: list[float], kd: list[float], damping: list[float]) -> None:
-        """Set the gains and the joints' own damping, in the file's order, for the next physics steps."""
-        self._kp, self._kd = self._spread(kp), self._spread(kd)
-        self._damping = self._spread(damping)
+    def set_gains(self, gains: Floats) -> None:
+        """Set Kp, Kd and the joints' own damping for the next physics steps, (3, dof) in the file's order."""
+        seen = gains.tobytes()
+        if seen == self._seen_gains:
+            return
+        self._seen_gains = seen
+        kp, kd, damping = (self._spread(values) for values in gains.tolist())
         for follower, _, _ in self._robot.mimics:
-            self._damping[follower] = self._passive[follower]
-        self._free = self._simple and not (any(self._kd) or any(self._damping) or any(self._armature))
+            damping[follower] = self._passive[follower]
+        h = self._h
+        inertia = [a + h * d for a, d in zip(self._armature, damping, strict=True)]
+        self._constants = Constants(kp, kd, self._limits, damping, inertia, [h * k for k in kd])
+        self._free = self._simple and not (any(kp) or any(kd) or any(inertia))
 
     def push(self, link: str, force: Vector, torque: Vector) -> None:
         """Push a link at its centre of mass in the next physics steps; in the world [N, N·m]."""
@@ -97,34 +102,41 @@ class Drive:
         states = self._states = p.getJointStates(robot.body, robot.joints, robot.client)
         return [states[slot][0] for slot in robot.slots], [states[slot][1] for slot in robot.slots]
 
+    def applied(self) -> list[float]:
+        """Return what the drives applied in the last physics step, in the file's order."""
+        return self.efforts if self._robot.in_order else [self.efforts[slot] for slot in self._robot.slots]
+
     def __call__(self, command: list[float]) -> bool:
         """Set the efforts of the next physics step; return False where the state has diverged.
 
         Args:
             command: In the file's order: Kp·q*, Kd·v* or ff.
         """
-        robot, h = self._robot, self._h
+        robot = self._robot
         states = self._states or p.getJointStates(robot.body, robot.joints, robot.client)
         self._states = None
         q, v = [state[0] for state in states], [state[1] for state in states]
         if not math.hypot(*v) < FASTEST:
             return False
-        efforts, sums, diagonal = [], [], []
-        for c, x, y, kp, kd, limit, damping, armature in zip(
-            self._spread(command), q, v, self._kp, self._kd, self._limits, self._damping, self._armature, strict=True
-        ):
-            effort = c - kp * x - kd * y
-            if effort >= limit:
-                effort, kd = limit, 0.0
-            elif effort <= -limit:
-                effort, kd = -limit, 0.0
-            efforts.append(effort)
-            sums.append(effort - damping * y)
-            diagonal.append(armature + h * (kd + damping))
-        self.efforts = efforts
-        torques = efforts if self._free else self._implicit(q, v, sums, diagonal)
-        if torques is None:
-            return False
+        command = self._spread(command)
+        if self._free:
+            torques = self.efforts = [
+                min(limit, max(-limit, effort)) for effort, limit in zip(command, self._limits, strict=True)
+            ]
+        else:
+            dynamics, twin, positions, velocities = robot.dynamics, robot.twin, q, v
+            if robot.offset:
+                motion = self._base_motion()
+                if not math.hypot(*motion) < FASTEST:
+                    return False
+                positions, velocities = self._lead + q, motion + v
+            turned = self._turned or self._turn()
+            dynamics.set_gravity(turned[1])
+            bias = p.calculateInverseDynamics(twin, positions, velocities, self._zeros, 0, dynamics.client)
+            mass = p.calculateMassMatrix(twin, positions, 0, dynamics.client)
+            if self._pushes:
+                bias = np.subtract(bias, self._pushed(positions)).tolist()
+            torques, self.efforts = self._law(q, v, command, self._constants, mass, bias)
         p.setJointMotorControlArray(
             robot.body, robot.joints, p.TORQUE_CONTROL, forces=torques, physicsClientId=robot.client
         )
@@ -132,45 +144,11 @@ class Drive:
             self._apply(index, point, force, torque)
         return True
 
-    def _implicit(self, q: list[float], v: list[float], sums: list[float], diagonal: list[float]) -> list[float] | None:
-        """Return the efforts with which Bullet arrives at the law's accelerations; None where the base has diverged."""
-        robot = self._robot
-        dynamics, twin = robot.dynamics, robot.twin
-        if robot.offset:
-            motion = self._base_motion()
-            if not math.hypot(*motion) < FASTEST:
-                return None
-            q, v = self._lead + q, motion + v
-            sums, diagonal = self._lead + sums, self._lead + diagonal
-        elif self._turned is None:
-            turn = robot.base()[1]
-            self._turned = turn, rotate(conjugate(turn), self._gravity)
-        assert self._turned is not None
-        dynamics.set_gravity(self._turned[1])
-        bias = p.calculateInverseDynamics(twin, q, v, self._zeros, 0, dynamics.client)
-        mass = p.calculateMassMatrix(twin, q, 0, dynamics.client)
-        right = [s - b for s, b in zip(sums, bias, strict=True)]
-        pushed = [0.0] * self._size
-        if self._pushes:
-            pushed = self._pushed(q)
-            right = [r + push for r, push in zip(right, pushed, strict=True)]
-        if self._simple:
-            accelerations = self._solve(mass, diagonal, right)
-            return [s - d * a for s, d, a in zip(sums, diagonal, accelerations, strict=True)][robot.offset :]
-        return self._general(np.array(mass), np.array(diagonal), np.array(right), v, np.subtract(bias, pushed))
-
-    def _general(self, mass: Floats, diagonal: Floats, right: Floats, v: list[float], bias: Floats) -> list[float]:
-        """Do the same with dry friction, and with joints that follow others."""
-        if self._friction is not None:
-            right = right + self._friction(mass, self._armature, right, v)
-        whole = mass + np.diag(diagonal)
-        if self._reduction is None:
-            accelerations = np.linalg.solve(whole, right)
-        else:
-            follow = self._reduction
-            accelerations = follow @ np.linalg.solve(follow.T @ whole @ follow, follow.T @ right)
-        torques: list[float] = (mass @ accelerations + bias).tolist()
-        return torques[self._robot.offset :]
+    def _turn(self) -> tuple[Quat, Vector]:
+        """Return how a fixed base is turned, and what pulls in its own axes."""
+        turn = self._robot.base()[1]
+        self._turned = turn, rotate(conjugate(turn), self._gravity)
+        return self._turned
 
     def _base_motion(self) -> list[float]:
         """Return lin and ang velocity of a free base's link frame, in its own axes."""
@@ -185,22 +163,17 @@ class Drive:
         self._turned = turn, rotate(back, self._gravity)
         return [*rotate(back, (lin[0] + arm[0], lin[1] + arm[1], lin[2] + arm[2])), *rotate(back, ang)]
 
-    def _mass_at_zero(self) -> Floats:
-        zeros, dynamics = self._zeros, self._robot.dynamics
-        return np.array(p.calculateMassMatrix(self._robot.twin, zeros, 0, dynamics.client))
-
-    def _pushed(self, q: list[float]) -> list[float]:
+    def _pushed(self, positions: list[float]) -> Floats:
         """Return what the pushes amount to in each column of the mass matrix."""
         robot, total = self._robot, np.zeros(self._size)
         assert self._turned is not None
         back = conjugate(self._turned[0])
         for _, _, link, point, force, torque in self._pushes:
-            if link < 0:
-                continue  # of a fixed base
-            lin, ang = p.calculateJacobian(robot.twin, link, point, q, self._zeros, self._zeros, robot.dynamics.client)
-            total += np.array(rotate(back, force)) @ np.array(lin) + np.array(rotate(back, torque)) @ np.array(ang)
-        values: list[float] = total.tolist()
-        return values
+            if link >= 0:  # nothing moves a fixed base
+                zeros = self._zeros
+                lin, ang = p.calculateJacobian(robot.twin, link, point, positions, zeros, zeros, robot.dynamics.client)
+                total += np.array(rotate(back, force)) @ np.array(lin) + np.array(rotate(back, torque)) @ np.array(ang)
+        return total
 
     def _apply(self, index: int, point: Vector, force: Vector, torque: Vector) -> None:
         robot = self._robot

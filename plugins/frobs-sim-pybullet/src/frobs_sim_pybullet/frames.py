@@ -37,36 +37,34 @@ class Frames:
         body, offset = self._robot.bones.frames[link]
         index = self._robot.links[body]
         row = self._row[f"robots/{self._robot.name}/{kind}/{link}"]
+        on_com = compose(self._robot.com_backs[index], offset)
         match kind:
             case "pose":
-                return lambda: self._read_pose(index, offset, row)
+                return lambda: self._read_pose(index, on_com, row)
             case "twist":
-                return lambda: self._read_twist(index, offset, row)
+                return lambda: self._read_twist(index, on_com, row)
         point = offset[0]  # Bullet takes it in the link's own frame
         twin = self._robot.twin_links[body]
         return lambda: self._read_jacobian(twin, point, row)
 
-    def _pose(self, index: int, offset: tuple[Vector, Quat]) -> tuple[Vector, Quat]:
+    def _read_pose(self, index: int, offset: tuple[Vector, Quat], row: np.ndarray[Any, Any]) -> None:
+        pos, (x, y, z, w) = compose(self._com(index), offset)
+        row[:] = (*pos, w, x, y, z)
+
+    def _com(self, index: int) -> tuple[Vector, Quat]:
+        """Return Bullet's frame of a body: its link frame is rounded to single precision, its centre of mass is not."""
         robot = self._robot
         if index < 0:
-            pose = robot.base()
-        else:  # Bullet's own link frame is rounded to single precision, its centre of mass is not
-            pose = compose(p.getLinkState(robot.body, index, 0, 1, robot.client)[:2], robot.com_backs[index])
-        return pose if offset is IDENTITY else compose(pose, offset)
-
-    def _read_pose(self, index: int, offset: tuple[Vector, Quat], row: np.ndarray[Any, Any]) -> None:
-        pos, (x, y, z, w) = self._pose(index, offset)
-        row[:] = (*pos, w, x, y, z)
+            return p.getBasePositionAndOrientation(robot.body, robot.client)  # type: ignore[no-any-return]
+        return p.getLinkState(robot.body, index, 0, 1, robot.client)[:2]  # type: ignore[no-any-return]
 
     def _read_twist(self, index: int, offset: tuple[Vector, Quat], row: np.ndarray[Any, Any]) -> None:
         robot = self._robot
         if index < 0:
-            com = p.getBasePositionAndOrientation(robot.body, robot.client)[0]
             lin, ang = p.getBaseVelocity(robot.body, robot.client)
         else:
-            com, _, _, _, _, _, lin, ang = p.getLinkState(robot.body, index, 1, 1, robot.client)
-        at, _ = self._pose(index, offset)
-        x, y, z = cross(ang, (at[0] - com[0], at[1] - com[1], at[2] - com[2]))
+            lin, ang = p.getLinkState(robot.body, index, 1, 1, robot.client)[6:8]
+        x, y, z = cross(ang, rotate(self._com(index)[1], offset[0]))
         row[:] = (lin[0] + x, lin[1] + y, lin[2] + z, *ang)
 
     def _read_jacobian(self, twin: int, point: Vector, row: np.ndarray[Any, Any]) -> None:

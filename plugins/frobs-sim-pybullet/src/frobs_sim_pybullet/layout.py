@@ -28,8 +28,9 @@ def layout(robots: Mapping[str, Placement], scene: Scene) -> Layout:
     }
     for name, placement in robots.items():
         dof = len(placement.model.joint_names)
-        for field in ("command", "kp", "kd", "joint_damping", "positions", "velocities", "efforts"):
+        for field in ("command", "positions", "velocities", "efforts"):
             found[f"robots/{name}/{field}"] = (dof,), "f8"
+        found[f"robots/{name}/gains"] = (3, dof), "f8"  # Kp and Kd in the present command mode, the joints' own damping
         for link in placement.model.links:
             found[f"robots/{name}/pose/{link.name}"] = (7,), "f8"  # position and quat_wxyz
             found[f"robots/{name}/twist/{link.name}"] = (6,), "f8"  # linear, angular

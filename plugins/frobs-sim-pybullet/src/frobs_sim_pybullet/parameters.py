@@ -55,9 +55,7 @@ def write(simulation: PybulletSimulation, name: str, target: str, values: Floats
     rows = slice(None) if mask is None else np.flatnonzero(mask)
     match name:
         case "stiffness" | "damping":
-            robot = _robot(simulation, target)
-            robot.drive_gains()[int(name == "damping")][rows] = values
-            robot.apply_gains()
+            _robot(simulation, target).write_gains(int(name == "damping"), rows, values)
         case "joint_damping":
             _robot(simulation, target).joint_damping[rows] = values
         case _:
@@ -114,7 +112,7 @@ def _default(simulation: PybulletSimulation, name: str, target: str) -> Floats:
                 raise ConfigurationError(f"'{target}' collides with nothing, so it has no friction.")
             return np.array(body.friction)
         if body.mass is None:
-            raise ConfigurationError(f"'{target}' cannot be pushed, so it has no mass.")
+            raise ConfigurationError(f"'{target}' has no mass that could be changed.")
         return np.array(body.mass)
     robot, _, name_of_link = target.partition("/")
     link = next(link for link in simulation.placements[robot].model.links if link.name == name_of_link)
@@ -123,7 +121,7 @@ def _default(simulation: PybulletSimulation, name: str, target: str) -> Floats:
             raise ConfigurationError(f"'{target}' collides with nothing, so it has no friction.")
         return np.array(1.0)
     if link.inertial is None:
-        raise ConfigurationError(f"'{target}' weighs nothing by itself, so its mass cannot be changed.")
+        raise ConfigurationError(f"'{target}' has no mass that could be changed.")
     return np.array(link.inertial.mass)
 
 

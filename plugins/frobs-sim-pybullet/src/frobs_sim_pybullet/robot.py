@@ -38,10 +38,10 @@ class PybulletRobot(RobotHandle):
 
         arrays = {
             field: simulation.arrays[f"robots/{name}/{field}"]
-            for field in ("command", "kp", "kd", "joint_damping", "positions", "velocities", "efforts")
+            for field in ("command", "gains", "positions", "velocities", "efforts")
         }
-        self._command, self._kp, self._kd = arrays["command"], arrays["kp"], arrays["kd"]
-        self.joint_damping = arrays["joint_damping"]
+        self._command = arrays["command"]
+        self._kp, self._kd, self.joint_damping = (arrays["gains"][:, i] for i in range(3))  # (num_envs, dof) each
         self._positions, self._velocities = _read_only(arrays["positions"]), _read_only(arrays["velocities"])
         self._efforts = _read_only(arrays["efforts"])
         gains = robot.gains or default_gains(model, self.home[0] if n else home_positions(model, robot.home))
@@ -89,6 +89,13 @@ class PybulletRobot(RobotHandle):
         self._kp[:] = self._stiffness if position else 0.0
         self._kd[:] = 0.0 if effort else self._damping
         self._gain = self._stiffness if position else np.ones_like(self._kd) if effort else self._damping
+
+    def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
+        """Change Kp (0) or Kd (1) of some environments; what the drives follow stays what it is."""
+        before = self._gain[rows].copy()
+        self.drive_gains()[which][rows] = values
+        self.apply_gains()
+        self._command[rows] *= np.divide(self._gain[rows], before, out=np.ones_like(before), where=before > 0)
 
     def command(self, values: Floats) -> None:
         """Set what the drives follow."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.interfaces import Placement, Scene
@@ -23,6 +25,21 @@ ROBOT_GROUPS = tuple(1 << bit for bit in range(6, 30))
 """Bullet's collision group of each robot; lidars leave out their own robot's."""
 
 
+class RobotRow(NamedTuple):
+    """A robot's part of the shared arrays, in one environment."""
+
+    command: np.ndarray[Any, Any]
+    gains: np.ndarray[Any, Any]
+    positions: np.ndarray[Any, Any]
+    velocities: np.ndarray[Any, Any]
+    efforts: np.ndarray[Any, Any]
+
+    @classmethod
+    def of(cls, row: Arrays, robot: str) -> RobotRow:
+        """Return the part of one robot."""
+        return cls(*(row[f"robots/{robot}/{field}"] for field in cls._fields))
+
+
 class World:
     """One environment.
 
@@ -39,7 +56,10 @@ class World:
     ) -> None:
         self._placements, self._scene, self._h = robots, scene, physics_timestep
         self._dynamics, self._row = dynamics, row
+        self._time = row["time"]
         self._watched: dict[str, Callable[[], None]] = {}
+        self._still: set[str] = set()
+        self._moving: list[Callable[[], None]] = []
         self._parameters: dict[tuple[str, str], Any] = {}
         self._build()
 
@@ -57,6 +77,7 @@ class World:
             prepare(client, floor, 1.0)
             sides["floor"] = floor, -1
         self.bodies = {name: add_body(client, body) for name, body in self._scene.bodies.items()}
+        self._moments = {name: p.getDynamicsInfo(number, -1, client)[2] for name, number in self.bodies.items()}
         sides.update({name: (number, -1) for name, number in self.bodies.items() if self._scene.bodies[name].collides})
         self.robots: dict[str, Articulation] = {}
         for (name, placement), group in zip(self._placements.items(), ROBOT_GROUPS, strict=False):
@@ -69,6 +90,7 @@ class World:
                     p.setCollisionFilterPair(robot.body, other, -1, -1, 0, client)  # neither can move the other
         self.sides = sides
         self._drives = {name: Drive(robot, self._h, self._scene.gravity) for name, robot in self.robots.items()}
+        self._driven = [(name, drive, RobotRow.of(self._row, name)) for name, drive in self._drives.items()]
         self._contacts = [question(contact, sides) for contact in self._scene.contacts.values()]
         self._free = [number for name, number in self.bodies.items() if self._scene.bodies[name].mass is not None]
         self._steps, self._broken = 0, False
@@ -77,6 +99,7 @@ class World:
             self._apply(name, target, value)
         for name, robot in self.robots.items():
             self._put_home(name, robot)
+            robot.let_overlap()
         self._fresh: int = p.saveState(client)
 
     def _put_home(self, name: str, robot: Articulation) -> None:
@@ -91,6 +114,7 @@ class World:
             self._build()
             for channel in list(self._watched):
                 self._watched[channel] = self._reader(channel)
+            self._sort_readers()
         else:
             p.restoreState(self._fresh, physicsClientId=self.client)
         self._steps, self._broken = 0, False
@@ -112,16 +136,10 @@ class World:
             self._row["diverged"][...] = True
             return
         client, drives = self.client, []
-        for name, drive in self._drives.items():
-            row = self._row
-            drive.set_commands(
-                row[f"robots/{name}/kp"].tolist(),
-                row[f"robots/{name}/kd"].tolist(),
-                row[f"robots/{name}/joint_damping"].tolist(),
-            )
-            given = rows.get(name)
-            held = row[f"robots/{name}/command"].tolist()
-            drives.append((drive, [held] * decimation if given is None else given.tolist()))
+        for name, drive, own in self._driven:
+            drive.set_gains(own.gains)
+            given = rows.get(name) if rows else None
+            drives.append((drive, [own.command.tolist()] * decimation if given is None else given.tolist()))
         if self._contacts:
             self._row["contact"][...], self._row["contact_force"][...] = False, 0.0
         for k in range(decimation):
@@ -162,21 +180,21 @@ class World:
                     self._row["contact_force"][i] = max(self._row["contact_force"][i], point[9])
 
     def _written(self) -> None:
+        """Bring all up to date after something was written."""
         for drive in self._drives.values():
             drive.forget()
         self._publish()
+        for channel, read in self._watched.items():
+            if channel in self._still:
+                read()
 
     def _publish(self) -> None:
-        """Bring what the simulation reads up to date."""
-        row = self._row
-        row["time"][...] = self._steps * self._h
-        for name, drive in self._drives.items():
-            positions, velocities = drive.states()
-            row[f"robots/{name}/positions"][:] = positions
-            row[f"robots/{name}/velocities"][:] = velocities
-            slots = self.robots[name].slots
-            row[f"robots/{name}/efforts"][:] = [drive.efforts[slot] for slot in slots]
-        for read in self._watched.values():
+        """Bring up to date what a step changes."""
+        self._time[...] = self._steps * self._h
+        for _, drive, own in self._driven:
+            own.positions[:], own.velocities[:] = drive.states()
+            own.efforts[:] = drive.applied()
+        for read in self._moving:
             read()
 
     def watch(self, channel: str) -> None:
@@ -188,6 +206,19 @@ class World:
         if channel not in self._watched:
             self._watched[channel] = self._reader(channel)
             self._watched[channel]()
+            self._sort_readers()
+
+    def _sort_readers(self) -> None:
+        """Tell what a step can change from what only stands."""
+        self._still = {channel for channel in self._watched if self._stands(channel)}
+        self._moving = [read for channel, read in self._watched.items() if channel not in self._still]
+
+    def _stands(self, channel: str) -> bool:
+        kind, name, field, *link = channel.split("/", 3)
+        if kind == "bodies":
+            return self._scene.bodies[name].mass is None
+        robot = self.robots[name]
+        return not robot.floating and field != "jacobian" and robot.links[robot.bones.frames[link[0]][0]] < 0
 
     def _reader(self, channel: str) -> Callable[[], None]:
         kind, name, field, *link = channel.split("/", 3)
@@ -216,9 +247,8 @@ class World:
                 body, link = self.sides[target]
                 p.changeDynamics(body, link, lateralFriction=value, physicsClientId=self.client)
             case "mass" if target in self.bodies:
-                number = self.bodies[target]
-                before = p.getDynamicsInfo(number, -1, self.client)
-                moments = [moment * value / before[0] for moment in before[2]]
+                number, mass = self.bodies[target], self._scene.bodies[target].mass
+                moments = [moment * value / mass for moment in self._moments[target]]
                 p.changeDynamics(number, -1, mass=value, localInertiaDiagonal=moments, physicsClientId=self.client)
             case "mass":
                 robot, _, link = target.partition("/")
