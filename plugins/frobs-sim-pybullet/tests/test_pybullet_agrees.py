@@ -117,6 +117,24 @@ def test_kinematics_and_jacobians_are_pinocchios(tmp_path: Path) -> None:
     sim.close()
 
 
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+def test_a_jacobian_is_the_derivative_of_the_pose_whatever_the_inertia_s_axes(base: str) -> None:
+    *others, last = _MODEL.joints  # the tool, off the flange and turned
+    tool = replace(last, origin=Pose((0.1, -0.05, 0.2), (0.8, 0.36, -0.16, 0.4525483399593904)))
+    pose = Pose((0.1, 0.2, 0.3), (0.8, 0.0, 0.6, 0.0))
+    sim = build(PybulletSimulation, replace(IRB120, base=base), replace(_MODEL, joints=(*others, tool)), pose=pose)
+    arm, h = sim.robots["robot"], 1e-6
+    q = arm.home + 0.2
+    v = np.linspace(-1.0, 1.0, 6)[None]
+    arm.write_joint_state(q, v)
+    steps = h * np.eye(6)
+    slope = [(arm.frame_pose("tcp", q + d)[0][0] - arm.frame_pose("tcp", q - d)[0][0]) / (2.0 * h) for d in steps]
+    assert arm.frame_jacobian("tcp")[0, :3] == pytest.approx(np.stack(slope, axis=1), abs=1e-8)
+    twist = np.concatenate([part[0] for part in arm.frame_velocity("tcp")])
+    assert twist == pytest.approx((arm.frame_jacobian("tcp")[0] * v).sum(axis=1), abs=1e-12)
+    sim.close()
+
+
 def test_rays_measure_what_mujocos_do(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     shapes = (Box((0.4, 0.6, 1.0)), Sphere(0.3), Cylinder(0.25, 1.0), Capsule(0.2, 0.5))

@@ -8,7 +8,7 @@ from frobs_core.interfaces import Placement
 from frobs_core.models import JointType
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.engine import SELF_COLLISION, Dynamics, load_urdf
-from frobs_sim_pybullet.transforms import Quat, Vector, compose, from_pose, invert
+from frobs_sim_pybullet.transforms import Quat, Vector, compose, conjugate, from_pose, invert, rotate
 from frobs_sim_pybullet.urdf import VIRTUAL, principal, skeleton, write_dynamics_urdf, write_urdf
 
 FASTEST = 1e6
@@ -136,6 +136,20 @@ class Articulation:
     def base(self) -> tuple[Vector, Quat]:
         """Return where the base's link frame is."""
         return compose(p.getBasePositionAndOrientation(self.body, self.client), self.com_backs[-1])
+
+    def com(self, index: int) -> tuple[Vector, Quat]:
+        """Return Bullet's frame of a link: its link frame is rounded to single precision, its centre of mass is not."""
+        if index < 0:
+            return p.getBasePositionAndOrientation(self.body, self.client)  # type: ignore[no-any-return]
+        return p.getLinkState(self.body, index, 0, 1, self.client)[:2]  # type: ignore[no-any-return]
+
+    def link_frame(self, index: int) -> tuple[Vector, Quat]:
+        """Return where a link's own frame is."""
+        return compose(self.com(index), self.com_backs[index])
+
+    def on_twin(self, index: int, point: Vector) -> Vector:
+        """Return a point of a link as Bullet's Jacobian wants it: from the link's origin, along the principal axes."""
+        return rotate(conjugate(self.coms[index][1]), point)
 
     def put_root(self, root: tuple[Vector, Quat]) -> None:
         """Put the root link somewhere; the base goes with it."""

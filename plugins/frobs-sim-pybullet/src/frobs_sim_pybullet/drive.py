@@ -89,8 +89,8 @@ class Drive:
         body, offset = self._robot.bones.frames[link]
         index = self._robot.links[body]
         point = (0.0, 0.0, 0.0) if body == link else compose(invert(self._robot.coms[index]), offset)[0]
-        on_link = self._robot.coms[index][0] if body == link else offset[0]
-        self._pushes.append((index, point, self._robot.twin_links[body], on_link, force, torque))
+        on_twin = self._robot.on_twin(index, self._robot.coms[index][0] if body == link else offset[0])
+        self._pushes.append((index, point, self._robot.twin_links[body], on_twin, force, torque))
 
     def stop_pushing(self) -> None:
         """Push no more."""

@@ -15,8 +15,6 @@ from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.transforms import Quat, Vector, compose
 from frobs_sim_pybullet.world import ROBOT_GROUPS, World
 
-_LARGEST_BATCH = 16384 - 1  # rays that Bullet takes at once
-
 
 class EditableWorld(World):
     """One environment that can be written to, pushed, saved and restored; see :class:`World`."""
@@ -82,18 +80,8 @@ class EditableWorld(World):
             max_range: [m]
             blind_to: The robot that is not seen; ``""``: all are.
         """
-        mask = -1
-        if blind_to:
-            mask = ~ROBOT_GROUPS[list(self.robots).index(blind_to)]
-        starts, ends = origins.tolist(), (origins + max_range * directions).tolist()
-        fractions: list[float] = []
-        for at in range(0, len(starts), _LARGEST_BATCH):
-            part = slice(at, at + _LARGEST_BATCH)
-            hits = p.rayTestBatch(
-                starts[part], ends[part], numThreads=1, collisionFilterMask=mask, physicsClientId=self.client
-            )
-            fractions += [hit[2] if hit[0] >= 0 else 1.0 for hit in hits]
-        return max_range * np.array(fractions)
+        mask = ~ROBOT_GROUPS[list(self.robots).index(blind_to)] if blind_to else -1
+        return self._rays.cast(origins, directions, max_range, mask)
 
     def push(self, target: str, force: Floats, torque: Floats) -> None:
         """Push a body or ``robot/link`` at its centre of mass during the next step, (3,) each."""

@@ -43,20 +43,13 @@ class Frames:
                 return lambda: self._read_pose(index, on_com, row)
             case "twist":
                 return lambda: self._read_twist(index, on_com, row)
-        point = offset[0]  # Bullet takes it in the link's own frame
+        point = self._robot.on_twin(index, offset[0])
         twin = self._robot.twin_links[body]
         return lambda: self._read_jacobian(twin, point, row)
 
     def _read_pose(self, index: int, offset: tuple[Vector, Quat], row: np.ndarray[Any, Any]) -> None:
-        pos, (x, y, z, w) = compose(self._com(index), offset)
+        pos, (x, y, z, w) = compose(self._robot.com(index), offset)
         row[:] = (*pos, w, x, y, z)
-
-    def _com(self, index: int) -> tuple[Vector, Quat]:
-        """Return Bullet's frame of a body: its link frame is rounded to single precision, its centre of mass is not."""
-        robot = self._robot
-        if index < 0:
-            return p.getBasePositionAndOrientation(robot.body, robot.client)  # type: ignore[no-any-return]
-        return p.getLinkState(robot.body, index, 0, 1, robot.client)[:2]  # type: ignore[no-any-return]
 
     def _read_twist(self, index: int, offset: tuple[Vector, Quat], row: np.ndarray[Any, Any]) -> None:
         robot = self._robot
@@ -64,7 +57,7 @@ class Frames:
             lin, ang = p.getBaseVelocity(robot.body, robot.client)
         else:
             lin, ang = p.getLinkState(robot.body, index, 1, 1, robot.client)[6:8]
-        x, y, z = cross(ang, rotate(self._com(index)[1], offset[0]))
+        x, y, z = cross(ang, rotate(robot.com(index)[1], offset[0]))
         row[:] = (lin[0] + x, lin[1] + y, lin[2] + z, *ang)
 
     def _read_jacobian(self, twin: int, point: Vector, row: np.ndarray[Any, Any]) -> None:

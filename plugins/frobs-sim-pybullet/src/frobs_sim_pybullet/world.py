@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.interfaces import Placement, Scene
-from frobs_core.models import home_positions
+from frobs_core.models import Pose, home_positions
 from frobs_sim_pybullet.articulation import FASTEST, Articulation
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.contacts import Side, question
@@ -18,6 +19,7 @@ from frobs_sim_pybullet.drive import Drive
 from frobs_sim_pybullet.engine import Dynamics, connect
 from frobs_sim_pybullet.frames import Frames
 from frobs_sim_pybullet.layout import Arrays
+from frobs_sim_pybullet.lidar import Collider, Rays
 from frobs_sim_pybullet.shapes import add_body, prepare
 from frobs_sim_pybullet.transforms import Vector
 
@@ -92,6 +94,7 @@ class World:
         self._drives = {name: Drive(robot, self._h, self._scene.gravity) for name, robot in self.robots.items()}
         self._driven = [(name, drive, RobotRow.of(self._row, name)) for name, drive in self._drives.items()]
         self._contacts = [question(contact, sides) for contact in self._scene.contacts.values()]
+        self._rays = Rays(client, self._colliders())
         self._free = [number for name, number in self.bodies.items() if self._scene.bodies[name].mass is not None]
         self._steps, self._broken = 0, False
         self._body_pushes: list[tuple[int, Vector, Vector]] = []
@@ -101,6 +104,18 @@ class World:
             self._put_home(name, robot)
             robot.let_overlap()
         self._fresh: int = p.saveState(client)
+
+    def _colliders(self) -> dict[Side, Collider]:
+        found: dict[Side, Collider] = {}
+        for name, number in self.bodies.items():
+            pose = partial(p.getBasePositionAndOrientation, number, self.client)
+            found[number, -1] = ((self._scene.bodies[name].geometry, Pose()),), pose
+        for name, robot in self.robots.items():
+            shapes = {link.name: link.collisions for link in self._placements[name].model.links}
+            for link, index in robot.links.items():
+                parts = tuple((shape.geometry, shape.origin) for shape in shapes[link])
+                found[robot.body, index] = parts, partial(robot.link_frame, index)
+        return found
 
     def _put_home(self, name: str, robot: Articulation) -> None:
         placement = self._placements[name]
