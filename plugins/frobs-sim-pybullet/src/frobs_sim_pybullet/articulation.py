@@ -8,6 +8,7 @@ from frobs_core.interfaces import Placement
 from frobs_core.models import JointType
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.engine import SELF_COLLISION, Dynamics, load_urdf
+from frobs_sim_pybullet.meshes import MeshFiles
 from frobs_sim_pybullet.transforms import Quat, Vector, compose, conjugate, from_pose, invert, rotate
 from frobs_sim_pybullet.urdf import VIRTUAL, principal, skeleton, write_dynamics_urdf, write_urdf
 
@@ -28,6 +29,7 @@ class Articulation:
         name: Of the robot.
         placement: What it is.
         dynamics: Where mass matrices are asked for.
+        meshes: Writes mesh files for Bullet.
         group: Collision group, a bit of its own.
 
     Attributes:
@@ -42,14 +44,16 @@ class Articulation:
         twin_links: Its number of each link.
     """
 
-    def __init__(self, client: int, name: str, placement: Placement, dynamics: Dynamics, group: int) -> None:
+    def __init__(
+        self, client: int, name: str, placement: Placement, dynamics: Dynamics, meshes: MeshFiles, group: int
+    ) -> None:
         self.client, self.name, self.placement, self.dynamics = client, name, placement, dynamics
         model, robot = placement.model, placement.robot
         self.floating = robot.base != "fixed"
         self.offset = VIRTUAL if self.floating else 0
         self.bones = skeleton(model, floating=self.floating)
         self.body = load_urdf(
-            write_urdf(model, floating=self.floating),
+            write_urdf(model, meshes, floating=self.floating),
             client,
             fixed=not self.floating,
             flags=SELF_COLLISION if robot.self_collision else 0,

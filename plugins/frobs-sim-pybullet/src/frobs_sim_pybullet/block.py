@@ -12,6 +12,7 @@ from frobs_core.interfaces import Placement, Scene
 from frobs_sim_pybullet.editing import EditableWorld
 from frobs_sim_pybullet.engine import Dynamics
 from frobs_sim_pybullet.layout import Arrays, row
+from frobs_sim_pybullet.meshes import MeshFiles
 
 
 class Block:
@@ -36,12 +37,15 @@ class Block:
         self.ids = list(ids)
         self._dynamics = Dynamics()
         self.worlds: dict[int, EditableWorld] = {}
+        meshes = MeshFiles()
         try:
             for i in self.ids:
-                self.worlds[i] = EditableWorld(robots, scene, physics_timestep, self._dynamics, row(arrays, i))
+                self.worlds[i] = EditableWorld(robots, scene, physics_timestep, self._dynamics, meshes, row(arrays, i))
         except BaseException:
             self.close()
             raise
+        finally:
+            meshes.clear()
 
     def step(self, decimation: int, rows: Mapping[str, Floats]) -> None:
         """Advance; rows are (environments of this block, decimation, dof) by robot."""

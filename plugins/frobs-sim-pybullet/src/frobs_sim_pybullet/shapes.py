@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Body
 from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
-from frobs_sim_pybullet.articulation import MARGIN
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.transforms import Vector, from_pose
 
@@ -15,11 +17,9 @@ def add_body(client: int, body: Body) -> int:
     pos, quat = from_pose(body.pose)
     number: int = p.createMultiBody(body.mass or 0.0, shape, -1, pos, quat, physicsClientId=client)
     prepare(client, number, body.friction)
-    moments = inertia(body.geometry, body.mass) if body.mass else None
-    if moments is not None:
+    if body.mass:
+        moments = inertia(body.geometry, body.mass)
         p.changeDynamics(number, -1, localInertiaDiagonal=moments, physicsClientId=client)
-    if isinstance(body.geometry, Mesh):
-        p.changeDynamics(number, -1, collisionMargin=MARGIN, physicsClientId=client)
     return number
 
 
@@ -40,8 +40,8 @@ def prepare(client: int, number: int, friction: float) -> None:
     )
 
 
-def inertia(geometry: Geometry, mass: float) -> Vector | None:
-    """Return the principal moments of a solid body [kg·m²]; None: as Bullet reckons it, from the mesh's bounding box."""
+def inertia(geometry: Geometry, mass: float) -> Vector:
+    """Return the principal moments of a solid body [kg·m²]."""
     match geometry:
         case Box((x, y, z)):
             return mass / 12 * (y * y + z * z), mass / 12 * (x * x + z * z), mass / 12 * (x * x + y * y)
@@ -55,7 +55,8 @@ def inertia(geometry: Geometry, mass: float) -> Vector | None:
             rod = mass - ball
             across = rod * (r * r / 4 + length**2 / 12) + ball * (0.4 * r * r + length**2 / 4 + 3 * length * r / 8)
             return across, across, (0.5 * rod + 0.4 * ball) * r * r
-    return None
+        case Mesh(path):
+            raise mesh_refusal(path)
 
 
 def _collision_shape(client: int, geometry: Geometry) -> int:
@@ -69,5 +70,10 @@ def _collision_shape(client: int, geometry: Geometry) -> int:
             return int(p.createCollisionShape(p.GEOM_CYLINDER, radius=radius, height=length, physicsClientId=client))
         case Capsule(radius, length):
             return int(p.createCollisionShape(p.GEOM_CAPSULE, radius=radius, height=length, physicsClientId=client))
-        case Mesh(path, scale):
-            return int(p.createCollisionShape(p.GEOM_MESH, fileName=str(path), meshScale=scale, physicsClientId=client))
+        case Mesh(path):
+            raise mesh_refusal(path)
+
+
+def mesh_refusal(path: Path) -> ConfigurationError:
+    """Return the error that refuses a mesh in a scene."""
+    return ConfigurationError(f"the mesh {path} is no shape of a scene: boxes, spheres, cylinders, capsules are.")

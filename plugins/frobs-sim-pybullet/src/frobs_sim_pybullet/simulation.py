@@ -9,16 +9,19 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
-from frobs_core.interfaces import Marker, Placement, Scene, Simulation, Snapshot
+from frobs_core.interfaces import Marker, Overlap, Placement, Scene, Simulation, Snapshot, Translation
+from frobs_core.models import RobotModel
 from frobs_sim_pybullet import layout, parameters
 from frobs_sim_pybullet.bare import BarePybullet
 from frobs_sim_pybullet.block import Block
 from frobs_sim_pybullet.body import PybulletBody
 from frobs_sim_pybullet.contacts import check_cameras, check_contacts
+from frobs_sim_pybullet.overlaps import find_overlaps
 from frobs_sim_pybullet.pool import CONTEXT, Pool, count_workers
 from frobs_sim_pybullet.rendering import Renderer, Viewer
 from frobs_sim_pybullet.robot import PybulletRobot
 from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector
+from frobs_sim_pybullet.translation import translate
 
 
 class Native(NamedTuple):
@@ -78,6 +81,11 @@ class PybulletSimulation(Simulation):
         self._viewer: Viewer | None = None
         self._closed = False
         self.reset()
+
+    @classmethod
+    def translation(cls, model: RobotModel) -> Sequence[Translation]:
+        """Say what becomes of a robot's model file."""
+        return translate(model)
 
     @property
     def native(self) -> tuple[Native, ...]:
@@ -232,6 +240,15 @@ class PybulletSimulation(Simulation):
         pose = self.bodies[frame].pose if frame in self.bodies else self.robots[robot].frame_pose(link)
         pos, (w, x, y, z) = pose[0][env].tolist(), pose[1][env].tolist()
         return tuple(pos), (x, y, z, w)
+
+    def overlaps(self, robot: str = "robot") -> Sequence[Overlap]:
+        """Return which links of a robot are in each other now, in the first environment, the deepest first.
+
+        Among them are those that are so at home, which never push each other apart.
+        """
+        if robot not in self.robots:
+            raise UnknownNameError("robot of the simulation", robot, self.robots)
+        return find_overlaps(self.placements[robot], self.robots[robot].joint_positions[0])
 
     def bare_engine(self) -> BarePybullet | None:
         """Return PyBullet without FRobs; offered for one robot on a fixed base."""

@@ -12,6 +12,8 @@ from frobs_core.models import Box, Capsule, Cylinder, Geometry, JointType, Mesh,
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.engine import load_urdf
 from frobs_sim_pybullet.layout import Arrays
+from frobs_sim_pybullet.meshes import MeshFiles
+from frobs_sim_pybullet.shapes import mesh_refusal
 from frobs_sim_pybullet.transforms import Quat, Vector, compose, invert
 from frobs_sim_pybullet.urdf import skeleton, write_urdf
 
@@ -42,16 +44,18 @@ class Stage:
         for name, body in scene.bodies.items():
             number = self._bodies[name] = self._add(body.geometry, body.rgba)
             self._number(number, -1)
+        meshes = MeshFiles()
         self._robots = {}
         for name, placement in robots.items():
             floating = placement.robot.base != "fixed"
-            text = write_urdf(placement.model, floating=floating, collisions=False, visuals=True)
+            text = write_urdf(placement.model, meshes, floating=floating, collisions=False, visuals=True)
             number = load_urdf(text, client, fixed=True, source=str(placement.model.path))
             infos = [p.getJointInfo(number, i, client) for i in range(p.getNumJoints(number, client))]
             for link in (-1, *range(len(infos))):
                 self._number(number, link)
             joints = {info[1].decode(): i for i, info in enumerate(infos)}
             self._robots[name] = number, joints, skeleton(placement.model, floating=floating).root
+        meshes.clear()
 
     def _number(self, body: int, link: int) -> None:
         self.numbers[body, link] = max(self.numbers.values(), default=0) + 1
@@ -81,8 +85,8 @@ class Stage:
                 shape = p.createVisualShape(p.GEOM_CYLINDER, radius=radius, length=length, **look)
             case Capsule(radius, length):
                 shape = p.createVisualShape(p.GEOM_CAPSULE, radius=radius, length=length, **look)
-            case Mesh(path, scale):
-                shape = p.createVisualShape(p.GEOM_MESH, fileName=str(path), meshScale=scale, **look)
+            case Mesh(path):
+                raise mesh_refusal(path)
         return int(p.createMultiBody(0.0, -1, shape, physicsClientId=self.client))
 
     def pose(self, arrays: Arrays, env: int) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -32,9 +33,11 @@ from frobs_core.models import (
     Visual,
 )
 from frobs_core.rotations import matrix_from_quat, quat_from_matrix
+from frobs_sim_pybullet.meshes import MeshFiles
 from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector, compose, from_pose, invert, rpy_from_quat
 
 _MOVING = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
+_GREY = (0.7, 0.7, 0.72, 1.0)
 _WEIGHTLESS = Inertial(0.0, Pose(), (0.0,) * 6)
 VIRTUAL = 6
 """Joints that a floating base has in the dynamics model: three slide, three turn."""
@@ -141,11 +144,14 @@ def _is_body(link: Link) -> bool:
     return link.inertial is not None or bool(link.collisions or link.visuals)
 
 
-def write_urdf(model: RobotModel, *, floating: bool, collisions: bool = True, visuals: bool = False) -> str:
+def write_urdf(
+    model: RobotModel, meshes: MeshFiles, *, floating: bool, collisions: bool = True, visuals: bool = False
+) -> str:
     """Return the URDF that Bullet simulates or draws.
 
     Args:
         model: The robot.
+        meshes: Writes the mesh files that the URDF names.
         floating: Whether the base moves.
         collisions: With what collides.
         visuals: With what is drawn: the visuals, or for a link without any its collision shapes.
@@ -156,9 +162,9 @@ def write_urdf(model: RobotModel, *, floating: bool, collisions: bool = True, vi
         link = links[name]
         lines += [f"<link name={quoteattr(name)}>", _inertial(link.inertial or _WEIGHTLESS)]
         if collisions:
-            lines += [_shape("collision", shape, None) for shape in link.collisions]
+            lines += [_collision(shape, meshes) for shape in link.collisions]
         if visuals:
-            lines += [_shape("visual", shape, _rgba(shape)) for shape in link.visuals or link.collisions]
+            lines += [visual for shape in link.visuals or link.collisions for visual in _visuals(shape, meshes)]
         lines.append("</link>")
     lines += [_joint(*joint) for joint in bones.joints]
     return "\n".join([*lines, "</robot>"])
@@ -235,15 +241,29 @@ def _joint(joint: Joint, parent: str, origin: tuple[Vector, Quat]) -> str:
     )
 
 
-def _shape(tag: str, shape: Visual | Collision, rgba: tuple[float, ...] | None) -> str:
-    material = "" if rgba is None else f'<material name="{_numbers(rgba)}"><color rgba="{_numbers(rgba)}"/></material>'
-    return (
-        f"<{tag}>{_origin(from_pose(shape.origin))}<geometry>{_geometry(shape.geometry)}</geometry>{material}</{tag}>"
-    )
+def _collision(shape: Collision, meshes: MeshFiles) -> str:
+    geometry = shape.geometry
+    inner = _mesh(meshes.hull(geometry)) if isinstance(geometry, Mesh) else _geometry(geometry)
+    return f"<collision>{_origin(from_pose(shape.origin))}<geometry>{inner}</geometry></collision>"
 
 
-def _rgba(shape: Visual | Collision) -> tuple[float, ...]:
-    return getattr(shape, "rgba", None) or (0.7, 0.7, 0.72, 1.0)
+def _visuals(shape: Visual | Collision, meshes: MeshFiles) -> list[str]:
+    """Return the <visual> elements of a shape: one, or for a mesh one for each of its colours."""
+    geometry, rgba = shape.geometry, getattr(shape, "rgba", None) or _GREY
+    if isinstance(geometry, Mesh):
+        parts = [(_mesh(path), own or rgba) for path, own in meshes.drawn(geometry)]
+    else:
+        parts = [(_geometry(geometry), rgba)]
+    origin = _origin(from_pose(shape.origin))
+    return [
+        f'<visual>{origin}<geometry>{inner}</geometry><material name="{_numbers(colour)}">'
+        f'<color rgba="{_numbers(colour)}"/></material></visual>'
+        for inner, colour in parts
+    ]
+
+
+def _mesh(path: Path) -> str:
+    return f"<mesh filename={quoteattr(str(path))}/>"
 
 
 def _geometry(geometry: Geometry) -> str:
@@ -256,8 +276,7 @@ def _geometry(geometry: Geometry) -> str:
             return f'<cylinder radius="{float(radius)!r}" length="{float(length)!r}"/>'
         case Capsule(radius, length):
             return f'<capsule radius="{float(radius)!r}" length="{float(length)!r}"/>'
-        case Mesh(path, scale):
-            return f'<mesh filename={quoteattr(str(path))} scale="{_numbers(scale)}"/>'
+    raise TypeError(f"{geometry} is no shape that is written as such")
 
 
 def _origin(transform: tuple[Vector, Quat]) -> str:

@@ -20,6 +20,7 @@ from frobs_sim_pybullet.engine import Dynamics, connect
 from frobs_sim_pybullet.frames import Frames
 from frobs_sim_pybullet.layout import Arrays
 from frobs_sim_pybullet.lidar import Collider, Rays
+from frobs_sim_pybullet.meshes import MeshFiles
 from frobs_sim_pybullet.shapes import add_body, prepare
 from frobs_sim_pybullet.transforms import Vector
 
@@ -50,14 +51,21 @@ class World:
         scene: Everything else.
         physics_timestep: [s]
         dynamics: Where mass matrices are asked for.
+        meshes: Writes mesh files for Bullet.
         row: This environment's row of the arrays that it shares with the simulation.
     """
 
     def __init__(
-        self, robots: Mapping[str, Placement], scene: Scene, physics_timestep: float, dynamics: Dynamics, row: Arrays
+        self,
+        robots: Mapping[str, Placement],
+        scene: Scene,
+        physics_timestep: float,
+        dynamics: Dynamics,
+        meshes: MeshFiles,
+        row: Arrays,
     ) -> None:
         self._placements, self._scene, self._h = robots, scene, physics_timestep
-        self._dynamics, self._row = dynamics, row
+        self._dynamics, self._meshes, self._row = dynamics, meshes, row
         self._time = row["time"]
         self._watched: dict[str, Callable[[], None]] = {}
         self._still: set[str] = set()
@@ -83,7 +91,7 @@ class World:
         sides.update({name: (number, -1) for name, number in self.bodies.items() if self._scene.bodies[name].collides})
         self.robots: dict[str, Articulation] = {}
         for (name, placement), group in zip(self._placements.items(), ROBOT_GROUPS, strict=False):
-            robot = self.robots[name] = Articulation(client, name, placement, self._dynamics, group)
+            robot = self.robots[name] = Articulation(client, name, placement, self._dynamics, self._meshes, group)
             sides[name] = robot.body, -2
             sides.update({f"{name}/{link}": (robot.body, index) for link, index in robot.links.items()})
             robot.place()
@@ -127,6 +135,7 @@ class World:
         if self._broken:
             self.close()  # what numbers that are none have done to Bullet's data, nobody knows
             self._build()
+            self._meshes.clear()
             for channel in list(self._watched):
                 self._watched[channel] = self._reader(channel)
             self._sort_readers()
