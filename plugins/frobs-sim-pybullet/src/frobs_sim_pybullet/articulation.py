@@ -64,6 +64,8 @@ class Articulation:
             info = p.getJointInfo(self.body, index, client)
             self.links[info[12].decode()] = indices[info[1].decode()] = index
         self._masses: dict[str, float] = {}
+        self._stale = False
+        self._own_dynamics: Dynamics | None = None
         self.twin = dynamics.load(self._twin_text())
         twin = [
             p.getJointInfo(self.twin, i, dynamics.client) for i in range(p.getNumJoints(self.twin, dynamics.client))
@@ -185,8 +187,22 @@ class Articulation:
             self.body, self.links[link], mass=mass, localInertiaDiagonal=moments, physicsClientId=self.client
         )
         self._masses[link] = mass
-        self.dynamics.release(self.twin)
-        self.twin = self.dynamics.load(self._twin_text())
+        self._stale = True
+
+    def refresh(self) -> None:
+        """Let the twin know of masses that were written: it then has a server of its own."""
+        if self._stale:
+            if self._own_dynamics is None:
+                self.dynamics = self._own_dynamics = Dynamics()
+            self.dynamics.clear()
+            self.twin = self.dynamics.load(self._twin_text())
+            self._stale = False
+
+    def close(self) -> None:
+        """Disconnect from the twin's own server, if it has one."""
+        if self._own_dynamics is not None:
+            self._own_dynamics.close()
+            self._own_dynamics = None
 
     def overlaps(self) -> dict[tuple[str, str], float]:
         """Return how deep links are in each other now [m], of those that may touch."""

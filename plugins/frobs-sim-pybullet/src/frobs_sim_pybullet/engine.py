@@ -6,7 +6,7 @@ import os
 import tempfile
 
 from frobs_core.errors import ModelFileError, SimulationError
-from frobs_sim_pybullet.bullet import pybullet
+from frobs_sim_pybullet.bullet import pybullet, quiet
 from frobs_sim_pybullet.transforms import Vector
 
 _FLAGS = pybullet.URDF_USE_INERTIA_FROM_FILE
@@ -63,23 +63,25 @@ class Dynamics:
         self.client = connect()
         self._gravity: Vector | None = None
         self._bodies: dict[str, int] = {}
-        self._users: dict[int, int] = {}
 
     def load(self, text: str) -> int:
         """Return the body of a URDF; two robots that are alike share one."""
-        body = self._bodies.get(text)
-        if body is None:
+        if text not in self._bodies:
             body = self._bodies[text] = load_urdf(text, self.client, fixed=True)
-        self._users[body] = self._users.get(body, 0) + 1
-        return body
+            joints = [
+                pybullet.getJointInfo(body, i, self.client) for i in range(pybullet.getNumJoints(body, self.client))
+            ]
+            moving = sum(joint[2] != pybullet.JOINT_FIXED for joint in joints)
+            if moving:
+                with quiet():  # it builds its model now, and remarks on axes whose length is 1 but for the last bit
+                    pybullet.calculateMassMatrix(body, [0.0] * moving, 0, self.client)
+        return self._bodies[text]
 
-    def release(self, body: int) -> None:
-        """Forget a body that nobody else uses."""
-        self._users[body] -= 1
-        if not self._users[body]:
-            del self._users[body]
-            self._bodies = {text: other for text, other in self._bodies.items() if other != body}
-            pybullet.removeBody(body, self.client)
+    def clear(self) -> None:
+        """Forget all bodies. Bullet keeps what it knows of a single body that is removed, and mistakes later ones for it."""
+        pybullet.resetSimulation(physicsClientId=self.client)
+        self._bodies.clear()
+        self._gravity = None
 
     def set_gravity(self, gravity: Vector) -> None:
         """Set the gravity of the next questions, in the base's axes [m/s²]."""

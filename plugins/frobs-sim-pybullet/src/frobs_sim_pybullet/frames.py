@@ -65,6 +65,7 @@ class Frames:
         row[:] = 0.0
         if twin < 0 or not robot.joints:
             return
+        robot.refresh()
         q = self._drive.positions()
         zeros = [0.0] * len(q)
         linear, angular = p.calculateJacobian(robot.twin, twin, point, q, zeros, zeros, robot.dynamics.client)

@@ -197,11 +197,7 @@ def write_dynamics_urdf(model: RobotModel, masses: Mapping[str, float], *, float
         inertial = links[name].inertial or _WEIGHTLESS
         if name == bones.bodies[0] and not floating:
             inertial = _WEIGHTLESS  # a fixed base weighs nothing in motion, and Bullet refers all to its centre of mass
-        if name in masses and inertial.mass > 0.0:
-            scale = masses[name] / inertial.mass
-            moments = tuple(scale * moment for moment in inertial.inertia)
-            inertial = Inertial(masses[name], inertial.origin, moments)  # type: ignore[arg-type]
-        lines += [f"<link name={quoteattr(name)}>", _inertial(inertial), "</link>"]
+        lines += [f"<link name={quoteattr(name)}>", _inertial(inertial, masses.get(name)), "</link>"]
     lines += [_joint(*joint) for joint in bones.joints]
     return "\n".join([*lines, "</robot>"])
 
@@ -218,10 +214,12 @@ def principal(inertial: Inertial) -> tuple[Vector, Quat, Vector]:
     return pos, (x, y, z, w), tuple(moments.tolist())
 
 
-def _inertial(inertial: Inertial) -> str:
-    pos, quat, (ixx, iyy, izz) = principal(inertial)
+def _inertial(inertial: Inertial, mass: float | None = None) -> str:
+    pos, quat, moments = principal(inertial)
+    share = mass / inertial.mass if mass is not None and inertial.mass > 0.0 else 1.0
+    ixx, iyy, izz = (share * moment for moment in moments)
     return (
-        f'<inertial>{_origin((pos, quat))}<mass value="{inertial.mass!r}"/>'
+        f'<inertial>{_origin((pos, quat))}<mass value="{share * inertial.mass!r}"/>'
         f'<inertia ixx="{ixx!r}" ixy="0" ixz="0" iyy="{iyy!r}" iyz="0" izz="{izz!r}"/></inertial>'
     )
 

@@ -89,3 +89,5 @@ def work(
                 raise
             except Exception as error:
                 pipe.send(Failure.of(error))
+    if block is not None:
+        block.close()

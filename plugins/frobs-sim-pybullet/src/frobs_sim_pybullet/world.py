@@ -161,6 +161,7 @@ class World:
             return
         client, drives = self.client, []
         for name, drive, own in self._driven:
+            self.robots[name].refresh()
             drive.set_gains(own.gains)
             given = rows.get(name) if rows else None
             drives.append((drive, [own.command.tolist()] * decimation if given is None else given.tolist()))
@@ -281,5 +282,5 @@ class World:
     def close(self) -> None:
         """Disconnect."""
         for robot in self.robots.values():
-            self._dynamics.release(robot.twin)
+            robot.close()
         p.disconnect(self.client)
