@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -94,6 +95,33 @@ def test_a_tilted_arm_and_one_that_is_pushed_move_as_in_mujoco() -> None:
         motions.append(np.concatenate([arm.joint_positions[0], *(array[0] for array in arm.frame_pose("tcp"))]))
         sim.close()
     assert np.abs(motions[0] - motions[1]).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("name", "target", "change"),
+    [
+        ("mass", "robot/link_3", lambda value: 1.7 * value),
+        ("mass", "robot/base_link", lambda value: 1.7 * value),
+        ("gravity", "", lambda value: value + np.array([1.0, 2.0, 5.0])),
+        ("joint_damping", "robot", lambda value: value + 2.0),
+        ("stiffness", "robot", lambda value: 0.6 * value),
+        ("damping", "robot", lambda value: 0.6 * value),
+    ],
+    ids=lambda value: value.replace("/", " ") if isinstance(value, str) else "",
+)
+def test_a_parameter_changes_the_motion_as_in_mujoco(
+    name: str, target: str, change: Callable[[Floats], Floats]
+) -> None:
+    motions = []
+    for cls in ENGINES:
+        sim = build(cls, IRB120, with_joints(_MODEL))
+        arm = sim.robots["robot"]
+        sim.write_parameter(name, target, change(sim.parameter(name, target)))
+        arm.command(arm.home + 0.2)
+        sim.step(50)
+        motions.append(arm.joint_positions[0].copy())
+        sim.close()
+    assert np.abs(motions[0] - motions[1]).max() < 1e-9
 
 
 def test_kinematics_and_jacobians_are_pinocchios(tmp_path: Path) -> None:

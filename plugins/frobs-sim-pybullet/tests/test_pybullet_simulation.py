@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import sys
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -7,8 +9,8 @@ import pybullet
 import pytest
 from robots import place
 
-from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
-from frobs_core.interfaces import Body, Camera, CommandMode, Contact, Scene
+from frobs_core.errors import ConfigurationError, RenderingUnavailableError, SimulationError, UnknownNameError
+from frobs_core.interfaces import Body, Camera, CommandMode, Contact, Marker, Scene
 from frobs_core.models import Box, Pose, Sphere
 from frobs_sim_pybullet.simulation import PybulletSimulation
 
@@ -379,6 +381,37 @@ def test_pictures_show_what_is_there(tmp_path: Path) -> None:
         sim.render(camera="fornt")
     sim.close()
     sim.close()
+
+
+def test_a_window_without_a_display_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    with pytest.raises(RenderingUnavailableError, match="no display"):
+        simulate(tmp_path, "arm", num_envs=1).open_viewer()
+
+
+def test_depth_is_in_metres_and_markers_are_drawn(tmp_path: Path) -> None:
+    camera = Camera(pos=(3.0, 0.0, 1.0), target=(0.0, 0.0, 1.0))
+    wall = Body(geometry=Box((0.2, 4.0, 4.0)), pose=Pose((0.0, 0.0, 2.0)), rgba=(0.0, 0.0, 1.0, 1.0))
+    sim = simulate(tmp_path, "arm", num_envs=1, scene=Scene(bodies={"wall": wall}, cameras={"c": camera}, floor=False))
+    sim.reset()
+    depth = sim.render(size=(40, 40), modality="depth")
+    assert depth[0, 20, 20, 0] == pytest.approx(2.9, abs=0.01)
+    markers = [Marker(np.array([[1.0, 0.0, 1.0]]), 0.2, (1.0, 0.0, 0.0, 1.0))]
+    red, green, blue = (sim.render(size=(40, 40), markers=markers)[0, 20, 20] / 255.0).tolist()
+    assert red > 0.3 > max(green, blue)
+    red, green, blue = (sim.render(size=(40, 40))[0, 20, 20] / 255.0).tolist()
+    assert blue > 0.3 > max(red, green)
+    segments = sim.render(size=(40, 40), modality="segmentation")[0, :, :, 0]
+    assert segments[20, 20] > 0
+    assert len(np.unique(segments)) == 1 or -1 in segments
+
+
+def test_a_python_without_a_wheel_is_told_which_has_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pybullet", None)
+    monkeypatch.delitem(sys.modules, "frobs_sim_pybullet.bullet")
+    monkeypatch.setattr(sys, "version_info", (3, 13, 0, "final", 0))
+    with pytest.raises(ImportError, match=r"no wheel for Python 3\.13: use Python 3\.11"):
+        import_module("frobs_sim_pybullet.bullet")
 
 
 def test_a_contradictory_scene_is_refused(tmp_path: Path) -> None:

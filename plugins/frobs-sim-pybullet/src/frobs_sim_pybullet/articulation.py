@@ -179,6 +179,8 @@ class Articulation:
 
     def write_mass(self, link: str, mass: float) -> None:
         """Change a link's mass [kg], and its inertia in the same ratio."""
+        if self.links[link] < 0 and not self.floating:
+            return  # what does not move has no use for it, and Bullet would let it fall
         inertial = next(other.inertial for other in self.placement.model.links if other.name == link)
         assert inertial is not None
         # From the model's inertia, so that it does not matter what was written before.

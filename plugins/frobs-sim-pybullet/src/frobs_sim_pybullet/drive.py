@@ -32,7 +32,7 @@ class Drive:
         self._lead = [0.0] * articulation.offset
         self._zeros = [0.0] * self._size
         self._limits = self._spread([joint.limits.effort for joint in articulation.placement.model.actuated_joints])
-        self._armature = [float(getattr(joint, "armature", 0.0)) for joint in articulation.moving]
+        self._armature = [joint.armature for joint in articulation.moving]
         self._passive = [joint.damping for joint in articulation.moving]  # of followers; the others have parameters
         self._law = self._choose_law([joint.friction for joint in articulation.moving])
         self._states: Sequence[tuple[float, ...]] | None = None

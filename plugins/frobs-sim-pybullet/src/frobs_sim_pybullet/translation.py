@@ -40,7 +40,7 @@ _URDF: Mapping[str, tuple[Treatment, str]] = {
 }
 _MJCF: Mapping[str, tuple[Treatment, str]] = {
     "joint_springs": (_DROPPED, "the drives hold the joints"),
-    "armatures": (_DROPPED, "not read from the file"),
+    "armatures": (_KEPT, "default drive gains leave them out"),
     "visual_shapes": (_DROPPED, "only a URDF's shapes are read"),
     "visual_meshes": (_DROPPED, "only a URDF's shapes are read"),
     "collision_shapes": (_DROPPED, "only a URDF's shapes are read: the robot touches nothing"),
