@@ -232,6 +232,7 @@ class _MjcfReader:
             limits=JointLimits(lower * scale, upper * scale, effort=effort),
             damping=joint.numbers("damping", default="0")[0],
             friction=joint.number("frictionloss", "0"),
+            armature=joint.number("armature", "0"),
         )
 
     def _range(self, element: Element, attribute: str, flag: str) -> tuple[float, float]:

@@ -214,6 +214,7 @@ class Joint:
         limits: Of its motion.
         damping: [N·m·s/rad or N·s/m]
         friction: [N·m or N]
+        armature: Inertia of the motor behind its gear [kg·m² or kg].
         mimic: What it follows; None: nothing.
     """
 
@@ -226,6 +227,7 @@ class Joint:
     limits: JointLimits = field(default_factory=JointLimits)
     damping: float = 0.0
     friction: float = 0.0
+    armature: float = 0.0
     mimic: Mimic | None = None
 
 

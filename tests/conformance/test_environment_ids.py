@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from importlib.util import find_spec
 from typing import Any
 
 from frobs_core import registry
@@ -11,6 +12,9 @@ from frobs_core.registry import COMPOSITIONAL_ID
 from frobs_core.testing import Check, check_env, pytest_checks
 
 BATCHES = ("same_step_equals_single", "snapshot_continues", "threads_agree", "spaces_hold")
+ON_PYBULLET = ("spaces_hold", "same_seed_repeats", "reset_forgets_history", "snapshot_continues", "render_draws")
+WORKERS = ("same_step_equals_single", "threads_agree", "randomized_equals_single")
+"""Those that start worker processes on PyBullet, each for a few seconds: for one ID only."""
 
 
 def named(prefix: str, id: str, only: tuple[str, ...] = (), **keywords: Any) -> Iterator[Check]:
@@ -29,8 +33,17 @@ def standing_in(robot: str) -> dict[str, str]:
     return {} if robot else {"robot": "irb120"}
 
 
+def on_pybullet(id: str, robot: str) -> Iterator[Check]:
+    if find_spec("pybullet") is not None:  # which has no wheel for a Python above 3.11
+        checks = (*ON_PYBULLET, *WORKERS) if id == "frobs/Irb120Reach-v0" else ON_PYBULLET
+        yield from named(f"pybullet-{id}", id, checks, simulator="pybullet", **standing_in(robot))
+
+
 test_environment = pytest_checks(
     check for id, (_, record) in registry.environments().items() for check in named(id, id, **standing_in(record.robot))
+)
+test_on_pybullet = pytest_checks(
+    check for id, (_, record) in registry.environments().items() for check in on_pybullet(id, record.robot)
 )
 test_composed_with_discrete_actions = pytest_checks(composed("discrete"))
 test_composed_with_tool_actions = pytest_checks(composed("tcp_delta_pose", *BATCHES))

@@ -1,0 +1,225 @@
+"""One robot in one environment: Bullet's body, without anything that Bullet adds to the robot's own mechanics."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+from frobs_core.interfaces import Placement
+from frobs_core.models import JointType
+from frobs_sim_pybullet.bullet import pybullet as p
+from frobs_sim_pybullet.engine import SELF_COLLISION, Dynamics, load_urdf
+from frobs_sim_pybullet.meshes import MeshFiles
+from frobs_sim_pybullet.transforms import Quat, Vector, compose, conjugate, from_pose, invert, rotate
+from frobs_sim_pybullet.urdf import VIRTUAL, principal, skeleton, write_dynamics_urdf, write_urdf
+
+FASTEST = 1e6
+"""[rad/s or m/s] beyond which an environment has diverged."""
+
+MARGIN = 1e-4
+"""[m] by which Bullet rounds meshes; without any its rays miss them."""
+
+_STATIC = 2  # Bullet's collision group of what stands still
+
+
+class Articulation:
+    """A robot's body in a simulated world, and its twin without shapes that knows mass matrices.
+
+    Args:
+        client: Of the simulated world.
+        name: Of the robot.
+        placement: What it is.
+        dynamics: Where mass matrices are asked for.
+        meshes: Writes mesh files for Bullet.
+        group: Collision group, a bit of its own.
+
+    Attributes:
+        body: Bullet's number of it.
+        links: Bullet's number of each link that is a body; −1 is the base.
+        joints: Bullet's number of each joint that moves, in the order of the mass matrix.
+        slots: Where each actuated joint, in the file's order, is among them.
+        in_order: Whether that is the order of all of them.
+        mimics: (follower, leader) among them, with what the model says of it.
+        offset: Columns of the mass matrix that are the base's.
+        twin: Number of the body without shapes.
+        twin_links: Its number of each link.
+    """
+
+    def __init__(
+        self, client: int, name: str, placement: Placement, dynamics: Dynamics, meshes: MeshFiles, group: int
+    ) -> None:
+        self.client, self.name, self.placement, self.dynamics = client, name, placement, dynamics
+        model, robot = placement.model, placement.robot
+        self.floating = robot.base != "fixed"
+        self.offset = VIRTUAL if self.floating else 0
+        self.bones = skeleton(model, floating=self.floating)
+        self.body = load_urdf(
+            write_urdf(model, meshes, floating=self.floating),
+            client,
+            fixed=not self.floating,
+            flags=SELF_COLLISION if robot.self_collision else 0,
+            source=str(model.path),
+        )
+        self.links, indices = {self.bones.bodies[0]: -1}, {}
+        for index in range(p.getNumJoints(self.body, client)):
+            info = p.getJointInfo(self.body, index, client)
+            self.links[info[12].decode()] = indices[info[1].decode()] = index
+        self._masses: dict[str, float] = {}
+        self._stale = False
+        self._own_dynamics: Dynamics | None = None
+        self.twin = dynamics.load(self._twin_text())
+        twin = [
+            p.getJointInfo(self.twin, i, dynamics.client) for i in range(p.getNumJoints(self.twin, dynamics.client))
+        ]
+        self.twin_links = {info[12].decode(): i for i, info in enumerate(twin)}
+        self.twin_links.setdefault(self.bones.bodies[0], -1)
+        by_name = {joint.name: joint for joint in model.joints}
+        names = [info[1].decode() for info in twin if info[2] != p.JOINT_FIXED][self.offset :]
+        self.moving = [by_name[joint] for joint in names]
+        self.joints = [indices[joint] for joint in names]
+        self.slots = [names.index(joint) for joint in model.joint_names]
+        self.in_order = self.slots == list(range(len(names)))
+        self.mimics = [
+            (names.index(joint.name), names.index(joint.mimic.joint), joint.mimic)
+            for joint in model.joints
+            if joint.mimic is not None and joint.type is not JointType.FIXED
+        ]
+        self.coms: dict[int, tuple[Vector, Quat]] = {}  # Bullet's frame of a link is its centre of mass
+        for index in self.links.values():
+            self.coms[index] = p.getDynamicsInfo(self.body, index, client)[3:5]
+        self.com_backs = {index: invert(com) for index, com in self.coms.items()}
+        self._prepare(group)
+
+    def _twin_text(self) -> str:
+        return write_dynamics_urdf(self.placement.model, self._masses, floating=self.floating)
+
+    def _prepare(self, group: int) -> None:
+        client = self.client
+        for link in self.links.values():
+            p.changeDynamics(
+                self.body,
+                link,
+                linearDamping=0.0,
+                angularDamping=0.0,
+                jointDamping=0.0,
+                lateralFriction=1.0,
+                rollingFriction=0.0,
+                spinningFriction=0.0,
+                restitution=0.0,
+                collisionMargin=MARGIN,
+                maxJointVelocity=2.0 * FASTEST,
+                activationState=p.ACTIVATION_STATE_DISABLE_SLEEPING,
+                physicsClientId=client,
+            )
+            stands = link < 0 and not self.floating
+            p.setCollisionFilterGroupMask(self.body, link, group, ~_STATIC if stands else -1, physicsClientId=client)
+        for joint in self.joints:
+            p.setJointMotorControl2(self.body, joint, p.VELOCITY_CONTROL, force=0.0, physicsClientId=client)
+        for follower, leader, mimic in self.mimics:  # the drive law moves followers too; this holds them in contact
+            ends = (self.body, self.joints[follower], self.body, self.joints[leader])
+            gear = p.createConstraint(*ends, p.JOINT_GEAR, [0, 1, 0], [0, 0, 0], [0, 0, 0], physicsClientId=client)
+            p.changeConstraint(
+                gear,
+                gearRatio=-mimic.multiplier,
+                relativePositionTarget=mimic.offset,
+                erp=0.2,
+                maxForce=1e4,
+                physicsClientId=client,
+            )
+        if self.placement.robot.self_collision:
+            self._part_neighbours()
+
+    def _part_neighbours(self) -> None:
+        """Let links pass through each other that one joint connects, or none."""
+        welds, neighbours = self.bones.welds, set()
+        for joint, parent, _ in self.bones.joints:
+            neighbours.add(frozenset((welds[parent], welds[joint.child])))
+        for first, second in combinations(self.bones.bodies, 2):
+            pair = frozenset((welds[first], welds[second]))
+            if len(pair) == 1 or pair in neighbours:
+                ends = self.links[first], self.links[second]
+                p.setCollisionFilterPair(self.body, self.body, *ends, 0, physicsClientId=self.client)
+
+    def base(self) -> tuple[Vector, Quat]:
+        """Return where the base's link frame is."""
+        return compose(p.getBasePositionAndOrientation(self.body, self.client), self.com_backs[-1])
+
+    def com(self, index: int) -> tuple[Vector, Quat]:
+        """Return Bullet's frame of a link: its link frame is rounded to single precision, its centre of mass is not."""
+        if index < 0:
+            return p.getBasePositionAndOrientation(self.body, self.client)  # type: ignore[no-any-return]
+        return p.getLinkState(self.body, index, 0, 1, self.client)[:2]  # type: ignore[no-any-return]
+
+    def link_frame(self, index: int) -> tuple[Vector, Quat]:
+        """Return where a link's own frame is."""
+        return compose(self.com(index), self.com_backs[index])
+
+    def on_twin(self, index: int, point: Vector) -> Vector:
+        """Return a point of a link as Bullet's Jacobian wants it: from the link's origin, along the principal axes."""
+        return rotate(conjugate(self.coms[index][1]), point)
+
+    def put_root(self, root: tuple[Vector, Quat]) -> None:
+        """Put the root link somewhere; the base goes with it."""
+        base = compose(root, invert(self.bones.root))
+        p.resetBasePositionAndOrientation(self.body, *compose(base, self.coms[-1]), self.client)
+
+    def place(self) -> None:
+        """Put the root where the scene has it."""
+        self.put_root(from_pose(self.placement.pose))
+
+    def write_joints(self, positions: list[float], velocities: list[float]) -> None:
+        """Put the joints somewhere; the arguments are in the file's order."""
+        full: list[tuple[float, float]] = [(0.0, 0.0)] * len(self.joints)
+        for slot, q, v in zip(self.slots, positions, velocities, strict=True):
+            full[slot] = q, v
+        for follower, leader, mimic in self.mimics:
+            q, v = full[leader]
+            full[follower] = mimic.multiplier * q + mimic.offset, mimic.multiplier * v
+        for joint, (q, v) in zip(self.joints, full, strict=True):
+            p.resetJointState(self.body, joint, q, v, self.client)
+
+    def write_mass(self, link: str, mass: float) -> None:
+        """Change a link's mass [kg], and its inertia in the same ratio."""
+        if self.links[link] < 0 and not self.floating:
+            return  # what does not move has no use for it, and Bullet would let it fall
+        inertial = next(other.inertial for other in self.placement.model.links if other.name == link)
+        assert inertial is not None
+        # From the model's inertia, so that it does not matter what was written before.
+        moments = [moment * mass / inertial.mass for moment in principal(inertial)[2]]
+        p.changeDynamics(
+            self.body, self.links[link], mass=mass, localInertiaDiagonal=moments, physicsClientId=self.client
+        )
+        self._masses[link] = mass
+        self._stale = True
+
+    def refresh(self) -> None:
+        """Let the twin know of masses that were written: it then has a server of its own."""
+        if self._stale:
+            if self._own_dynamics is None:
+                self.dynamics = self._own_dynamics = Dynamics()
+            self.dynamics.clear()
+            self.twin = self.dynamics.load(self._twin_text())
+            self._stale = False
+
+    def close(self) -> None:
+        """Disconnect from the twin's own server, if it has one."""
+        if self._own_dynamics is not None:
+            self._own_dynamics.close()
+            self._own_dynamics = None
+
+    def overlaps(self) -> dict[tuple[str, str], float]:
+        """Return how deep links are in each other now [m], of those that may touch."""
+        p.performCollisionDetection(self.client)
+        names = {index: name for name, index in self.links.items()}
+        depths: dict[tuple[str, str], float] = {}
+        for point in p.getContactPoints(self.body, self.body, physicsClientId=self.client):
+            if point[8] < 0.0:
+                pair = names[min(point[3:5])], names[max(point[3:5])]
+                depths[pair] = max(-point[8], depths.get(pair, 0.0))
+        return depths
+
+    def let_overlap(self) -> None:
+        """Let links pass that are in each other now: a robot that begins with them cannot be controlled."""
+        if self.placement.robot.self_collision:
+            for first, second in self.overlaps():
+                ends = self.links[first], self.links[second]
+                p.setCollisionFilterPair(self.body, self.body, *ends, 0, physicsClientId=self.client)

@@ -1,0 +1,76 @@
+"""PyBullet without FRobs, to compare with."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from frobs_core.interfaces import Snapshot
+from frobs_sim_pybullet.block import Block
+from frobs_sim_pybullet.bullet import pybullet as p
+from frobs_sim_pybullet.law import solver
+
+if TYPE_CHECKING:
+    from frobs_sim_pybullet.simulation import PybulletSimulation
+
+
+class BarePybullet:
+    """What a user of PyBullet would write: one arm, its joints commanded, the drive law in the tightest loop.
+
+    Args:
+        simulation: One that :meth:`knows` accepts.
+    """
+
+    @staticmethod
+    def knows(simulation: PybulletSimulation) -> bool:
+        """Whether the simulation is one arm on a fixed base whose joints follow nothing and do not rub."""
+        placements = list(simulation.placements.values())
+        joints = [joint for placement in placements for joint in placement.model.joints]
+        plain = not any(joint.mimic or joint.friction for joint in joints)
+        return len(placements) == 1 and placements[0].robot.base == "fixed" and plain
+
+    def __init__(self, simulation: PybulletSimulation) -> None:
+        placements, name = dict(simulation.placements), next(iter(simulation.placements))
+        arrays = {key: value[:1].copy() for key, value in simulation.arrays.items()}
+        self._block = Block(placements, simulation.scene, simulation.physics_timestep, arrays, [0])
+        self._world = self._block.worlds[0]
+        self._robot = self._world.robots[name]
+        self._count = simulation.num_envs
+        self._h = simulation.physics_timestep
+        self._limits = [float(limit) for limit in simulation.robots[name].effort_limit[0]]
+        self._name = name
+        self._robot.dynamics.set_gravity(simulation.scene.gravity)
+
+    def load(self, snapshot: Snapshot) -> None:
+        """Take the state and the controls of the first environment of a snapshot."""
+        gains = snapshot[f"robots/{self._name}/gains"][0].tolist()
+        self._controls = [snapshot[f"robots/{self._name}/command"][0].tolist(), *gains]
+        self._world.load(snapshot["bullet"][0], int(snapshot["bullet_bytes"][0]), 0, False)
+
+    def step(self, decimation: int) -> None:
+        """Advance by ``decimation`` physics steps, one environment after another."""
+        robot, h = self._robot, self._h
+        body, joints, client = robot.body, robot.joints, robot.client
+        twin, dynamics, zeros = robot.twin, robot.dynamics.client, [0.0] * len(robot.joints)
+        solve, torque = solver(len(joints)), p.TORQUE_CONTROL
+        command, stiffness, dampings, passive = self._controls
+        rows = list(zip(command, stiffness, dampings, self._limits, passive, strict=True))
+        for _ in range(decimation * self._count):
+            states = p.getJointStates(body, joints, client)
+            q, v = [state[0] for state in states], [state[1] for state in states]
+            mass = p.calculateMassMatrix(twin, q, 0, dynamics)
+            bias = p.calculateInverseDynamics(twin, q, v, zeros, 0, dynamics)
+            right, diagonal, efforts = [], [], []
+            for (c, kp, kd, limit, damping), x, y, b in zip(rows, q, v, bias, strict=True):
+                effort = c - kp * x - kd * y
+                if effort >= limit:
+                    effort, kd = limit, 0.0
+                elif effort <= -limit:
+                    effort, kd = -limit, 0.0
+                effort -= damping * y
+                efforts.append(effort)
+                right.append(effort - b)
+                diagonal.append(h * (kd + damping))
+            accelerations = solve(mass, diagonal, right)
+            forces = [e - d * a for e, d, a in zip(efforts, diagonal, accelerations, strict=True)]
+            p.setJointMotorControlArray(body, joints, torque, forces=forces, physicsClientId=client)
+            p.stepSimulation(client)

@@ -1,0 +1,78 @@
+"""Some of the environments, in one process."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.interfaces import Placement, Scene
+from frobs_sim_pybullet.editing import EditableWorld
+from frobs_sim_pybullet.engine import Dynamics
+from frobs_sim_pybullet.layout import Arrays, row
+from frobs_sim_pybullet.meshes import MeshFiles
+
+
+class Block:
+    """Some of the environments, in this process.
+
+    Args:
+        robots: By name.
+        scene: Everything else.
+        physics_timestep: [s]
+        arrays: Of all environments.
+        ids: Which of them are here.
+    """
+
+    def __init__(
+        self,
+        robots: Mapping[str, Placement],
+        scene: Scene,
+        physics_timestep: float,
+        arrays: Arrays,
+        ids: Sequence[int],
+    ) -> None:
+        self.ids = list(ids)
+        self._dynamics = Dynamics()
+        self.worlds: dict[int, EditableWorld] = {}
+        meshes = MeshFiles()
+        try:
+            for i in self.ids:
+                self.worlds[i] = EditableWorld(robots, scene, physics_timestep, self._dynamics, meshes, row(arrays, i))
+        except BaseException:
+            self.close()
+            raise
+        finally:
+            meshes.clear()
+
+    def step(self, decimation: int, rows: Mapping[str, Floats]) -> None:
+        """Advance; rows are (environments of this block, decimation, dof) by robot."""
+        for n, world in enumerate(self.worlds.values()):
+            world.step(decimation, {name: row[n] for name, row in rows.items()} if rows else {})
+
+    def call(self, method: str, ids: Sequence[int], arguments: Sequence[Any]) -> list[Any]:
+        """Call a method of some worlds.
+
+        Args:
+            method: Its name.
+            ids: The environments.
+            arguments: Each world gets its row of those that are arrays, (n, …), and the others as they are.
+
+        Returns:
+            What each world returned, in the order of ``ids``.
+        """
+        results = []
+        for n, i in enumerate(ids):
+            own = [argument[n] if isinstance(argument, np.ndarray) else argument for argument in arguments]
+            results.append(getattr(self.worlds[i], method)(*own))
+        return results
+
+    def close(self) -> None:
+        """Disconnect from Bullet; twice is harmless."""
+        if self._dynamics.client >= 0:
+            for world in self.worlds.values():
+                world.close()
+            self._dynamics.close()
+            self._dynamics.client = -1

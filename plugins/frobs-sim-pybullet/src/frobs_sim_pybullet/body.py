@@ -1,0 +1,42 @@
+"""One body of a PyBullet scene."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import SimulationError
+from frobs_core.interfaces import Body, BodyHandle
+
+if TYPE_CHECKING:
+    from frobs_sim_pybullet.simulation import PybulletSimulation
+
+
+class PybulletBody(BodyHandle):
+    """One body, in every environment; see :class:`frobs_core.interfaces.BodyHandle`."""
+
+    def __init__(self, simulation: PybulletSimulation, name: str, body: Body) -> None:
+        self.name = name
+        self._simulation = simulation
+        self._moves = body.kinematic or body.mass is not None
+
+    @property
+    def pose(self) -> tuple[Floats, Floats]:
+        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) in the world."""
+        pose = self._simulation.watched(f"bodies/{self.name}/pose")
+        return pose[:, :3], pose[:, 3:]
+
+    @property
+    def twist(self) -> tuple[Floats, Floats]:
+        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s]."""
+        twist = self._simulation.watched(f"bodies/{self.name}/twist")
+        return twist[:, :3], twist[:, 3:]
+
+    def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
+        """Put the body somewhere at once."""
+        if not self._moves:
+            raise SimulationError(f"body '{self.name}' is static; make it kinematic, or give it a mass.")
+        if quat_wxyz is None:
+            self._simulation.call("write_body", mask, self.name, (pos, (3,)))
+        else:
+            self._simulation.call("write_body", mask, self.name, (pos, (3,)), (quat_wxyz, (4,)))

@@ -1,0 +1,42 @@
+"""PyBullet itself. It greets whoever imports it on standard output, which may be somebody's JSON; here it is quiet."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+__all__ = ["pybullet", "quiet"]
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Drop what native code writes to standard output and standard error meanwhile."""
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:
+            stream.flush()
+    kept, nowhere = [os.dup(1), os.dup(2)], os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 1)
+        os.dup2(nowhere, 2)
+        yield
+    finally:
+        os.dup2(kept[0], 1)
+        os.dup2(kept[1], 2)
+        for file in (*kept, nowhere):
+            os.close(file)
+
+
+try:
+    with quiet():
+        import pybullet
+except ImportError as error:
+    newest = (3, 11)
+    version = ".".join(map(str, sys.version_info[:2]))
+    advice = (
+        "install it with 'pip install pybullet'"
+        if sys.version_info[:2] <= newest
+        else f"it has no wheel for Python {version}: use Python 3.11, or simulator='mujoco'"
+    )
+    raise ImportError(f"PyBullet is not installed ({error}); {advice}") from error

@@ -1,0 +1,193 @@
+"""The drives of one robot in one environment, at the physics rate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_sim_pybullet.articulation import FASTEST, Articulation
+from frobs_sim_pybullet.bullet import pybullet as p
+from frobs_sim_pybullet.friction import Friction
+from frobs_sim_pybullet.general_law import GeneralLaw
+from frobs_sim_pybullet.law import MOST_WRITTEN_OUT, Constants, Law, law
+from frobs_sim_pybullet.transforms import Quat, Vector, compose, conjugate, cross, invert, rotate
+
+
+class Drive:
+    """What moves a robot: the law of :mod:`frobs_sim_pybullet.law`.
+
+    Args:
+        articulation: The robot.
+        physics_timestep: [s]
+        gravity: [m/s²]
+    """
+
+    def __init__(self, articulation: Articulation, physics_timestep: float, gravity: Vector) -> None:
+        self._robot, self._h = articulation, physics_timestep
+        self._count = len(articulation.joints)
+        self._size = articulation.offset + self._count
+        self._lead = [0.0] * articulation.offset
+        self._zeros = [0.0] * self._size
+        self._limits = self._spread([joint.limits.effort for joint in articulation.placement.model.actuated_joints])
+        self._armature = [joint.armature for joint in articulation.moving]
+        self._passive = [joint.damping for joint in articulation.moving]  # of followers; the others have parameters
+        self._law = self._choose_law([joint.friction for joint in articulation.moving])
+        self._states: Sequence[tuple[float, ...]] | None = None
+        self._pushes: list[tuple[int, Vector, int, Vector, Vector, Vector]] = []
+        self._gravity = gravity
+        self._seen_gains = b""
+        self._turned: tuple[Quat, Vector] | None = None
+        self.efforts = [0.0] * self._count
+
+    def _choose_law(self, friction: Sequence[float]) -> Law:
+        offset, count, mimics = self._robot.offset, self._count, self._robot.mimics
+        self._simple = not (any(friction) or mimics)
+        if self._simple and 0 < self._size <= MOST_WRITTEN_OUT:
+            return law(offset, count)
+        rub = None
+        if any(friction):
+            matrix = p.calculateMassMatrix(self._robot.twin, self._zeros, 0, self._robot.dynamics.client)
+            rub = Friction(friction, np.array(matrix), self._h)
+        return GeneralLaw(offset, count, rub, self._armature, mimics)
+
+    def _spread(self, values: list[float]) -> list[float]:
+        """Return values of the actuated joints in the order of the mass matrix; 0 for the others."""
+        if self._robot.in_order:
+            return values
+        full = [0.0] * self._count
+        for slot, value in zip(self._robot.slots, values, strict=True):
+            full[slot] = value
+        return full
+
+    def set_gravity(self, gravity: Vector) -> None:
+        """Change what pulls [m/s²]."""
+        self._gravity, self._turned = gravity, None
+
+    def forget(self) -> None:
+        """Read the state anew: it was written to."""
+        self._states = self._turned = None
+
+    def set_gains(self, gains: Floats) -> None:
+        """Set Kp, Kd and the joints' own damping for the next physics steps, (3, dof) in the file's order."""
+        seen = gains.tobytes()
+        if seen == self._seen_gains:
+            return
+        self._seen_gains = seen
+        kp, kd, damping = (self._spread(values) for values in gains.tolist())
+        for follower, _, _ in self._robot.mimics:
+            damping[follower] = self._passive[follower]
+        h = self._h
+        inertia = [a + h * d for a, d in zip(self._armature, damping, strict=True)]
+        self._constants = Constants(kp, kd, self._limits, damping, inertia, [h * k for k in kd])
+        self._free = self._simple and not (any(kp) or any(kd) or any(inertia))
+
+    def push(self, link: str, force: Vector, torque: Vector) -> None:
+        """Push a link at its centre of mass in the next physics steps; in the world [N, N·m]."""
+        body, offset = self._robot.bones.frames[link]
+        index = self._robot.links[body]
+        point = (0.0, 0.0, 0.0) if body == link else compose(invert(self._robot.coms[index]), offset)[0]
+        on_twin = self._robot.on_twin(index, self._robot.coms[index][0] if body == link else offset[0])
+        self._pushes.append((index, point, self._robot.twin_links[body], on_twin, force, torque))
+
+    def stop_pushing(self) -> None:
+        """Push no more."""
+        self._pushes.clear()
+
+    def states(self) -> tuple[list[float], list[float]]:
+        """Return joint positions and velocities, in the file's order."""
+        robot = self._robot
+        states = self._states = p.getJointStates(robot.body, robot.joints, robot.client)
+        return [states[slot][0] for slot in robot.slots], [states[slot][1] for slot in robot.slots]
+
+    def applied(self) -> list[float]:
+        """Return what the drives applied in the last physics step, in the file's order."""
+        return self.efforts if self._robot.in_order else [self.efforts[slot] for slot in self._robot.slots]
+
+    def __call__(self, command: list[float]) -> bool:
+        """Set the efforts of the next physics step; return False where the state has diverged.
+
+        Args:
+            command: In the file's order: Kp·q*, Kd·v* or ff.
+        """
+        robot = self._robot
+        states = self._states or p.getJointStates(robot.body, robot.joints, robot.client)
+        self._states = None
+        q, v = [state[0] for state in states], [state[1] for state in states]
+        if not math.hypot(*v) < FASTEST:
+            return False
+        command = self._spread(command)
+        if self._free:
+            torques = self.efforts = [
+                min(limit, max(-limit, effort)) for effort, limit in zip(command, self._limits, strict=True)
+            ]
+        else:
+            dynamics, twin, positions, velocities = robot.dynamics, robot.twin, q, v
+            if robot.offset:
+                motion = self._base_motion()
+                if not math.hypot(*motion) < FASTEST:
+                    return False
+                positions, velocities = self._lead + q, motion + v
+            turned = self._turned or self._turn()
+            dynamics.set_gravity(turned[1])
+            bias = p.calculateInverseDynamics(twin, positions, velocities, self._zeros, 0, dynamics.client)
+            mass = p.calculateMassMatrix(twin, positions, 0, dynamics.client)
+            if self._pushes:
+                bias = np.subtract(bias, self._pushed(positions)).tolist()
+            torques, self.efforts = self._law(q, v, command, self._constants, mass, bias)
+        p.setJointMotorControlArray(
+            robot.body, robot.joints, p.TORQUE_CONTROL, forces=torques, physicsClientId=robot.client
+        )
+        for index, point, _, _, force, torque in self._pushes:
+            self._apply(index, point, force, torque)
+        return True
+
+    def _turn(self) -> tuple[Quat, Vector]:
+        """Return how a fixed base is turned, and what pulls in its own axes."""
+        turn = self._robot.base()[1]
+        self._turned = turn, rotate(conjugate(turn), self._gravity)
+        return self._turned
+
+    def _base_motion(self) -> list[float]:
+        """Return lin and ang velocity of a free base's link frame, in its own axes."""
+        robot = self._robot
+        (com, turned), (lin, ang) = (
+            p.getBasePositionAndOrientation(robot.body, robot.client),
+            p.getBaseVelocity(robot.body, robot.client),
+        )
+        at, turn = compose((com, turned), robot.com_backs[-1])
+        arm = cross(ang, (at[0] - com[0], at[1] - com[1], at[2] - com[2]))
+        back = conjugate(turn)
+        self._turned = turn, rotate(back, self._gravity)
+        return [*rotate(back, (lin[0] + arm[0], lin[1] + arm[1], lin[2] + arm[2])), *rotate(back, ang)]
+
+    def _pushed(self, positions: list[float]) -> Floats:
+        """Return what the pushes amount to in each column of the mass matrix."""
+        robot, total = self._robot, np.zeros(self._size)
+        assert self._turned is not None
+        back = conjugate(self._turned[0])
+        for _, _, link, point, force, torque in self._pushes:
+            if link >= 0:  # nothing moves a fixed base
+                zeros = self._zeros
+                lin, ang = p.calculateJacobian(robot.twin, link, point, positions, zeros, zeros, robot.dynamics.client)
+                total += np.array(rotate(back, force)) @ np.array(lin) + np.array(rotate(back, torque)) @ np.array(ang)
+        return total
+
+    def _apply(self, index: int, point: Vector, force: Vector, torque: Vector) -> None:
+        robot = self._robot
+        if index < 0:
+            at, turn = p.getBasePositionAndOrientation(robot.body, robot.client)
+        else:
+            at, turn = p.getLinkState(robot.body, index, 0, 1, robot.client)[:2]
+        x, y, z = cross(rotate(turn, point), force)
+        turning = torque[0] + x, torque[1] + y, torque[2] + z
+        p.applyExternalForce(robot.body, index, force, at, p.WORLD_FRAME, robot.client)
+        p.applyExternalTorque(robot.body, index, turning, p.WORLD_FRAME, robot.client)
+
+    def positions(self) -> list[float]:
+        """Return all positions in the order of the mass matrix; a free base's are zero, in its own axes."""
+        robot = self._robot
+        states = self._states or p.getJointStates(robot.body, robot.joints, robot.client)
+        return self._lead + [state[0] for state in states]

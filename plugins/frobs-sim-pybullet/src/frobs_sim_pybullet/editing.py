@@ -1,0 +1,128 @@
+"""What is written to one environment, and asked of it, between its steps."""
+
+from __future__ import annotations
+
+import math
+import os
+import tempfile
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_sim_pybullet.articulation import FASTEST
+from frobs_sim_pybullet.bullet import pybullet as p
+from frobs_sim_pybullet.transforms import Quat, Vector, compose
+from frobs_sim_pybullet.world import ROBOT_GROUPS, World
+
+
+class EditableWorld(World):
+    """One environment that can be written to, pushed, saved and restored; see :class:`World`."""
+
+    def write_joints(self, robot: str, positions: Floats, velocities: Floats) -> None:
+        """Put a robot's joints somewhere, (dof,) each; numbers that Bullet cannot bear end the episode instead."""
+        if not (math.hypot(*positions) < math.inf and math.hypot(*velocities) < FASTEST):
+            self._broken = True
+            return
+        self.robots[robot].write_joints(positions.tolist(), velocities.tolist())
+        self._written()
+
+    def write_base_pose(self, robot: str, pose: Floats) -> None:
+        """Put a robot's root link somewhere; pose is (7,), quat_wxyz."""
+        if not self._can_bear(pose):
+            return
+        articulation = self.robots[robot]
+        motion = p.getBaseVelocity(articulation.body, self.client)
+        articulation.put_root(_split(pose))
+        if articulation.floating:
+            p.resetBaseVelocity(articulation.body, *motion, self.client)
+        self._written()
+
+    def write_base_twist(self, robot: str, twist: Floats) -> None:
+        """Give a robot's root link a velocity; twist is (6,), linear of its origin, then angular, in the world."""
+        if not self._can_bear(twist):
+            return
+        articulation = self.robots[robot]
+        base = articulation.base()
+        origin = compose(base, articulation.bones.root)[0]
+        com = p.getBasePositionAndOrientation(articulation.body, self.client)[0]
+        lin, ang = twist[:3], twist[3:]
+        lin = lin + np.cross(ang, np.subtract(com, origin))
+        p.resetBaseVelocity(articulation.body, lin.tolist(), ang.tolist(), self.client)
+        self._written()
+
+    def write_body(self, body: str, pos: Floats, quat_wxyz: Floats | None = None) -> None:
+        """Put a body somewhere, at rest."""
+        number = self.bodies[body]
+        if not self._can_bear(pos if quat_wxyz is None else np.concatenate([pos, quat_wxyz])):
+            return
+        if quat_wxyz is None:
+            quat = p.getBasePositionAndOrientation(number, self.client)[1]
+        else:
+            w, x, y, z = quat_wxyz.tolist()
+            quat = x, y, z, w
+        p.resetBasePositionAndOrientation(number, pos.tolist(), quat, self.client)
+        p.resetBaseVelocity(number, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), self.client)
+        self._written()
+
+    def _can_bear(self, values: Floats) -> bool:
+        bearable = math.hypot(*values) < FASTEST
+        if not bearable:
+            self._broken = True
+        return bearable
+
+    def rays(self, origins: Floats, directions: Floats, max_range: float, blind_to: str) -> Floats:
+        """Cast rays, (k, 3) each; returns (k,) [m].
+
+        Args:
+            origins: [m]
+            directions: Of length 1.
+            max_range: [m]
+            blind_to: The robot that is not seen; ``""``: all are.
+        """
+        mask = ~ROBOT_GROUPS[list(self.robots).index(blind_to)] if blind_to else -1
+        return self._rays.cast(origins, directions, max_range, mask)
+
+    def push(self, target: str, force: Floats, torque: Floats) -> None:
+        """Push a body or ``robot/link`` at its centre of mass during the next step, (3,) each."""
+        if target in self.bodies:
+            self._body_pushes.append((self.bodies[target], tuple(force.tolist()), tuple(torque.tolist())))
+            return
+        robot, _, link = target.partition("/")
+        self._drives[robot].push(link, tuple(force.tolist()), tuple(torque.tolist()))
+
+    def write_parameter(self, name: str, target: str, value: Floats) -> None:
+        """Change a mass, a friction or the gravity."""
+        plain = value.tolist()
+        self._parameters[name, target] = plain
+        self._apply(name, target, plain)
+
+    def save(self) -> np.ndarray[Any, np.dtype[np.uint8]]:
+        """Return all that Bullet knows of the state, contacts that were found included."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "state.bullet")
+            p.saveBullet(path, self.client)
+            with open(path, "rb") as file:
+                return np.frombuffer(file.read(), np.uint8)
+
+    def load(self, state: np.ndarray[Any, np.dtype[np.uint8]], size: int, steps: int, broken: bool) -> None:
+        """Return to a state that was saved here or in a world that was built alike."""
+        if self._broken and not broken:
+            self.reset()
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "state.bullet")
+            with open(path, "wb") as file:
+                file.write(state[:size].tobytes())
+            p.restoreState(fileName=path, physicsClientId=self.client)
+        self._steps, self._broken = int(steps), bool(broken)
+        self._stop_pushing()
+        for name, drive in self._drives.items():
+            efforts = self._row[f"robots/{name}/efforts"].tolist()
+            for slot, effort in zip(self.robots[name].slots, efforts, strict=True):
+                drive.efforts[slot] = effort
+        self._written()
+
+
+def _split(pose: Floats) -> tuple[Vector, Quat]:
+    px, py, pz, w, x, y, z = pose.tolist()
+    return (px, py, pz), (x, y, z, w)

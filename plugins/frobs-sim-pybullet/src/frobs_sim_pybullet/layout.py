@@ -1,0 +1,74 @@
+"""The arrays in which simulation and worlds meet: (num_envs, …) each, in one piece of memory that processes can share."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import Iterable, Mapping
+from multiprocessing.context import BaseContext
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from frobs_core.interfaces import Placement, Scene
+
+Layout: TypeAlias = dict[str, tuple[tuple[int, ...], str]]
+"""Shape of one environment's row and dtype, by name."""
+
+Arrays: TypeAlias = dict[str, np.ndarray[Any, Any]]
+
+
+def layout(robots: Mapping[str, Placement], scene: Scene) -> Layout:
+    """Return what there is to share; what nobody reads is never written, and costs no memory."""
+    found: Layout = {
+        "time": ((), "f8"),
+        "diverged": ((), "?"),
+        "contact": ((len(scene.contacts),), "?"),
+        "contact_force": ((len(scene.contacts),), "f8"),
+    }
+    for name, placement in robots.items():
+        dof = len(placement.model.joint_names)
+        for field in ("command", "positions", "velocities", "efforts"):
+            found[f"robots/{name}/{field}"] = (dof,), "f8"
+        found[f"robots/{name}/gains"] = (3, dof), "f8"  # Kp and Kd in the present command mode, the joints' own damping
+        for link in placement.model.links:
+            found[f"robots/{name}/pose/{link.name}"] = (7,), "f8"  # position and quat_wxyz
+            found[f"robots/{name}/twist/{link.name}"] = (6,), "f8"  # linear, angular
+            found[f"robots/{name}/jacobian/{link.name}"] = (6, dof), "f8"
+    for name in scene.bodies:
+        found[f"bodies/{name}/pose"] = (7,), "f8"
+        found[f"bodies/{name}/twist"] = (6,), "f8"
+    return found
+
+
+def allocate(fields: Layout, num_envs: int, context: BaseContext | None) -> Any:
+    """Return a zeroed buffer for all arrays; shared between the processes of ``context``, if there is one."""
+    size = sum(_size(shape, num_envs) for shape, _ in fields.values())
+    if context is None:
+        return (ctypes.c_byte * size)()
+    return context.RawArray(ctypes.c_byte, size)
+
+
+def arrays(fields: Layout, num_envs: int, buffer: Any) -> Arrays:
+    """Return the arrays as views of their buffer."""
+    views, offset = {}, 0
+    for name, (shape, dtype) in fields.items():
+        whole = (num_envs, *shape)
+        view = np.frombuffer(buffer, dtype, math.prod(whole), offset) if math.prod(whole) else np.zeros(0, dtype)
+        views[name] = view.reshape(whole)
+        offset += _size(shape, num_envs)
+    return views
+
+
+def row(whole: Arrays, env: int) -> Arrays:
+    """Return one environment's part of each array, as views."""
+    return {name: array[env, ...] for name, array in whole.items()}
+
+
+def state_names(names: Iterable[str]) -> list[str]:
+    """Return the arrays that belong to the state, not only tell of it."""
+    return [name for name in names if not any(f"/{kind}" in name for kind in ("pose", "twist", "jacobian"))]
+
+
+def _size(shape: tuple[int, ...], num_envs: int) -> int:
+    return 64 * math.ceil(8 * math.prod(shape) * num_envs / 64)  # nobody shares a cache line with another array

@@ -1,0 +1,32 @@
+"""Which links of a robot are in each other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from frobs_core.arrays import Floats
+from frobs_core.interfaces import Overlap, Placement
+from frobs_sim_pybullet.articulation import Articulation
+from frobs_sim_pybullet.bullet import pybullet as p
+from frobs_sim_pybullet.engine import Dynamics, connect
+from frobs_sim_pybullet.meshes import MeshFiles
+
+
+def find_overlaps(placement: Placement, joint_positions: Floats) -> list[Overlap]:
+    """Return the pairs of links that are in each other, the deepest first; neighbours are none.
+
+    Args:
+        placement: The robot.
+        joint_positions: (dof,) [rad or m]
+    """
+    client, dynamics, meshes = connect(), Dynamics(), MeshFiles()
+    try:
+        touching = replace(placement, robot=replace(placement.robot, self_collision=True))
+        robot = Articulation(client, "robot", touching, dynamics, meshes, 1)
+        robot.write_joints(joint_positions.tolist(), [0.0] * len(joint_positions))
+        found = [Overlap(first=a, second=b, depth=depth) for (a, b), depth in robot.overlaps().items()]
+        return sorted(found, key=lambda overlap: -overlap.depth)
+    finally:
+        meshes.clear()
+        p.disconnect(client)
+        dynamics.close()

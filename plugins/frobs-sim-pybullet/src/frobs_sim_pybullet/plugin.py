@@ -1,0 +1,27 @@
+"""Records of this distribution."""
+
+from frobs_core.capabilities import Level
+from frobs_core.hookspecs import hookimpl
+from frobs_core.specs import SimulatorRecord
+
+
+@hookimpl
+def frobs_simulators() -> list[SimulatorRecord]:
+    """Offer PyBullet."""
+    exact = (
+        "determinism snapshot teleport pause batched drive contacts rays wrench cameras randomize_mass "
+        "randomize_gains randomize_joint_damping randomize_gravity"
+    )
+    return [
+        SimulatorRecord(
+            name="pybullet",
+            summary="PyBullet: many environments at once in worker processes",
+            entry_point="frobs_sim_pybullet.simulation:PybulletSimulation",
+            install_hint="pip install frobs-sim-pybullet, on Python 3.11: PyBullet has no wheel for a newer one",
+            capabilities={
+                **dict.fromkeys(exact.split(), Level.EXACT),
+                # Bullet multiplies the friction of two bodies, where MuJoCo takes the larger.
+                "randomize_friction": Level.APPROXIMATE,
+            },
+        )
+    ]

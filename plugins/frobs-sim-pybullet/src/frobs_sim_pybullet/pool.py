@@ -1,0 +1,185 @@
+"""Environments in worker processes: blocks that are called through pipes and answer in shared memory."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import signal
+import sys
+import weakref
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import SimulationError
+from frobs_core.interfaces import Placement, Scene
+from frobs_sim_pybullet.layout import Layout
+from frobs_sim_pybullet.worker import Failure, work
+
+CONTEXT = multiprocessing.get_context("spawn")  # a fork would inherit locks of threads that it does not have
+
+_GRACE = 5.0  # [s] in which a worker ends by itself when its pipe is closed
+
+
+def count_workers(num_envs: int, num_threads: int) -> int:
+    """Return how many worker processes a simulation gets; 1: none, all in this process.
+
+    Args:
+        num_envs: ≥ 1.
+        num_threads: 0: one for each processor.
+    """
+    if multiprocessing.current_process().daemon:
+        return 1  # such a process, Gymnasium's AsyncVectorEnv makes them, may have no children
+    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(num_envs, num_threads or usable)
+
+
+class Pool:
+    """Blocks of environments in worker processes; called as :class:`frobs_sim_pybullet.block.Block` is.
+
+    Nothing outlives it: a worker ends when its pipe is closed, by :meth:`close`, by the garbage collector or because
+    this process is no more.
+
+    Args:
+        robots: By name.
+        scene: Everything else.
+        physics_timestep: [s]
+        fields: What the shared arrays are.
+        num_envs: Of all workers.
+        buffer: The shared memory.
+        count: Workers.
+
+    Raises:
+        SimulationError: A worker does not start.
+        FrobsError: What a worker raises when it builds its environments.
+    """
+
+    def __init__(
+        self,
+        robots: Mapping[str, Placement],
+        scene: Scene,
+        physics_timestep: float,
+        fields: Layout,
+        num_envs: int,
+        buffer: Any,
+        count: int,
+    ) -> None:
+        self._ids = [part.tolist() for part in np.array_split(np.arange(num_envs), count)]
+        self._owner = np.repeat(np.arange(count), [len(part) for part in self._ids])
+        self._pipes: list[Connection] = []
+        self.processes: list[BaseProcess] = []
+        self._failure: SimulationError | None = None
+        self._end = weakref.finalize(self, _end, self.processes, self._pipes)
+        for number, ids in enumerate(self._ids):
+            here, there = CONTEXT.Pipe()
+            arguments = (there, dict(robots), scene, physics_timestep, fields, num_envs, buffer, ids)
+            process = CONTEXT.Process(target=work, args=arguments, name=f"frobs-pybullet-{number}", daemon=True)
+            self._pipes.append(here)
+            self.processes.append(process)
+            try:
+                with _without_main():
+                    process.start()
+            except BaseException:
+                self.processes.pop()
+                self._end()
+                raise
+            finally:
+                there.close()  # so that reading ends when the worker does
+        self._collect(range(count), "the start")
+
+    def step(self, decimation: int, rows: Mapping[str, Floats]) -> None:
+        """Advance; rows are (num_envs, decimation, dof) by robot."""
+        everyone = range(len(self._pipes))
+        for number in everyone:
+            part = self._ids[number]
+            own = {name: row[part[0] : part[-1] + 1] for name, row in rows.items()} if rows else None
+            self._send(number, ("step", decimation, own), "step")
+        self._collect(everyone, "step")
+
+    def call(self, method: str, ids: Sequence[int], arguments: Sequence[Any]) -> list[Any]:
+        """Call a method of some worlds; see :meth:`frobs_sim_pybullet.block.Block.call`."""
+        owners = self._owner[list(ids)]
+        asked = [int(number) for number in np.unique(owners)]
+        for number in asked:
+            mine = np.flatnonzero(owners == number)
+            own = [argument[mine] if isinstance(argument, np.ndarray) else argument for argument in arguments]
+            self._send(number, ("call", method, [ids[i] for i in mine], own), method)
+        answers = self._collect(asked, method)
+        results: list[Any] = [None] * len(owners)
+        for number, answer in zip(asked, answers, strict=True):
+            for i, result in zip(np.flatnonzero(owners == number), answer, strict=True):
+                results[i] = result
+        return results
+
+    def _send(self, number: int, message: Any, what: str) -> None:
+        if self._failure is not None:
+            raise self._failure
+        try:
+            self._pipes[number].send(message)
+        except OSError:
+            self._fail(number, what)
+
+    def _collect(self, numbers: Sequence[int], what: str) -> list[Any]:
+        """Wait for the answers of workers; the first that has failed is told of when all have answered."""
+        answers, failures = [], []
+        for number in numbers:
+            try:
+                answer = self._pipes[number].recv()
+            except (EOFError, OSError):
+                self._fail(number, what)
+            if isinstance(answer, Failure):
+                failures.append(answer)
+            answers.append(answer)
+        for failure in failures:
+            self._failure = SimulationError("a worker process of this simulation failed before; build a new one.")
+            self.close()
+            raise failure.error()
+        return answers
+
+    def _fail(self, number: int, what: str) -> None:
+        """Raise the error that says how a worker ended."""
+        process = self.processes[number]
+        process.join(_GRACE)
+        code = process.exitcode
+        how = "closed its pipe" if code is None else f"ended with exit code {code}"
+        if code is not None and code < 0:
+            with contextlib.suppress(ValueError):
+                how = f"was killed by {signal.Signals(-code).name}"
+        ids = self._ids[number]
+        self._failure = SimulationError(
+            f"the PyBullet worker of environments {ids[0]} to {ids[-1]} {how} during {what}; build a new simulation."
+        )
+        self.close()
+        raise self._failure
+
+    def close(self) -> None:
+        """End the workers; twice is harmless."""
+        self._end()
+
+
+@contextmanager
+def _without_main() -> Iterator[None]:
+    """Hide the user's script from a process that starts: it would run the script again, and needs none of it."""
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
+
+
+def _end(processes: Sequence[BaseProcess], pipes: Sequence[Connection]) -> None:
+    for pipe in pipes:
+        pipe.close()
+    for process in processes:
+        process.join(_GRACE)
+        if process.is_alive():
+            process.kill()
+            process.join()

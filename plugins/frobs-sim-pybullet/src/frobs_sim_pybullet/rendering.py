@@ -1,0 +1,152 @@
+"""Pictures by Bullet's software renderer, which needs no OpenGL; and the window, which does."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from frobs_core.errors import RenderingUnavailableError
+from frobs_core.interfaces import Camera, Marker, Placement, Scene
+from frobs_sim_pybullet.bullet import pybullet as p
+from frobs_sim_pybullet.bullet import quiet
+from frobs_sim_pybullet.engine import connect
+from frobs_sim_pybullet.layout import Arrays
+from frobs_sim_pybullet.stage import Stage
+from frobs_sim_pybullet.transforms import Quat, Vector, rotate
+
+_NEAR, _FAR = 0.01, 50.0  # [m]
+_LIGHT = (1.5, -1.5, 3.5)  # where it comes from
+_DEFAULT = Camera(pos=(1.4, -1.4, 1.1), target=(0.1, 0.0, 0.35))
+
+
+class Renderer:
+    """Draws environments.
+
+    Args:
+        robots: By name.
+        scene: Everything else.
+    """
+
+    def __init__(self, robots: Mapping[str, Placement], scene: Scene) -> None:
+        self._client = connect()
+        self._stage = Stage(self._client, robots, scene)
+        self._scene = scene
+
+    def draw(
+        self,
+        arrays: Arrays,
+        env: int,
+        camera: str | None,
+        frame: tuple[Vector, Quat],
+        size: tuple[int, int],
+        modality: str,
+        markers: Sequence[Marker],
+    ) -> np.ndarray[Any, Any]:
+        """Draw one environment; (h, w, c) as ``Simulation.render`` says.
+
+        Args:
+            arrays: Of the simulation.
+            env: Which environment.
+            camera: Its name; None where the scene has none.
+            frame: Where what the camera is fixed to is.
+            size: (height, width)
+            modality: ``"rgb"``, ``"depth"`` or ``"segmentation"``.
+            markers: Drawn into rgb pictures.
+        """
+        self._stage.pose(arrays, env)
+        self._stage.mark(markers if modality == "rgb" else (), env)
+        height, width = size
+        described = _DEFAULT if camera is None else self._scene.cameras[camera]
+        view, projection = _view(described, frame), _projection(described, width / height)
+        flags = p.ER_SEGMENTATION_MASK_OBJECT_AND_LINKINDEX
+        if modality != "segmentation":
+            flags |= p.ER_NO_SEGMENTATION_MASK
+        _, _, rgb, depth, segments = p.getCameraImage(
+            width,
+            height,
+            view,
+            projection,
+            lightDirection=_LIGHT,
+            shadow=int(modality == "rgb"),
+            renderer=p.ER_TINY_RENDERER,
+            flags=flags,
+            physicsClientId=self._client,
+        )
+        match modality:
+            case "rgb":
+                return np.reshape(np.asarray(rgb, np.uint8), (height, width, 4))[..., :3].copy()
+            case "depth":
+                share = np.reshape(np.asarray(depth, np.float64), (height, width, 1))
+                return (_FAR * _NEAR / (_FAR - (_FAR - _NEAR) * share)).astype(np.float32)
+        return self._segments(np.reshape(np.asarray(segments, np.int64), (height, width, 1)))
+
+    def _segments(self, coded: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+        """Turn Bullet's numbers, body + (link + 1) << 24, into ours."""
+        result = np.full(coded.shape, -1, np.int32)
+        for code in np.unique(coded[coded >= 0]).tolist():
+            result[coded == code] = self._stage.numbers.get((code & ((1 << 24) - 1), (code >> 24) - 1), -1)
+        return result
+
+    def close(self) -> None:
+        """Release what is drawn."""
+        p.disconnect(self._client)
+
+
+class Viewer:
+    """A window on the first environment.
+
+    Args:
+        robots: By name.
+        scene: Everything else.
+
+    Raises:
+        RenderingUnavailableError: There is no display, or no OpenGL.
+    """
+
+    def __init__(self, robots: Mapping[str, Placement], scene: Scene) -> None:
+        if sys.platform == "linux" and not os.environ.get("DISPLAY"):
+            raise RenderingUnavailableError("there is no display for a window", "xvfb, and run under xvfb-run")
+        with quiet():
+            self._client = p.connect(p.GUI)
+        if self._client < 0:
+            raise RenderingUnavailableError("Bullet's window does not open (it wants OpenGL 3)", "libgl1-mesa-dri")
+        p.configureDebugVisualizer(p.COV_ENABLE_GUI, 0, physicsClientId=self._client)
+        self._stage = Stage(self._client, robots, scene)
+        camera = next(iter(scene.cameras.values()), _DEFAULT)
+        if camera.frame is None:
+            offset = np.subtract(camera.pos, camera.target)
+            distance = float(np.linalg.norm(offset))
+            yaw = float(np.degrees(np.arctan2(offset[0], -offset[1])))
+            pitch = -float(np.degrees(np.arcsin(offset[2] / distance)))
+            p.resetDebugVisualizerCamera(distance, yaw, pitch, camera.target, self._client)
+
+    def sync(self, arrays: Arrays) -> None:
+        """Show the present state; nothing once the window was closed."""
+        if p.isConnected(self._client):
+            p.configureDebugVisualizer(p.COV_ENABLE_RENDERING, 0, physicsClientId=self._client)
+            self._stage.pose(arrays, 0)
+            p.configureDebugVisualizer(p.COV_ENABLE_RENDERING, 1, physicsClientId=self._client)
+
+    def close(self) -> None:
+        """Close the window."""
+        if p.isConnected(self._client):
+            p.disconnect(self._client)
+
+
+def _view(camera: Camera, frame: tuple[Vector, Quat]) -> list[float]:
+    """Return OpenGL's view matrix, by columns; the picture's up is the frame's z, or y where the camera looks along z."""
+    pos, quat = frame
+    back = np.subtract(camera.pos, camera.target)
+    upright = abs(back[2]) <= 0.999 * float(np.linalg.norm(back))
+    up = rotate(quat, (0.0, 0.0, 1.0) if upright else (0.0, 1.0, 0.0))
+    eye = np.add(pos, rotate(quat, camera.pos)).tolist()
+    target = np.add(pos, rotate(quat, camera.target)).tolist()
+    return list(p.computeViewMatrix(eye, target, up))
+
+
+def _projection(camera: Camera, aspect: float) -> list[float]:
+    return list(p.computeProjectionMatrixFOV(camera.fov_y, aspect, _NEAR, _FAR))

@@ -1,0 +1,185 @@
+"""One robot of a PyBullet simulation."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import SimulationError, UnknownNameError
+from frobs_core.interfaces import CommandMode, Placement, RobotHandle
+from frobs_core.models import default_gains, default_tcp, home_positions
+from frobs_core.rotations import quat_multiply, quat_rotate
+
+if TYPE_CHECKING:
+    from frobs_sim_pybullet.simulation import PybulletSimulation
+
+
+class PybulletRobot(RobotHandle):
+    """One robot, in every environment; see :class:`frobs_core.interfaces.RobotHandle`."""
+
+    def __init__(self, simulation: PybulletSimulation, name: str, placement: Placement) -> None:
+        self._simulation, self._placement = simulation, placement
+        model, robot = placement.model, placement.robot
+        self.name, self.robot, self.model = name, robot, model
+        self.num_envs = n = simulation.num_envs
+        self.joint_names, self.dof = model.joint_names, len(model.joint_names)
+        self.tcp = robot.tcp or default_tcp(model)
+        self.frame_name("tcp")
+
+        expand = lambda values: np.repeat(np.asarray(values, np.float64)[None], n, axis=0)  # noqa: E731 - (n, dof)
+        limits = [joint.limits for joint in model.actuated_joints]
+        self.home = expand(home_positions(model, robot.home))
+        self.position_lower = expand([limit.lower for limit in limits])
+        self.position_upper = expand([limit.upper for limit in limits])
+        self.velocity_limit = expand([limit.velocity for limit in limits])
+        self.effort_limit = expand([limit.effort for limit in limits])
+
+        arrays = {
+            field: simulation.arrays[f"robots/{name}/{field}"]
+            for field in ("command", "gains", "positions", "velocities", "efforts")
+        }
+        self._command = arrays["command"]
+        self._kp, self._kd, self.joint_damping = (arrays["gains"][:, i] for i in range(3))  # (num_envs, dof) each
+        self._positions, self._velocities = _read_only(arrays["positions"]), _read_only(arrays["velocities"])
+        self._efforts = _read_only(arrays["efforts"])
+        gains = robot.gains or default_gains(model, self.home[0] if n else home_positions(model, robot.home))
+        pairs = [gains.of(joint) for joint in self.joint_names]
+        self._stiffness, self._damping = expand([kp for kp, _ in pairs]), expand([kd for _, kd in pairs])
+        self.joint_damping[:] = [joint.damping for joint in model.actuated_joints]
+        self._command_mode = placement.command_mode
+        self.apply_gains()
+        self._poses: dict[str, tuple[Floats, Floats]] = {}
+        self._rays: dict[str, Floats] = {}
+
+    @property
+    def joint_positions(self) -> Floats:
+        """(num_envs, dof) [rad or m]."""
+        return self._positions
+
+    @property
+    def joint_velocities(self) -> Floats:
+        """(num_envs, dof) [rad/s or m/s]."""
+        return self._velocities
+
+    @property
+    def joint_efforts(self) -> Floats:
+        """(num_envs, dof) [N·m or N]: what the drives applied in the last physics step."""
+        return self._efforts
+
+    def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
+        """Put the joints somewhere at once."""
+        self._simulation.call("write_joints", mask, self.name, (positions, (self.dof,)), (velocities, (self.dof,)))
+
+    @property
+    def command_mode(self) -> CommandMode:
+        """What commands mean."""
+        return self._command_mode
+
+    def set_command_mode(self, mode: CommandMode) -> None:
+        """Change what commands mean, and hold."""
+        self._command_mode = mode
+        self.apply_gains()
+        self.hold(slice(None))
+
+    def apply_gains(self) -> None:
+        """Tell the drives the gains of each environment, in the present command mode."""
+        position, effort = self._command_mode is CommandMode.POSITION, self._command_mode is CommandMode.EFFORT
+        self._kp[:] = self._stiffness if position else 0.0
+        self._kd[:] = 0.0 if effort else self._damping
+        self._gain = self._stiffness if position else np.ones_like(self._kd) if effort else self._damping
+
+    def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
+        """Change Kp (0) or Kd (1) of some environments; what the drives follow stays what it is."""
+        before = self._gain[rows].copy()
+        self.drive_gains()[which][rows] = values
+        self.apply_gains()
+        self._command[rows] *= np.divide(self._gain[rows], before, out=np.ones_like(before), where=before > 0)
+
+    def command(self, values: Floats) -> None:
+        """Set what the drives follow."""
+        if values.ndim == 2:
+            np.multiply(self._gain, values, out=self._command)
+            self._simulation.command_rows.pop(self.name, None)
+        else:
+            self._simulation.command_rows[self.name] = self._gain[:, None] * values
+
+    def hold(self, rows: slice | np.ndarray) -> None:
+        """Command some environments to stay where they are, or to rest."""
+        position = self._command_mode is CommandMode.POSITION
+        self._command[rows] = (self._gain * self._positions)[rows] if position else 0.0
+
+    def drive_gains(self) -> tuple[Floats, Floats]:
+        """Return Kp and Kd, (num_envs, dof) each; write to them through ``write_parameter``."""
+        return self._stiffness, self._damping
+
+    @property
+    def base_pose(self) -> tuple[Floats, Floats]:
+        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the root link in the world."""
+        return self.frame_pose(self.model.root)
+
+    @property
+    def base_twist(self) -> tuple[Floats, Floats]:
+        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link's origin."""
+        return self.frame_velocity(self.model.root)
+
+    def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
+        """Put the root link somewhere at once."""
+        n = self._simulation.count(mask)
+        pose = np.concatenate([np.broadcast_to(pos, (n, 3)), np.broadcast_to(quat_wxyz, (n, 4))], axis=1)
+        self._simulation.call("write_base_pose", mask, self.name, (pose, (7,)))
+
+    def write_base_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
+        """Give a free root link a velocity at once."""
+        if self.robot.base == "fixed":
+            raise SimulationError(f"robot '{self.name}' has a fixed base, which has no velocity.")
+        n = self._simulation.count(mask)
+        twist = np.concatenate([np.broadcast_to(lin_vel_world, (n, 3)), np.broadcast_to(ang_vel_world, (n, 3))], axis=1)
+        self._simulation.call("write_base_twist", mask, self.name, (twist, (6,)))
+
+    def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
+        """Return where a link is, or would be, in the world."""
+        if joint_positions is not None:
+            pos, quat = self.model.frame_pose(self.frame_name(frame), joint_positions)
+            pose = self._placement.pose
+            base = np.broadcast_to(np.array(pose.quat_wxyz), quat.shape)
+            return quat_rotate(base, pos) + np.array(pose.pos), quat_multiply(base, quat)
+        found = self._poses.get(frame)
+        if found is None:
+            pose = self._watched("pose", frame)
+            found = self._poses[frame] = pose[:, :3], pose[:, 3:]  # views of arrays that are kept current
+        return found
+
+    def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
+        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin."""
+        twist = self._watched("twist", frame)
+        return twist[:, :3], twist[:, 3:]
+
+    def frame_jacobian(self, frame: str) -> Floats:
+        """Return (num_envs, 6, dof): rows 0–2 linear, rows 3–5 angular, in the world."""
+        return self._watched("jacobian", frame)
+
+    def lidar(self, name: str) -> Floats:
+        """Return (num_envs, rays) [m] of a lidar of the robot."""
+        if name not in self.robot.lidars:
+            raise UnknownNameError("lidar", name, self.robot.lidars)
+        lidar = self.robot.lidars[name]
+        if name not in self._rays:
+            angles = np.linspace(lidar.angle_min, lidar.angle_max, lidar.rays)
+            self._rays[name] = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=-1)
+        pos, quat = self.frame_pose(lidar.frame)
+        shape = (self.num_envs, lidar.rays, 3)
+        directions = quat_rotate(quat[:, None], np.broadcast_to(self._rays[name], shape))
+        origins = pos + quat_rotate(quat, np.broadcast_to(np.array(lidar.offset), pos.shape))
+        starts = np.broadcast_to(origins[:, None], shape)
+        return np.maximum(self._simulation.cast(starts, directions, lidar.range_max, self.name), lidar.range_min)
+
+    def _watched(self, kind: str, frame: str) -> Floats:
+        return self._simulation.watched(f"robots/{self.name}/{kind}/{self.frame_name(frame)}")
+
+
+def _read_only(array: Floats) -> Floats:
+    view = array.view()
+    view.flags.writeable = False
+    return view

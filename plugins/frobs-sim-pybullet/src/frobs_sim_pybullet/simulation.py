@@ -1,0 +1,297 @@
+"""The PyBullet simulation: a physics server for each environment, in this process or in workers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
+from frobs_core.interfaces import Marker, Overlap, Placement, Scene, Simulation, Snapshot, Translation
+from frobs_core.models import RobotModel
+from frobs_sim_pybullet import layout, parameters
+from frobs_sim_pybullet.bare import BarePybullet
+from frobs_sim_pybullet.block import Block
+from frobs_sim_pybullet.body import PybulletBody
+from frobs_sim_pybullet.contacts import check_cameras, check_contacts
+from frobs_sim_pybullet.overlaps import find_overlaps
+from frobs_sim_pybullet.pool import CONTEXT, Pool, count_workers
+from frobs_sim_pybullet.rendering import Renderer, Viewer
+from frobs_sim_pybullet.robot import PybulletRobot
+from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector
+from frobs_sim_pybullet.translation import translate
+
+
+class Native(NamedTuple):
+    """PyBullet's own numbers in one environment.
+
+    Attributes:
+        client: Of its physics server.
+        robots: Body of each robot.
+        bodies: Body of each scene body.
+    """
+
+    client: int
+    robots: dict[str, int]
+    bodies: dict[str, int]
+
+
+class PybulletSimulation(Simulation):
+    """``num_envs`` copies of robots and a scene on PyBullet; see :class:`frobs_core.interfaces.Simulation`.
+
+    With one environment, or ``num_threads=1``, all are in this process; else ``num_threads`` worker processes have a
+    share of them each.
+    """
+
+    def __init__(
+        self,
+        robots: Mapping[str, Placement],
+        scene: Scene,
+        *,
+        num_envs: int,
+        physics_timestep: float,
+        num_threads: int = 0,
+    ) -> None:
+        self.num_envs, self.physics_timestep, self.scene = num_envs, physics_timestep, scene
+        self.placements = robots
+        check_contacts(robots, scene)
+        check_cameras(robots, scene)
+        for name, body in scene.bodies.items():
+            if body.mass is not None and body.kinematic:
+                raise ConfigurationError(f"scene body '{name}' is kinematic, so it has no mass; give one or the other.")
+        workers = count_workers(num_envs, num_threads)
+        fields = layout.layout(robots, scene)
+        buffer = layout.allocate(fields, num_envs, CONTEXT if workers > 1 else None)
+        self.arrays = layout.arrays(fields, num_envs, buffer)
+        self.robots = {name: PybulletRobot(self, name, placement) for name, placement in robots.items()}
+        self.bodies = {name: PybulletBody(self, name, body) for name, body in scene.bodies.items()}
+        self._backend: Block | Pool
+        if workers == 1:
+            self._backend = Block(robots, scene, physics_timestep, self.arrays, range(num_envs))
+        else:
+            self._backend = Pool(robots, scene, physics_timestep, fields, num_envs, buffer, workers)
+        self.command_rows: dict[str, Floats] = {}
+        self.written: dict[tuple[str, str], Floats] = {}
+        self._seen: dict[str, Floats] = {}
+        self._diverged = self.arrays["diverged"]
+        self._sound = self._diverged.tobytes()
+        self._renderer: Renderer | None = None
+        self._viewer: Viewer | None = None
+        self._closed = False
+        self.reset()
+
+    @classmethod
+    def translation(cls, model: RobotModel) -> Sequence[Translation]:
+        """Say what becomes of a robot's model file."""
+        return translate(model)
+
+    @property
+    def native(self) -> tuple[Native, ...]:
+        """PyBullet's numbers, one for each environment.
+
+        Raises:
+            SimulationError: The environments are in worker processes, where nothing of the caller's can reach them.
+        """
+        if not isinstance(self._backend, Block):
+            raise SimulationError(
+                "the environments live in worker processes, out of reach; build with num_threads=1 to have them here."
+            )
+        worlds = self._backend.worlds.values()
+        return tuple(Native(w.client, {n: r.body for n, r in w.robots.items()}, dict(w.bodies)) for w in worlds)
+
+    @property
+    def time(self) -> Floats:
+        """(num_envs,) [s] since the reset."""
+        return self.arrays["time"]
+
+    @property
+    def diverged(self) -> Mask | None:
+        """Which environments stand still because their numbers blew up, or None."""
+        return None if self._diverged.tobytes() == self._sound else self._diverged
+
+    def reset(self, mask: Mask | None = None) -> None:
+        """Go back to the scene as it was built."""
+        self.call("reset", mask)
+        for robot in self.robots.values():
+            robot.hold(slice(None) if mask is None else np.flatnonzero(mask))
+        self.command_rows.clear()
+
+    def step(self, decimation: int) -> None:
+        """Advance every environment by ``decimation`` physics steps."""
+        if self._closed:
+            raise SimulationError("the simulation is closed.")
+        rows = self.command_rows
+        if rows:
+            for values in rows.values():
+                if values.shape[1] != decimation:
+                    raise ConfigurationError(f"a command has {values.shape[1]} rows for {decimation} physics steps.")
+            self._backend.step(decimation, rows)
+            for name, values in rows.items():
+                self.arrays[f"robots/{name}/command"][:] = values[:, -1]
+            rows.clear()
+        else:
+            self._backend.step(decimation, rows)
+        if self._viewer is not None:
+            self._viewer.sync(self.arrays)
+
+    def contact(self, name: str) -> Mask:
+        """(num_envs,) bool: whether a declared contact was there in any physics step of the last ``step``."""
+        found: Mask = self.arrays["contact"][:, self._contact(name)]
+        return found
+
+    def contact_force(self, name: str) -> Floats:
+        """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``."""
+        force: Floats = self.arrays["contact_force"][:, self._contact(name)]
+        return force
+
+    def _contact(self, name: str) -> int:
+        names = list(self.scene.contacts)
+        if name not in names:
+            raise UnknownNameError("declared contact", name, names)
+        return names.index(name)
+
+    def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
+        """Cast rays at everything that collides."""
+        return self.cast(origins, directions, max_range, "")
+
+    def cast(self, origins: Floats, directions: Floats, max_range: float, blind_to: str) -> Floats:
+        """Cast rays that do not see one robot; (num_envs, k) [m]."""
+        ends = origins.shape[1:]
+        return np.array(self.call("rays", None, (origins, ends), (directions, ends), max_range, blind_to))
+
+    def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
+        """Push a body at its centre of mass during the next ``step``."""
+        parameters.check_body(self, body)
+        self.call("push", mask, body, (force_world, (3,)), (torque_world, (3,)))
+
+    def parameter(self, name: str, target: str = "") -> Floats:
+        """Return a physical parameter of each environment."""
+        return parameters.read(self, name, target)
+
+    def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
+        """Change a physical parameter."""
+        parameters.write(self, name, target, values, mask)
+
+    def snapshot(self) -> Snapshot:
+        """Return what Bullet knows of the state, what the simulation does, and the parameters that were written."""
+        saved = self.call("save", None)
+        longest = max(map(len, saved))
+        state = {name: self.arrays[name].copy() for name in layout.state_names(self.arrays)}
+        state["bullet"] = np.stack([np.pad(row, (0, longest - len(row))) for row in saved])
+        state["bullet_bytes"] = np.array([len(row) for row in saved])
+        return {**state, **parameters.snapshot(self)}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        parameters.restore(self, snapshot)
+        for name in layout.state_names(self.arrays):
+            self.arrays[name][...] = snapshot[name]
+        steps = np.rint(snapshot["time"] / self.physics_timestep).astype(np.int64)
+        sizes, saved = snapshot["bullet_bytes"], snapshot["bullet"]
+        self.call("load", None, saved, sizes, steps, self._diverged.copy())
+        for name in layout.state_names(self.arrays):
+            self.arrays[name][...] = snapshot[name]
+        self.command_rows.clear()
+
+    def render(
+        self,
+        mask: Mask | None = None,
+        camera: str | None = None,
+        size: tuple[int, int] = (480, 640),
+        modality: str = "rgb",
+        markers: Sequence[Marker] = (),
+    ) -> np.ndarray[Any, Any]:
+        """Draw environments."""
+        if camera is not None and camera not in self.scene.cameras:
+            raise UnknownNameError("camera", camera, self.scene.cameras)
+        if modality not in self.render_modalities:
+            raise UnknownNameError("modality", modality, self.render_modalities)
+        name = camera or next(iter(self.scene.cameras), None)
+        self._watch_what_is_drawn()
+        if self._renderer is None:
+            self._renderer = Renderer(self.placements, self.scene)
+        chosen = range(self.num_envs) if mask is None else np.flatnonzero(mask).tolist()
+        pictures = [
+            self._renderer.draw(self.arrays, i, name, self._frame(name, i), size, modality, markers) for i in chosen
+        ]
+        return np.stack(pictures) if pictures else np.zeros((0, *size, 3 if modality == "rgb" else 1))
+
+    def open_viewer(self) -> None:
+        """Open a window on the first environment."""
+        self._watch_what_is_drawn()
+        if self._viewer is None:
+            self._viewer = Viewer(self.placements, self.scene)
+        self._viewer.sync(self.arrays)
+
+    def _watch_what_is_drawn(self) -> None:
+        for robot in self.robots.values():
+            _ = robot.base_pose
+        for body in self.bodies.values():
+            _ = body.pose
+
+    def _frame(self, camera: str | None, env: int) -> tuple[Vector, Quat]:
+        """Return where what a camera is fixed to is."""
+        frame = None if camera is None else self.scene.cameras[camera].frame
+        if frame is None:
+            return IDENTITY
+        robot, _, link = frame.partition("/")
+        pose = self.bodies[frame].pose if frame in self.bodies else self.robots[robot].frame_pose(link)
+        pos, (w, x, y, z) = pose[0][env].tolist(), pose[1][env].tolist()
+        return tuple(pos), (x, y, z, w)
+
+    def overlaps(self, robot: str = "robot") -> Sequence[Overlap]:
+        """Return which links of a robot are in each other now, in the first environment, the deepest first.
+
+        Among them are those that are so at home, which never push each other apart.
+        """
+        if robot not in self.robots:
+            raise UnknownNameError("robot of the simulation", robot, self.robots)
+        return find_overlaps(self.placements[robot], self.robots[robot].joint_positions[0])
+
+    def bare_engine(self) -> BarePybullet | None:
+        """Return PyBullet without FRobs; offered for one robot on a fixed base."""
+        return BarePybullet(self) if BarePybullet.knows(self) else None
+
+    def close(self) -> None:
+        """Release the physics servers and the workers; twice is harmless."""
+        if not self._closed:
+            self._closed = True
+            for resource in (self._renderer, self._viewer):
+                if resource is not None:
+                    resource.close()
+            self._renderer = self._viewer = None
+            self._backend.close()
+
+    def count(self, mask: Mask | None) -> int:
+        """Return how many environments a mask means."""
+        return self.num_envs if mask is None else int(np.count_nonzero(mask))
+
+    def call(self, method: str, mask: Mask | None, *arguments: Any) -> list[Any]:
+        """Call a method of the worlds of ``mask``.
+
+        Args:
+            method: Of :class:`frobs_sim_pybullet.editing.EditableWorld`.
+            mask: The environments.
+            *arguments: Arrays with a row for each; (values, shape of a row), which are broadcast; others as they are.
+        """
+        if self._closed:
+            raise SimulationError("the simulation is closed.")
+        ids = range(self.num_envs) if mask is None else np.flatnonzero(mask).tolist()
+        rows = [
+            np.broadcast_to(np.asarray(given[0], np.float64), (len(ids), *given[1])).copy()
+            if isinstance(given, tuple)
+            else given
+            for given in arguments
+        ]
+        return self._backend.call(method, ids, rows)
+
+    def watched(self, channel: str) -> Floats:
+        """Return an array that the worlds keep current from now on."""
+        found = self._seen.get(channel)
+        if found is None:
+            self.call("watch", None, channel)
+            found = self._seen[channel] = self.arrays[channel].view()
+            found.flags.writeable = False
+        return found

@@ -1,0 +1,132 @@
+"""What is drawn: a second world with visual shapes and without physics, put where an environment's bodies are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from frobs_core.interfaces import Marker, Placement, Scene
+from frobs_core.models import Box, Capsule, Cylinder, Geometry, JointType, Mesh, Sphere
+from frobs_sim_pybullet.bullet import pybullet as p
+from frobs_sim_pybullet.engine import load_urdf
+from frobs_sim_pybullet.layout import Arrays
+from frobs_sim_pybullet.meshes import MeshFiles
+from frobs_sim_pybullet.shapes import mesh_refusal
+from frobs_sim_pybullet.transforms import Quat, Vector, compose, invert
+from frobs_sim_pybullet.urdf import skeleton, write_urdf
+
+_FLOOR_RGBA = ((0.78, 0.80, 0.82, 1.0), (0.72, 0.74, 0.77, 1.0))
+_TILE, _TILES = 0.5, 12  # [m] edge; along each axis
+
+
+class Stage:
+    """What is drawn.
+
+    Args:
+        client: Of a server for it alone.
+        robots: By name.
+        scene: Everything else.
+
+    Attributes:
+        numbers: Bullet's body and link of all that is drawn, to its number in segmentations: 0 is the floor.
+    """
+
+    def __init__(self, client: int, robots: Mapping[str, Placement], scene: Scene) -> None:
+        self.client, self._placements, self._scene = client, robots, scene
+        self.numbers: dict[tuple[int, int], int] = {}
+        self._markers: list[int] = []
+        if scene.floor:
+            for tile in self._floor():
+                self.numbers[tile, -1] = 0
+        self._bodies = {}
+        for name, body in scene.bodies.items():
+            number = self._bodies[name] = self._add(body.geometry, body.rgba)
+            self._number(number, -1)
+        meshes = MeshFiles()
+        self._robots = {}
+        for name, placement in robots.items():
+            floating = placement.robot.base != "fixed"
+            text = write_urdf(placement.model, meshes, floating=floating, collisions=False, visuals=True)
+            number = load_urdf(text, client, fixed=True, source=str(placement.model.path))
+            infos = [p.getJointInfo(number, i, client) for i in range(p.getNumJoints(number, client))]
+            for link in (-1, *range(len(infos))):
+                self._number(number, link)
+            joints = {info[1].decode(): i for i, info in enumerate(infos)}
+            self._robots[name] = number, joints, skeleton(placement.model, floating=floating).root
+        meshes.clear()
+
+    def _number(self, body: int, link: int) -> None:
+        self.numbers[body, link] = max(self.numbers.values(), default=0) + 1
+
+    def _floor(self) -> list[int]:
+        """Add a floor of tiles in two tones; return Bullet's numbers of them."""
+        halves = [_TILE / 2, _TILE / 2, 0.001]
+        shapes = [
+            p.createVisualShape(p.GEOM_BOX, halfExtents=halves, rgbaColor=rgba, physicsClientId=self.client)
+            for rgba in _FLOOR_RGBA
+        ]
+        steps = [(i - (_TILES - 1) / 2) * _TILE for i in range(_TILES)]
+        return [
+            p.createMultiBody(0.0, -1, shapes[(i + j) % 2], (x, y, -0.001), physicsClientId=self.client)
+            for i, x in enumerate(steps)
+            for j, y in enumerate(steps)
+        ]
+
+    def _add(self, geometry: Geometry, rgba: Sequence[float]) -> int:
+        look = {"rgbaColor": list(rgba), "physicsClientId": self.client}
+        match geometry:
+            case Box(size):
+                shape = p.createVisualShape(p.GEOM_BOX, halfExtents=[edge / 2 for edge in size], **look)
+            case Sphere(radius):
+                shape = p.createVisualShape(p.GEOM_SPHERE, radius=radius, **look)
+            case Cylinder(radius, length):
+                shape = p.createVisualShape(p.GEOM_CYLINDER, radius=radius, length=length, **look)
+            case Capsule(radius, length):
+                shape = p.createVisualShape(p.GEOM_CAPSULE, radius=radius, length=length, **look)
+            case Mesh(path):
+                raise mesh_refusal(path)
+        return int(p.createMultiBody(0.0, -1, shape, physicsClientId=self.client))
+
+    def pose(self, arrays: Arrays, env: int) -> None:
+        """Put all where it is in an environment.
+
+        Args:
+            arrays: Of the simulation; the poses of root links and bodies are current.
+            env: Which environment.
+        """
+        for name, number in self._bodies.items():
+            self._put(number, _split(arrays[f"bodies/{name}/pose"][env]))
+        for name, (number, joints, root) in self._robots.items():
+            model = self._placements[name].model
+            positions = dict(zip(model.joint_names, arrays[f"robots/{name}/positions"][env].tolist(), strict=True))
+            for joint in model.joints:
+                if joint.type is JointType.FIXED:
+                    continue
+                followed = joint.mimic
+                q = positions[joint.name] if followed is None else 0.0
+                if followed is not None:
+                    q = followed.multiplier * positions[followed.joint] + followed.offset
+                p.resetJointState(number, joints[joint.name], q, 0.0, self.client)
+            com = p.getDynamicsInfo(number, -1, self.client)[3:5]
+            base = compose(_split(arrays[f"robots/{name}/pose/{model.root}"][env]), invert(root))
+            p.resetBasePositionAndOrientation(number, *compose(base, com), self.client)
+
+    def mark(self, markers: Sequence[Marker], env: int) -> None:
+        """Show markers; those of the last call are gone."""
+        for number in self._markers:
+            p.removeBody(number, self.client)
+        self._markers = []
+        for marker in markers:
+            number = self._add(Sphere(marker.radius), marker.rgba)
+            self._put(number, (tuple(np.asarray(marker.pos[env], float).tolist()), (0.0, 0.0, 0.0, 1.0)))
+            self._markers.append(number)
+
+    def _put(self, number: int, pose: tuple[Vector, Quat]) -> None:
+        p.resetBasePositionAndOrientation(number, *pose, self.client)
+
+
+def _split(pose: np.ndarray[Any, Any]) -> tuple[Vector, Quat]:
+    px, py, pz, w, x, y, z = pose.tolist()
+    return (px, py, pz), (x, y, z, w)

@@ -1,0 +1,83 @@
+"""Rigid transforms of one body at a time, as tuples in Bullet's order (x, y, z, w): faster than arrays at this size."""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+import numpy as np
+
+from frobs_core.models import Pose
+from frobs_core.rotations import matrix_from_quat
+
+Vector: TypeAlias = tuple[float, float, float]
+Quat: TypeAlias = tuple[float, float, float, float]
+Rows: TypeAlias = tuple[Vector, Vector, Vector]
+
+IDENTITY: tuple[Vector, Quat] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+
+
+def from_pose(pose: Pose) -> tuple[Vector, Quat]:
+    """Return a pose of the core as position and quat_xyzw."""
+    w, x, y, z = pose.quat_wxyz
+    return tuple(map(float, pose.pos)), (float(x), float(y), float(z), float(w))  # type: ignore[return-value]
+
+
+def multiply(first: Quat, second: Quat) -> Quat:
+    """Return the rotation that does ``second``, then ``first``; quat_xyzw."""
+    x1, y1, z1, w1 = first
+    x2, y2, z2, w2 = second
+    return (
+        w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
+        w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
+        w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
+        w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
+    )
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """Return a × b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def rotate(quat: Quat, vector: Vector) -> Vector:
+    """Rotate a vector by quat_xyzw."""
+    x, y, z, w = quat
+    tx, ty, tz = cross((x, y, z), vector)
+    tx, ty, tz = 2.0 * tx, 2.0 * ty, 2.0 * tz
+    cx, cy, cz = cross((x, y, z), (tx, ty, tz))
+    return vector[0] + w * tx + cx, vector[1] + w * ty + cy, vector[2] + w * tz + cz
+
+
+def conjugate(quat: Quat) -> Quat:
+    """Return the inverse rotation; quat_xyzw."""
+    x, y, z, w = quat
+    return -x, -y, -z, w
+
+
+def compose(outer: tuple[Vector, Quat], inner: tuple[Vector, Quat]) -> tuple[Vector, Quat]:
+    """Return the transform that does ``inner``, then ``outer``."""
+    (px, py, pz), quat = outer
+    x, y, z = rotate(quat, inner[0])
+    return (px + x, py + y, pz + z), multiply(quat, inner[1])
+
+
+def invert(transform: tuple[Vector, Quat]) -> tuple[Vector, Quat]:
+    """Return the inverse transform."""
+    back = conjugate(transform[1])
+    x, y, z = rotate(back, transform[0])
+    return (-x, -y, -z), back
+
+
+def rpy_from_quat(quat: Quat) -> Vector:
+    """Return roll, pitch and yaw about fixed axes, exact also where the pitch is ±90°; quat_xyzw.
+
+    The yaw is computed from what the roll leaves over, so that errors of the roll near ±90° cancel.
+    """
+    x, y, z, w = quat
+    r = matrix_from_quat(np.array([w, x, y, z])).tolist()
+    pitch = math.atan2(-r[2][0], math.hypot(r[0][0], r[1][0]))
+    roll = math.atan2(r[2][1], r[2][2]) if abs(pitch) < 0.5 * math.pi - 1e-9 else 0.0
+    sine, cosine = math.sin(roll), math.cos(roll)
+    yaw = math.atan2(sine * r[0][2] - cosine * r[0][1], cosine * r[1][1] - sine * r[1][2])
+    return roll, pitch, yaw

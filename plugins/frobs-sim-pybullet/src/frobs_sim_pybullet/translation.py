@@ -1,0 +1,68 @@
+"""What PyBullet makes of each kind of element of a model file: the table that ``frobs doctor robot`` shows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from frobs_core.interfaces import Translation
+from frobs_core.models import RobotModel, Treatment, elements
+
+_KEPT, _APPROXIMATED, _DROPPED = Treatment.KEPT, Treatment.APPROXIMATED, Treatment.DROPPED
+
+_BOTH: Mapping[str, tuple[Treatment, str]] = {
+    "inertias": (_KEPT, ""),
+    "moving_joints": (_KEPT, ""),
+    "fixed_joints": (_KEPT, "a link of its own, or a frame on its parent where it neither weighs nor touches anything"),
+    "other_joints": (_DROPPED, "refused: only revolute, continuous, prismatic and fixed joints can be simulated"),
+    "position_limits": (_KEPT, ""),
+    "velocity_limits": (_DROPPED, "controllers keep to them, the engine does not enforce them"),
+    "effort_limits": (_KEPT, "what a drive saturates at"),
+    "joint_damping": (_KEPT, "beside the drive's own"),
+    "joint_friction": (_APPROXIMATED, "as MuJoCo has it: soft, a joint at rest creeps under load"),
+    "mimic_joints": (_KEPT, "exactly in free motion; in contact a gear holds it"),
+    "colours": (_KEPT, ""),
+    "sensors": (_DROPPED, "declare lidars in the robot's description"),
+    "unknown_elements": (_DROPPED, "not known to the reader"),
+}
+_URDF: Mapping[str, tuple[Treatment, str]] = {
+    "visual_shapes": (_KEPT, "in pictures; the physics goes without"),
+    "visual_meshes": (_KEPT, "triangles, in pictures; the physics goes without"),
+    "textures": (_DROPPED, "drawn in one colour"),
+    "collision_shapes": (_KEPT, ""),
+    "collision_meshes": (_APPROXIMATED, "their convex hulls touch and meet rays, rounded by 0.1 mm"),
+    "contact_parameters": (_DROPPED, "friction 1, contacts hard and without bounce"),
+    "safety_controllers": (_DROPPED, "controllers keep to the limits"),
+    "calibrations": (_DROPPED, "nothing to calibrate in a simulation"),
+    "transmissions": (_DROPPED, "the drives act on the joints directly"),
+    "ros2_control": (_DROPPED, "commands come from controllers"),
+    "gazebo_tags": (_DROPPED, "Gazebo's alone"),
+    "mujoco_tags": (_DROPPED, "MuJoCo's alone"),
+}
+_MJCF: Mapping[str, tuple[Treatment, str]] = {
+    "joint_springs": (_DROPPED, "the drives hold the joints"),
+    "armatures": (_KEPT, "default drive gains leave them out"),
+    "visual_shapes": (_DROPPED, "only a URDF's shapes are read"),
+    "visual_meshes": (_DROPPED, "only a URDF's shapes are read"),
+    "collision_shapes": (_DROPPED, "only a URDF's shapes are read: the robot touches nothing"),
+    "collision_meshes": (_DROPPED, "only a URDF's shapes are read: the robot touches nothing"),
+    "actuators": (_DROPPED, "replaced by the drive of each joint; their force ranges are its limits"),
+    "tendons": (_DROPPED, "MuJoCo's alone"),
+    "equalities": (_DROPPED, "but for joints that mimic others"),
+    "contact_pairs": (_DROPPED, "MuJoCo's alone"),
+    "keyframes": (_DROPPED, "say home in the robot's description"),
+    "sites": (_DROPPED, "no frames of links"),
+    "cameras": (_DROPPED, "pictures are taken by the cameras of the scene"),
+    "lights": (_DROPPED, "the scene has its own"),
+    "world_geoms": (_DROPPED, "the scene has its own floor"),
+    "options": (_DROPPED, "the timestep is the task's, the rest the simulation's"),
+}
+
+
+def translate(model: RobotModel) -> list[Translation]:
+    """Return a row for each kind of element of a model that this plugin knows."""
+    table = {**_BOTH, **(_URDF if model.format == "urdf" else _MJCF)}
+    return [
+        Translation(element=kind, treatment=table[kind][0], how=table[kind][1])
+        for kind in elements(model)
+        if kind in table
+    ]

@@ -1,0 +1,285 @@
+"""Writing a robot's model as the one URDF that Bullet reads.
+
+Whatever the robot's file was, Bullet sees what the core's reader made of it: each link with its own inertia along its
+principal axes (Bullet would find those to six digits only), each joint with its limits. A link that weighs nothing and
+has no shape is only a frame: it is left out, and known by where it sits on the link that carries it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from frobs_core.errors import ModelFileError
+from frobs_core.models import (
+    Box,
+    Capsule,
+    Collision,
+    Cylinder,
+    Geometry,
+    Inertial,
+    Joint,
+    JointType,
+    Link,
+    Mesh,
+    Pose,
+    RobotModel,
+    Sphere,
+    Visual,
+)
+from frobs_core.rotations import matrix_from_quat, quat_from_matrix
+from frobs_sim_pybullet.meshes import MeshFiles
+from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector, compose, from_pose, invert, rpy_from_quat
+
+_MOVING = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
+_GREY = (0.7, 0.7, 0.72, 1.0)
+_WEIGHTLESS = Inertial(0.0, Pose(), (0.0,) * 6)
+VIRTUAL = 6
+"""Joints that a floating base has in the dynamics model: three slide, three turn."""
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """Which links of a model are bodies of their own, and where the others sit on them.
+
+    Attributes:
+        bodies: Names of the links that are bodies; the base first.
+        frames: Body that carries each link, and where on it.
+        joints: Each joint to a body, with the body that it hangs from and its place there.
+        root: Where the root link is on the base.
+        welds: For each body, the first of those that move as one with it.
+    """
+
+    bodies: tuple[str, ...]
+    frames: Mapping[str, tuple[str, tuple[Vector, Quat]]]
+    joints: tuple[tuple[Joint, str, tuple[Vector, Quat]], ...]
+    root: tuple[Vector, Quat]
+    welds: Mapping[str, str]
+
+
+def skeleton(model: RobotModel, *, floating: bool) -> Skeleton:
+    """Tell bodies from mere frames.
+
+    The base is the root. Of a floating robot it must weigh something, or Bullet takes it as fixed: where the root
+    weighs nothing, the first link that is fixed to it and does is the base.
+
+    Args:
+        model: The robot.
+        floating: Whether the base moves.
+
+    Raises:
+        ModelFileError: The model has a joint that cannot be simulated.
+    """
+    links = {link.name: link for link in model.links}
+    children: dict[str, list[Joint]] = {}
+    for joint in model.joints:
+        if joint.type is not JointType.FIXED and joint.type not in _MOVING:
+            raise ModelFileError(
+                model.path,
+                f"joint '{joint.name}' is {joint.type.value}; only revolute, continuous, prismatic and "
+                "fixed joints can be simulated. For a free base, say base='floating' in the robot's description.",
+            )
+        children.setdefault(joint.parent, []).append(joint)
+    frames, joints, bodies = {model.root: (model.root, IDENTITY)}, [], [model.root]
+    queue = [model.root]
+    while queue:
+        name = queue.pop(0)
+        body, at = frames[name]
+        for joint in children.get(name, ()):
+            origin = compose(at, from_pose(joint.origin))
+            if joint.type is not JointType.FIXED or _is_body(links[joint.child]):
+                joints.append((joint, body, origin))
+                bodies.append(joint.child)
+                frames[joint.child] = joint.child, IDENTITY
+            else:
+                frames[joint.child] = body, origin
+            queue.append(joint.child)
+    place = IDENTITY
+    if floating and links[model.root].inertial is None:
+        place = _hang_from_a_weight(model, links, bodies, frames, joints)
+    welds = {bodies[0]: bodies[0]}
+    for joint, parent, _ in joints:  # parents come first
+        welds[joint.child] = welds[parent] if joint.type is JointType.FIXED else joint.child
+    return Skeleton(tuple(bodies), frames, tuple(joints), place, welds)
+
+
+def _hang_from_a_weight(
+    model: RobotModel,
+    links: Mapping[str, Link],
+    bodies: list[str],
+    frames: dict[str, tuple[str, tuple[Vector, Quat]]],
+    joints: list[tuple[Joint, str, tuple[Vector, Quat]]],
+) -> tuple[Vector, Quat]:
+    """Make a link that weighs something the base, instead of the root to which it is fixed; return the root on it."""
+    root = model.root
+    for found in joints:
+        joint, parent, place = found
+        if parent == root and joint.type is JointType.FIXED and links[joint.child].inertial is not None:
+            break
+    else:
+        raise ModelFileError(model.path, f"the root '{root}' weighs nothing, so a base that moves freely has no mass.")
+    base, back = joint.child, invert(place)
+    joints.remove(found)
+    bodies.remove(base)
+    bodies.insert(0, base)
+    if _is_body(links[root]):
+        joints.insert(0, (Joint(joint.name, JointType.FIXED, base, root), base, back))
+        return back
+    bodies.remove(root)
+    for name, (body, offset) in frames.items():
+        if body == root:
+            frames[name] = base, compose(back, offset)
+    for i, (other, carrier, origin) in enumerate(joints):
+        if carrier == root:
+            joints[i] = other, base, compose(back, origin)
+    return back
+
+
+def _is_body(link: Link) -> bool:
+    return link.inertial is not None or bool(link.collisions or link.visuals)
+
+
+def write_urdf(
+    model: RobotModel, meshes: MeshFiles, *, floating: bool, collisions: bool = True, visuals: bool = False
+) -> str:
+    """Return the URDF that Bullet simulates or draws.
+
+    Args:
+        model: The robot.
+        meshes: Writes the mesh files that the URDF names.
+        floating: Whether the base moves.
+        collisions: With what collides.
+        visuals: With what is drawn: the visuals, or for a link without any its collision shapes.
+    """
+    bones, links = skeleton(model, floating=floating), {link.name: link for link in model.links}
+    lines = [f"<robot name={quoteattr(model.name)}>"]
+    for name in bones.bodies:
+        link = links[name]
+        lines += [f"<link name={quoteattr(name)}>", _inertial(link.inertial or _WEIGHTLESS)]
+        if collisions:
+            lines += [_collision(shape, meshes) for shape in link.collisions]
+        if visuals:
+            lines += [visual for shape in link.visuals or link.collisions for visual in _visuals(shape, meshes)]
+        lines.append("</link>")
+    lines += [_joint(*joint) for joint in bones.joints]
+    return "\n".join([*lines, "</robot>"])
+
+
+def write_dynamics_urdf(model: RobotModel, masses: Mapping[str, float], *, floating: bool) -> str:
+    """Return the URDF whose mass matrix and bias forces the drives need: without shapes, the base always fixed.
+
+    A floating base hangs from six virtual joints: Bullet's inverse dynamics knows fixed bases only.
+
+    Args:
+        model: The robot.
+        masses: Of links that were changed [kg]; their inertia changes alike.
+        floating: Whether the base moves.
+    """
+    bones, links = skeleton(model, floating=floating), {link.name: link for link in model.links}
+    lines = ['<robot name="dynamics">']
+    if floating:
+        parent = "frobs:world"
+        lines += [f'<link name="{parent}">', _inertial(_WEIGHTLESS), "</link>"]
+        for k in range(VIRTUAL):
+            child = f"frobs:{k}" if k < VIRTUAL - 1 else bones.bodies[0]
+            if k < VIRTUAL - 1:
+                lines += [f'<link name="{child}">', _inertial(_WEIGHTLESS), "</link>"]
+            axis = tuple(float(k % 3 == i) for i in range(3))
+            kind = JointType.PRISMATIC if k < 3 else JointType.CONTINUOUS
+            lines.append(_joint(Joint(f"frobs:{k}", kind, parent, child, axis=axis), parent, IDENTITY))
+            parent = child
+    for name in bones.bodies:
+        inertial = links[name].inertial or _WEIGHTLESS
+        if name == bones.bodies[0] and not floating:
+            inertial = _WEIGHTLESS  # a fixed base weighs nothing in motion, and Bullet refers all to its centre of mass
+        lines += [f"<link name={quoteattr(name)}>", _inertial(inertial, masses.get(name)), "</link>"]
+    lines += [_joint(*joint) for joint in bones.joints]
+    return "\n".join([*lines, "</robot>"])
+
+
+def principal(inertial: Inertial) -> tuple[Vector, Quat, Vector]:
+    """Return where the centre of mass is, how the principal axes are turned, and the moments about them [kg·m²]."""
+    ixx, ixy, ixz, iyy, iyz, izz = inertial.inertia
+    pos, quat = from_pose(inertial.origin)
+    if ixy == ixz == iyz == 0.0:
+        return pos, quat, (ixx, iyy, izz)
+    moments, axes = np.linalg.eigh(np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]))
+    axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])  # right-handed
+    w, x, y, z = quat_from_matrix(matrix_from_quat(inertial.origin.quat_wxyz) @ axes).tolist()
+    return pos, (x, y, z, w), tuple(moments.tolist())
+
+
+def _inertial(inertial: Inertial, mass: float | None = None) -> str:
+    pos, quat, moments = principal(inertial)
+    share = mass / inertial.mass if mass is not None and inertial.mass > 0.0 else 1.0
+    ixx, iyy, izz = (share * moment for moment in moments)
+    return (
+        f'<inertial>{_origin((pos, quat))}<mass value="{share * inertial.mass!r}"/>'
+        f'<inertia ixx="{ixx!r}" ixy="0" ixz="0" iyy="{iyy!r}" iyz="0" izz="{izz!r}"/></inertial>'
+    )
+
+
+def _joint(joint: Joint, parent: str, origin: tuple[Vector, Quat]) -> str:
+    lower, upper = joint.limits.lower, joint.limits.upper
+    limited = joint.type in (JointType.REVOLUTE, JointType.PRISMATIC) and math.isfinite(lower) and math.isfinite(upper)
+    kind = joint.type.value
+    if joint.type is JointType.REVOLUTE and not limited:
+        kind = "continuous"
+    if not limited:
+        lower, upper = 1.0, -1.0  # Bullet takes an empty range for none
+    return (
+        f'<joint name={quoteattr(joint.name)} type="{kind}"><parent link={quoteattr(parent)}/>'
+        f'<child link={quoteattr(joint.child)}/>{_origin(origin)}<axis xyz="{_numbers(joint.axis)}"/>'
+        f'<limit lower="{float(lower)!r}" upper="{float(upper)!r}" effort="0" velocity="0"/></joint>'
+    )
+
+
+def _collision(shape: Collision, meshes: MeshFiles) -> str:
+    geometry = shape.geometry
+    inner = _mesh(meshes.hull(geometry)) if isinstance(geometry, Mesh) else _geometry(geometry)
+    return f"<collision>{_origin(from_pose(shape.origin))}<geometry>{inner}</geometry></collision>"
+
+
+def _visuals(shape: Visual | Collision, meshes: MeshFiles) -> list[str]:
+    """Return the <visual> elements of a shape: one, or for a mesh one for each of its colours."""
+    geometry, rgba = shape.geometry, getattr(shape, "rgba", None) or _GREY
+    if isinstance(geometry, Mesh):
+        parts = [(_mesh(path), own or rgba) for path, own in meshes.drawn(geometry)]
+    else:
+        parts = [(_geometry(geometry), rgba)]
+    origin = _origin(from_pose(shape.origin))
+    return [
+        f'<visual>{origin}<geometry>{inner}</geometry><material name="{_numbers(colour)}">'
+        f'<color rgba="{_numbers(colour)}"/></material></visual>'
+        for inner, colour in parts
+    ]
+
+
+def _mesh(path: Path) -> str:
+    return f"<mesh filename={quoteattr(str(path))}/>"
+
+
+def _geometry(geometry: Geometry) -> str:
+    match geometry:
+        case Box(size):
+            return f'<box size="{_numbers(size)}"/>'
+        case Sphere(radius):
+            return f'<sphere radius="{float(radius)!r}"/>'
+        case Cylinder(radius, length):
+            return f'<cylinder radius="{float(radius)!r}" length="{float(length)!r}"/>'
+        case Capsule(radius, length):
+            return f'<capsule radius="{float(radius)!r}" length="{float(length)!r}"/>'
+    raise TypeError(f"{geometry} is no shape that is written as such")
+
+
+def _origin(transform: tuple[Vector, Quat]) -> str:
+    return f'<origin xyz="{_numbers(transform[0])}" rpy="{_numbers(rpy_from_quat(transform[1]))}"/>'
+
+
+def _numbers(values: tuple[float, ...]) -> str:
+    return " ".join(repr(float(value)) for value in values)

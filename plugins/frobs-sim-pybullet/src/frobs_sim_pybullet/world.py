@@ -1,0 +1,286 @@
+"""One environment: a physics server of its own, with robots, bodies and a floor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.interfaces import Placement, Scene
+from frobs_core.models import Pose, home_positions
+from frobs_sim_pybullet.articulation import FASTEST, Articulation
+from frobs_sim_pybullet.bullet import pybullet as p
+from frobs_sim_pybullet.contacts import Side, question
+from frobs_sim_pybullet.drive import Drive
+from frobs_sim_pybullet.engine import Dynamics, connect
+from frobs_sim_pybullet.frames import Frames
+from frobs_sim_pybullet.layout import Arrays
+from frobs_sim_pybullet.lidar import Collider, Rays
+from frobs_sim_pybullet.meshes import MeshFiles
+from frobs_sim_pybullet.shapes import add_body, prepare
+from frobs_sim_pybullet.transforms import Vector
+
+ROBOT_GROUPS = tuple(1 << bit for bit in range(6, 30))
+"""Bullet's collision group of each robot; lidars leave out their own robot's."""
+
+
+class RobotRow(NamedTuple):
+    """A robot's part of the shared arrays, in one environment."""
+
+    command: np.ndarray[Any, Any]
+    gains: np.ndarray[Any, Any]
+    positions: np.ndarray[Any, Any]
+    velocities: np.ndarray[Any, Any]
+    efforts: np.ndarray[Any, Any]
+
+    @classmethod
+    def of(cls, row: Arrays, robot: str) -> RobotRow:
+        """Return the part of one robot."""
+        return cls(*(row[f"robots/{robot}/{field}"] for field in cls._fields))
+
+
+class World:
+    """One environment.
+
+    Args:
+        robots: By name.
+        scene: Everything else.
+        physics_timestep: [s]
+        dynamics: Where mass matrices are asked for.
+        meshes: Writes mesh files for Bullet.
+        row: This environment's row of the arrays that it shares with the simulation.
+    """
+
+    def __init__(
+        self,
+        robots: Mapping[str, Placement],
+        scene: Scene,
+        physics_timestep: float,
+        dynamics: Dynamics,
+        meshes: MeshFiles,
+        row: Arrays,
+    ) -> None:
+        self._placements, self._scene, self._h = robots, scene, physics_timestep
+        self._dynamics, self._meshes, self._row = dynamics, meshes, row
+        self._time = row["time"]
+        self._watched: dict[str, Callable[[], None]] = {}
+        self._still: set[str] = set()
+        self._moving: list[Callable[[], None]] = []
+        self._parameters: dict[tuple[str, str], Any] = {}
+        self._build()
+
+    def _build(self) -> None:
+        client = self.client = connect()
+        p.setTimeStep(self._h, client)
+        p.setGravity(*self._scene.gravity, client)
+        # Sorted pairs: what was there before a reset or a snapshot then has no influence on what comes after.
+        # No slop: contacts that may sink in a little first let bodies fall, then push them harder than they weigh.
+        p.setPhysicsEngineParameter(deterministicOverlappingPairs=1, contactSlop=0.0, physicsClientId=client)
+        sides: dict[str, Side] = {}
+        if self._scene.floor:
+            plane = p.createCollisionShape(p.GEOM_PLANE, physicsClientId=client)
+            floor = p.createMultiBody(0.0, plane, physicsClientId=client)
+            prepare(client, floor, 1.0)
+            sides["floor"] = floor, -1
+        self.bodies = {name: add_body(client, body) for name, body in self._scene.bodies.items()}
+        self._moments = {name: p.getDynamicsInfo(number, -1, client)[2] for name, number in self.bodies.items()}
+        sides.update({name: (number, -1) for name, number in self.bodies.items() if self._scene.bodies[name].collides})
+        self.robots: dict[str, Articulation] = {}
+        for (name, placement), group in zip(self._placements.items(), ROBOT_GROUPS, strict=False):
+            robot = self.robots[name] = Articulation(client, name, placement, self._dynamics, self._meshes, group)
+            sides[name] = robot.body, -2
+            sides.update({f"{name}/{link}": (robot.body, index) for link, index in robot.links.items()})
+            robot.place()
+            if not robot.floating:
+                for other in [floor, *self.bodies.values()] if self._scene.floor else self.bodies.values():
+                    p.setCollisionFilterPair(robot.body, other, -1, -1, 0, client)  # neither can move the other
+        self.sides = sides
+        self._drives = {name: Drive(robot, self._h, self._scene.gravity) for name, robot in self.robots.items()}
+        self._driven = [(name, drive, RobotRow.of(self._row, name)) for name, drive in self._drives.items()]
+        self._contacts = [question(contact, sides) for contact in self._scene.contacts.values()]
+        self._rays = Rays(client, self._colliders())
+        self._free = [number for name, number in self.bodies.items() if self._scene.bodies[name].mass is not None]
+        self._steps, self._broken = 0, False
+        self._body_pushes: list[tuple[int, Vector, Vector]] = []
+        for (name, target), value in self._parameters.items():
+            self._apply(name, target, value)
+        for name, robot in self.robots.items():
+            self._put_home(name, robot)
+            robot.let_overlap()
+        self._fresh: int = p.saveState(client)
+
+    def _colliders(self) -> dict[Side, Collider]:
+        found: dict[Side, Collider] = {}
+        for name, number in self.bodies.items():
+            pose = partial(p.getBasePositionAndOrientation, number, self.client)
+            found[number, -1] = ((self._scene.bodies[name].geometry, Pose()),), pose
+        for name, robot in self.robots.items():
+            shapes = {link.name: link.collisions for link in self._placements[name].model.links}
+            for link, index in robot.links.items():
+                parts = tuple((shape.geometry, shape.origin) for shape in shapes[link])
+                found[robot.body, index] = parts, partial(robot.link_frame, index)
+        return found
+
+    def _put_home(self, name: str, robot: Articulation) -> None:
+        placement = self._placements[name]
+        home = home_positions(placement.model, placement.robot.home).tolist()
+        robot.write_joints(home, [0.0] * len(home))
+
+    def reset(self) -> None:
+        """Go back to the state as it was built; parameters stay."""
+        if self._broken:
+            self.close()  # what numbers that are none have done to Bullet's data, nobody knows
+            self._build()
+            self._meshes.clear()
+            for channel in list(self._watched):
+                self._watched[channel] = self._reader(channel)
+            self._sort_readers()
+        else:
+            p.restoreState(self._fresh, physicsClientId=self.client)
+        self._steps, self._broken = 0, False
+        self._row["diverged"][...] = False
+        self._row["contact"][...], self._row["contact_force"][...] = False, 0.0
+        for _name, drive in self._drives.items():
+            drive.efforts = [0.0] * len(drive.efforts)
+        self._stop_pushing()
+        self._written()
+
+    def step(self, decimation: int, rows: Mapping[str, Floats]) -> None:
+        """Advance.
+
+        Args:
+            decimation: Physics steps.
+            rows: For robots that have one, a command for each physics step, (decimation, dof).
+        """
+        if self._broken or self._row["diverged"]:
+            self._row["diverged"][...] = True
+            return
+        client, drives = self.client, []
+        for name, drive, own in self._driven:
+            self.robots[name].refresh()
+            drive.set_gains(own.gains)
+            given = rows.get(name) if rows else None
+            drives.append((drive, [own.command.tolist()] * decimation if given is None else given.tolist()))
+        if self._contacts:
+            self._row["contact"][...], self._row["contact_force"][...] = False, 0.0
+        for k in range(decimation):
+            for drive, commands in drives:
+                if not drive(commands[k]):
+                    self._broken = True
+                    self._row["diverged"][...] = True
+                    return
+            for number, force, torque in self._body_pushes:
+                at = p.getBasePositionAndOrientation(number, client)[0]
+                p.applyExternalForce(number, -1, force, at, p.WORLD_FRAME, client)
+                p.applyExternalTorque(number, -1, torque, p.WORLD_FRAME, client)
+            p.stepSimulation(client)
+            if self._contacts:
+                self._watch_contacts()
+        self._steps += decimation
+        self._stop_pushing()
+        for number in self._free:
+            lin, ang = p.getBaseVelocity(number, client)
+            if not math.hypot(*lin, *ang) < FASTEST:
+                self._broken = True
+                self._row["diverged"][...] = True
+                return
+        self._publish()
+
+    def _stop_pushing(self) -> None:
+        self._body_pushes.clear()
+        for drive in self._drives.values():
+            drive.stop_pushing()
+
+    def _watch_contacts(self) -> None:
+        for i, asked in enumerate(self._contacts):
+            if asked is None:
+                continue
+            for point in p.getContactPoints(*asked, self.client):
+                if point[9] > 0.0 or point[8] <= 0.0:  # normal force, distance
+                    self._row["contact"][i] = True
+                    self._row["contact_force"][i] = max(self._row["contact_force"][i], point[9])
+
+    def _written(self) -> None:
+        """Bring all up to date after something was written."""
+        for drive in self._drives.values():
+            drive.forget()
+        self._publish()
+        for channel, read in self._watched.items():
+            if channel in self._still:
+                read()
+
+    def _publish(self) -> None:
+        """Bring up to date what a step changes."""
+        self._time[...] = self._steps * self._h
+        for _, drive, own in self._driven:
+            own.positions[:], own.velocities[:] = drive.states()
+            own.efforts[:] = drive.applied()
+        for read in self._moving:
+            read()
+
+    def watch(self, channel: str) -> None:
+        """Keep a pose, twist or Jacobian current from now on.
+
+        Args:
+            channel: Name of the array.
+        """
+        if channel not in self._watched:
+            self._watched[channel] = self._reader(channel)
+            self._watched[channel]()
+            self._sort_readers()
+
+    def _sort_readers(self) -> None:
+        """Tell what a step can change from what only stands."""
+        self._still = {channel for channel in self._watched if self._stands(channel)}
+        self._moving = [read for channel, read in self._watched.items() if channel not in self._still]
+
+    def _stands(self, channel: str) -> bool:
+        kind, name, field, *link = channel.split("/", 3)
+        if kind == "bodies":
+            return self._scene.bodies[name].mass is None
+        robot = self.robots[name]
+        return not robot.floating and field != "jacobian" and robot.links[robot.bones.frames[link[0]][0]] < 0
+
+    def _reader(self, channel: str) -> Callable[[], None]:
+        kind, name, field, *link = channel.split("/", 3)
+        if kind == "robots":
+            return Frames(self.robots[name], self._drives[name], self._row).reader(field, link[0])
+        number, row, client = self.bodies[name], self._row[channel], self.client
+
+        def read_pose() -> None:
+            pos, (x, y, z, w) = p.getBasePositionAndOrientation(number, client)
+            row[:] = (*pos, w, x, y, z)
+
+        def read_twist() -> None:
+            lin, ang = p.getBaseVelocity(number, client)
+            row[:] = (*lin, *ang)
+
+        return read_pose if field == "pose" else read_twist
+
+    def _apply(self, name: str, target: str, value: Any) -> None:
+        """Tell Bullet of a parameter."""
+        match name:
+            case "gravity":
+                p.setGravity(*value, self.client)
+                for drive in self._drives.values():
+                    drive.set_gravity(tuple(value))
+            case "friction":
+                body, link = self.sides[target]
+                p.changeDynamics(body, link, lateralFriction=value, physicsClientId=self.client)
+            case "mass" if target in self.bodies:
+                number, mass = self.bodies[target], self._scene.bodies[target].mass
+                moments = [moment * value / mass for moment in self._moments[target]]
+                p.changeDynamics(number, -1, mass=value, localInertiaDiagonal=moments, physicsClientId=self.client)
+            case "mass":
+                robot, _, link = target.partition("/")
+                self.robots[robot].write_mass(link, value)
+
+    def close(self) -> None:
+        """Disconnect."""
+        for robot in self.robots.values():
+            robot.close()
+        p.disconnect(self.client)
