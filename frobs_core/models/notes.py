@@ -44,7 +44,7 @@ class Note:
 
     Attributes:
         element: What it is about, as the file has it: ``<link name="forearm">``.
-        rule: Name of the rule that was followed, a key of :data:`RULES`.
+        rule: Name of the rule that was followed, a key of ``RULES``.
         text: What was found and done, without the element.
         line: 1-based line in the file, or None where it is not known (a xacro, or the whole file).
     """

@@ -2,7 +2,7 @@
 
 Nothing is changed silently. Refused: what has two meanings or none (two parents, a zero axis, a number that is not
 finite). Repaired, with a note in ``RobotModel.notes`` and in its ``xml``: what an engine could not simulate
-but has an obvious reading. The rules stand in :data:`frobs_core.models.RULES`.
+but has an obvious reading. The rules stand in ``frobs_core.models.RULES``.
 """
 
 from __future__ import annotations
