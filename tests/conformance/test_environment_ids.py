@@ -35,8 +35,10 @@ def standing_in(robot: str) -> dict[str, str]:
 
 def on_pybullet(id: str, robot: str) -> Iterator[Check]:
     if find_spec("pybullet") is not None:  # which has no wheel for a Python above 3.11
-        checks = (*ON_PYBULLET, *WORKERS) if id == "frobs/Irb120Reach-v0" else ON_PYBULLET
-        yield from named(f"pybullet-{id}", id, checks, simulator="pybullet", **standing_in(robot))
+        keywords = {"simulator": "pybullet", **standing_in(robot)}
+        yield from named(f"pybullet-{id}", id, ON_PYBULLET, num_threads=1, **keywords)
+        if id == "frobs/Irb120Reach-v0":
+            yield from named(f"pybullet-{id}", id, WORKERS, **keywords)
 
 
 test_environment = pytest_checks(
