@@ -71,7 +71,7 @@ def test_an_mjcf_file_is_a_robot(make, tmp_path):
     )
     env = make(ID, 4, robot=str(path), tcp="tool0")
     env.reset(seed=0)
-    env.step(np.zeros((4, 2), np.float32))
+    env.step(np.zeros((4, 3), np.float32))
 
 
 @pytest.mark.parametrize("scale", [0.1, 1.0, 5.0])
