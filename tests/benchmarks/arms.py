@@ -21,7 +21,7 @@ from typing import Any
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "survey"))
 
-from robots import files  # noqa: E402 - where the packages keep them
+from corpus import files  # noqa: E402 - where the packages keep them
 
 from frobs_core.runs import evaluate, resolve_config, train  # noqa: E402
 

@@ -11,8 +11,6 @@ from frobs_core.parity import Subject, make_subjects
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))  # where wrong_simulators.py is, for entry points
 
-pytest_plugins = ["frobs_core.testing.fixtures"]
-
 Compare = Callable[..., Sequence[Subject]]
 
 

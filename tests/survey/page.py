@@ -9,7 +9,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 from compare import TOLERANCE, Result, compare
-from robots import files
+from corpus import files
 
 from frobs_core import plugins
 

@@ -7,8 +7,8 @@ import pytest
 
 pytest.importorskip("pybullet_data")
 
+from corpus import files
 from engines import build
-from robots import files
 
 from frobs_core import plugins
 from frobs_core.models import JointType, load_model

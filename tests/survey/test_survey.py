@@ -8,7 +8,7 @@ pytest.importorskip("pinocchio")
 pytest.importorskip("pybullet_data")
 
 from compare import TOLERANCE, compare
-from robots import FAST, REFUSED, files
+from corpus import FAST, REFUSED, files
 
 from frobs_core import plugins
 

@@ -8,8 +8,6 @@ import pytest
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))  # where kit_environments.py is, for self-importing IDs
 
-pytest_plugins = ["frobs_core.testing.fixtures"]
-
 
 @pytest.fixture(autouse=True)
 def importable_in_child_processes(monkeypatch: pytest.MonkeyPatch) -> None:
