@@ -78,7 +78,7 @@ def test_the_kit_catches_a_description(sound: Robot, check: str, change: dict[st
 
 MODELS: dict[str, tuple[str, dict[str, Any]]] = {
     "no_joint": ("model_has_joints", {"type": "fixed", "limit": ""}),
-    "limits_upside_down": ("limits_are_stated", {"limit": LIMIT.replace('upper="2.9"', 'upper="-2.95"')}),
+    "limits_upside_down": ("notes_are_none", {"limit": LIMIT.replace('upper="2.9"', 'upper="-2.95"')}),
     "no_effort": ("notes_are_none", {"limit": LIMIT.replace('effort="50"', 'effort="0"')}),
     "impossible_inertia": ("notes_are_none", {"izz": 0.5}),
     "negative_mass": ("notes_are_none", {"mass": -1.0}),

@@ -54,11 +54,17 @@ def home_is_held(subject: RobotUnderTest) -> Outcome:
 
 def home_is_free(subject: RobotUnderTest) -> Outcome:
     """At home no two links touch that are not neighbours."""
-    assert subject.simulator is not None
-    if subject.simulator.capabilities.get("contacts", Level.UNSUPPORTED) == Level.UNSUPPORTED:
-        return Hollow(f"simulator '{subject.simulator.name}' tells of no contacts")
     if not subject.robot.self_collision:
         return NotApplicable("the robot's links do not collide with each other")
+    with subject.build() as (sim, _robot):
+        overlaps = sim.overlaps()
+    if overlaps is not None:
+        found = [f"{overlap.first} and {overlap.second}" for overlap in overlaps]
+        expect(not found, f"at home these links are in each other: {'; '.join(found)}.")
+        return None
+    assert subject.simulator is not None
+    if subject.simulator.capabilities.get("contacts", Level.UNSUPPORTED) == Level.UNSUPPORTED:
+        return Hollow(f"simulator '{subject.simulator.name}' tells neither of overlaps nor of contacts")
     model = subject.model
     solid = [link.name for link in model.links if link.collisions]
     beside = {frozenset((joint.parent, joint.child)) for joint in model.joints}
