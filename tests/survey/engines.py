@@ -10,6 +10,7 @@ import numpy as np
 from frobs_core import plugins
 from frobs_core.interfaces import CommandMode, Placement, Robot, Scene, Simulation
 from frobs_core.models import Pose, RobotModel
+from frobs_core.rotations import quat_from_matrix
 
 
 @dataclass(eq=False)
@@ -43,6 +44,8 @@ def build(simulator: str, model: RobotModel, num_envs: int, **description: Any) 
 
 class Mujoco:
     """The compiled model."""
+
+    box_is_exact = True
 
     def __init__(self, simulation: Any) -> None:
         self._model = simulation.native.model
@@ -104,8 +107,74 @@ class Mujoco:
         return np.stack([origin - half, origin + half])
 
 
-ENGINES = {"mujoco": Mujoco}
+class Pybullet:
+    """Bullet's body. A link that weighs nothing and has no shape is none; of a fixed base Bullet forgets the mass."""
+
+    box_is_exact = False  # Bullet boxes the boxes of a link's shapes, in their own axes, and adds margins
+
+    def __init__(self, simulation: Any) -> None:
+        import pybullet
+
+        native = simulation.native[0]
+        self._p, self._client, self._body = pybullet, native.client, native.robots["robot"]
+        self._model = simulation.robots["robot"].model
+        self._links, self._joints = {self._model.root: -1}, {}
+        for i in range(pybullet.getNumJoints(self._body, self._client)):
+            info = pybullet.getJointInfo(self._body, i, self._client)
+            self._links[info[12].decode()] = self._joints[info[1].decode()] = i
+
+    def link(self, name: str) -> BuiltLink | None:
+        if name not in self._links:
+            return BuiltLink(0.0, np.zeros(3), np.zeros((3, 3)), None)
+        index = self._links[name]
+        dynamics = self._p.getDynamicsInfo(self._body, index, self._client)
+        pose = _transform(dynamics[3], dynamics[4])
+        axes = pose[:3, :3]
+        return BuiltLink(
+            mass=float("nan") if index < 0 else dynamics[0],
+            centre=pose[:3, 3],
+            inertia=axes @ np.diag(dynamics[2]) @ axes.T if index >= 0 else np.full((3, 3), np.nan),
+            box=self._box(index, pose),
+        )
+
+    def joint(self, name: str) -> BuiltJoint:
+        info = self._p.getJointInfo(self._body, self._joints[name], self._client)
+        kind = {self._p.JOINT_REVOLUTE: "revolute", self._p.JOINT_PRISMATIC: "prismatic"}[info[2]]
+        com = self._p.getDynamicsInfo(self._body, self._joints[name], self._client)[3:5]
+        axis = _transform(*com)[:3, :3] @ np.array(info[13])  # Bullet tells it in the axes of the inertia
+        return BuiltJoint(kind, axis, (info[8], info[9]) if info[8] < info[9] else (-np.inf, np.inf))
+
+    def mimics(self) -> dict[str, tuple[str, float, float]]:
+        """Return nothing: the drive law moves what mimics, which the kinematics show."""
+        return {}
+
+    def _box(self, link: int, com: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """Turn the robot so that the link's axes are the world's, and ask for the box around it."""
+        if not self._p.getCollisionShapeData(self._body, link, self._client):
+            return None
+        place = self._p.getBasePositionAndOrientation(self._body, self._client)
+        base = _transform(*place)
+        if link < 0:
+            frame = base @ np.linalg.inv(com)
+        else:
+            frame = _transform(*self._p.getLinkState(self._body, link, 0, 1, self._client)[:2]) @ np.linalg.inv(com)
+        turned = np.linalg.inv(frame) @ base
+        quat_wxyz = quat_from_matrix(turned[:3, :3])
+        self._p.resetBasePositionAndOrientation(self._body, turned[:3, 3], quat_wxyz[[1, 2, 3, 0]], self._client)
+        self._p.performCollisionDetection(self._client)
+        low, high = self._p.getAABB(self._body, link, self._client)
+        self._p.resetBasePositionAndOrientation(self._body, *place, self._client)
+        return np.array(low), np.array(high)
+
+
+ENGINES = {"mujoco": Mujoco, "pybullet": Pybullet}
 """By simulator; of others only what every handle tells is compared."""
+
+
+def _transform(pos: Any, quat_xyzw: Any) -> np.ndarray:
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = matrix(np.array(quat_xyzw)[[3, 0, 1, 2]]), pos
+    return pose
 
 
 def matrix(quat_wxyz: np.ndarray) -> np.ndarray:
