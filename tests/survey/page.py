@@ -36,7 +36,8 @@ def page(results: dict[str, dict[str, Result]], simulators: list[str]) -> str:
 Every URDF of the PyPI packages example-robot-data and pybullet (its `pybullet_data`) that has a joint that moves:
 {len(results)} files, of which {len(built)} are built and {len(refused)} are refused. Each that is built is compared with
 its file, which Pinocchio and trimesh read without FRobs: names, types, axes and limits of joints, what mimics what, mass,
-centre of mass and inertia of each link, the box around what collides, and forward kinematics at 20 postures.
+centre of mass and inertia of each link, the box around what collides
+(of PyBullet, which tells it with margins only, roughly), and forward kinematics at 20 postures.
 *Differences* counts what is not as the file says it by more than {TOLERANCE:g}; each of them obeys the
 {{doc}}`rule </explanation/model-files>` that stands beside it, and a test fails if one does not. *Kinematics* is the largest
 distance [m] of any link from where Pinocchio has it.
