@@ -138,7 +138,8 @@ def test_a_box_slides_by_the_friction_of_its_environment(make, simulator, monkey
         slid = env.step(np.zeros((N, 6)))[0] - first
     friction = env.randomization.values["friction/box"]
     assert (friction == env.randomization.values["friction/floor"]).all()
-    assert slid[:, 0] == pytest.approx(0.5 * (3.0 - friction * 9.81), rel=0.1, abs=0.02)  # in 1 s
+    between = friction**2 if simulator == "pybullet" else friction  # Bullet multiplies the two, MuJoCo takes the larger
+    assert slid[:, 0] == pytest.approx(0.5 * (3.0 - between * 9.81), rel=0.1, abs=0.02)  # in 1 s
 
 
 @claiming("action_delay")

@@ -48,7 +48,12 @@ def test_a_controller_picks_its_section_of_the_tuned_file() -> None:
     joint, tool = resolve_config(REACH), resolve_config(REACH, flags={"controller": "tcp_delta_position"})
     assert tool.environment_kwargs == {"controller": "tcp_delta_position"}
     assert tool.steps < joint.steps
-    assert tool.algorithm_config["policy_kwargs"] == joint.algorithm_config["policy_kwargs"]
+    assert tool.algorithm_config["policy_kwargs"]["activation_fn"] == "elu"
+    assert (
+        tool.algorithm_config["policy_kwargs"]["net_arch"]
+        == [64, 64]
+        != joint.algorithm_config["policy_kwargs"]["net_arch"]
+    )
 
 
 def test_settings_win_over_flags_and_flags_over_the_file(file: Path) -> None:
