@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from frobs_core.arrays import Floats
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,6 +53,12 @@ class Lidar:
     range_min: float
     range_max: float
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @cached_property
+    def directions(self) -> Floats:
+        """(rays, 3) where the rays point, in ``frame``."""
+        angles = np.linspace(self.angle_min, self.angle_max, self.rays)
+        return np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=-1)
 
 
 @dataclass(frozen=True, kw_only=True)

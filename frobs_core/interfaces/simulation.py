@@ -17,10 +17,11 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import UnknownNameError
 from frobs_core.interfaces.command import CommandMode
-from frobs_core.interfaces.robot import Robot
+from frobs_core.interfaces.robot import Lidar, Robot
 from frobs_core.interfaces.scene import Marker, Placement, Scene
 from frobs_core.interfaces.translation import Overlap, Translation
 from frobs_core.models.model import RobotModel
+from frobs_core.rotations import quat_rotate
 
 Snapshot: TypeAlias = dict[str, np.ndarray[Any, Any]]
 """A complete state: arrays by name, each (num_envs, …)."""
@@ -168,6 +169,21 @@ class RobotHandle(ABC):
     @abstractmethod
     def lidar(self, name: str) -> Floats:
         """Return (num_envs, rays) [m] of a lidar of the robot; it does not see the robot itself."""
+
+    def lidar_rays(self, name: str) -> tuple[Lidar, Floats, Floats]:
+        """Return a lidar, and where its rays start [m] and point in the world, (num_envs, rays, 3) each.
+
+        Raises:
+            UnknownNameError: The robot has no such lidar.
+        """
+        if name not in self.robot.lidars:
+            raise UnknownNameError("lidar", name, self.robot.lidars)
+        lidar = self.robot.lidars[name]
+        pos, quat = self.frame_pose(lidar.frame)
+        shape = (self.num_envs, lidar.rays, 3)
+        directions = quat_rotate(quat[:, None], np.broadcast_to(lidar.directions, shape))
+        origins = pos + quat_rotate(quat, np.broadcast_to(np.array(lidar.offset), pos.shape))
+        return lidar, np.broadcast_to(origins[:, None], shape), directions
 
     def frame_name(self, frame: str) -> str:
         """Resolve ``"tcp"`` and check that the link exists.

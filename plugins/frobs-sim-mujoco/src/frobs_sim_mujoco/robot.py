@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import SimulationError, UnknownNameError
+from frobs_core.errors import SimulationError
 from frobs_core.interfaces import CommandMode, Placement, RobotHandle
 from frobs_core.models import default_tcp, home_positions
 from frobs_core.rotations import quat_multiply, quat_rotate
@@ -75,7 +75,6 @@ class MujocoRobot(RobotHandle):
         self._swap = np.broadcast_to(_SWAP, self._shift.shape).copy()
         self._poses: dict[str, tuple[Floats, Floats]] = {}
         self._motions: dict[str, tuple[Floats, Floats, Floats, Floats | None]] = {}
-        self._rays: dict[str, Floats] = {}
         self._positions = _view(self._qpos, self._q_columns)
         self._velocities = _view(self._qvel, self.dofs)
 
@@ -239,18 +238,9 @@ class MujocoRobot(RobotHandle):
 
     def lidar(self, name: str) -> Floats:
         """Return (num_envs, rays) [m] of a lidar of the robot."""
-        if name not in self.robot.lidars:
-            raise UnknownNameError("lidar", name, self.robot.lidars)
-        lidar = self.robot.lidars[name]
-        if name not in self._rays:
-            angles = np.linspace(lidar.angle_min, lidar.angle_max, lidar.rays)
-            self._rays[name] = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=-1)
-        pos, quat = self.frame_pose(lidar.frame)
-        shape = (self.num_envs, lidar.rays, 3)
-        directions = quat_rotate(quat[:, None], np.broadcast_to(self._rays[name], shape))
-        origins = pos + quat_rotate(quat, np.broadcast_to(np.array(lidar.offset), pos.shape))
+        lidar, origins, directions = self.lidar_rays(name)
         others = [SCENE_GROUP, *(group for group in ROBOT_GROUPS if group != self._group)]
-        distances = self._simulation.cast(np.broadcast_to(origins[:, None], shape), directions, lidar.range_max, others)
+        distances = self._simulation.cast(origins, directions, lidar.range_max, others)
         return np.maximum(distances, lidar.range_min)
 
     def _body(self, frame: str) -> int:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import SimulationError, UnknownNameError
+from frobs_core.errors import SimulationError
 from frobs_core.interfaces import CommandMode, Placement, RobotHandle
 from frobs_core.models import default_gains, default_tcp, home_positions
 from frobs_core.rotations import quat_multiply, quat_rotate
@@ -51,7 +51,6 @@ class PybulletRobot(RobotHandle):
         self._command_mode = placement.command_mode
         self.apply_gains()
         self._poses: dict[str, tuple[Floats, Floats]] = {}
-        self._rays: dict[str, Floats] = {}
 
     @property
     def joint_positions(self) -> Floats:
@@ -162,18 +161,8 @@ class PybulletRobot(RobotHandle):
 
     def lidar(self, name: str) -> Floats:
         """Return (num_envs, rays) [m] of a lidar of the robot."""
-        if name not in self.robot.lidars:
-            raise UnknownNameError("lidar", name, self.robot.lidars)
-        lidar = self.robot.lidars[name]
-        if name not in self._rays:
-            angles = np.linspace(lidar.angle_min, lidar.angle_max, lidar.rays)
-            self._rays[name] = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=-1)
-        pos, quat = self.frame_pose(lidar.frame)
-        shape = (self.num_envs, lidar.rays, 3)
-        directions = quat_rotate(quat[:, None], np.broadcast_to(self._rays[name], shape))
-        origins = pos + quat_rotate(quat, np.broadcast_to(np.array(lidar.offset), pos.shape))
-        starts = np.broadcast_to(origins[:, None], shape)
-        return np.maximum(self._simulation.cast(starts, directions, lidar.range_max, self.name), lidar.range_min)
+        lidar, origins, directions = self.lidar_rays(name)
+        return np.maximum(self._simulation.cast(origins, directions, lidar.range_max, self.name), lidar.range_min)
 
     def _watched(self, kind: str, frame: str) -> Floats:
         return self._simulation.watched(f"robots/{self.name}/{kind}/{self.frame_name(frame)}")
