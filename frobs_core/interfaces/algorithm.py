@@ -20,8 +20,14 @@ class TrainingMonitor(Protocol):
     Episodes need no telling: the run watches the environment that it hands over.
     """
 
+    def is_due(self, steps: int) -> bool:
+        """Return whether the run wants to be told the progress, or a checkpoint, at so many environment steps.
+
+        Cheap enough to be asked in every step.
+        """
+
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Tell that an iteration ended; a row of the log.
+        """Tell what was learned since the last time; a row of the log.
 
         Args:
             steps: Environment steps so far, over all environments.
@@ -31,12 +37,12 @@ class TrainingMonitor(Protocol):
             Whether to go on; where not, ``train`` returns.
         """
 
-    def offer_checkpoint(self, steps: int, save: Callable[[Path], None]) -> None:
+    def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
         """Tell that the algorithm stands where it could continue exactly.
 
         Args:
             steps: Environment steps so far, over all environments.
-            save: Called with an empty folder, if the run wants a checkpoint now: :meth:`Algorithm.save`.
+            save: :meth:`Algorithm.save`, called if the run wants a checkpoint now.
 
         Raises:
             CheckpointError: It cannot be written; those before are intact.
@@ -92,8 +98,13 @@ class Algorithm(ABC):
         """Return actions for a batch of observations, and the state of a recurrent policy."""
 
     @abstractmethod
-    def save(self, folder: Path) -> None:
+    def save(self, folder: Path, previous: Path | None = None) -> None:
         """Write everything that :meth:`load` needs into an empty folder.
+
+        Args:
+            folder: The folder.
+            previous: What this training wrote last, complete and on the same disk: a file that has not changed since
+                may be a hard link to the one there, so that a checkpoint costs what is new. None: nothing was.
 
         Raises:
             OSError: The disk is full, or the folder cannot be written.

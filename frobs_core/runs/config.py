@@ -32,6 +32,7 @@ class RunConfig(BaseModel):
         num_envs: Environments that are stepped together.
         steps: Environment steps, over all environments.
         seed: Everything random comes from it; None: another one each time.
+        log_every: [environment steps] between rows of the log, at least; None: a five-hundredth of ``steps``.
         checkpoint_every: [environment steps] between checkpoints; None: a tenth of ``steps``.
         keep_checkpoints: How many of the newest checkpoints stay.
     """
@@ -46,6 +47,7 @@ class RunConfig(BaseModel):
     num_envs: Annotated[int, Field(ge=1)] = 8
     steps: Annotated[int, Field(ge=1)] = 100_000
     seed: Annotated[int, Field(ge=0)] | None = None
+    log_every: Annotated[int, Field(ge=1)] | None = None
     checkpoint_every: Annotated[int, Field(ge=1)] | None = None
     keep_checkpoints: Annotated[int, Field(ge=1)] = 3
 

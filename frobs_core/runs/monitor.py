@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from frobs_core.runs.checkpoints import write_checkpoint
+from frobs_core.runs.checkpoints import Checkpoint, write_checkpoint
 from frobs_core.runs.progress import STEPS, ProgressLog
 from frobs_core.runs.recorder import EpisodeRecorder, FinishedEpisodes
 from frobs_core.runs.run import Run
@@ -100,12 +100,20 @@ class RunMonitor:
         self._tell = tell
         self._every = run.config.checkpoint_every or max(1, run.config.steps // 10)
         self._next_checkpoint = self._every
+        self._log_every = run.config.log_every or max(1, run.config.steps // 500)
+        self._next_row = self._log_every
+        self._last_checkpoint: Checkpoint | None = None
         self._start = time.perf_counter()
         self.steps = 0
+
+    def is_due(self, steps: int) -> bool:
+        """Return whether a row or a checkpoint is due."""
+        return steps >= self._next_row or steps >= self._next_checkpoint
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
         """Write a row and tell the progress."""
         self.steps = steps
+        self._next_row = (steps // self._log_every + 1) * self._log_every
         elapsed = time.perf_counter() - self._start
         rate = steps / elapsed
         self._log.write(
@@ -121,28 +129,30 @@ class RunMonitor:
             self._tell(self._progress(steps, elapsed, rate))
         return True
 
-    def offer_checkpoint(self, steps: int, save: Callable[[Path], None]) -> None:
+    def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
         """Write a checkpoint if one is due."""
         if steps >= self._next_checkpoint:
             self.write_checkpoint(steps, save)
             self._next_checkpoint = (steps // self._every + 1) * self._every
 
-    def write_checkpoint(self, steps: int, save: Callable[[Path], None]) -> None:
+    def write_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
         """Write a checkpoint now: ``algorithm/``, and ``environment.npz`` where the environment has a snapshot.
 
         Raises:
             CheckpointError: It cannot be written; those before are intact.
         """
+        previous = None if self._last_checkpoint is None else self._last_checkpoint.path / "algorithm"
 
         def write(folder: Path) -> None:
             (folder / "algorithm").mkdir()
-            save(folder / "algorithm")
+            save(folder / "algorithm", previous)
             snapshot = self._env.snapshot()
             if snapshot is not None:
                 with (folder / "environment.npz").open("wb") as file:
                     np.savez(file, allow_pickle=False, **snapshot)
 
-        write_checkpoint(self._run.path / "checkpoints", steps, write, self._run.config.keep_checkpoints)
+        keep = self._run.config.keep_checkpoints
+        self._last_checkpoint = write_checkpoint(self._run.path / "checkpoints", steps, write, keep)
 
     def _progress(self, steps: int, elapsed: float, rate: float) -> Progress:
         total = self._run.config.steps

@@ -48,7 +48,7 @@ class Drift(Algorithm):
         noise = 0.0 if deterministic else np.random.default_rng().normal(size=1)
         return np.tanh((observation[:, :, None] * self.matrix).sum(1) + noise).astype(np.float32), None
 
-    def save(self, folder: Path) -> None:
+    def save(self, folder: Path, previous: Path | None = None) -> None:
         (folder / "drift.json").write_text(json.dumps({"matrix": self.matrix.tolist()}))
 
     @classmethod
@@ -101,7 +101,7 @@ class OneSeed(Drift):
 
 
 class SavesInFloat16(Drift):
-    def save(self, folder: Path) -> None:
+    def save(self, folder: Path, previous: Path | None = None) -> None:
         (folder / "drift.json").write_text(json.dumps({"matrix": self.matrix.astype(np.float16).tolist()}))
 
 
@@ -124,7 +124,7 @@ class Function(Drift):
 
 
 class Pickles(Drift):
-    def save(self, folder: Path) -> None:
+    def save(self, folder: Path, previous: Path | None = None) -> None:
         super().save(folder)
         (folder / "rest.pkl").write_bytes(pickle.dumps(Path(folder)))
 

@@ -25,12 +25,16 @@ class Monitor:
         self.steps: list[int] = []
         self.offers = 0
 
+    def is_due(self, steps: int) -> bool:
+        """Always."""
+        return True
+
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
         """Keep the steps, and go on."""
         self.steps.append(steps)
         return True
 
-    def offer_checkpoint(self, steps: int, save: Callable[[Path], None]) -> None:
+    def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
         """Count, and want none."""
         self.offers += 1
 

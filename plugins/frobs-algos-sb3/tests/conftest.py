@@ -22,11 +22,15 @@ class Monitor:
         self.on_offer: Callable[[int], None] = lambda steps: None
         self._stop_at = stop_at
 
+    def is_due(self, steps: int) -> bool:
+        """Always."""
+        return True
+
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
         self.rows.append((steps, dict(metrics)))
         return self._stop_at is None or steps < self._stop_at
 
-    def offer_checkpoint(self, steps: int, save: Callable[[Path], None]) -> None:
+    def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
         self.offers.append(steps)
         self.on_offer(steps)
         if steps in self.save_at:

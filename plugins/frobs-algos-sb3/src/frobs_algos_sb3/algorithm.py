@@ -89,7 +89,7 @@ class SB3Algorithm(Algorithm):
             observation = self.normalizer.normalize_obs(observation)
         return self.model.predict(observation, state, episode_start, deterministic)
 
-    def save(self, folder: Path) -> None:
+    def save(self, folder: Path, previous: Path | None = None) -> None:
         """Write ``algorithm.json``, and tensors and arrays beside it."""
         storage.write_json(
             folder / "algorithm.json",
@@ -223,6 +223,8 @@ class _MonitorCallback(BaseCallback):
     def _on_rollout_start(self) -> None:
         if self.num_timesteps == self._reported:  # nothing was learned yet
             self._algorithm._begin()
+            return
+        if not self._monitor.is_due(self.num_timesteps):
             return
         go_on = self.report()
         self._monitor.offer_checkpoint(self._reported, self._algorithm.save)
