@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,7 @@ _POSTURES = 1024
 _START_CLEARANCE = 0.05
 """[m] at the start of an episode, so that the drives have room to settle."""
 
-_CHUNK = 4096
+_CHUNK = 2048
 """Joint vectors whose forward kinematics are computed at a time, which bounds the memory."""
 
 Accept = Callable[[Floats], Mask]
@@ -58,8 +59,7 @@ class JointSampler:
     def survey(self, count: int) -> Floats:
         """Return where ``count`` joint vectors put the tool: (count, 3) [m], always the same."""
         vectors = self._postures("survey", count)
-        parts = (vectors[start : start + _CHUNK] for start in range(0, count, _CHUNK))
-        return np.concatenate([self._robot.frame_pose("tcp", part)[0] for part in parts])
+        return np.concatenate([self._robot.frame_pose("tcp", part)[0] for part in _parts(vectors, _CHUNK)])
 
     def start(self) -> Floats | None:
         """Return (dof,) the posture nearest to home that is 5 cm above the floor, or None: home is, or none was found."""
@@ -99,24 +99,30 @@ class JointSampler:
         wanted = np.flatnonzero(open_rows)
         joint_positions, positions = np.empty((len(open_rows), dof)), np.empty((len(open_rows), 3))
         for count in _ROUNDS:
-            rows = np.flatnonzero(open_rows)
-            if not len(rows):
+            for rows in _parts(np.flatnonzero(open_rows), max(1, _CHUNK // count)):
+                drawn_for = np.zeros(len(open_rows), bool)
+                drawn_for[rows] = True
+                candidates = rng.uniform(stream, self.lower, self.upper, (count, dof), drawn_for)  # (m, count, dof)
+                reached = self._robot.frame_pose("tcp", candidates.reshape(-1, dof))[0].reshape(-1, count, 3)
+                good = accept(reached)  # (m, count)
+                good[good] = self._floor.is_clear(candidates[good])
+                first = good.argmax(axis=1)
+                found = good[np.arange(len(rows)), first]
+                joint_positions[rows[found]] = candidates[found, first[found]]
+                positions[rows[found]] = reached[found, first[found]]
+                open_rows[rows[found]] = False
+            if not open_rows.any():
                 break
-            candidates = rng.uniform(stream, self.lower, self.upper, (count, dof), open_rows)  # (m, count, dof)
-            reached = self._robot.frame_pose("tcp", candidates.reshape(-1, dof))[0].reshape(-1, count, 3)
-            good = accept(reached)  # (m, count)
-            good[good] = self._floor.is_clear(candidates[good])
-            first = good.argmax(axis=1)
-            found = good[np.arange(len(rows)), first]
-            joint_positions[rows[found]] = candidates[found, first[found]]
-            positions[rows[found]] = reached[found, first[found]]
-            open_rows[rows[found]] = False
         if open_rows.any():
             raise ConfigurationError(
                 f"{what}: {sum(_ROUNDS)} random joint vectors of robot '{self._robot.robot.name}' were tried for "
                 f"environment {int(np.flatnonzero(open_rows)[0])} and none will do; choose a wider box."
             )
         return joint_positions[wanted], positions[wanted]
+
+
+def _parts(rows: np.ndarray[Any, Any], size: int) -> Iterator[np.ndarray[Any, Any]]:
+    return (rows[start : start + size] for start in range(0, len(rows), size))
 
 
 def box_of(reached: Floats) -> tuple[Floats, Floats]:
