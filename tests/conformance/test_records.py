@@ -20,7 +20,15 @@ from frobs_core.testing import (
     pytest_checks,
 )
 
-SHORT: dict[str, dict[str, Any]] = {"ppo": {"n_steps": 64, "batch_size": 32, "n_epochs": 2}}
+_ON_POLICY = {"n_steps": 64, "batch_size": 32, "n_epochs": 2}
+_OFF_POLICY = {"learning_starts": 200, "batch_size": 16, "buffer_size": 1000, "policy_kwargs": {"net_arch": [64, 64]}}
+
+SHORT: dict[str, dict[str, Any]] = {
+    "ppo": _ON_POLICY,
+    "recurrent_ppo": {**_ON_POLICY, "policy_kwargs": {"lstm_hidden_size": 16}},
+    **dict.fromkeys(("ddpg", "sac", "td3", "tqc", "crossq"), _OFF_POLICY),
+    "dqn": {**_OFF_POLICY, "learning_rate": 0.01},
+}
 """Settings with which a training of a few hundred steps has several iterations."""
 
 

@@ -10,8 +10,8 @@ import pytest
 import torch as th
 
 from frobs_algos_sb3 import state, storage
-from frobs_algos_sb3.config import schedule
 from frobs_algos_sb3.ppo import PPO
+from frobs_algos_sb3.settings import schedule
 from frobs_core.errors import CheckpointError, ConfigurationError, RunError, UnknownParameterError, UntrustedFileError
 
 FAST = {"n_steps": 8, "batch_size": 16, "n_epochs": 2, "policy_kwargs": {"net_arch": [8]}}

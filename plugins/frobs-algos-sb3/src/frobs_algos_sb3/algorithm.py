@@ -10,26 +10,25 @@ import gymnasium as gym
 import numpy as np
 import torch as th
 from gymnasium import spaces
-from gymnasium.vector import AutoresetMode
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.preprocessing import is_image_space
 from stable_baselines3.common.utils import set_random_seed
 from stable_baselines3.common.vec_env import VecNormalize
 
-from frobs_algos_sb3 import state, storage
+from frobs_algos_sb3 import replay, state, storage
+from frobs_algos_sb3.callback import MonitorCallback, Stopped
 from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.features import ScaledFlattenExtractor
 from frobs_algos_sb3.spaces import space_from_json, space_to_json
-from frobs_algos_sb3.vec_env import VectorEnvAdapter
+from frobs_algos_sb3.vec_env import NoEnvironment, VectorEnvAdapter
 from frobs_core.arrays import Action, Mask
 from frobs_core.errors import CheckpointError, ConfigurationError, RunError
 from frobs_core.interfaces import Algorithm, TrainingMonitor
 from frobs_core.interfaces.task import Observation
 from frobs_core.validation import validate
 
-FORMAT = 1
+FORMAT = 2
 """Of the files that :meth:`SB3Algorithm.save` writes."""
 
 
@@ -65,16 +64,22 @@ class SB3Algorithm(Algorithm):
 
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
         """Learn until ``steps`` environment steps were taken."""
-        if isinstance(self.venv.env, _NoEnvironment):
+        if not self.venv.can_step:
             raise RunError("this algorithm was loaded for prediction only; load it with an environment to train it.")
-        callback = _MonitorCallback(self, monitor)
         left = steps - self.model.num_timesteps
         if left <= 0:
             return
+        if self._pause is not None and not self._pause.at_start:
+            self._begin()
+        callback = MonitorCallback(self.name, monitor, self._begin, self.save)
+        self._callback = callback
         try:
             self.model.learn(left, callback, log_interval=None, reset_num_timesteps=self.model.num_timesteps == 0)  # type: ignore[arg-type]
-        except _Stopped:
+        except Stopped:
+            self._pause = state.pause(self.model, at_start=True)
             return
+        finally:
+            self._callback = None
         callback.report()
 
     def predict(
@@ -91,6 +96,8 @@ class SB3Algorithm(Algorithm):
 
     def save(self, folder: Path, previous: Path | None = None) -> None:
         """Write ``algorithm.json``, and tensors and arrays beside it."""
+        at_start = self._callback is not None and self._callback.at_start
+        pause = self._pause or state.pause(self.model, at_start)
         storage.write_json(
             folder / "algorithm.json",
             {
@@ -102,16 +109,19 @@ class SB3Algorithm(Algorithm):
                 "num_envs": self.venv.num_envs,
                 "observation_space": space_to_json(self.observation_space),
                 "action_space": space_to_json(self.action_space),
-                "counters": {name: getattr(self.model, name) for name in state.COUNTERS},
+                "counters": state.counters(self.model),
+                "at_start": pause.at_start,
             },
         )
-        optimizers = {name: optimizer.state_dict() for name, optimizer in state.optimizers(self.model).items()}
         storage.write_tensors(folder / "policy.pt", self.model.policy.state_dict())
-        storage.write_tensors(folder / "optimizers.pt", optimizers)
+        storage.write_tensors(folder / "optimizers.pt", state.learning(self.model))
         storage.write_arrays(folder / "last_step.npz", state.last_step(self.model))
-        storage.write_arrays(folder / "generators.npz", state.generators())
+        storage.write_arrays(folder / "random.npz", pause.arrays)
         if self.normalizer is not None:
             storage.write_arrays(folder / "normalizer.npz", state.normalizer_arrays(self.normalizer))
+        buffer = getattr(self.model, "replay_buffer", None)
+        if buffer is not None:
+            replay.write(buffer, folder / "replay", None if previous is None else previous / "replay")
 
     @classmethod
     def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
@@ -125,13 +135,13 @@ class SB3Algorithm(Algorithm):
         algorithm = cls.__new__(cls)
         try:
             settings = cls._settings(saved["config"])
-            detached = _NoEnvironment(
+            detached = NoEnvironment(
                 saved["num_envs"], space_from_json(saved["observation_space"]), space_from_json(saved["action_space"])
             )
             if env is not None:
                 _check_same_spaces(detached, env)
             algorithm._build(detached if env is None else env, settings, saved["seed"], saved["observation_scale"])
-            algorithm._restore(folder, saved["counters"], continuing=env is not None)
+            algorithm._restore(folder, saved, continuing=env is not None)
         except KeyError as error:
             raise CheckpointError(f"{folder} is incomplete: {error} is missing.") from error
         return algorithm
@@ -144,7 +154,8 @@ class SB3Algorithm(Algorithm):
         self, env: gym.vector.VectorEnv[Any, Any, Any], config: SB3Config, seed: int, scale: list[float] | None
     ) -> None:
         self._config, self._seed, self._scale = config, seed, scale
-        self._at_start: dict[str, state.Arrays] | None = None
+        self._pause: state.Pause | None = None
+        self._callback: MonitorCallback | None = None
         self.observation_space, self.action_space = env.single_observation_space, env.single_action_space
         space_to_json(self.observation_space)  # refuses what could not be learned from
         self._check_action_space(self.action_space)
@@ -164,7 +175,7 @@ class SB3Algorithm(Algorithm):
         set_random_seed(seed, using_cuda=config.device != "cpu")
         self.action_space.seed(seed)
         kwargs = config.model_kwargs()
-        if scale is not None:
+        if scale is not None and config.policy_kwargs.features_extractor_class in (None, "FlattenExtractor"):
             kwargs["policy_kwargs"] |= {
                 "features_extractor_class": ScaledFlattenExtractor,
                 "features_extractor_kwargs": {"scale": scale},
@@ -183,7 +194,7 @@ class SB3Algorithm(Algorithm):
                 "scale it with gymnasium.wrappers.RescaleAction, or choose another controller."
             )
 
-    def _restore(self, folder: Path, counters: Mapping[str, Any], continuing: bool) -> None:
+    def _restore(self, folder: Path, saved: Mapping[str, Any], continuing: bool) -> None:
         try:
             self.model.policy.load_state_dict(storage.read_tensors(folder / "policy.pt"))
         except RuntimeError as error:
@@ -191,72 +202,20 @@ class SB3Algorithm(Algorithm):
         if self.normalizer is not None:
             state.restore_normalizer(self.normalizer, storage.read_arrays(folder / "normalizer.npz"))
             self.normalizer.training = continuing
-        for name in state.COUNTERS:
-            setattr(self.model, name, counters[name])
+        state.restore_counters(self.model, saved["counters"])
         if continuing:
-            saved = storage.read_tensors(folder / "optimizers.pt")
-            for name, optimizer in state.optimizers(self.model).items():
-                optimizer.load_state_dict(saved[name])
+            state.restore_learning(self.model, storage.read_tensors(folder / "optimizers.pt"))
             state.restore_last_step(self.model, storage.read_arrays(folder / "last_step.npz"))
-            self._at_start = {"generators": storage.read_arrays(folder / "generators.npz")}
+            self._pause = state.Pause(storage.read_arrays(folder / "random.npz"), at_start=bool(saved["at_start"]))
+            buffer = getattr(self.model, "replay_buffer", None)
+            if buffer is not None:
+                replay.read(buffer, folder / "replay")
 
     def _begin(self) -> None:
-        """Set what must be set last: the generators, once everything that draws from them has been built."""
-        if self._at_start is not None:
-            state.restore_generators(self._at_start["generators"])
-            self._at_start = None
-
-
-class _Stopped(Exception):  # noqa: N818  # no error: the monitor wants no more
-    """Ends ``learn`` where the algorithm could continue exactly."""
-
-
-class _MonitorCallback(BaseCallback):
-    """Tells the monitor at the start of each rollout, the only moment at which a model can be saved exactly."""
-
-    def __init__(self, algorithm: SB3Algorithm, monitor: TrainingMonitor) -> None:
-        super().__init__()
-        self._algorithm = algorithm
-        self._monitor = monitor
-        self._reported = algorithm.model.num_timesteps
-
-    def _on_rollout_start(self) -> None:
-        if self.num_timesteps == self._reported:  # nothing was learned yet
-            self._algorithm._begin()
-            return
-        if not self._monitor.is_due(self.num_timesteps):
-            return
-        go_on = self.report()
-        self._monitor.offer_checkpoint(self._reported, self._algorithm.save)
-        if not go_on:
-            raise _Stopped
-
-    def _on_step(self) -> bool:
-        return True
-
-    def report(self) -> bool:
-        """Tell what the last iteration came to; return whether to go on."""
-        self._reported = self.model.num_timesteps
-        values = self.model.logger.name_to_value
-        metrics = {
-            f"{self._algorithm.name}/{key.removeprefix('train/')}": float(value)
-            for key, value in values.items()
-            if key.startswith("train/")
-        }
-        values.clear()
-        self.model.logger.name_to_count.clear()
-        self.model.logger.name_to_excluded.clear()
-        return self._monitor.on_progress(self._reported, metrics)
-
-
-class _NoEnvironment(gym.vector.VectorEnv[Any, Any, Any]):
-    """Spaces alone, for a policy that only predicts."""
-
-    def __init__(self, num_envs: int, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
-        self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}
-        self.num_envs = num_envs
-        self.single_observation_space = observation_space
-        self.single_action_space = action_space
+        """Set what must be set last: what is drawn from, once everything that draws has been built."""
+        if self._pause is not None:
+            state.resume(self.model, self._pause)
+            self._pause = None
 
 
 def _suggested_scale(env: gym.vector.VectorEnv[Any, Any, Any]) -> list[float] | None:
@@ -274,6 +233,10 @@ def _policy(space: gym.Space[Any]) -> str:
 
 
 def _check_same_spaces(saved: gym.vector.VectorEnv[Any, Any, Any], env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
+    if saved.num_envs != env.num_envs:
+        raise ConfigurationError(
+            f"the training has {saved.num_envs} environments, and {env.num_envs} were given; it continues with as many."
+        )
     for what in ("single_observation_space", "single_action_space"):
         if getattr(saved, what) != getattr(env, what):
             raise ConfigurationError(

@@ -2,79 +2,12 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable
-from typing import Annotated, Any, Literal
+from typing import Any, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt
+from pydantic import NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
-_LINEAR = re.compile(r"^lin_(.+)$")
-
-
-def _check_schedule(value: float | str) -> float | str:
-    if isinstance(value, str):
-        match = _LINEAR.match(value)
-        try:
-            number = float(match[1]) if match else 0.0
-        except ValueError:
-            number = 0.0
-        if number <= 0.0:
-            raise ValueError("write a positive number, or 'lin_' and one for a value that falls linearly to 0")
-    elif not value > 0.0:
-        raise ValueError("must be positive")
-    return value
-
-
-Schedule = Annotated[float | str, Field(union_mode="left_to_right"), AfterValidator(_check_schedule)]
-"""A positive number, or ``"lin_3e-4"``: one that falls linearly to 0 over the training."""
-
-Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
-
-
-def schedule(value: float | str) -> float | Callable[[float], float]:
-    """Return what stable-baselines3 takes as a schedule: of the remaining part of the training, from 1 to 0."""
-    if isinstance(value, str):
-        start = float(value.removeprefix("lin_"))
-        return lambda remaining: start * remaining
-    return value
-
-
-class Settings(BaseModel):
-    """Base class: frozen, and unknown keys are errors."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class PolicyConfig(Settings):
-    """The networks.
-
-    Attributes:
-        net_arch: Widths of the hidden layers, for both networks or as a mapping (``pi``, ``vf``, ``qf``).
-        activation_fn: Between the layers.
-    """
-
-    net_arch: list[PositiveInt] | dict[Literal["pi", "vf", "qf"], list[PositiveInt]] = [64, 64]
-    activation_fn: Literal["relu", "tanh", "elu", "selu", "gelu", "silu", "leaky_relu"] = "tanh"
-
-    def to_kwargs(self) -> dict[str, Any]:
-        """Return ``policy_kwargs`` of stable-baselines3."""
-        from torch import nn
-
-        names = {name.lower(): name for name in ("ReLU", "Tanh", "ELU", "SELU", "GELU", "SiLU")}
-        names["leaky_relu"] = "LeakyReLU"
-        return {**self.model_dump(), "activation_fn": getattr(nn, names[self.activation_fn])}
-
-
-class ActorCriticConfig(PolicyConfig):
-    """The networks of an on-policy algorithm.
-
-    Attributes:
-        log_std_init: Logarithm of the standard deviation that exploration starts with.
-        ortho_init: Whether weights start orthogonal.
-    """
-
-    log_std_init: float = 0.0
-    ortho_init: bool = True
+from frobs_algos_sb3.networks import ActorCriticConfig, NetworkConfig
+from frobs_algos_sb3.settings import Fraction, SampleFrequency, Schedule, Settings, schedule
 
 
 class SB3Config(Settings):
@@ -83,6 +16,7 @@ class SB3Config(Settings):
     Attributes:
         learning_rate: Of every optimiser.
         gamma: Discount per control step.
+        policy_kwargs: The networks.
         scale_observation: Whether observations are multiplied by what the task suggests, where it suggests something
             and they are not normalised.
         normalize_observation: Whether observations are scaled by their running mean and deviation.
@@ -95,6 +29,7 @@ class SB3Config(Settings):
 
     learning_rate: Schedule = 3e-4
     gamma: Fraction = 0.99
+    policy_kwargs: NetworkConfig = NetworkConfig()
     scale_observation: bool = True
     normalize_observation: bool = False
     normalize_reward: bool = False
@@ -106,7 +41,8 @@ class SB3Config(Settings):
     def model_kwargs(self) -> dict[str, Any]:
         """Return the keywords of the algorithm's class in stable-baselines3."""
         return {key: value for key, value in self.model_dump().items() if key not in _OURS} | {
-            "learning_rate": schedule(self.learning_rate)
+            "learning_rate": schedule(self.learning_rate),
+            "policy_kwargs": self.policy_kwargs.to_kwargs(),
         }
 
 
@@ -118,3 +54,35 @@ _OURS = (
     "clip_reward",
     "torch_threads",
 )
+
+
+class OnPolicyConfig(SB3Config):
+    """What every on-policy algorithm takes.
+
+    Attributes:
+        n_steps: Steps of each environment in an iteration.
+        gae_lambda: Between one-step advantages (0) and whole returns (1).
+        normalize_advantage: Whether advantages are scaled in each batch.
+        ent_coef: Weight of the entropy.
+        vf_coef: Weight of the value loss.
+        max_grad_norm: What gradients are clipped to.
+        use_sde: State-dependent exploration (gSDE).
+        sde_sample_freq: Steps between two draws of its matrix; −1: at the start of an iteration.
+        policy_kwargs: The networks.
+    """
+
+    n_steps: PositiveInt = 2048
+    gae_lambda: Fraction = 0.95
+    normalize_advantage: bool = True
+    ent_coef: NonNegativeFloat = 0.0
+    vf_coef: NonNegativeFloat = 0.5
+    max_grad_norm: PositiveFloat = 0.5
+    use_sde: bool = False
+    sde_sample_freq: SampleFrequency = -1
+    policy_kwargs: ActorCriticConfig = ActorCriticConfig()
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.policy_kwargs.squash_output and not self.use_sde:
+            raise ValueError("policy_kwargs.squash_output needs use_sde: true")
+        return self

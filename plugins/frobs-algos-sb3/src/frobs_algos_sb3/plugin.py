@@ -3,20 +3,57 @@
 from frobs_core.hookspecs import hookimpl
 from frobs_core.specs import AlgorithmRecord
 
+_ANY = ("Box", "Discrete", "MultiDiscrete", "MultiBinary")
+
+
+def _record(name: str, cls: str, summary: str, action_spaces: tuple[str, ...], **tuned: str) -> AlgorithmRecord:
+    """Return a record.
+
+    Args:
+        name: What users write, and the module.
+        cls: The class in it.
+        summary: One line.
+        action_spaces: What it acts in.
+        tuned: File in ``tuned/`` by environment ID without ``frobs/`` and ``-v0``.
+    """
+    return AlgorithmRecord(
+        name=name,
+        summary=summary,
+        entry_point=f"frobs_algos_sb3.{name}:{cls}",
+        install_hint="pip install frobs-algos-sb3",
+        action_spaces=action_spaces,
+        tuned={f"frobs/{key}-v0": f"frobs_algos_sb3:tuned/{file}" for key, file in tuned.items()},
+    )
+
+
+def _contrib(name: str, cls: str, summary: str, action_spaces: tuple[str, ...]) -> AlgorithmRecord:
+    return AlgorithmRecord(
+        name=name,
+        summary=summary,
+        entry_point=f"frobs_algos_sb3.{name}:{cls}",
+        install_hint="pip install 'frobs-algos-sb3[contrib]'",
+        action_spaces=action_spaces,
+    )
+
 
 @hookimpl
 def frobs_algorithms() -> list[AlgorithmRecord]:
     """Offer the algorithms."""
     return [
-        AlgorithmRecord(
-            name="ppo",
-            summary="proximal policy optimization",
-            entry_point="frobs_algos_sb3.ppo:PPO",
-            install_hint="pip install frobs-algos-sb3",
-            action_spaces=("Box", "Discrete", "MultiDiscrete", "MultiBinary"),
-            tuned={
-                "frobs/Irb120Reach-v0": "frobs_algos_sb3:tuned/ppo_irb120_reach.yaml",
-                "frobs/Reach-v0": "frobs_algos_sb3:tuned/ppo_reach.yaml",
-            },
-        )
+        _record(
+            "ppo",
+            "PPO",
+            "proximal policy optimization",
+            _ANY,
+            Irb120Reach="ppo_irb120_reach.yaml",
+            Reach="ppo_reach.yaml",
+        ),
+        _record("a2c", "A2C", "advantage actor-critic", _ANY),
+        _record("ddpg", "DDPG", "deep deterministic policy gradient", ("Box",)),
+        _record("dqn", "DQN", "deep Q network", ("Discrete",)),
+        _record("sac", "SAC", "soft actor-critic", ("Box",)),
+        _record("td3", "TD3", "twin delayed deep deterministic policy gradient", ("Box",)),
+        _contrib("tqc", "TQC", "truncated quantile critics, from sb3-contrib", ("Box",)),
+        _contrib("crossq", "CrossQ", "batch normalisation instead of target networks, from sb3-contrib", ("Box",)),
+        _contrib("recurrent_ppo", "RecurrentPPO", "PPO with a memory, from sb3-contrib", _ANY),
     ]

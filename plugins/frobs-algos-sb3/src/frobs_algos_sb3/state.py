@@ -3,19 +3,31 @@
 from __future__ import annotations
 
 import random
+from collections import deque
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import torch as th
 from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.distributions import StateDependentNoiseDistribution
 from stable_baselines3.common.running_mean_std import RunningMeanStd
 from stable_baselines3.common.vec_env import VecNormalize
 
+from frobs_algos_sb3.noise import noise_state, restore_noise
+
 Arrays = dict[str, np.ndarray[Any, Any]]
 
-COUNTERS = ("num_timesteps", "_n_updates", "_episode_num", "_current_progress_remaining")
-"""Attributes of a model that count."""
+_COUNTERS = (
+    "num_timesteps",
+    "_n_updates",
+    "_n_calls",
+    "_episode_num",
+    "_current_progress_remaining",
+    "exploration_rate",
+)
+"""Attributes of a model that count; not every model has all of them."""
 
 _LAST = ("_last_obs", "_last_original_obs", "_last_episode_starts")
 
@@ -26,6 +38,92 @@ def optimizers(model: BaseAlgorithm) -> dict[str, th.optim.Optimizer]:
     found = {name: getattr(owner, "optimizer", None) for name, owner in owners.items()}
     found["ent_coef"] = getattr(model, "ent_coef_optimizer", None)
     return {name: optimizer for name, optimizer in found.items() if optimizer is not None}
+
+
+def counters(model: BaseAlgorithm) -> dict[str, float]:
+    """Return what a model counts."""
+    return {name: getattr(model, name) for name in _COUNTERS if hasattr(model, name)}
+
+
+def restore_counters(model: BaseAlgorithm, saved: Mapping[str, float]) -> None:
+    """Let a model count on."""
+    for name in counters(model):
+        setattr(model, name, saved[name])
+
+
+def learning(model: BaseAlgorithm) -> dict[str, Any]:
+    """Return the states of a model's optimisers, and what is learned outside of its policy."""
+    states: dict[str, Any] = {name: optimizer.state_dict() for name, optimizer in optimizers(model).items()}
+    coefficient = getattr(model, "log_ent_coef", None)
+    return states if coefficient is None else {**states, "log_ent_coef": coefficient.detach()}
+
+
+def restore_learning(model: BaseAlgorithm, saved: Mapping[str, Any]) -> None:
+    """Give a model's optimisers their states back, and it what is learned outside of its policy."""
+    for name, optimizer in optimizers(model).items():
+        optimizer.load_state_dict(saved[name])
+    coefficient = getattr(model, "log_ent_coef", None)
+    if coefficient is not None:
+        with th.no_grad():
+            coefficient.copy_(saved["log_ent_coef"])
+
+
+@dataclass(frozen=True)
+class Pause:
+    """What is drawn from when a training continues.
+
+    Attributes:
+        arrays: The states of all generators, the noise on actions, and the matrices of state-dependent exploration.
+        at_start: Whether they were taken at the start of a rollout, for which matrices have been drawn already.
+    """
+
+    arrays: Arrays
+    at_start: bool
+
+
+def pause(model: BaseAlgorithm, at_start: bool) -> Pause:
+    """Take down what is drawn from."""
+    arrays = generators() | {"action_space": _generator_words(model.action_space.np_random)}
+    arrays |= {name: getattr(owner, name).detach().cpu().numpy() for owner, name in _exploration(model)}
+    noise = noise_state(model.action_noise)
+    return Pause(arrays if noise is None else {**arrays, "action_noise": noise}, at_start)
+
+
+def resume(model: BaseAlgorithm, paused: Pause) -> None:
+    """Set what is drawn from; nothing may be drawn between this and the continuation."""
+    for owner, name in _exploration(model):
+        setattr(owner, name, th.from_numpy(paused.arrays[name].copy()).to(model.device))
+    if "action_noise" in paused.arrays:
+        restore_noise(model.action_noise, paused.arrays["action_noise"])
+    _restore_generator(model.action_space.np_random, paused.arrays["action_space"])
+    restore_generators(paused.arrays)
+
+
+def _exploration(model: BaseAlgorithm) -> list[tuple[Any, str]]:
+    """Return where the matrices of state-dependent exploration are: owner and attribute."""
+    policy: Any = model.policy
+    distribution = getattr(getattr(policy, "actor", None) or policy, "action_dist", None)
+    if not isinstance(distribution, StateDependentNoiseDistribution):
+        return []
+    return [(distribution, "exploration_mat"), (distribution, "exploration_matrices")]
+
+
+def _generator_words(generator: np.random.Generator) -> np.ndarray[Any, Any]:
+    """Return the state of a PCG64 as six words."""
+    saved: Any = generator.bit_generator.state
+    assert saved["bit_generator"] == "PCG64"  # Gymnasium's
+    halves = [half for value in saved["state"].values() for half in (value >> 64, value & (2**64 - 1))]
+    return np.array([*halves, saved["has_uint32"], saved["uinteger"]], np.uint64)
+
+
+def _restore_generator(generator: np.random.Generator, words: np.ndarray[Any, Any]) -> None:
+    state_high, state_low, inc_high, inc_low, has_uint32, uinteger = (int(word) for word in words)
+    generator.bit_generator.state = {
+        "bit_generator": "PCG64",
+        "state": {"state": state_high << 64 | state_low, "inc": inc_high << 64 | inc_low},
+        "has_uint32": has_uint32,
+        "uinteger": uinteger,
+    }
 
 
 def generators() -> Arrays:
@@ -55,7 +153,7 @@ def restore_generators(arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
 
 
 def last_step(model: BaseAlgorithm) -> Arrays:
-    """Return what a model keeps from its last step."""
+    """Return what a model keeps from its last steps: observations, recurrent states, episodes."""
     arrays: Arrays = {}
     for name in _LAST:
         value = getattr(model, name)
@@ -63,14 +161,31 @@ def last_step(model: BaseAlgorithm) -> Arrays:
             arrays |= {f"{name}/{key}": np.asarray(item) for key, item in value.items()}
         elif value is not None:
             arrays[name] = np.asarray(value)
+    recurrent = getattr(model, "_last_lstm_states", None)
+    if recurrent is not None:
+        flat = [tensor for pair in recurrent for tensor in pair]
+        arrays |= {f"_last_lstm_states/{index}": tensor.cpu().numpy() for index, tensor in enumerate(flat)}
+    if model.ep_info_buffer is not None and model.ep_success_buffer is not None:
+        arrays["episodes/r"] = np.array([episode["r"] for episode in model.ep_info_buffer], np.float64)
+        arrays["episodes/l"] = np.array([episode["l"] for episode in model.ep_info_buffer], np.int64)
+        arrays["episodes/success"] = np.array(model.ep_success_buffer, np.float64)
     return arrays
 
 
 def restore_last_step(model: BaseAlgorithm, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
-    """Give a model back what it kept from its last step."""
+    """Give a model back what it kept from its last steps."""
     for name in _LAST:
         items = {key.partition("/")[2]: value for key, value in arrays.items() if key.startswith(f"{name}/")}
         setattr(model, name, items or arrays.get(name))
+    recurrent: Any = getattr(model, "_last_lstm_states", None)
+    if recurrent is not None:
+        for index, tensor in enumerate(tensor for pair in recurrent for tensor in pair):
+            tensor.copy_(th.from_numpy(arrays[f"_last_lstm_states/{index}"]))
+    if "episodes/r" in arrays:
+        window: int = model._stats_window_size
+        pairs = zip(arrays["episodes/r"].tolist(), arrays["episodes/l"].tolist(), strict=True)
+        model.ep_info_buffer = deque(({"r": reward, "l": length} for reward, length in pairs), maxlen=window)
+        model.ep_success_buffer = deque(arrays["episodes/success"].tolist(), maxlen=window)
 
 
 def normalizer_arrays(normalizer: VecNormalize) -> Arrays:

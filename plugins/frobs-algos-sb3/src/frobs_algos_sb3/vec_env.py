@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -44,6 +45,26 @@ class VectorEnvAdapter(VecEnv):
         self._actions: Any = None
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
         self._infos = [_NOTHING] * env.num_envs
+
+    @property
+    def can_step(self) -> bool:
+        """Whether there is an environment at all, or only its spaces."""
+        return not isinstance(self.env, NoEnvironment)
+
+    @property
+    def computes_reward(self) -> bool:
+        """Whether the reward of another goal can be asked for, as hindsight replay does."""
+        single = self._single()
+        owner = self._base if single is None else single[0].unwrapped
+        return hasattr(owner, "compute_reward") or hasattr(getattr(owner, "task", None), "compute_reward")
+
+    @property
+    def max_episode_steps(self) -> int | None:
+        """After how many steps an episode is truncated at the latest; None: nobody knows."""
+        longest = getattr(self._base, "max_episode_steps", None)
+        if longest is None and self.env.spec is not None:
+            longest = self.env.spec.max_episode_steps
+        return None if longest is None or longest == math.inf else int(longest)
 
     def reset(self) -> VecEnvObs:
         """Reset all environments."""
@@ -145,6 +166,16 @@ class VectorEnvAdapter(VecEnv):
         if "frobs/diverged" in result:  # there is no state beyond whose value could be trusted
             result["TimeLimit.truncated"] = False
         return result
+
+
+class NoEnvironment(gym.vector.VectorEnv[Any, Any, Any]):
+    """Spaces alone, for a policy that only predicts."""
+
+    def __init__(self, num_envs: int, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
+        self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}
+        self.num_envs = num_envs
+        self.single_observation_space = observation_space
+        self.single_action_space = action_space
 
 
 def _row(info: Mapping[str, Any], index: int) -> dict[str, Any]:

@@ -1,0 +1,36 @@
+"""Advantage actor-critic."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import stable_baselines3 as sb3
+from pydantic import PositiveFloat, PositiveInt
+
+from frobs_algos_sb3.algorithm import SB3Algorithm
+from frobs_algos_sb3.config import OnPolicyConfig, SB3Config
+from frobs_algos_sb3.settings import Fraction, Schedule
+
+
+class A2CConfig(OnPolicyConfig):
+    """Settings of A2C; the defaults are those of stable-baselines3.
+
+    Attributes:
+        use_rms_prop: Whether the optimiser is RMSprop, where ``policy_kwargs`` names no other.
+        rms_prop_eps: Added to its deviations.
+    """
+
+    learning_rate: Schedule = 7e-4
+    n_steps: PositiveInt = 5
+    gae_lambda: Fraction = 1.0
+    normalize_advantage: bool = False
+    use_rms_prop: bool = True
+    rms_prop_eps: PositiveFloat = 1e-5
+
+
+class A2C(SB3Algorithm):
+    """Advantage actor-critic, synchronous (Mnih et al. 2016)."""
+
+    name: ClassVar[str] = "a2c"
+    config_model: ClassVar[type[SB3Config]] = A2CConfig
+    model_class = sb3.A2C

@@ -1,0 +1,70 @@
+"""Telling a run's monitor how the learning goes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from stable_baselines3.common.callbacks import BaseCallback
+
+from frobs_core.interfaces import TrainingMonitor
+
+
+class Stopped(Exception):  # noqa: N818  # no error: the monitor wants no more
+    """Ends ``learn`` at the start of a rollout, where the algorithm could continue exactly."""
+
+
+class MonitorCallback(BaseCallback):
+    """Tells the monitor at the start of each rollout, the only moment at which a model can be saved exactly.
+
+    Args:
+        name: The algorithm's.
+        monitor: Who is told.
+        begin: Called once, at the start of the first rollout, before anything is drawn.
+        save: The algorithm's.
+
+    Attributes:
+        at_start: Whether the learning stands at the start of a rollout.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        monitor: TrainingMonitor,
+        begin: Callable[[], None],
+        save: Callable[[Path, Path | None], None],
+    ) -> None:
+        super().__init__()
+        self._name = name
+        self._monitor = monitor
+        self._begin: Callable[[], None] | None = begin
+        self._save = save
+        self._reported = -1
+        self.at_start = False
+
+    def _on_rollout_start(self) -> None:
+        if self._begin is not None:
+            self._begin()
+            self._begin, self._reported = None, self.num_timesteps
+            return
+        if not self._monitor.is_due(self.num_timesteps):
+            return
+        self.at_start = True
+        go_on = self.report()
+        self._monitor.offer_checkpoint(self._reported, self._save)
+        if not go_on:
+            raise Stopped
+        self.at_start = False
+
+    def _on_step(self) -> bool:
+        return True
+
+    def report(self) -> bool:
+        """Tell what was learned since the last time; return whether to go on."""
+        self._reported = self.model.num_timesteps
+        values = self.model.logger.name_to_value
+        metrics = {f"{self._name}/{key.partition('/')[2]}": float(value) for key, value in values.items()}
+        values.clear()
+        self.model.logger.name_to_count.clear()
+        self.model.logger.name_to_excluded.clear()
+        return self._monitor.on_progress(self._reported, metrics)

@@ -1,0 +1,47 @@
+"""CrossQ: batch normalisation in the place of target networks."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import sb3_contrib
+from pydantic import PositiveInt
+
+from frobs_algos_sb3.config import SB3Config
+from frobs_algos_sb3.networks import BatchNormConfig
+from frobs_algos_sb3.noise import ActionNoiseConfig
+from frobs_algos_sb3.off_policy import OffPolicy, OffPolicyConfig
+from frobs_algos_sb3.sac import EntropyConfig
+from frobs_algos_sb3.settings import Schedule
+from frobs_core.errors import ConfigurationError
+
+
+class CrossQConfig(EntropyConfig, OffPolicyConfig):
+    """Settings of CrossQ; the defaults are those of sb3-contrib.
+
+    Attributes:
+        policy_delay: Gradient steps of the critics for each one of the actor.
+        action_noise: Added to actions while experience is collected; None: nothing.
+        policy_kwargs: The networks.
+    """
+
+    learning_rate: Schedule = 1e-3
+    policy_delay: PositiveInt = 3
+    action_noise: ActionNoiseConfig | None = None
+    policy_kwargs: BatchNormConfig = BatchNormConfig()
+
+
+class CrossQ(OffPolicy):
+    """CrossQ (Bhatt et al. 2024)."""
+
+    name: ClassVar[str] = "crossq"
+    config_model: ClassVar[type[SB3Config]] = CrossQConfig
+    model_class = sb3_contrib.CrossQ
+
+    def _make_model(self, policy: str, **kwargs: Any) -> Any:
+        if policy != "MlpPolicy":
+            raise ConfigurationError(
+                f"algorithm 'crossq' learns from a flat Box, not from {self.observation_space}; "
+                "flatten it with gymnasium.wrappers.FlattenObservation, or choose another algorithm."
+            )
+        return super()._make_model(policy, **kwargs)

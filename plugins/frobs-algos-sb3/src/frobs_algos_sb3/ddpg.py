@@ -1,0 +1,27 @@
+"""Deep deterministic policy gradient."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import stable_baselines3 as sb3
+
+from frobs_algos_sb3.config import SB3Config
+from frobs_algos_sb3.networks import DeterministicConfig
+from frobs_algos_sb3.off_policy import ContinuousConfig, OffPolicy
+from frobs_algos_sb3.settings import Schedule
+
+
+class DDPGConfig(ContinuousConfig):
+    """Settings of DDPG; the defaults are those of stable-baselines3."""
+
+    learning_rate: Schedule = 1e-3
+    policy_kwargs: DeterministicConfig = DeterministicConfig(n_critics=1)
+
+
+class DDPG(OffPolicy):
+    """Deep deterministic policy gradient (Lillicrap et al. 2015)."""
+
+    name: ClassVar[str] = "ddpg"
+    config_model: ClassVar[type[SB3Config]] = DDPGConfig
+    model_class = sb3.DDPG

@@ -1,0 +1,46 @@
+"""Deep Q network."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import stable_baselines3 as sb3
+from pydantic import PositiveFloat, PositiveInt
+
+from frobs_algos_sb3.config import SB3Config
+from frobs_algos_sb3.networks import QNetworkConfig
+from frobs_algos_sb3.off_policy import OffPolicy, OffPolicyConfig, TrainFrequency
+from frobs_algos_sb3.settings import Fraction, Schedule
+
+
+class DQNConfig(OffPolicyConfig):
+    """Settings of DQN; the defaults are those of stable-baselines3.
+
+    Attributes:
+        tau: How far the target network follows in an update.
+        target_update_interval: Steps, over all environments, between updates of the target network.
+        exploration_fraction: Part of the training in which exploration falls.
+        exploration_initial_eps: Probability of a random action at the start.
+        exploration_final_eps: Probability of a random action from then on.
+        max_grad_norm: What gradients are clipped to.
+        policy_kwargs: The network.
+    """
+
+    learning_rate: Schedule = 1e-4
+    batch_size: PositiveInt = 32
+    tau: Fraction = 1.0
+    train_freq: PositiveInt | TrainFrequency = 4
+    target_update_interval: PositiveInt = 10_000
+    exploration_fraction: Fraction = 0.1
+    exploration_initial_eps: Fraction = 1.0
+    exploration_final_eps: Fraction = 0.05
+    max_grad_norm: PositiveFloat = 10.0
+    policy_kwargs: QNetworkConfig = QNetworkConfig()
+
+
+class DQN(OffPolicy):
+    """Deep Q network (Mnih et al. 2015)."""
+
+    name: ClassVar[str] = "dqn"
+    config_model: ClassVar[type[SB3Config]] = DQNConfig
+    model_class = sb3.DQN

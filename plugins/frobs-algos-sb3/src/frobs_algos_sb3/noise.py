@@ -1,0 +1,104 @@
+"""Noise that is added to actions while experience is collected."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Literal
+
+import numpy as np
+from pydantic import NonNegativeFloat, PositiveFloat
+from stable_baselines3.common.noise import (
+    ActionNoise,
+    NormalActionNoise,
+    OrnsteinUhlenbeckActionNoise,
+    VectorizedActionNoise,
+)
+
+from frobs_algos_sb3.settings import Settings
+from frobs_core.arrays import Floats
+from frobs_core.errors import ConfigurationError
+
+
+class ActionNoiseConfig(Settings):
+    """Noise on actions, which are scaled to [−1, 1].
+
+    Attributes:
+        type: ``normal``: drawn anew in each step; ``ornstein_uhlenbeck``: wanders, and begins anew with each episode.
+        mean: For all components of the action, or one for each.
+        sigma: Standard deviation, for all components of the action, or one for each.
+        theta: Of ``ornstein_uhlenbeck``: how fast it returns to the mean.
+        dt: Of ``ornstein_uhlenbeck``: its step of time.
+    """
+
+    type: Literal["normal", "ornstein_uhlenbeck"] = "normal"
+    mean: float | list[float] = 0.0
+    sigma: NonNegativeFloat | list[NonNegativeFloat] = 0.1
+    theta: PositiveFloat = 0.15
+    dt: PositiveFloat = 1e-2
+
+    def build(self, num_envs: int, size: int) -> ActionNoise:
+        """Return the noise of so many environments.
+
+        Args:
+            num_envs: Environments.
+            size: Components of an action.
+
+        Raises:
+            ConfigurationError: ``mean`` or ``sigma`` has another number of components.
+        """
+        mean, sigma = (self._spread(name, size) for name in ("mean", "sigma"))
+        if self.type == "normal":
+            base: ActionNoise = NormalActionNoise(mean, sigma)
+        else:
+            base = OrnsteinUhlenbeckActionNoise(mean, sigma, self.theta, self.dt)
+        if num_envs == 1:
+            return base
+        if self.type == "normal":
+            return BatchedNormal(base, num_envs, mean, sigma)
+        return VectorizedActionNoise(base, num_envs)
+
+    def _spread(self, name: str, size: int) -> Floats:
+        value = np.asarray(getattr(self, name), np.float64)
+        if value.ndim and len(value) != size:
+            raise ConfigurationError(f"action_noise: {name} has {len(value)} components, and actions have {size}.")
+        return np.broadcast_to(value, (size,)).copy()
+
+
+class BatchedNormal(VectorizedActionNoise):
+    """Normal noise of many environments in one draw.
+
+    Args:
+        base_noise: That of one environment.
+        n_envs: Environments.
+        mean: (k,)
+        sigma: (k,)
+    """
+
+    def __init__(self, base_noise: ActionNoise, n_envs: int, mean: Floats, sigma: Floats) -> None:
+        super().__init__(base_noise, n_envs)
+        self._mean, self._sigma = mean, sigma
+
+    def __call__(self) -> np.ndarray[tuple[int, int], np.dtype[np.float32]]:
+        """Draw, (n_envs, k)."""
+        drawn = np.random.normal(self._mean, self._sigma, (self.n_envs, len(self._mean)))  # noqa: NPY002  # SB3's own
+        return drawn.astype(np.float32)
+
+    def reset(self, indices: Iterable[int] | None = None) -> None:
+        """Nothing is kept between draws."""
+
+
+def noise_state(noise: ActionNoise | None) -> Floats | None:
+    """Return what wandering noise keeps between draws, (num_envs, k); None: there is nothing."""
+    parts = _parts(noise)
+    return np.stack([part.noise_prev for part in parts]) if parts else None
+
+
+def restore_noise(noise: ActionNoise | None, state: Floats) -> None:
+    """Let wandering noise go on from a state."""
+    for part, row in zip(_parts(noise), state, strict=True):
+        part.noise_prev = row.copy()
+
+
+def _parts(noise: ActionNoise | None) -> list[OrnsteinUhlenbeckActionNoise]:
+    parts = noise.noises if isinstance(noise, VectorizedActionNoise) else [noise]
+    return [part for part in parts if isinstance(part, OrnsteinUhlenbeckActionNoise)]

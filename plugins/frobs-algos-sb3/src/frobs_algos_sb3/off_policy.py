@@ -1,0 +1,186 @@
+"""What the off-policy algorithms have in common: settings, noise, the replay buffer."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Annotated, Any, Literal, Self
+
+from gymnasium import spaces
+from pydantic import Field, NonNegativeInt, PositiveInt, model_validator
+from stable_baselines3 import HerReplayBuffer
+from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
+
+from frobs_algos_sb3.algorithm import SB3Algorithm
+from frobs_algos_sb3.config import SB3Config
+from frobs_algos_sb3.networks import DeterministicConfig
+from frobs_algos_sb3.noise import ActionNoiseConfig
+from frobs_algos_sb3.settings import Fraction, SampleFrequency, Settings
+from frobs_core.errors import ConfigurationError
+
+GOAL_KEYS = frozenset({"observation", "achieved_goal", "desired_goal"})
+
+
+class TrainFrequency(Settings):
+    """How much is collected between two rounds of learning.
+
+    Attributes:
+        frequency: How many.
+        unit: ``step``: of every environment; ``episode``: with one environment only.
+    """
+
+    frequency: PositiveInt = 1
+    unit: Literal["step", "episode"] = "step"
+
+
+class ReplayBufferConfig(Settings):
+    """Where experience is kept.
+
+    Attributes:
+        type: ``standard``, or ``her``: hindsight replay, for goal-conditioned environments; None: hindsight replay
+            where the environment can compute the reward of another goal.
+        handle_timeout_termination: Whether a time limit is told apart from an end.
+        n_sampled_goal: Of hindsight replay: steps with another goal for each one with its own.
+        goal_selection_strategy: Of hindsight replay: which goals of the same episode: those reached later, the last,
+            or any.
+    """
+
+    type: Literal["standard", "her"] | None = None
+    handle_timeout_termination: bool = True
+    n_sampled_goal: PositiveInt = 4
+    goal_selection_strategy: Literal["future", "final", "episode"] = "future"
+
+
+class OffPolicyConfig(SB3Config):
+    """What every off-policy algorithm takes.
+
+    Attributes:
+        buffer_size: Steps that the replay buffer holds, over all environments.
+        learning_starts: Steps with random actions before learning; with hindsight replay never fewer than until the
+            first episodes can have ended.
+        batch_size: Steps in a gradient step.
+        train_freq: Steps of every environment between two rounds of learning, or ``{frequency, unit}``.
+        gradient_steps: In a round of learning; −1: as many as steps were collected, over all environments.
+        n_steps: Rewards that are added up before the value of the next state.
+        optimize_memory_usage: Keep each observation once; needs ``handle_timeout_termination: false``.
+        replay_buffer: Where experience is kept.
+    """
+
+    buffer_size: PositiveInt = 1_000_000
+    learning_starts: NonNegativeInt = 100
+    batch_size: PositiveInt = 256
+    train_freq: PositiveInt | TrainFrequency = 1
+    gradient_steps: Annotated[int, Field(ge=-1)] = 1
+    n_steps: PositiveInt = 1
+    optimize_memory_usage: bool = False
+    replay_buffer: ReplayBufferConfig = ReplayBufferConfig()
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.optimize_memory_usage and self.replay_buffer.handle_timeout_termination:
+            raise ValueError("optimize_memory_usage needs replay_buffer.handle_timeout_termination: false")
+        return self
+
+    def model_kwargs(self) -> dict[str, Any]:
+        """Return the keywords of the algorithm's class in stable-baselines3, but for noise and replay buffer."""
+        kwargs = super().model_kwargs()
+        del kwargs["replay_buffer"]
+        kwargs.pop("action_noise", None)
+        if isinstance(self.train_freq, TrainFrequency):
+            kwargs["train_freq"] = (self.train_freq.frequency, self.train_freq.unit)
+        return kwargs
+
+
+class ContinuousConfig(OffPolicyConfig):
+    """What the off-policy algorithms with continuous actions take.
+
+    Attributes:
+        tau: How far target networks follow in an update.
+        action_noise: Added to actions while experience is collected; None: nothing.
+        policy_kwargs: The networks.
+    """
+
+    tau: Fraction = 0.005
+    action_noise: ActionNoiseConfig | None = None
+    policy_kwargs: DeterministicConfig = DeterministicConfig()
+
+
+class ExploringConfig(Settings):
+    """State-dependent exploration (gSDE) of an off-policy algorithm.
+
+    Attributes:
+        use_sde: Whether to explore so.
+        sde_sample_freq: Steps between two draws of its matrix; −1: at the start of an iteration.
+        use_sde_at_warmup: Whether to explore so before learning starts, in the place of random actions.
+    """
+
+    use_sde: bool = False
+    sde_sample_freq: SampleFrequency = -1
+    use_sde_at_warmup: bool = False
+
+
+class OffPolicy(SB3Algorithm):
+    """Base class of off-policy algorithms."""
+
+    _config: OffPolicyConfig
+    model: OffPolicyAlgorithm
+
+    def _make_model(self, policy: str, **kwargs: Any) -> OffPolicyAlgorithm:
+        config = self._config
+        self._check_settings()
+        noise = getattr(config, "action_noise", None)
+        if noise is not None:
+            kwargs["action_noise"] = noise.build(self.venv.num_envs, self.action_space.shape[0])  # type: ignore[index]
+        buffer = config.replay_buffer
+        kwargs["replay_buffer_kwargs"] = {"handle_timeout_termination": buffer.handle_timeout_termination}
+        if not self.venv.can_step:  # for prediction only
+            kwargs["buffer_size"] = 1
+        elif self._uses_hindsight():
+            kwargs["replay_buffer_class"] = HerReplayBuffer
+            kwargs["replay_buffer_kwargs"] |= {
+                "n_sampled_goal": buffer.n_sampled_goal,
+                "goal_selection_strategy": buffer.goal_selection_strategy,
+            }
+            kwargs["learning_starts"] = max(kwargs["learning_starts"], self._first_episodes())
+        with warnings.catch_warnings():
+            # More environments than steps between target updates: an update in each step is what there can be.
+            warnings.filterwarnings("ignore", "The number of environments used is greater than the target")
+            return super()._make_model(policy, **kwargs)  # type: ignore[return-value]
+
+    def _check_settings(self) -> None:
+        config, num_envs = self._config, self.venv.num_envs
+        owner = f"algorithm '{self.name}'"
+        if isinstance(config.train_freq, TrainFrequency) and config.train_freq.unit == "episode" and num_envs > 1:
+            raise ConfigurationError(
+                f"{owner}: train_freq counts episodes, and there are {num_envs} environments; "
+                "set num_envs to 1, or train_freq.unit to 'step'."
+            )
+        if isinstance(self.observation_space, spaces.Dict):
+            for name, value in (
+                ("n_steps", config.n_steps > 1),
+                ("optimize_memory_usage", config.optimize_memory_usage),
+            ):
+                if value:
+                    raise ConfigurationError(f"{owner}: {name} cannot be used with observations that are a Dict.")
+
+    def _uses_hindsight(self) -> bool:
+        chosen = self._config.replay_buffer.type
+        space = self.observation_space
+        possible = isinstance(space, spaces.Dict) and set(space.spaces) >= GOAL_KEYS and self.venv.computes_reward
+        if chosen == "her" and not possible:
+            raise ConfigurationError(
+                f"algorithm '{self.name}': hindsight replay needs a goal-conditioned environment: observations with "
+                f"{', '.join(sorted(GOAL_KEYS))}, and compute_reward; choose another, or replay_buffer.type: standard."
+            )
+        return possible and chosen != "standard"
+
+    def _first_episodes(self) -> int:
+        """Return after how many steps, over all environments, the first episodes have ended; 0: nobody knows."""
+        longest = self.venv.max_episode_steps
+        if longest is None:
+            return 0
+        if self._config.buffer_size // self.venv.num_envs <= longest:
+            raise ConfigurationError(
+                f"algorithm '{self.name}': buffer_size = {self._config.buffer_size}: hindsight replay keeps whole "
+                f"episodes, and needs more than num_envs × max_episode_steps = {self.venv.num_envs * longest}."
+            )
+        return self.venv.num_envs * longest

@@ -1,0 +1,31 @@
+"""Proximal policy optimization with a memory."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar
+
+import sb3_contrib
+from pydantic import Field, PositiveInt
+
+from frobs_algos_sb3.config import SB3Config
+from frobs_algos_sb3.networks import RecurrentActorCriticConfig
+from frobs_algos_sb3.ppo import PPO, PPOConfig
+
+
+class RecurrentPPOConfig(PPOConfig):
+    """Settings of recurrent PPO; the defaults are those of sb3-contrib."""
+
+    n_steps: PositiveInt = 128
+    batch_size: Annotated[int, Field(ge=2)] = 128
+    policy_kwargs: RecurrentActorCriticConfig = RecurrentActorCriticConfig()
+
+
+class RecurrentPPO(PPO):
+    """Proximal policy optimization with recurrent layers: give ``predict`` its state and where episodes start."""
+
+    name: ClassVar[str] = "recurrent_ppo"
+    config_model: ClassVar[type[SB3Config]] = RecurrentPPOConfig
+    model_class = sb3_contrib.RecurrentPPO
+
+    def _make_model(self, policy: str, **kwargs: Any) -> Any:
+        return super()._make_model(policy.replace("Policy", "LstmPolicy"), **kwargs)

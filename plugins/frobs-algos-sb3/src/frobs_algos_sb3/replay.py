@@ -1,0 +1,144 @@
+"""Replay buffers on disk, in blocks: a block that has not changed since the last time is not written again."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from stable_baselines3 import HerReplayBuffer
+from stable_baselines3.common.buffers import ReplayBuffer
+
+from frobs_algos_sb3 import storage
+from frobs_core.errors import CheckpointError
+
+BLOCK_STEPS = 16_384
+"""Steps in a block, over all environments."""
+
+BLOCK_BYTES = 2**25
+"""What a block is kept below where steps are large, as pictures are."""
+
+Arrays = dict[str, np.ndarray[Any, Any]]
+
+
+def write(buffer: ReplayBuffer, folder: Path, previous: Path | None = None) -> None:
+    """Write a replay buffer into a folder that is made for it: ``index.json``, and a file for each block.
+
+    Args:
+        buffer: Of any class of stable-baselines3.
+        folder: The folder.
+        previous: What was written the last time: blocks that are the same become hard links to those there, or copies
+            where the disk knows no links.
+
+    Raises:
+        OSError: The disk is full, or the folder cannot be made.
+    """
+    folder.mkdir()
+    arrays = _arrays(buffer)
+    rows, per_block = _rows(buffer), _rows_per_block(arrays)
+    known = {} if previous is None else _known_blocks(previous)
+    digests = []
+    for index, first in enumerate(range(0, rows, per_block)):
+        block = {name: array[first : min(first + per_block, rows)] for name, array in arrays.items()}
+        digests.append(_digest(block))
+        target = folder / _name(index)
+        if previous is None or known.get(index) != digests[-1] or not _link(previous / _name(index), target):
+            storage.write_arrays(target, block)
+    index_file: dict[str, Any] = {
+        "pos": buffer.pos,
+        "full": buffer.full,
+        "rows": rows,
+        "rows_per_block": per_block,
+        "blocks": digests,
+    }
+    if isinstance(buffer, HerReplayBuffer):
+        index_file["current_ep_start"] = buffer._current_ep_start.tolist()
+    storage.write_json(folder / "index.json", index_file)
+
+
+def read(buffer: ReplayBuffer, folder: Path) -> None:
+    """Fill a replay buffer, block by block, with what :func:`write` wrote.
+
+    Raises:
+        CheckpointError: A file is missing or damaged, or the buffer is of another size.
+    """
+    index_file = storage.read_json(folder / "index.json")
+    arrays = _arrays(buffer)
+    try:
+        rows, per_block = int(index_file["rows"]), int(index_file["rows_per_block"])
+        for index, digest in enumerate(index_file["blocks"]):
+            first = index * per_block
+            path = folder / _name(index)
+            block = storage.read_arrays(path)
+            if _digest(block) != digest:
+                raise CheckpointError(f"{path} is damaged: its content is not what was written.")
+            for name, array in arrays.items():
+                array[first : min(first + per_block, rows)] = block[name]
+        buffer.pos, buffer.full = int(index_file["pos"]), bool(index_file["full"])
+        if isinstance(buffer, HerReplayBuffer):
+            buffer._current_ep_start[:] = index_file["current_ep_start"]
+    except (KeyError, TypeError, ValueError) as error:
+        raise CheckpointError(f"{folder} does not fit the replay buffer of the settings: {error}.") from error
+
+
+def _arrays(buffer: ReplayBuffer) -> Arrays:
+    """Return views of all that a buffer holds, (rows, num_envs, …) each."""
+    found: Arrays = {}
+    names = ["observations", "next_observations", "actions", "rewards", "dones", "timeouts"]
+    if isinstance(buffer, HerReplayBuffer):
+        names += ["ep_start", "ep_length"]
+    for name in names:
+        value = getattr(buffer, name, None)  # there are no next observations where memory is saved
+        if isinstance(value, dict):
+            found |= {f"{name}/{key}": array for key, array in value.items()}
+        elif value is not None:
+            found[name] = value
+    return found
+
+
+def _rows(buffer: ReplayBuffer) -> int:
+    """Return how many rows count."""
+    if buffer.full:
+        return buffer.buffer_size
+    # Where memory is saved, the newest observation stands where the next step is going to.
+    return min(buffer.pos + buffer.optimize_memory_usage, buffer.buffer_size)
+
+
+def _rows_per_block(arrays: Arrays) -> int:
+    bytes_per_row = sum(array.nbytes // len(array) for array in arrays.values())
+    num_envs = arrays["rewards"].shape[1]
+    return max(1, min(BLOCK_STEPS // num_envs, BLOCK_BYTES // bytes_per_row))
+
+
+def _digest(block: Arrays) -> str:
+    digest = hashlib.blake2b(digest_size=16)
+    for name in sorted(block):
+        digest.update(f"{name} {block[name].dtype.str} {block[name].shape}".encode())
+        digest.update(np.ascontiguousarray(block[name]).data)
+    return digest.hexdigest()
+
+
+def _name(index: int) -> str:
+    return f"block_{index:05d}.npz"
+
+
+def _known_blocks(previous: Path) -> dict[int, str]:
+    try:
+        return dict(enumerate(storage.read_json(previous / "index.json")["blocks"]))
+    except (CheckpointError, KeyError, TypeError):
+        return {}
+
+
+def _link(source: Path, target: Path) -> bool:
+    """Make ``target`` the same file as ``source``, or a copy; return whether it could be done."""
+    try:
+        os.link(source, target)
+    except OSError:
+        try:
+            shutil.copyfile(source, target)
+        except FileNotFoundError:
+            return False
+    return True

@@ -1,0 +1,59 @@
+"""Soft actor-critic."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, ClassVar, Literal
+
+import stable_baselines3 as sb3
+from pydantic import AfterValidator, Field, PositiveInt
+
+from frobs_algos_sb3.config import SB3Config
+from frobs_algos_sb3.networks import SquashedGaussianConfig
+from frobs_algos_sb3.off_policy import ContinuousConfig, ExploringConfig, OffPolicy
+
+_AUTO = re.compile(r"^auto(_(\d+\.?\d*|\.\d+)(e[+-]?\d+)?)?$")
+
+
+def _check_coefficient(value: float | str) -> float | str:
+    if isinstance(value, str):
+        if not _AUTO.match(value) or (value != "auto" and float(value.removeprefix("auto_")) <= 0.0):
+            raise ValueError("write a number ≥ 0, 'auto', or 'auto_' and the positive number to begin with")
+    elif not value >= 0.0:
+        raise ValueError("must be ≥ 0")
+    return value
+
+
+EntropyCoefficient = Annotated[float | str, Field(union_mode="left_to_right"), AfterValidator(_check_coefficient)]
+"""A number, or ``"auto"``: learned, beginning with 1, or with 0.1 where it is ``"auto_0.1"``."""
+
+
+class EntropyConfig(ExploringConfig):
+    """The entropy of an off-policy algorithm.
+
+    Attributes:
+        ent_coef: Weight of the entropy; ``auto``: learned; ``auto_0.1``: beginning with 0.1.
+        target_entropy: What it is learned for; ``auto``: minus the number of the action's components.
+    """
+
+    ent_coef: EntropyCoefficient = "auto"
+    target_entropy: float | Literal["auto"] = "auto"
+
+
+class SACConfig(EntropyConfig, ContinuousConfig):
+    """Settings of SAC; the defaults are those of stable-baselines3.
+
+    Attributes:
+        target_update_interval: Gradient steps between updates of the target networks.
+    """
+
+    target_update_interval: PositiveInt = 1
+    policy_kwargs: SquashedGaussianConfig = SquashedGaussianConfig()
+
+
+class SAC(OffPolicy):
+    """Soft actor-critic (Haarnoja et al. 2018)."""
+
+    name: ClassVar[str] = "sac"
+    config_model: ClassVar[type[SB3Config]] = SACConfig
+    model_class = sb3.SAC

@@ -1,0 +1,48 @@
+"""What settings are made of: the base class, schedules, fractions."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Annotated
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+_LINEAR = re.compile(r"^lin_(.+)$")
+
+
+def _check_schedule(value: float | str) -> float | str:
+    if isinstance(value, str):
+        match = _LINEAR.match(value)
+        try:
+            number = float(match[1]) if match else 0.0
+        except ValueError:
+            number = 0.0
+        if number <= 0.0:
+            raise ValueError("write a positive number, or 'lin_' and one for a value that falls linearly to 0")
+    elif not value > 0.0:
+        raise ValueError("must be positive")
+    return value
+
+
+Schedule = Annotated[float | str, Field(union_mode="left_to_right"), AfterValidator(_check_schedule)]
+"""A positive number, or ``"lin_3e-4"``: one that falls linearly to 0 over the training."""
+
+Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
+
+SampleFrequency = Annotated[int, Field(ge=-1)]
+"""Steps between two draws of the matrix of state-dependent exploration; −1: at the start of an iteration."""
+
+
+def schedule(value: float | str) -> float | Callable[[float], float]:
+    """Return what stable-baselines3 takes as a schedule: of the remaining part of the training, from 1 to 0."""
+    if isinstance(value, str):
+        start = float(value.removeprefix("lin_"))
+        return lambda remaining: start * remaining
+    return value
+
+
+class Settings(BaseModel):
+    """Base class: frozen, and unknown keys are errors."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")

@@ -1,0 +1,35 @@
+"""Twin delayed deep deterministic policy gradient."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import stable_baselines3 as sb3
+from pydantic import NonNegativeFloat, PositiveInt
+
+from frobs_algos_sb3.config import SB3Config
+from frobs_algos_sb3.off_policy import ContinuousConfig, OffPolicy
+from frobs_algos_sb3.settings import Schedule
+
+
+class TD3Config(ContinuousConfig):
+    """Settings of TD3; the defaults are those of stable-baselines3.
+
+    Attributes:
+        policy_delay: Gradient steps of the critics for each one of the actor.
+        target_policy_noise: Standard deviation of the noise on target actions.
+        target_noise_clip: What it is clipped to.
+    """
+
+    learning_rate: Schedule = 1e-3
+    policy_delay: PositiveInt = 2
+    target_policy_noise: NonNegativeFloat = 0.2
+    target_noise_clip: NonNegativeFloat = 0.5
+
+
+class TD3(OffPolicy):
+    """Twin delayed deep deterministic policy gradient (Fujimoto et al. 2018)."""
+
+    name: ClassVar[str] = "td3"
+    config_model: ClassVar[type[SB3Config]] = TD3Config
+    model_class = sb3.TD3

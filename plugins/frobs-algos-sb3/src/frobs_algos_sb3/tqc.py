@@ -1,0 +1,32 @@
+"""Truncated quantile critics."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import sb3_contrib
+from pydantic import NonNegativeInt
+
+from frobs_algos_sb3.config import SB3Config
+from frobs_algos_sb3.networks import QuantileConfig
+from frobs_algos_sb3.off_policy import OffPolicy
+from frobs_algos_sb3.sac import SACConfig
+
+
+class TQCConfig(SACConfig):
+    """Settings of TQC; the defaults are those of sb3-contrib.
+
+    Attributes:
+        top_quantiles_to_drop_per_net: How many of each critic's highest quantiles do not count.
+    """
+
+    top_quantiles_to_drop_per_net: NonNegativeInt = 2
+    policy_kwargs: QuantileConfig = QuantileConfig()
+
+
+class TQC(OffPolicy):
+    """Truncated quantile critics (Kuznetsov et al. 2020)."""
+
+    name: ClassVar[str] = "tqc"
+    config_model: ClassVar[type[SB3Config]] = TQCConfig
+    model_class = sb3_contrib.TQC
