@@ -20,13 +20,14 @@ DISCRETE = {"controller": "discrete"}
 ROLLOUT = {"n_steps": 8, "policy_kwargs": {"net_arch": [8]}}
 EPOCHS = {**ROLLOUT, "batch_size": 16, "n_epochs": 2}
 REPLAY = {
-    "learning_starts": 60,
-    "buffer_size": 400,  # it is full, and overwritten, before the end
+    "learning_starts": 30,
+    "buffer_size": 120,  # it is full, and overwritten, before the half
     "batch_size": 16,
     "train_freq": 3,
     "gradient_steps": 2,
     "policy_kwargs": {"net_arch": [8]},
 }
+HINDSIGHT = {**REPLAY, "buffer_size": 200}  # the same, before the end: two episodes of each environment fit in
 NORMAL = {"normalize_observation": True, "normalize_reward": True, "learning_rate": "lin_1e-3"}
 SDE = {"use_sde": True, "sde_sample_freq": 5}
 WANDERING = {"action_noise": {"type": "ornstein_uhlenbeck", "sigma": 0.2}}
@@ -47,14 +48,14 @@ CASES = {
         {**REPLAY, "optimize_memory_usage": True, "replay_buffer": {"handle_timeout_termination": False}},
     ),
     "dqn": ("dqn", REACH, {**REPLAY, "target_update_interval": 40, "exploration_fraction": 0.9}),
-    "sac-hindsight": ("sac", GOAL, REPLAY),
-    "td3-hindsight-normalized": ("td3", GOAL, {**REPLAY, **NORMAL}),
+    "sac-hindsight": ("sac", GOAL, HINDSIGHT),
+    "td3-hindsight-normalized": ("td3", GOAL, {**HINDSIGHT, **NORMAL}),
     "tqc-sde": ("tqc", REACH, {**REPLAY, **SDE}),
     "crossq": ("crossq", REACH, REPLAY),
     "recurrent_ppo-normalized": ("recurrent_ppo", REACH, {**EPOCHS, **NORMAL}),
     "recurrent_ppo-sde": ("recurrent_ppo", REACH, {**EPOCHS, **SDE}),
 }
-HALF, WHOLE = 384, 768  # episodes end at 200, 400, 600; a rollout begins at all of them
+HALF, WHOLE = 144, 240  # episodes end at 100 and 200; a rollout begins at both numbers
 
 
 @pytest.mark.parametrize(("name", "environment", "config"), CASES.values(), ids=CASES)
@@ -63,7 +64,7 @@ def test_continuing_changes_no_bit(
 ) -> None:
     cls = plugins.get_record("algorithm", name).load()
     kwargs = DISCRETE if name == "dqn" else {}
-    env = make(environment, **kwargs)
+    env = make(environment, 2, **kwargs)
     snapshots: dict[int, Any] = {}
     monitor.save_at = {HALF: tmp_path / "half"}
     monitor.on_offer = lambda steps: snapshots.setdefault(steps, env.unwrapped.snapshot())
@@ -71,7 +72,7 @@ def test_continuing_changes_no_bit(
     straight.train(WHOLE, monitor)
     rows = dict(monitor.rows)
 
-    other = make(environment, seed=77, **kwargs)
+    other = make(environment, 2, seed=77, **kwargs)
     other.unwrapped.restore(snapshots[HALF])
     th.manual_seed(1)
     resumed = cls.load(tmp_path / "half", other)
@@ -87,9 +88,9 @@ def test_continuing_changes_no_bit(
 def test_what_was_loaded_and_saved_at_once_continues_too(case: str, make: Any, monitor: Any, tmp_path: Path) -> None:
     name, environment, config = CASES[case]
     cls = plugins.get_record("algorithm", name).load()
-    env = make(environment)
+    env = make(environment, 2)
     monitor.save_at = {HALF: tmp_path / "half"}
-    cls(env, config, 3).train(HALF + 24, monitor)
+    cls(env, config, 3).train(HALF + 48, monitor)
     (tmp_path / "again").mkdir()
     cls.load(tmp_path / "half", env).save(tmp_path / "again", tmp_path / "half")
     assert contents(tmp_path / "again") == contents(tmp_path / "half")
@@ -101,9 +102,9 @@ def test_a_training_that_was_stopped_goes_on_with_no_bit_changed(
 ) -> None:
     name, environment, config = CASES[case]
     cls = plugins.get_record("algorithm", name).load()
-    straight = cls(make(environment), config, 3)
+    straight = cls(make(environment, 2), config, 3)
     straight.train(WHOLE, monitor)
-    stopped = cls(make(environment), config, 3)
+    stopped = cls(make(environment, 2), config, 3)
     stopped.train(WHOLE, stopping_monitor)
     assert stopped.model.num_timesteps < WHOLE
     th.manual_seed(1)
@@ -118,10 +119,10 @@ def test_what_was_saved_after_a_training_or_before_it_continues_too(
     name, environment, config = CASES[case]
     config = {**config, "learning_rate": 1e-3}  # a schedule would end with the first training
     cls = plugins.get_record("algorithm", name).load()
-    straight = cls(make(environment), config, 3)
+    straight = cls(make(environment, 2), config, 3)
     straight.train(HALF, monitor)
     straight.train(WHOLE, monitor)
-    env = make(environment)
+    env = make(environment, 2)
     current = cls(env, config, 3)
     for index, steps in enumerate((0, HALF)):
         current.train(steps, monitor)

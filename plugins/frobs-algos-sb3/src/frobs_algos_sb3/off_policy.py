@@ -178,9 +178,11 @@ class OffPolicy(SB3Algorithm):
         longest = self.venv.max_episode_steps
         if longest is None:
             return 0
-        if self._config.buffer_size // self.venv.num_envs <= longest:
+        # An episode counts once it has ended, and no more once its first step is overwritten.
+        if self._config.buffer_size // self.venv.num_envs < 2 * longest:
             raise ConfigurationError(
                 f"algorithm '{self.name}': buffer_size = {self._config.buffer_size}: hindsight replay keeps whole "
-                f"episodes, and needs more than num_envs × max_episode_steps = {self.venv.num_envs * longest}."
+                "episodes, one that runs and one that has ended in each environment; it needs at least "
+                f"2 × num_envs × max_episode_steps = {2 * self.venv.num_envs * longest}."
             )
         return self.venv.num_envs * longest
