@@ -9,7 +9,7 @@ import numpy as np
 
 from frobs_core import plugins
 from frobs_core.interfaces import CommandMode, Placement, Robot, Scene, Simulation
-from frobs_core.models import Pose, RobotModel
+from frobs_core.models import JointType, Pose, RobotModel
 from frobs_core.rotations import quat_from_matrix
 
 
@@ -142,7 +142,12 @@ class Pybullet:
         kind = {self._p.JOINT_REVOLUTE: "revolute", self._p.JOINT_PRISMATIC: "prismatic"}[info[2]]
         com = self._p.getDynamicsInfo(self._body, self._joints[name], self._client)[3:5]
         axis = _transform(*com)[:3, :3] @ np.array(info[13])  # Bullet tells it in the axes of the inertia
-        return BuiltJoint(kind, axis, (info[8], info[9]) if info[8] < info[9] else (-np.inf, np.inf))
+        if info[8] >= info[9]:
+            return BuiltJoint(kind, axis, (-np.inf, np.inf))
+        from frobs_sim_pybullet.urdf import NET
+
+        net = NET[JointType(kind)]  # Bullet's own limits are so far beyond: the drive law holds joints at theirs
+        return BuiltJoint(kind, axis, (info[8] + net, info[9] - net))
 
     def mimics(self) -> dict[str, tuple[str, float, float]]:
         """Return nothing: the drive law moves what mimics, which the kinematics show."""

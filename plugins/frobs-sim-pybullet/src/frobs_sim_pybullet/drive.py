@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from operator import gt, lt
 
 import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_sim_pybullet.articulation import FASTEST, Articulation
 from frobs_sim_pybullet.bullet import pybullet as p
-from frobs_sim_pybullet.friction import Friction
+from frobs_sim_pybullet.constraints import Constraints
 from frobs_sim_pybullet.general_law import GeneralLaw
 from frobs_sim_pybullet.law import MOST_WRITTEN_OUT, Constants, Law, law
 from frobs_sim_pybullet.transforms import Quat, Vector, compose, conjugate, cross, invert, rotate
+from frobs_sim_pybullet.urdf import position_range
 
 
 class Drive:
@@ -34,7 +36,12 @@ class Drive:
         self._limits = self._spread([joint.limits.effort for joint in articulation.placement.model.actuated_joints])
         self._armature = [joint.armature for joint in articulation.moving]
         self._passive = [joint.damping for joint in articulation.moving]  # of followers; the others have parameters
-        self._law = self._choose_law([joint.friction for joint in articulation.moving])
+        ends = [position_range(joint) or (-math.inf, math.inf) for joint in articulation.moving]
+        self._lower, self._upper = [low for low, _ in ends], [high for _, high in ends]
+        self._rubs = any(joint.friction for joint in articulation.moving)
+        self._simple = not (self._rubs or articulation.mimics)
+        self._law_at_limits: Law | None = None
+        self._law = self._choose_law()
         self._states: Sequence[tuple[float, ...]] | None = None
         self._pushes: list[tuple[int, Vector, int, Vector, Vector, Vector]] = []
         self._gravity = gravity
@@ -42,16 +49,25 @@ class Drive:
         self._turned: tuple[Quat, Vector] | None = None
         self.efforts = [0.0] * self._count
 
-    def _choose_law(self, friction: Sequence[float]) -> Law:
-        offset, count, mimics = self._robot.offset, self._count, self._robot.mimics
-        self._simple = not (any(friction) or mimics)
+    def _choose_law(self) -> Law:
         if self._simple and 0 < self._size <= MOST_WRITTEN_OUT:
-            return law(offset, count)
-        rub = None
-        if any(friction):
-            matrix = p.calculateMassMatrix(self._robot.twin, self._zeros, 0, self._robot.dynamics.client)
-            rub = Friction(friction, np.array(matrix), self._h)
-        return GeneralLaw(offset, count, rub, self._armature, mimics)
+            return law(self._robot.offset, self._count)
+        return self._general_law(constrained=self._rubs)
+
+    def _general_law(self, *, constrained: bool) -> Law:
+        robot, constraints = self._robot, None
+        if constrained:
+            matrix = np.array(p.calculateMassMatrix(robot.twin, self._zeros, 0, robot.dynamics.client))
+            inverse = np.linalg.inv(matrix + np.diag([0.0] * robot.offset + self._armature))
+            friction = [joint.friction for joint in robot.moving]
+            constraints = Constraints(friction, self._lower, self._upper, np.diag(inverse), self._h)
+        return GeneralLaw(robot.offset, self._count, constraints, self._armature, robot.mimics)
+
+    def _at_limits(self) -> Law:
+        """Return the law that also pushes joints back that are beyond their limits; most robots never need it."""
+        if self._law_at_limits is None:
+            self._law_at_limits = self._law if self._rubs else self._general_law(constrained=True)
+        return self._law_at_limits
 
     def _spread(self, values: list[float]) -> list[float]:
         """Return values of the actuated joints in the order of the mass matrix; 0 for the others."""
@@ -119,7 +135,8 @@ class Drive:
         if not math.hypot(*v) < FASTEST:
             return False
         command = self._spread(command)
-        if self._free:
+        beyond = any(map(lt, q, self._lower)) or any(map(gt, q, self._upper))
+        if self._free and not beyond:
             torques = self.efforts = [
                 min(limit, max(-limit, effort)) for effort, limit in zip(command, self._limits, strict=True)
             ]
@@ -136,7 +153,8 @@ class Drive:
             mass = p.calculateMassMatrix(twin, positions, 0, dynamics.client)
             if self._pushes:
                 bias = np.subtract(bias, self._pushed(positions)).tolist()
-            torques, self.efforts = self._law(q, v, command, self._constants, mass, bias)
+            way = self._at_limits() if beyond else self._law
+            torques, self.efforts = way(q, v, command, self._constants, mass, bias)
         p.setJointMotorControlArray(
             robot.body, robot.joints, p.TORQUE_CONTROL, forces=torques, physicsClientId=robot.client
         )

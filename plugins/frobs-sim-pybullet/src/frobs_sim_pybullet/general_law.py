@@ -1,4 +1,4 @@
-"""The drive law for robots that the written-out one is not for: with dry friction, joints that follow others, or many."""
+"""The drive law where the written-out one does not do: dry friction, joints at their limits, that follow others, or many."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.models import Mimic
-from frobs_sim_pybullet.friction import Friction
+from frobs_sim_pybullet.constraints import Constraints
 from frobs_sim_pybullet.law import Constants, Matrix
 
 
@@ -20,7 +20,7 @@ class GeneralLaw:
     Args:
         offset: Columns of the mass matrix that are the base's.
         count: Joints.
-        friction: Dry friction of the joints; None: none has any.
+        constraints: What else holds the joints; None: nothing does.
         armature: Of the joints [kg·m² or kg].
         mimics: (follower, leader) among the joints, and how it follows.
     """
@@ -29,11 +29,12 @@ class GeneralLaw:
         self,
         offset: int,
         count: int,
-        friction: Friction | None,
+        constraints: Constraints | None,
         armature: Sequence[float],
         mimics: Sequence[tuple[int, int, Mimic]],
     ) -> None:
-        self._offset, self._friction, self._armature = offset, friction, armature
+        self._offset, self._constraints = offset, constraints
+        self._armature = np.diag([0.0] * offset + list(armature))
         self._reduction: Floats | None = None
         if mimics:
             whole = np.eye(offset + count)
@@ -59,8 +60,10 @@ class GeneralLaw:
         lead = np.zeros(self._offset)
         right = np.concatenate([lead, efforts - damping * speeds]) - bias
         mass = np.array(matrix)
-        if self._friction is not None:
-            right = right + self._friction(mass, self._armature, right, np.concatenate([lead, speeds]))
+        if self._constraints is not None:
+            inverse = self._inverse(mass + self._armature)
+            held = self._constraints(inverse, inverse @ right, q, v)
+            right = right if held is None else right + held
         whole = mass + np.diag(np.concatenate([lead, inertia + np.where(saturated, 0.0, drive_inertia)]))
         if self._reduction is None:
             accelerations = np.linalg.solve(whole, right)
@@ -69,3 +72,10 @@ class GeneralLaw:
             accelerations = follow @ np.linalg.solve(follow.T @ whole @ follow, follow.T @ right)
         torques: list[float] = (mass @ accelerations + bias)[self._offset :].tolist()
         return torques, efforts.tolist()
+
+    def _inverse(self, mass: Floats) -> Floats:
+        """Return which accelerations efforts lead to, where what follows does so."""
+        if self._reduction is None:
+            return np.linalg.inv(mass)
+        follow = self._reduction
+        return np.asarray(follow @ np.linalg.inv(follow.T @ mass @ follow) @ follow.T)

@@ -39,6 +39,9 @@ from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector, compose, from_
 _MOVING = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
 _GREY = (0.7, 0.7, 0.72, 1.0)
 _WEIGHTLESS = Inertial(0.0, Pose(), (0.0,) * 6)
+NET = {JointType.REVOLUTE: 0.02, JointType.PRISMATIC: 0.002}
+"""[rad], [m] beyond a position limit at which Bullet stops a joint; at the limit itself the drive law does."""
+
 VIRTUAL = 6
 """Joints that a floating base has in the dynamics model: three slide, three turn."""
 
@@ -170,6 +173,13 @@ def write_urdf(
     return "\n".join([*lines, "</robot>"])
 
 
+def position_range(joint: Joint) -> tuple[float, float] | None:
+    """Return between which positions a joint moves [rad or m]; None: it has no limits."""
+    lower, upper = joint.limits.lower, joint.limits.upper
+    limited = joint.type in NET and math.isfinite(lower) and math.isfinite(upper)
+    return (lower, upper) if limited else None
+
+
 def write_dynamics_urdf(model: RobotModel, masses: Mapping[str, float], *, floating: bool) -> str:
     """Return the URDF whose mass matrix and bias forces the drives need: without shapes, the base always fixed.
 
@@ -225,13 +235,13 @@ def _inertial(inertial: Inertial, mass: float | None = None) -> str:
 
 
 def _joint(joint: Joint, parent: str, origin: tuple[Vector, Quat]) -> str:
-    lower, upper = joint.limits.lower, joint.limits.upper
-    limited = joint.type in (JointType.REVOLUTE, JointType.PRISMATIC) and math.isfinite(lower) and math.isfinite(upper)
-    kind = joint.type.value
-    if joint.type is JointType.REVOLUTE and not limited:
-        kind = "continuous"
-    if not limited:
+    found, kind = position_range(joint), joint.type.value
+    if found is None:
         lower, upper = 1.0, -1.0  # Bullet takes an empty range for none
+        kind = "continuous" if joint.type is JointType.REVOLUTE else kind
+    else:
+        net = NET[joint.type]
+        lower, upper = found[0] - net, found[1] + net
     return (
         f'<joint name={quoteattr(joint.name)} type="{kind}"><parent link={quoteattr(parent)}/>'
         f'<child link={quoteattr(joint.child)}/>{_origin(origin)}<axis xyz="{_numbers(joint.axis)}"/>'

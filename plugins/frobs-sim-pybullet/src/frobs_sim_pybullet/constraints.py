@@ -1,0 +1,126 @@
+"""What holds joints beside their drives, as MuJoCo has it, so that both engines make the same motion of it.
+
+Dry friction wants a joint's velocity to decay, with a bounded effort; a position limit pushes a joint back that has gone
+beyond it. Their efforts f minimise
+
+    ½·fᵀ·(A + R)·f + fᵀ·(a − a*),   |f| ≤ friction,   f ≥ 0 at a limit,
+
+with A the inverse mass matrix, a the acceleration without them, and a* = −B·v − K·d·r what a constraint wants of a velocity
+v and a distance r. Its softness is R = (1 − d)/d of A's diagonal at zero positions. Friction has MuJoCo's defaults: d = 0.9,
+K = 0, B = 2 / (0.95 · 20 ms). Limits are as hard as the timestep h allows: d from 0.99 to 0.999 over 1 mm or mrad,
+K = 1 / (0.999 · 2h)², B = 2 / (0.999 · 2h). See "Computation: Constraint model" of its manual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+
+_FRICTION_IMPEDANCE, _FRICTION_LARGEST, _FRICTION_TIME = 0.9, 0.95, 0.02  # the last in [s]
+_LIMIT_IMPEDANCE, _LIMIT_LARGEST, _LIMIT_WIDTH = 0.99, 0.999, 0.001  # the last in [rad or m]
+_GUESSES, _SWEEPS, _TOLERANCE = 10, 200, 1e-12
+
+
+class Constraints:
+    """Dry friction and position limits of the joints of one robot.
+
+    Args:
+        friction: Largest effort of each joint that moves [N·m or N].
+        lower: Where each joint ends [rad or m]; −inf where it does not.
+        upper: The other end.
+        inverse_at_zero: Diagonal of the inverse mass matrix at zero positions; its last entries are the joints'.
+        physics_timestep: [s]
+    """
+
+    def __init__(
+        self,
+        friction: Sequence[float],
+        lower: Sequence[float],
+        upper: Sequence[float],
+        inverse_at_zero: Floats,
+        physics_timestep: float,
+    ) -> None:
+        self._lead = len(inverse_at_zero) - len(friction)
+        self._rubbing = [(i, limit) for i, limit in enumerate(friction) if limit > 0.0]
+        self._ends = list(zip(lower, upper, strict=True))
+        self._diagonal = inverse_at_zero.tolist()
+        self._decay = 2.0 / (_FRICTION_LARGEST * max(_FRICTION_TIME, 2.0 * physics_timestep))  # [1/s]
+        self._stiffness = 1.0 / (_LIMIT_LARGEST * 2.0 * physics_timestep) ** 2  # [1/s²]
+        self._damping = 2.0 / (_LIMIT_LARGEST * 2.0 * physics_timestep)  # [1/s]
+
+    def __call__(self, inverse: Floats, accelerations: Floats, q: Sequence[float], v: Sequence[float]) -> Floats | None:
+        """Return the efforts, (size,), or None where nothing holds.
+
+        Args:
+            inverse: Of the mass matrix, (size, size).
+            accelerations: Without constraints, (size,).
+            q: Positions of the joints [rad or m].
+            v: Their velocities.
+        """
+        rows = [*self._friction_rows(v), *self._limit_rows(q, v)]
+        if not rows:
+            return None
+        columns = np.array([row[0] for row in rows])
+        signs, wanted, softness, low, high = np.array([row[1:] for row in rows]).T
+        coupling = signs[:, None] * inverse[np.ix_(columns, columns)] * signs + np.diag(softness)
+        efforts = _minimise(coupling, signs * accelerations[columns] - wanted, low, high)
+        result = np.zeros(len(accelerations))
+        np.add.at(result, columns, signs * efforts)
+        return result
+
+    def _friction_rows(self, v: Sequence[float]) -> Iterator[tuple[float, ...]]:
+        """Yield column, sign, wanted acceleration, softness and the bounds of the effort."""
+        for i, limit in self._rubbing:
+            softness = (1.0 - _FRICTION_IMPEDANCE) / _FRICTION_IMPEDANCE * self._diagonal[self._lead + i]
+            yield self._lead + i, 1.0, -self._decay * v[i], softness, -limit, limit
+
+    def _limit_rows(self, q: Sequence[float], v: Sequence[float]) -> Iterator[tuple[float, ...]]:
+        for i, (x, (lower, upper)) in enumerate(zip(q, self._ends, strict=True)):
+            if lower <= x <= upper:
+                continue
+            sign, distance = (1.0, x - lower) if x < lower else (-1.0, upper - x)
+            impedance = _impedance(-distance)
+            softness = (1.0 - impedance) / impedance * self._diagonal[self._lead + i]
+            wanted = -self._damping * sign * v[i] - self._stiffness * impedance * distance
+            yield self._lead + i, sign, wanted, softness, 0.0, np.inf
+
+
+def _impedance(depth: float) -> float:
+    """Return how hard a limit is that a joint is beyond: MuJoCo's curve of power 2 with its middle at 0.5."""
+    x = min(1.0, depth / _LIMIT_WIDTH)
+    rise = 2.0 * x * x if x <= 0.5 else 1.0 - 2.0 * (1.0 - x) ** 2
+    return _LIMIT_IMPEDANCE + rise * (_LIMIT_LARGEST - _LIMIT_IMPEDANCE)
+
+
+def _minimise(matrix: Floats, slope: Floats, low: Floats, high: Floats) -> Floats:
+    """Return f in [low, high] that minimises ½·fᵀ·matrix·f + fᵀ·slope.
+
+    Which efforts are at their bounds is guessed a few times; then Gauss-Seidel sweeps verify it, and mend it if need be.
+    """
+    efforts, free = np.zeros(len(slope)), np.ones(len(slope), np.bool_)
+    for _ in range(_GUESSES):
+        if free.any():
+            right = -slope[free] - matrix[np.ix_(free, ~free)] @ efforts[~free]
+            efforts[free] = np.linalg.solve(matrix[np.ix_(free, free)], right)
+        beyond = (efforts < low) | (efforts > high)
+        efforts = np.clip(efforts, low, high)
+        pull = -(matrix @ efforts + slope)
+        back = ~free & (((efforts == low) & (pull > 0.0)) | ((efforts == high) & (pull < 0.0)))
+        if not (beyond | back).any():
+            break
+        free = (free & ~beyond) | back
+    rows, found = matrix.tolist(), efforts.tolist()
+    slopes, bounds = slope.tolist(), list(zip(low.tolist(), high.tolist(), strict=True))
+    for _ in range(_SWEEPS):
+        change = 0.0
+        for i, (row, (least, most)) in enumerate(zip(rows, bounds, strict=True)):
+            residual = slopes[i] + sum(a * f for a, f in zip(row, found, strict=True))
+            value = min(most, max(least, found[i] - residual / row[i]))
+            change = max(change, abs(value - found[i]) / max(1e-9, abs(value)))
+            found[i] = value
+        if change < _TOLERANCE:
+            break
+    return np.array(found)
