@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -8,6 +9,8 @@ import gymnasium as gym
 import pytest
 
 from frobs_core.runs.environments import make_vector_env
+
+sys.path.insert(0, str(Path(__file__).parent))  # for the helpers of this folder
 
 REACH = "frobs/Irb120Reach-v0"
 

@@ -1,0 +1,175 @@
+"""The zip file of a model: its plain JSON and its tensors, and never its pickles.
+
+stable-baselines3 writes each attribute of a model into the JSON file ``data``: as it is where JSON can hold it, else as a
+pickle in base64 under ``:serialized:``, with readable text beside it. The pickles stay text here. Tensors are read by
+PyTorch with ``weights_only``, which builds tensors, numbers and containers, and nothing else.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import pickle
+import re
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import torch as th
+
+from frobs_core.errors import CheckpointError, UntrustedFileError
+
+MAX_JSON_BYTES = 64 * 2**20
+"""Largest ``data``: pictures among the attributes make it some megabytes."""
+
+MAX_MEMBERS = 64
+"""Most files in an archive: stable-baselines3 writes at most eight."""
+
+MAX_GROWTH = 20
+"""How many times larger than the file its contents may be: what stable-baselines3 writes is not compressed."""
+
+_NAME = re.compile(r"^[A-Za-z_][A-Za-z0-9_.]*$")
+_INNER_NAME = re.compile(r"^(?!/)(?!.*\.\.)[A-Za-z0-9_./-]+$")
+_VARIABLES = ("pytorch_variables.pth", "tensors.pth")
+
+
+@dataclass(frozen=True)
+class ModelArchive:
+    """What was read.
+
+    Attributes:
+        path: The file.
+        content: Its bytes.
+        data: The JSON, with every ``:serialized:`` taken out.
+        pickled: The keys of ``data`` whose value is a pickle that was not opened.
+        tensors: State dictionary of each part: ``policy``, ``policy.optimizer``, …
+        version: Of stable-baselines3, as the file says.
+    """
+
+    path: Path
+    content: bytes
+    data: Mapping[str, Any]
+    pickled: frozenset[str]
+    tensors: Mapping[str, Any]
+    version: str
+
+
+def read_archive(path: Path | str) -> ModelArchive:
+    """Read a model file; nothing that it holds is executed, and nothing is written to the disk.
+
+    Args:
+        path: The file; ``.zip`` is added where it is missing.
+
+    Raises:
+        CheckpointError: The file is missing, damaged, or so made that opening it would fill the memory.
+        UntrustedFileError: What should be tensors is something else.
+    """
+    path = find_file(path)
+    content = path.read_bytes()
+    with _open(path, io.BytesIO(content), len(content), _NAME) as archive:
+        names = archive.namelist()
+        if "data" not in names or "policy.pth" not in names:
+            raise CheckpointError(f"{path} is no model of stable-baselines3: it holds no 'data' or no 'policy.pth'.")
+        data, pickled = _read_json(path, archive)
+        tensors = {
+            name.removesuffix(".pth"): _read_tensors(path, name, archive.read(name))
+            for name in names
+            if name.endswith(".pth")
+        }
+        version = archive.read("_stable_baselines3_version")[:64] if "_stable_baselines3_version" in names else b""
+    for name in _VARIABLES:
+        tensors.pop(name.removesuffix(".pth"), None)  # only checked: the loader reads them once more
+    return ModelArchive(path, content, data, pickled, tensors, version.decode("ascii", "replace").strip())
+
+
+def find_file(path: Path | str, suffix: str = ".zip") -> Path:
+    """Return the file, whose suffix may have been left out.
+
+    Raises:
+        CheckpointError: There is none.
+    """
+    path = Path(path)
+    for candidate in (path, path.with_name(path.name + suffix)):
+        if candidate.is_file():
+            return candidate
+    raise CheckpointError(f"{path} does not exist, nor does {path.name}{suffix} beside it; check the path.")
+
+
+def clean_copy(archive: ModelArchive, keys: Mapping[str, Any]) -> io.BytesIO:
+    """Return the model file with the tensors of the old one and plain JSON: no pickle can be in it."""
+    target = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(archive.content)) as old, zipfile.ZipFile(target, "w") as new:
+        new.writestr("data", json.dumps(dict.fromkeys(keys)))
+        for name in old.namelist():
+            if name.endswith(".pth"):
+                new.writestr(name, old.read(name))
+    target.seek(0)
+    return target
+
+
+def _open(path: Path, file: io.BytesIO, size: int, allowed: re.Pattern[str], part: str = "") -> zipfile.ZipFile:
+    """Open an archive whose directory has been looked at."""
+    where = f"{path}{f' ({part})' if part else ''}"
+    try:
+        archive = zipfile.ZipFile(file)
+    except (zipfile.BadZipFile, ValueError, OSError, NotImplementedError) as error:
+        raise CheckpointError(f"{where} is damaged: it is no zip archive ({error}).") from error
+    members = archive.infolist()
+    names = [member.filename for member in members]
+    for member in members:
+        if not allowed.match(member.filename):
+            raise CheckpointError(f"{where} is refused: it holds a file of the name {member.filename!r}.")
+        if member.flag_bits & 0x1:
+            raise CheckpointError(f"{where} is refused: '{member.filename}' in it is encrypted.")
+    if len(set(names)) < len(names):
+        raise CheckpointError(f"{where} is refused: it holds two files of one name.")
+    if not part and len(names) > MAX_MEMBERS:
+        raise CheckpointError(f"{where} is refused: it holds {len(names)} files, more than {MAX_MEMBERS}.")
+    total = sum(member.file_size for member in members)
+    if total > MAX_GROWTH * size:
+        raise CheckpointError(f"{where} is refused: unpacked it would be {total:,} bytes, and it has {size:,}.")
+    return archive
+
+
+def _read_json(path: Path, archive: zipfile.ZipFile) -> tuple[dict[str, Any], frozenset[str]]:
+    size = archive.getinfo("data").file_size
+    if size > MAX_JSON_BYTES:
+        raise CheckpointError(f"{path} is refused: 'data' in it has {size:,} bytes, more than {MAX_JSON_BYTES:,}.")
+    try:
+        data = json.loads(archive.read("data"))
+    except (ValueError, RecursionError, zipfile.BadZipFile, EOFError) as error:
+        raise CheckpointError(f"{path} is damaged: 'data' in it is no JSON ({error}).") from error
+    if not isinstance(data, dict):
+        raise CheckpointError(f"{path} is damaged: 'data' in it is no JSON object.")
+    pickled = frozenset(key for key, value in data.items() if isinstance(value, dict) and ":serialized:" in value)
+    for key in pickled:
+        data[key] = {name: value for name, value in data[key].items() if name != ":serialized:"}
+    return data, pickled
+
+
+def _read_tensors(path: Path, name: str, content: bytes) -> Any:
+    if zipfile.is_zipfile(io.BytesIO(content)):
+        _open(path, io.BytesIO(content), len(content), _INNER_NAME, name).close()
+    try:
+        value = th.load(io.BytesIO(content), map_location="cpu", weights_only=True)
+    except pickle.UnpicklingError as error:
+        raise UntrustedFileError(path, f"'{name}' in it holds objects that only Python code can build") from error
+    except (RuntimeError, EOFError, KeyError, ValueError, TypeError, AttributeError, IndexError) as error:
+        raise CheckpointError(f"{path} is damaged: '{name}' in it cannot be read ({error}).") from error
+    for tensor in _walk(value):
+        if tensor.numel() * tensor.element_size() > max(tensor.untyped_storage().nbytes(), 1):
+            raise CheckpointError(f"{path} is refused: a tensor in '{name}' claims more numbers than it holds.")
+    return value
+
+
+def _walk(value: Any) -> list[th.Tensor]:
+    """Return every tensor in nested containers."""
+    if isinstance(value, th.Tensor):
+        return [] if value.layout != th.strided else [value]
+    if isinstance(value, Mapping):
+        return [tensor for item in value.values() for tensor in _walk(item)]
+    if isinstance(value, list | tuple):
+        return [tensor for item in value for tensor in _walk(item)]
+    return []

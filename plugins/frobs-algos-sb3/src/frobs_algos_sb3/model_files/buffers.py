@@ -1,0 +1,114 @@
+"""Replay buffers as plain arrays."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from stable_baselines3.common.buffers import DictReplayBuffer, ReplayBuffer
+
+from frobs_core.errors import CheckpointError, ConfigurationError, UntrustedFileError
+from frobs_core.runs.files import write_aside
+
+FORMAT = 1
+"""Of the files."""
+
+_FIELDS = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
+
+
+def write_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
+    """Write the filled part of a replay buffer, aside and renamed.
+
+    Args:
+        buffer: Of stable-baselines3: flat or with dictionaries.
+        path: Ends in ``.npz``.
+
+    Raises:
+        ConfigurationError: It is a kind that keeps more than arrays.
+        OSError: The disk is full, or the folder cannot be written.
+    """
+    if type(buffer) not in (ReplayBuffer, DictReplayBuffer) or buffer.optimize_memory_usage:
+        raise ConfigurationError(
+            f"a {type(buffer).__name__}{' that saves memory' if buffer.optimize_memory_usage else ''} cannot be written as "
+            "arrays; use ReplayBuffer or DictReplayBuffer with optimize_memory_usage=False."
+        )
+    size = buffer.size()
+    arrays = {"format": np.array(FORMAT), "next": np.array(buffer.pos % buffer.buffer_size if buffer.full else size)}
+    for name, whole in _arrays(buffer).items():
+        arrays[name] = whole[:size]
+
+    def write(aside: Path) -> None:
+        with aside.open("wb") as file:
+            np.savez(file, allow_pickle=False, **arrays)
+
+    write_aside(path, write)
+
+
+def read_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
+    """Fill a model's replay buffer with what :func:`write_replay_buffer` wrote; the newest, where it holds less.
+
+    Args:
+        buffer: Of the same spaces and number of environments.
+        path: The file.
+
+    Raises:
+        CheckpointError: The file is missing, damaged, or does not fit the buffer; the buffer is as it was.
+        UntrustedFileError: It is a pickle, or holds Python objects.
+    """
+    saved = _read(path)
+    own = _arrays(buffer)
+    rows = {len(saved[name]) for name in own if name in saved}
+    if set(saved) != {*own, "format", "next"} or len(rows) != 1 or int(saved["format"]) != FORMAT:
+        raise CheckpointError(f"{path} is no replay buffer of this kind: it holds {', '.join(sorted(saved))}.")
+    for name, whole in own.items():
+        if saved[name].shape[1:] != whole.shape[1:] or saved[name].dtype != whole.dtype:
+            raise CheckpointError(
+                f"{path} does not fit: '{name}' in it is {saved[name].dtype} {saved[name].shape[1:]} per step, "
+                f"and the model has {whole.dtype} {whole.shape[1:]}."
+            )
+    count, following, capacity = rows.pop(), int(saved["next"]), buffer.buffer_size
+    if not 0 <= following <= count:
+        raise CheckpointError(f"{path} is damaged: the next step would go to {following} of {count}.")
+    if count <= capacity and (count == capacity or following == count):
+        order, start = np.arange(count), following % capacity
+    else:  # it had another capacity: the newest that fit, oldest first
+        order = (following + np.arange(count))[-capacity:] % count
+        start = len(order) % capacity
+    for name, whole in own.items():
+        whole[: len(order)] = saved[name][order]
+    buffer.pos, buffer.full = start, len(order) == capacity
+
+
+def _arrays(buffer: ReplayBuffer) -> dict[str, np.ndarray[Any, Any]]:
+    """Return the arrays of a buffer, those of its dictionaries too."""
+    found: dict[str, np.ndarray[Any, Any]] = {}
+    for name in _FIELDS:
+        value = getattr(buffer, name)
+        if isinstance(value, dict):
+            found |= {f"{name}/{key}": item for key, item in value.items()}
+        else:
+            found[name] = value
+    return found
+
+
+def _read(path: Path) -> dict[str, np.ndarray[Any, Any]]:
+    try:
+        with path.open("rb") as file:
+            start = file.read(2)
+            if start != b"PK":
+                raise UntrustedFileError(path, "it is a pickle, and opening one executes what it holds")
+            with zipfile.ZipFile(file) as archive:
+                for member in archive.infolist():
+                    if member.compress_type != zipfile.ZIP_STORED or member.flag_bits & 0x1:
+                        raise CheckpointError(f"{path} is refused: '{member.filename}' in it is compressed.")
+        with np.load(path, allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+    except ValueError as error:
+        if "allow_pickle" in str(error) or "Object arrays" in str(error):
+            raise UntrustedFileError(path, "it holds arrays of Python objects") from error
+        raise CheckpointError(f"{path} is damaged: {error}.") from error
+    except (OSError, EOFError, KeyError, zipfile.BadZipFile, MemoryError, io.UnsupportedOperation) as error:
+        raise CheckpointError(f"{path} cannot be read: {error}.") from error

@@ -1,0 +1,180 @@
+"""Opening a model."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.vec_env import VecEnv
+from stable_baselines3.her import HerReplayBuffer
+
+from frobs_algos_sb3.model_files import known
+from frobs_algos_sb3.model_files.archive import ModelArchive, clean_copy, read_archive
+from frobs_algos_sb3.model_files.rebuild import Rebuilt, rebuild
+from frobs_algos_sb3.model_files.save import read_sidecar
+from frobs_algos_sb3.model_files.space_text import same_space
+from frobs_algos_sb3.model_files.text import Unreadable
+from frobs_core.errors import CheckpointError, ConfigurationError, UntrustedFileError
+
+_NEEDED = ("policy_class", "policy_kwargs", "observation_space", "action_space", "use_sde")
+"""Without these there is no policy."""
+
+_FAILURES = (RuntimeError, ValueError, KeyError, TypeError, AttributeError, IndexError, AssertionError, MemoryError)
+"""What stable-baselines3 raises for parts that do not fit each other."""
+
+
+def load_model(
+    path: Path | str,
+    env: gym.Env[Any, Any] | VecEnv | None = None,
+    *,
+    algorithm: str | None = None,
+    trust: bool = False,
+    device: str = "auto",
+    defaults: Mapping[str, Any] | None = None,
+    **overrides: Any,
+) -> BaseAlgorithm:
+    """Open a model file of stable-baselines3 or sb3-contrib; nothing that it holds is executed.
+
+    Args:
+        path: The file; ``.zip`` may be left out.
+        env: To train on in; None: for predictions. Schedules, noise and such that only training needs are read where they
+            can be, and missed only where an environment is given.
+        algorithm: Its name, as in :data:`frobs_algos_sb3.model_files.known.ALGORITHMS`; None: the file tells.
+        trust: Open it with stable-baselines3's own loader, which executes what the file holds.
+        device: Where the networks go.
+        defaults: Attributes to be used where the file's own cannot be read.
+        **overrides: Attributes of the model to be used instead of the file's: ``learning_rate=1e-3``.
+
+    Returns:
+        The model, of the class that the algorithm has in stable-baselines3.
+
+    Raises:
+        CheckpointError: The file is missing, damaged, or of another algorithm.
+        ConfigurationError: The environment's spaces are not the model's, or an override does not fit.
+        UntrustedFileError: Something that is needed can only be had by executing the file.
+    """
+    archive = read_archive(path)
+    name = algorithm or known.identify(archive.data)
+    if name is None or name not in known.ALGORITHMS:
+        raise CheckpointError(
+            f"{archive.path}: of the algorithm {name or 'that it does not name'}; say which it is: {', '.join(known.ALGORITHMS)}."
+        )
+    _check_algorithm(archive, name)
+    try:
+        cls = known.algorithm_class(name)
+    except Unreadable as problem:
+        raise ConfigurationError(f"{archive.path}: {problem}.") from None
+    if trust:
+        return cls.load(archive.path, env=env, device=device, **overrides)
+    beside = read_sidecar(archive)
+    found = rebuild(archive, cls, {*overrides, *beside})
+    found.values.update(beside)
+    venv = None if env is None else cls._wrap_env(env, verbose=0)
+    if venv is not None:
+        _take_spaces(archive, found, venv)
+    _fill_in(archive, found, defaults or {}, training=env is not None)
+    return _build(archive, cls, venv, device, found.values, overrides)
+
+
+def _check_algorithm(archive: ModelArchive, name: str) -> None:
+    """Refuse a file of another algorithm; DDPG is a TD3, and either opens the other's."""
+    real = known.identify(archive.data)
+    if real is not None and real != name and {real, name} != {"td3", "ddpg"}:
+        raise CheckpointError(f"{archive.path} is a model of '{real}', not of '{name}'.")
+
+
+def _take_spaces(archive: ModelArchive, found: Rebuilt, env: VecEnv) -> None:
+    """Take the environment's spaces, which are exact, if they are what the file says."""
+    for key, real in (("observation_space", env.observation_space), ("action_space", env.action_space)):
+        written = found.values.get(key)
+        if written is not None and not same_space(written, real):
+            raise ConfigurationError(
+                f"{archive.path}: the model was trained with {key} {written}, and the environment has {real}."
+            )
+        found.unreadable.pop(key, None)
+        found.values[key] = real
+
+
+def _fill_in(archive: ModelArchive, found: Rebuilt, defaults: Mapping[str, Any], training: bool) -> None:
+    """Put defaults where nothing could be read; refuse where nothing may be missing."""
+    for key in [key for key in found.unreadable if key in defaults]:
+        found.values[key] = defaults[key]
+        del found.unreadable[key]
+    space = found.values.get("action_space")
+    if "target_entropy" in found.unreadable and space is not None:  # only one that was left to 'auto' is ever pickled
+        found.values["target_entropy"] = -float(np.prod(space.shape))
+        del found.unreadable["target_entropy"]
+    for key in _NEEDED:
+        if key not in found.values and key not in found.unreadable:
+            raise CheckpointError(f"{archive.path} is damaged: 'data' in it has no '{key}'.")
+    missing = [key for key in found.unreadable if training or key in _NEEDED]
+    for key in missing:
+        if key not in archive.pickled:
+            raise CheckpointError(f"{archive.path} is damaged: '{key}' in it cannot be used: {found.unreadable[key]}.")
+    if missing:
+        raise UntrustedFileError(archive.path, "; ".join(_reason(key, found.unreadable[key]) for key in missing))
+
+
+def _reason(key: str, why: str) -> str:
+    """Say why a field needs trust, and what would do instead."""
+    way = ""
+    if key in ("observation_space", "action_space"):
+        way = ", or open it with an environment"
+    elif key not in ("policy_class", "policy_kwargs"):
+        way = f", or give {key}=…"
+    return f"'{key}' is a pickle, which executes code when it is opened, and what is readable of it is not enough ({why}){way}"
+
+
+def _build(
+    archive: ModelArchive,
+    cls: type[BaseAlgorithm],
+    env: VecEnv | None,
+    device: str,
+    values: dict[str, Any],
+    overrides: Mapping[str, Any],
+) -> BaseAlgorithm:
+    """Have stable-baselines3 build the model from a copy of the file that holds no pickle."""
+    frozen = [] if env is not None else [key for key in ("learning_rate",) if key not in {*values, *overrides}]
+    if frozen:
+        values["learning_rate"] = _learning_rate(archive)
+    if env is None and values.get("replay_buffer_class") is HerReplayBuffer:  # it wants an environment
+        values |= {"replay_buffer_class": None, "replay_buffer_kwargs": {}}
+    try:
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "This system does not have apparently enough memory")
+            model = cls.load(clean_copy(archive, values), env, device, custom_objects=values, **overrides)
+    except _FAILURES as error:
+        raise CheckpointError(f"{archive.path}: its parts do not fit each other: {_first_line(error)}.") from error
+    if frozen:
+        model.lr_schedule = _Unreadable(archive.path)
+    return model
+
+
+def _learning_rate(archive: ModelArchive) -> float:
+    """Return the rate that an optimiser stood at: enough to build it."""
+    for name, tensors in archive.tensors.items():
+        if name.endswith("optimizer") and isinstance(tensors, Mapping) and tensors.get("param_groups"):
+            return float(tensors["param_groups"][0].get("lr", 0.0))
+    return 0.0
+
+
+def _first_line(error: BaseException) -> str:
+    return (str(error) or type(error).__name__).strip().splitlines()[0].rstrip(".")
+
+
+class _Unreadable:
+    """Stands for a schedule that could not be read, so that nobody trains with another one unawares."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def __call__(self, progress_remaining: float) -> float:
+        """Refuse."""
+        raise UntrustedFileError(self._path, "'learning_rate' is a function that was not read; open it with learning_rate=…")
+
+

@@ -1,0 +1,229 @@
+"""From the readable part of a model file to the attributes of the model."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import torch as th
+from stable_baselines3.common import buffers
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.policies import BasePolicy
+from stable_baselines3.her import HerReplayBuffer
+
+from frobs_algos_sb3.model_files import known, text
+from frobs_algos_sb3.model_files.archive import ModelArchive
+from frobs_algos_sb3.model_files.space_text import read_space
+from frobs_algos_sb3.model_files.text import Unreadable
+
+_SPACES = ("observation_space", "action_space")
+_SCHEDULES = ("learning_rate", "clip_range", "clip_range_vf")
+_WORDS = ("ent_coef", "target_entropy")
+_FRESH = (
+    "_last_obs",
+    "_last_original_obs",
+    "_last_episode_starts",
+    "_last_lstm_states",
+    "ep_info_buffer",
+    "ep_success_buffer",
+    "tensorboard_log",  # a path to write to, which a file from elsewhere must not choose
+    "start_time",
+)
+"""What a model that is opened begins anew, so that it does not matter what the file holds."""
+
+_BUFFERS = {"ReplayBuffer": None, "DictReplayBuffer": None, "NStepReplayBuffer": None, "HerReplayBuffer": HerReplayBuffer}
+"""Kinds of replay buffers; None: the model chooses it again by its spaces."""
+
+_ROLLOUTS = ("RolloutBuffer", "DictRolloutBuffer", "RecurrentRolloutBuffer", "RecurrentDictRolloutBuffer")
+_MAX_LAYERS = 64
+_SIZES = ("features_dim", "cnn_output_dim", "lstm_hidden_size")
+_COUNTS = ("n_critics", "n_quantiles", "n_lstm_layers")
+
+
+@dataclass
+class Rebuilt:
+    """What could be had without executing anything.
+
+    Attributes:
+        values: Attributes of the model.
+        unreadable: Those that could not be had, with the reason.
+    """
+
+    values: dict[str, Any] = field(default_factory=dict)
+    unreadable: dict[str, str] = field(default_factory=dict)
+
+
+def rebuild(archive: ModelArchive, cls: type[BaseAlgorithm], given: Iterable[str]) -> Rebuilt:
+    """Read every attribute that the class has and that nobody gives.
+
+    Args:
+        archive: The file.
+        cls: Class of the model.
+        given: Attributes that the caller has.
+    """
+    data, result = archive.data, Rebuilt()
+    names = set(_attributes(cls)) - set(_FRESH)
+    for name in [name for name in data if name in names and name not in given]:
+        try:
+            result.values[name] = _reader(name, archive)(data[name])
+        except Unreadable as problem:
+            result.unreadable[name] = str(problem)
+    if "policy_class" in result.unreadable:  # whose keywords are then nobody's
+        result.unreadable.pop("policy_kwargs", None)
+        result.values["policy_kwargs"] = {}
+    return result
+
+
+def _attributes(cls: type[BaseAlgorithm]) -> list[str]:
+    """Return the names of what a model of this class keeps, and of what is set when it is built."""
+    bare = cls(policy=BasePolicy, env=None, _init_setup_model=False)  # type: ignore[call-arg,arg-type]
+    return [*vars(bare), "policy_class", *_SPACES, "n_envs"]
+
+
+def _reader(name: str, archive: ModelArchive) -> Callable[[Any], Any]:
+    """Return what reads an attribute."""
+    if name == "policy_class":
+        return known.policy_class
+    if name == "policy_kwargs":
+        return lambda value: policy_kwargs(value, archive)
+    if name in _SPACES:
+        return read_space
+    if name in _SCHEDULES:
+        return lambda value: None if value is None else text.schedule(value)
+    if name == "action_noise":
+        return text.action_noise
+    if name == "replay_buffer_class":
+        return _replay_buffer_class
+    if name == "rollout_buffer_class":
+        return _rollout_buffer_class
+    if name in ("replay_buffer_kwargs", "rollout_buffer_kwargs"):
+        return _plain_mapping
+    if name in _WORDS:
+        return _word_or_number
+    if name in archive.pickled:
+        return _pickled
+    return _scalar
+
+
+def _scalar(value: Any) -> bool | int | float | None:
+    if value is None or isinstance(value, bool):
+        return value
+    if isinstance(value, int | float) and math.isfinite(value) and abs(value) < 2**53:
+        return value
+    raise Unreadable("it is no number")
+
+
+def _pickled(_value: Any) -> Any:
+    raise Unreadable("the file holds it only as code")
+
+
+def _word_or_number(value: Any) -> str | float:
+    if isinstance(value, str):
+        first, _, rest = value.partition("_")
+        if first == "auto" and (not rest or text.number(rest) > 0.0):
+            return value
+        raise Unreadable("it is neither a number nor 'auto'")
+    return text.number(value)
+
+
+def _plain_mapping(value: Any) -> dict[str, Any]:
+    if not isinstance(value, dict) or ":type:" in value:
+        raise Unreadable("the file holds it only as code")
+    return {str(key): item if isinstance(item, str) else _scalar(item) for key, item in value.items()}
+
+
+def _class_of_constructor(value: Any) -> str:
+    """Return the class whose constructor stands beside a pickled class."""
+    written = value.get("__init__") if isinstance(value, dict) else None
+    if not isinstance(written, str) or not written.startswith("<function "):
+        raise Unreadable("the file does not say which class it is")
+    return written.removeprefix("<function ").partition(".")[0]
+
+
+def _replay_buffer_class(value: Any) -> type[buffers.ReplayBuffer] | None:
+    if value is None:
+        return None
+    name = _class_of_constructor(value)
+    if name not in _BUFFERS:
+        raise Unreadable(f"{name} is no replay buffer of stable-baselines3")
+    return _BUFFERS[name]
+
+
+def _rollout_buffer_class(value: Any) -> None:
+    if value is not None and value.get("__module__") not in (
+        "stable_baselines3.common.buffers",
+        "sb3_contrib.common.recurrent.buffers",
+    ):
+        raise Unreadable(f"{value.get('__module__')} holds no rollout buffer of stable-baselines3")
+
+
+def policy_kwargs(value: Any, archive: ModelArchive) -> dict[str, Any]:
+    """Return the policy's keywords, all of which the policy takes and all of whose sizes the tensors have.
+
+    Raises:
+        Unreadable: One of them cannot be had.
+    """
+    if not isinstance(value, dict):
+        raise Unreadable("it is no mapping")
+    accepted = inspect.signature(known.policy_class(archive.data.get("policy_class")).__init__).parameters
+    sizes = _sizes(archive.tensors["policy"])
+    return {
+        key: _keyword(key, item, accepted, sizes) for key, item in value.items() if key not in (":type:", "device")
+    }
+
+
+def _keyword(key: str, value: Any, accepted: Mapping[str, Any], sizes: set[int]) -> Any:
+    if key not in accepted:
+        raise Unreadable(f"the policy takes no '{key}'")
+    if key in ("activation_fn", "optimizer_class", "features_extractor_class"):
+        return known.part(key, value)
+    if key in ("net_arch", "critic_net_arch"):
+        return _net_arch(value, sizes)
+    if key in ("features_extractor_kwargs", "optimizer_kwargs", "lstm_kwargs"):
+        if value is None:
+            return None
+        if not isinstance(value, dict):
+            raise Unreadable(f"'{key}' is written only as code")
+        return {str(name): _inner(str(name), item, sizes) for name, item in value.items()}
+    return _inner(key, value, sizes)
+
+
+def _inner(key: str, value: Any, sizes: set[int]) -> Any:
+    if isinstance(value, list) and len(value) <= 8:  # an optimiser's betas
+        return tuple(text.number(item) for item in value)
+    if key in _SIZES:
+        return _size(value, sizes)
+    if key in _COUNTS:
+        return text.integer(value, 1, 1024)
+    if isinstance(value, str):
+        raise Unreadable(f"'{key}' is written only as code")
+    return _scalar(value)
+
+
+def _net_arch(value: Any, sizes: set[int]) -> Any:
+    if isinstance(value, list) and len(value) == 1 and isinstance(value[0], dict):  # stable-baselines3 < 1.8
+        value = value[0]
+    if isinstance(value, dict) and set(value) <= {"pi", "vf", "qf"}:
+        return {key: _net_arch(widths, sizes) for key, widths in value.items()}
+    if value is None:
+        return None
+    if not isinstance(value, list) or len(value) > _MAX_LAYERS:
+        raise Unreadable("'net_arch' is no list of widths")
+    return [_size(width, sizes) for width in value]
+
+
+def _size(value: Any, sizes: set[int]) -> int:
+    size = text.integer(value, 1)
+    if size not in sizes:
+        raise Unreadable(f"no tensor in the file has a side of {size}")
+    return size
+
+
+def _sizes(tensors: Any) -> set[int]:
+    """Return every length that a tensor of the policy has, so that no file can ask for networks larger than itself."""
+    if not isinstance(tensors, Mapping) or not all(isinstance(item, th.Tensor) for item in tensors.values()):
+        raise Unreadable("'policy.pth' holds no state dictionary")
+    return {side for tensor in tensors.values() for side in tensor.shape}

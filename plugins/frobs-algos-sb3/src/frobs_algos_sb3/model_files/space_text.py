@@ -1,0 +1,197 @@
+"""Gymnasium spaces from the text that stands beside their pickles.
+
+A Box has its bounds with eight decimals there. That is what predictions need; an environment, where there is one, has
+them exactly.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import OrderedDict
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+
+from frobs_algos_sb3.model_files import text
+from frobs_algos_sb3.model_files.text import Unreadable
+
+MAX_DEPTH = 8
+"""Deepest nesting of Dict spaces."""
+
+_DTYPES = ("float16", "float32", "float64", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64", "bool")
+_DTYPE = re.compile(rf"^(?:<class 'numpy\.)?({'|'.join(_DTYPES)})(?:'>)?$")
+_KEY = re.compile(r"\s*(?:'([^'\\]*)'|\"([^\"\\]*)\")\s*([:,])\s*")
+_SEPARATOR = re.compile(r"\s*,\s*")
+
+
+def read_space(value: Any) -> gym.Space[Any]:
+    """Return the space that a pickled one describes beside it; those of the old ``gym`` too.
+
+    Raises:
+        Unreadable: It does not say enough.
+    """
+    if not isinstance(value, dict):
+        raise Unreadable("it is no space")
+    module, _, kind = text.class_name(value.get(":type:")).rpartition(".")
+    if module.split(".")[0] not in ("gymnasium", "gym"):
+        raise Unreadable(f"{value.get(':type:')} is no space of Gymnasium")
+    if kind == "Box":
+        of_shape = text.shape(value.get("_shape", value.get("shape")))
+        return _box(value.get("low"), value.get("high"), of_shape, value.get("dtype"))
+    if kind == "Discrete":
+        return _discrete(value.get("n"), value.get("start", 0), value.get("dtype", "int64"))
+    if kind == "MultiDiscrete":
+        return _multi_discrete(value.get("nvec"), value.get("start"), value.get("dtype", "int64"))
+    if kind == "MultiBinary":
+        return _multi_binary(value.get("n"))
+    if kind == "Dict" and isinstance(value.get("spaces"), str):
+        written = value["spaces"].strip()
+        reader = _Reader(written)
+        if written.startswith("OrderedDict("):
+            reader.expect("OrderedDict([")
+            found = reader.items(pairs=True, depth=0)
+            reader.expect("])")
+        else:
+            reader.expect("{")
+            found = reader.items(pairs=False, depth=0)
+            reader.expect("}")
+        reader.end()
+        return spaces.Dict(found)
+    raise Unreadable(f"a space of the type {kind or value.get(':type:')} cannot be read")
+
+
+class _Reader:
+    """Reads what spaces write of themselves: ``Dict('a': Box(-1.0, 1.0, (3,), float32), 'b': Discrete(2))``."""
+
+    def __init__(self, written: str) -> None:
+        self._text = written
+        self._place = 0
+
+    def expect(self, literal: str) -> None:
+        """Go past a literal."""
+        if not self._text.startswith(literal, self._place):
+            raise Unreadable(f"'{literal}' is missing in the text of its spaces")
+        self._place += len(literal)
+
+    def end(self) -> None:
+        """Be at the end."""
+        if self._text[self._place :].strip():
+            raise Unreadable("something follows the text of its spaces")
+
+    def items(self, pairs: bool, depth: int) -> OrderedDict[str, gym.Space[Any]]:
+        """Read keys and spaces; ``pairs``: each as ``('key', space)``."""
+        if depth > MAX_DEPTH:
+            raise Unreadable(f"its spaces are nested deeper than {MAX_DEPTH}")
+        found: OrderedDict[str, gym.Space[Any]] = OrderedDict()
+        while True:
+            if pairs:
+                self.expect("(")
+            key = _KEY.match(self._text, self._place)
+            if key is None or key[3] != ("," if pairs else ":"):
+                raise Unreadable("a key is missing in the text of its spaces")
+            self._place = key.end()
+            name = key[1] if key[1] is not None else key[2]
+            if name in found:
+                raise Unreadable(f"the key '{name}' stands twice in the text of its spaces")
+            found[name] = self.space(depth + 1)
+            if pairs:
+                self.expect(")")
+            separator = _SEPARATOR.match(self._text, self._place)
+            if separator is None:
+                return found
+            self._place = separator.end()
+
+    def space(self, depth: int) -> gym.Space[Any]:
+        """Read one space."""
+        kind = re.compile(r"(Box|Discrete|MultiDiscrete|MultiBinary|Dict)\(").match(self._text, self._place)
+        if kind is None:
+            raise Unreadable("the text of its spaces names a kind that is not known")
+        self._place = kind.end()
+        if kind[1] == "Dict":
+            found = self.items(pairs=False, depth=depth)
+            self.expect(")")
+            return spaces.Dict(found)
+        arguments = self._arguments()
+        named = {key.strip(): item for key, _, item in (a.partition("=") for a in arguments if "=" in a)}
+        plain = [argument for argument in arguments if "=" not in argument]
+        if kind[1] == "Box" and len(plain) == 4:
+            size = [int(item) for item in re.findall(r"\d{1,9}", plain[2])]
+            return _box(plain[0], plain[1], text.shape(size), plain[3])
+        if kind[1] == "Discrete" and len(plain) == 1:
+            return _discrete(plain[0], named.get("start", 0), named.get("dtype", "int64"))
+        if kind[1] == "MultiDiscrete" and len(plain) == 1:
+            return _multi_discrete(plain[0], named.get("start"), "int64")
+        if kind[1] == "MultiBinary" and len(plain) == 1:
+            sizes = [int(item) for item in re.findall(r"\d{1,9}", plain[0])]
+            return _multi_binary(sizes if "[" in plain[0] or "(" in plain[0] else sizes[0])
+        raise Unreadable(f"the text of a {kind[1]} space is not as Gymnasium writes it")
+
+    def _arguments(self) -> list[str]:
+        """Read the arguments of a call up to its closing bracket."""
+        depth, start, found = 0, self._place, []
+        for place in range(self._place, len(self._text)):
+            letter = self._text[place]
+            if letter in "([":
+                depth += 1
+            elif letter in ")]" and depth > 0:
+                depth -= 1
+            elif letter == ")" or (letter == "," and depth == 0):
+                found.append(self._text[start:place].strip())
+                start = place + 1
+                if letter == ")":
+                    self._place = start
+                    return found
+        raise Unreadable("a bracket is missing in the text of its spaces")
+
+
+def _dtype(written: Any) -> np.dtype[Any]:
+    found = _DTYPE.match(written) if isinstance(written, str) else None
+    if found is None:
+        raise Unreadable(f"{written!r} is no type of numbers")
+    return np.dtype(found[1])
+
+
+def _box(low: Any, high: Any, of_shape: tuple[int, ...], dtype: Any) -> spaces.Box:
+    kind = _dtype(dtype)
+    lower, upper = text.array(low, of_shape), text.array(high, of_shape)
+    if not kind.kind == "f":
+        limits = (0, 1) if kind.kind == "b" else (np.iinfo(kind).min, np.iinfo(kind).max)
+        if np.any(lower < limits[0]) or np.any(upper > limits[1]):
+            raise Unreadable(f"its bounds are not of the type {kind}")
+    if np.any(lower > upper):
+        raise Unreadable("its lower bounds are above its upper ones")
+    return spaces.Box(lower.astype(kind), upper.astype(kind), of_shape, kind.type)
+
+
+def _discrete(n: Any, start: Any, dtype: Any) -> spaces.Discrete:
+    return spaces.Discrete(text.integer(n, 1, text.MAX_VALUES), start=text.integer(start, -(2**31)), dtype=_dtype(dtype).type)
+
+
+def _multi_discrete(nvec: Any, start: Any, dtype: Any) -> spaces.MultiDiscrete:
+    if isinstance(nvec, str) and "\n" in nvec or str(nvec).count("[") > 1:
+        raise Unreadable("a MultiDiscrete space of several dimensions cannot be read")
+    counts = [text.integer(float(value), 1, text.MAX_VALUES) for value in text.array(nvec)]
+    first = None if start is None else text.array(start, (len(counts),)).astype(np.int64)
+    return spaces.MultiDiscrete(counts, dtype=_dtype(dtype).type, start=first)
+
+
+def _multi_binary(n: Any) -> spaces.MultiBinary:
+    if isinstance(n, list):
+        return spaces.MultiBinary(text.shape(n))
+    return spaces.MultiBinary(text.integer(n, 1, text.MAX_VALUES))
+
+
+def same_space(written: gym.Space[Any], real: gym.Space[Any]) -> bool:
+    """Return whether a space read from text is one that an environment has, up to the text's precision."""
+    if type(written) is not type(real) or written.shape != real.shape:
+        return False
+    if isinstance(written, spaces.Dict) and isinstance(real, spaces.Dict):
+        return list(written.spaces) == list(real.spaces) and all(
+            same_space(inner, real.spaces[key]) for key, inner in written.spaces.items()
+        )
+    if isinstance(written, spaces.Box) and isinstance(real, spaces.Box):
+        bounds = ((written.low, real.low), (written.high, real.high))
+        return written.dtype == real.dtype and all(np.allclose(a, b, rtol=1e-6, atol=1e-7) for a, b in bounds)
+    return written == real

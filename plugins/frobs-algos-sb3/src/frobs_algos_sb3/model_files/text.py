@@ -1,0 +1,156 @@
+"""Strict readers of the text that stands beside a pickle: numbers, arrays, schedules, noise.
+
+Each returns a value, or raises :class:`Unreadable` with the reason: whoever wrote the text could write anything.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from stable_baselines3.common.noise import ActionNoise, NormalActionNoise, OrnsteinUhlenbeckActionNoise
+from stable_baselines3.common.utils import LinearSchedule
+
+MAX_VALUES = 2**24
+"""Most numbers in an array."""
+
+MAX_TEXT = 2**20
+"""Most characters of an array: NumPy leaves out the middle of large ones."""
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|inf)"
+_TOKEN = re.compile(rf"\s*(?:({_NUMBER})|([\[\],])|(\.\.\.))")
+
+
+class Unreadable(Exception):  # noqa: N818  # no error of its own: the caller knows the field and writes the message
+    """The text does not say enough."""
+
+
+def number(text: Any) -> float:
+    """Return a finite number, of JSON or as text."""
+    if isinstance(text, bool) or not isinstance(text, int | float | str) or not re.fullmatch(_NUMBER, str(text)):
+        raise Unreadable(f"{_short(text)} is no number")
+    value = float(text)
+    if not math.isfinite(value):
+        raise Unreadable(f"{_short(text)} is not finite")
+    return value
+
+
+def integer(text: Any, least: int = 0, most: int = 2**53) -> int:
+    """Return a whole number in [least, most], of JSON or as text."""
+    value = number(text)
+    if value != int(value) or not least <= value <= most:
+        raise Unreadable(f"{_short(text)} is no whole number in [{least}, {most}]")
+    return int(value)
+
+
+def shape(value: Any) -> tuple[int, ...]:
+    """Return the shape of an array, from a list of JSON."""
+    if not isinstance(value, list) or len(value) > 8:
+        raise Unreadable(f"{_short(value)} is no shape")
+    result = tuple(integer(item, 0, MAX_VALUES) for item in value)
+    if math.prod(result) > MAX_VALUES:
+        raise Unreadable(f"the shape {result} has more than {MAX_VALUES:,} values")
+    return result
+
+
+def array(text: Any, of_shape: tuple[int, ...] | None = None) -> np.ndarray[Any, Any]:
+    """Return an array from NumPy's text.
+
+    NumPy writes eight decimals, and leaves out the middle of what has more than a thousand elements: such a text is
+    understood only where all that it shows is one number.
+
+    Args:
+        text: ``"[-1.  0.5]"``, ``"[[0 0 ... 0 0]]"``, or a number.
+        of_shape: Shape; None: as many as there are, in one dimension.
+
+    Returns:
+        Float64, of the shape.
+    """
+    if isinstance(text, int | float) and not isinstance(text, bool):
+        text = repr(text)
+    if not isinstance(text, str) or len(text) > MAX_TEXT:
+        raise Unreadable(f"{_short(text)} is no array")
+    values, shortened, place = [], False, 0
+    text = text.strip()
+    while place < len(text):
+        found = _TOKEN.match(text, place)
+        if found is None:
+            raise Unreadable(f"{_short(text)} is no array of numbers")
+        place = found.end()
+        if found[1] is not None:
+            values.append(float(found[1]))
+        shortened = shortened or found[3] is not None
+    if shortened and len(set(values)) > 1:
+        raise Unreadable("the text leaves out numbers")
+    if of_shape is None:
+        if shortened or not values:
+            raise Unreadable(f"{_short(text)} does not say how many numbers there are")
+        return np.array(values)
+    if len(set(values)) == 1 and (shortened or not text.startswith("[")):
+        return np.full(of_shape, values[0])
+    if len(values) != math.prod(of_shape):
+        raise Unreadable(f"{len(values)} numbers do not fill the shape {of_shape}")
+    return np.array(values, np.float64).reshape(of_shape)
+
+
+def schedule(value: Any) -> float | Callable[[float], float]:
+    """Return a number or a linear schedule, from what stands beside a pickled schedule."""
+    if isinstance(value, int | float):
+        return number(value)
+    if not isinstance(value, dict):
+        raise Unreadable(f"{_short(value)} is no schedule")
+    kind = class_name(value.get(":type:"))
+    if kind == "stable_baselines3.common.utils.LinearSchedule":
+        return _linear(*(value.get(name) for name in ("start", "end", "end_fraction")))
+    if kind == "stable_baselines3.common.utils.ConstantSchedule":
+        return number(value.get("val"))
+    if kind == "stable_baselines3.common.utils.FloatSchedule":
+        name, arguments = call(value.get("value_schedule"))
+        if name == "ConstantSchedule":
+            return number(arguments.get("val"))
+        if name == "LinearSchedule":
+            return _linear(*(arguments.get(key) for key in ("start", "end", "end_fraction")))
+    raise Unreadable("it is a function, of which the file holds only the code")
+
+
+def _linear(start: Any, end: Any, fraction: Any) -> LinearSchedule:
+    share = number(fraction)
+    if not 0.0 < share <= 1.0:
+        raise Unreadable(f"{share} is no share of a training")
+    return LinearSchedule(number(start), number(end), share)
+
+
+def action_noise(value: Any) -> ActionNoise | None:
+    """Return Gaussian or Ornstein-Uhlenbeck noise, from what stands beside a pickled one."""
+    if value is None:
+        return None
+    kind = class_name(value.get(":type:")) if isinstance(value, dict) else ""
+    if kind == "stable_baselines3.common.noise.NormalActionNoise":
+        return NormalActionNoise(array(value.get("_mu")), array(value.get("_sigma")))
+    if kind == "stable_baselines3.common.noise.OrnsteinUhlenbeckActionNoise" and value.get("initial_noise") is None:
+        mean, sigma = array(value.get("_mu")), array(value.get("_sigma"))
+        return OrnsteinUhlenbeckActionNoise(mean, sigma, number(value.get("_theta")), number(value.get("_dt")))
+    raise Unreadable("it is a kind of noise of which the file holds only the code")
+
+
+def class_name(text: Any) -> str:
+    """Return ``module.Class`` from ``"<class 'module.Class'>"``, or ``""``."""
+    found = re.fullmatch(r"<class '([^']+)'>", text) if isinstance(text, str) else None
+    return found[1] if found else ""
+
+
+def call(text: Any) -> tuple[str, dict[str, str]]:
+    """Return name and keywords of ``"Name(key=value, key=value)"``, the values as text; ``("", {})`` for others."""
+    found = re.fullmatch(r"(\w+)\(([\w=., +-]*)\)", text) if isinstance(text, str) else None
+    if found is None:
+        return "", {}
+    pairs = (part.partition("=") for part in found[2].split(","))
+    return found[1], {key.strip(): value.strip() for key, _, value in pairs}
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}…"
