@@ -6,8 +6,10 @@ torch and no ROS.
 
 from frobs_core import plugins as plugins
 from frobs_core import registry as registry
+from frobs_core._version import __version__ as __version__
+from frobs_core.plugins.examination import is_examination
 
 __all__ = ["plugins", "registry"]
-__version__ = "0.1.0"
 
-registry.register_environments()
+if not is_examination():
+    registry.register_environments()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from frobs_core import registry
 from frobs_core.cli.catalogue import plural
 from frobs_core.cli.options import Json
 from frobs_core.cli.output import console, only_json, print_json, print_line, print_note, print_table, print_title
@@ -25,7 +26,7 @@ def plugins(
     ] = False,
     json: Json = False,
 ) -> None:
-    """Show the installed plugins: loaded, failed and why, or disabled.
+    """Show the installed plugins: loaded, failed and why, or disabled; and the IDs that cannot be made.
 
     Example:
         $ frobs plugins
@@ -35,7 +36,7 @@ def plugins(
     with only_json(json):
         found = sorted(reports(), key=lambda report: (report.distribution, report.name))
     if json:
-        print_json({"plugins": [_facts(report) for report in found]})
+        print_json({"plugins": [_facts(report) for report in found], "problems": dict(registry.problems())})
         return
     if not found:
         print_note("no plugin is installed; 'pip install frobs-sim-mujoco' brings a first one")
@@ -49,6 +50,8 @@ def plugins(
             [r.name, _state(r), f"{r.distribution} {r.version}", r.cause or _counts(r.records)] for r in found
         ]
         print_table(("plugin", "state", "from", "offers"), rows)
+    for line in [report.warning for report in found if report.warning] + list(registry.problems().values()):
+        print_note(line)
 
 
 def _facts(report: PluginReport) -> dict[str, object]:
@@ -59,6 +62,8 @@ def _facts(report: PluginReport) -> dict[str, object]:
         "module": report.module,
         "state": report.state,
         "cause": report.cause,
+        "warning": report.warning,
+        "made_for": report.made_for,
         "traceback": report.traceback,
         "import_seconds": report.import_seconds,
         "records": {plural(kind): [record.name for record in found] for kind, found in report.records.items()},
@@ -86,6 +91,8 @@ def _print_verbose(report: PluginReport) -> None:
     rows: list[list[str | Text]] = [["state", _state(report)], ["module", report.module]]
     if report.cause:
         rows.append(["cause", report.cause])
+    if report.made_for:
+        rows.append(["made for", f"frobs-core {report.made_for}"])
     if report.state != "disabled":
         rows.append(["import", f"{report.import_seconds * 1e3:.0f} ms"])
     rows += [[plural(kind), ", ".join(r.name for r in found)] for kind, found in report.records.items() if len(found)]

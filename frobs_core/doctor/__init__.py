@@ -1,4 +1,4 @@
-"""What is wrong with a robot's file, and what to do: the facts and findings of ``frobs doctor robot``.
+"""What is wrong with a robot's file or a plugin, and what to do: the facts and findings of ``frobs doctor``.
 
 report.py       the facts and the findings, as data
 reading.py      reads the file, further than a simulation would
@@ -7,8 +7,10 @@ bodies.py       masses, inertias, shapes
 tools.py        which link may be the tool, and how far it reaches
 simulators.py   what each installed simulator makes of it
 robot.py        puts it together
+plugins.py      the installed plugins, each imported in a process of its own
 """
 
+from frobs_core.doctor.plugins import PluginFacts, examine_plugins
 from frobs_core.doctor.report import (
     Difference,
     DriveFacts,
@@ -29,10 +31,12 @@ __all__ = [
     "Finding",
     "JointFacts",
     "LinkFacts",
+    "PluginFacts",
     "RobotReport",
     "Severity",
     "SimulatorFacts",
     "ToolCandidate",
     "TranslatedElement",
+    "examine_plugins",
     "examine_robot",
 ]

@@ -3,6 +3,9 @@
     discovery.py    reads the entry points of the installed distributions; imports nothing
     loading.py      imports one plugin, calls its hooks, checks its records
     report.py       what became of it
+    requirements.py what a distribution says that it needs, the versions of the core among it
+    examination.py  whether this process must load none of them
+    probe.py        imports one in a process of its own (child.py), with a time limit
     collection.py   guards each of them, keeps the reports, and looks names up
 
 The functions below ask one collection, that of everything installed. :func:`isolated` puts another in its place.

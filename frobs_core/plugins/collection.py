@@ -15,11 +15,13 @@ from importlib.metadata import distributions as installed_distributions
 from time import perf_counter
 from types import MappingProxyType
 
+from frobs_core._version import __version__
 from frobs_core.errors import AmbiguousNameError, PluginError, PluginLoadError, UnknownNameError, nearest
 from frobs_core.plugins.built_in import BUILT_IN
 from frobs_core.plugins.discovery import Candidate, find_candidates, match_disabled, normalize
 from frobs_core.plugins.loading import import_plugin, read_records
 from frobs_core.plugins.report import PluginReport, environment_ids
+from frobs_core.plugins.requirements import core_versions, is_made_for
 from frobs_core.specs import KINDS, Record
 
 STRICT = "FROBS_STRICT_PLUGINS"
@@ -128,9 +130,16 @@ class Plugins:
         self.reports()
         return self._offers[kind]
 
+    def candidates(self) -> list[Candidate]:
+        """Return the entry points of all plugins, by distribution and name; nothing is imported."""
+        return find_candidates(installed_distributions() if self._distributions is None else self._distributions)
+
+    def disabled(self) -> set[str]:
+        """Return the ``"distribution:name"`` of the plugins that are not to be imported."""
+        return match_disabled(self.candidates(), self._disabled_words())[0]
+
     def _load(self) -> None:
-        distributions = installed_distributions() if self._distributions is None else self._distributions
-        candidates = find_candidates(distributions)
+        candidates = self.candidates()
         off, unknown = match_disabled(candidates, self._disabled_words())
         reports: list[PluginReport] = []
         for candidate in candidates:
@@ -151,6 +160,7 @@ class Plugins:
 
     def _load_one(self, candidate: Candidate, others: Iterable[PluginReport]) -> PluginReport:
         origin = f"{candidate.distribution} {candidate.version}"
+        made_for = core_versions(candidate.requirements)
         start = perf_counter()
         seconds = 0.0
         try:
@@ -165,13 +175,26 @@ class Plugins:
             raise
         except BaseException as error:  # also SystemExit, and what test frameworks skip and abort with
             cause = _one_line(error)
+            if not is_made_for(made_for, __version__):
+                cause += f"; it is made for frobs-core {made_for}, and this is {__version__}"
             if self._is_strict():
                 raise PluginLoadError(candidate.name, origin, cause) from error
             warn(f"plugin '{candidate.name}' of {origin} did not load: {cause}")
             lines = "".join(traceback.format_exception(error))
             seconds = seconds or perf_counter() - start
-            return PluginReport.of(candidate, "failed", cause=cause, traceback=lines, import_seconds=seconds)
-        return PluginReport.of(candidate, "loaded", import_seconds=seconds, records=records)
+            return PluginReport.of(
+                candidate, "failed", cause=cause, traceback=lines, import_seconds=seconds, made_for=made_for
+            )
+        warning = ""
+        if not is_made_for(made_for, __version__):
+            warning = (
+                f"plugin '{candidate.name}' of {origin} is made for frobs-core {made_for}, and this is {__version__}; "
+                f"look for another version of it: pip install --upgrade {candidate.distribution}"
+            )
+            warn(warning)
+        return PluginReport.of(
+            candidate, "loaded", import_seconds=seconds, records=records, made_for=made_for, warning=warning
+        )
 
     @contextmanager
     def _told_when_slow(self, candidate: Candidate, origin: str) -> Iterator[None]:

@@ -21,6 +21,7 @@ class Candidate:
         version: Of the distribution.
         value: What the entry point names.
         problem: Why there is nothing to import; empty as a rule.
+        requirements: Of the distribution, as its metadata states them.
     """
 
     name: str
@@ -28,6 +29,7 @@ class Candidate:
     version: str
     value: str
     problem: str = ""
+    requirements: tuple[str, ...] = ()
 
     @property
     def key(self) -> str:
@@ -88,10 +90,12 @@ def _read_entry_points(distribution: Distribution) -> str:
 
 def _candidates(distribution: Distribution, text: str) -> Iterator[Candidate]:
     try:
-        name = distribution.metadata["Name"] or "(unnamed distribution)"
-        version = distribution.metadata["Version"] or "(no version)"
+        metadata = distribution.metadata
+        name = metadata["Name"] or "(unnamed distribution)"
+        version = metadata["Version"] or "(no version)"
+        requirements = tuple(metadata.get_all("Requires-Dist") or ())
     except Exception:  # whatever a damaged METADATA file makes the standard library raise
-        name, version = "(unnamed distribution)", "(no version)"
+        name, version, requirements = "(unnamed distribution)", "(no version)", ()
     try:
         points = list(distribution.entry_points.select(group=GROUP))
     except Exception as error:
@@ -102,4 +106,4 @@ def _candidates(distribution: Distribution, text: str) -> Iterator[Candidate]:
     for point in points:
         problem = f"the distribution has two entry points '{point.name}'" if point.name in seen else ""
         seen.add(point.name)
-        yield Candidate(point.name, name, version, point.value, problem)
+        yield Candidate(point.name, name, version, point.value, problem, requirements)

@@ -26,6 +26,8 @@ class PluginReport:
         traceback: Of the failure.
         import_seconds: How long its import took.
         records: Its records, by kind; all kinds are present.
+        made_for: The versions of the core that its distribution requires, ``">=0.1,<0.2"``; empty: it does not say.
+        warning: One line where it is loaded, and something about it wants to be known; empty as a rule.
     """
 
     name: str
@@ -37,6 +39,8 @@ class PluginReport:
     traceback: str
     import_seconds: float
     records: Mapping[str, tuple[Record, ...]]
+    made_for: str = ""
+    warning: str = ""
 
     @property
     def origin(self) -> str:
@@ -58,6 +62,8 @@ class PluginReport:
         traceback: str = "",
         import_seconds: float = 0.0,
         records: Mapping[str, tuple[Record, ...]] = _NO_RECORDS,
+        made_for: str = "",
+        warning: str = "",
     ) -> PluginReport:
         """Return the report of an entry point."""
         return cls(
@@ -70,6 +76,8 @@ class PluginReport:
             traceback=traceback,
             import_seconds=import_seconds,
             records=MappingProxyType(dict(records)),
+            made_for=made_for,
+            warning=warning,
         )
 
 

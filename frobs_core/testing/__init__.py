@@ -6,13 +6,14 @@ Each ``check_…`` function returns a list of named checks. Show them one by one
 
     test_conformance = pytest_checks(check_env("my_package:lab/MyReach-v0"))
 
-or run them with :func:`run_checks`, which is what ``frobs check`` does.
+or run them with :func:`run_checks`, which is what ``frobs check`` does with what :func:`find_subject` finds.
 """
 
 from frobs_core.testing.algorithm import check_algorithm
 from frobs_core.testing.checks import Check, CheckFailure, Hollow, NotApplicable
 from frobs_core.testing.controller import check_controller
 from frobs_core.testing.environment import check_env
+from frobs_core.testing.find import Subject, find_subject
 from frobs_core.testing.parametrize import pytest_checks
 from frobs_core.testing.plugin import check_plugin
 from frobs_core.testing.report import Report, Result, run_checks
@@ -27,6 +28,7 @@ __all__ = [
     "NotApplicable",
     "Report",
     "Result",
+    "Subject",
     "check_algorithm",
     "check_controller",
     "check_env",
@@ -34,6 +36,7 @@ __all__ = [
     "check_robot",
     "check_simulator",
     "check_task",
+    "find_subject",
     "pytest_checks",
     "run_checks",
 ]

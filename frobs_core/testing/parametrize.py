@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 
-from frobs_core.errors import UnknownNameError
 from frobs_core.testing.checks import Check, Hollow, NotApplicable
+from frobs_core.testing.report import refuse_unknown
 
 
 def pytest_checks(
@@ -30,10 +30,7 @@ def pytest_checks(
     import pytest  # the kit is also used by 'frobs check', where pytest need not be installed
 
     checks, reasons = list(checks), dict(expected_failures or {})
-    names = [check.name for check in checks]
-    for name in reasons:
-        if name not in names:
-            raise UnknownNameError("check", name, names)
+    refuse_unknown(reasons, checks)
     cases = [
         pytest.param(
             check,

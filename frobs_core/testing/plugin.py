@@ -2,58 +2,25 @@
 
 from __future__ import annotations
 
-import json
 import re
-import subprocess
-import sys
 from dataclasses import dataclass
-from typing import Any
+from functools import lru_cache
 
 from frobs_core import plugins
+from frobs_core._version import __version__
+from frobs_core.doctor.plugins import HEAVY
 from frobs_core.errors import ModelFileError, PluginError, UnknownNameError
 from frobs_core.interfaces import Algorithm, Controller, Robot, Simulation, Task
 from frobs_core.models.resources import resolve_path
 from frobs_core.plugins import PluginReport
+from frobs_core.plugins.discovery import Candidate
+from frobs_core.plugins.probe import Probe, probe
+from frobs_core.plugins.requirements import core_versions, has_upper_bound, is_made_for, missing
 from frobs_core.specs import AlgorithmRecord, Record, TaskRecord
-from frobs_core.testing.checks import Check, CheckFailure, Outcome, collect, expect
+from frobs_core.testing.checks import Check, CheckFailure, Hollow, Outcome, collect, expect
 
-_HEAVY = (
-    "mujoco",
-    "pybullet",
-    "torch",
-    "stable_baselines3",
-    "matplotlib",
-    "rospy",
-    "rclpy",
-    "tensorflow",
-    "jax",
-    "pandas",
-)
 _BASES: dict[str, type] = {"simulator": Simulation, "controller": Controller, "task": Task, "algorithm": Algorithm}
 _ID = re.compile(r"[\w.-]+/[\w.-]+-v\d+")
-
-_CHILD = """
-import json, os, random, signal, sys, warnings
-import numpy
-import frobs_core.hookspecs, frobs_core.specs
-def state():
-    return {
-        "random state": [repr(random.getstate()), repr(numpy.random.get_state())],
-        "warning filters": repr(warnings.filters),
-        "signal handlers": [repr(signal.getsignal(s)) for s in (signal.SIGINT, signal.SIGTERM)],
-        "numpy error state": repr(numpy.geterr()),
-    }
-acts = {"os.chdir": "working directory", "os.putenv": "environment", "os.unsetenv": "environment"}
-seen, done, importing = set(sys.modules), [], True
-sys.addaudithook(lambda event, _: done.append(acts[event]) if importing and event in acts else None)
-before = state()
-__import__(sys.argv[1])
-after, importing = state(), False
-print("\\nfrobs-kit:" + json.dumps({
-    "modules": sorted({name.partition(".")[0] for name in set(sys.modules) - seen}),
-    "changed": sorted({*done, *(name for name in before if before[name] != after[name])}),
-}))
-"""
 
 
 @dataclass(frozen=True)
@@ -71,6 +38,24 @@ class PluginUnderTest:
         raise UnknownNameError("plugin", self.name, [report.name for report in plugins.reports()])
 
     @property
+    def candidate(self) -> Candidate:
+        """Its entry point."""
+        report = self.report
+        return next(
+            found
+            for found in plugins.active().candidates()
+            if (found.name, found.distribution) == (report.name, report.distribution)
+        )
+
+    def probe(self) -> Probe:
+        """Import it in a process of its own."""
+        seen = _probe(self.candidate)
+        if seen.state != "loaded":
+            lines = seen.traceback.strip().splitlines() or [seen.cause]
+            raise CheckFailure(f"importing '{self.report.module}' fails: {lines[-1]}")
+        return seen
+
+    @property
     def records(self) -> list[tuple[str, Record]]:
         """Its records, each with its kind."""
         return [(kind, record) for kind, records in self.report.records.items() for record in records]
@@ -85,21 +70,57 @@ def loads(subject: PluginUnderTest) -> Outcome:
 
 
 def import_is_cheap(subject: PluginUnderTest) -> Outcome:
-    """Importing the entry point's module loads no engine and no learning library, prints nothing, changes nothing."""
-    module = subject.report.module.partition(":")[0]
-    child = subprocess.run(
-        [sys.executable, "-c", _CHILD, module], capture_output=True, text=True, timeout=60, check=False
+    """Importing the entry point's module loads no engine and no learning library."""
+    seen = subject.probe()
+    heavy = [name for name in HEAVY if name in seen.modules]
+    expect(
+        not heavy,
+        f"importing '{subject.report.module}' imports {', '.join(heavy)}; import it where an entry_point is used.",
     )
-    printed, _, told = child.stdout.rpartition("\nfrobs-kit:")
-    if child.returncode or not told:
-        lines = child.stderr.strip().splitlines() or ["no output"]
-        raise CheckFailure(f"importing '{module}' fails: {lines[-1]}")
-    found: dict[str, Any] = json.loads(told)
-    heavy = [name for name in _HEAVY if name in found["modules"]]
-    expect(not heavy, f"importing '{module}' imports {', '.join(heavy)}; import it where an entry_point is used.")
-    expect(not printed.strip(), f"importing '{module}' prints: {printed.strip()[:200]}")
-    expect(not child.stderr.strip(), f"importing '{module}' prints to stderr: {child.stderr.strip()[:200]}")
-    expect(not found["changed"], f"importing '{module}' changes the {' and the '.join(found['changed'])}.")
+    return None
+
+
+def import_is_silent(subject: PluginUnderTest) -> Outcome:
+    """Importing the entry point's module prints nothing, neither to stdout nor to stderr."""
+    seen = subject.probe()
+    for stream, text in (("", seen.stdout), (" to stderr", seen.stderr)):
+        expect(not text.strip(), f"importing '{subject.report.module}' prints{stream}: {text.strip()[:200]}")
+    return None
+
+
+def import_changes_nothing(subject: PluginUnderTest) -> Outcome:
+    """Importing the entry point's module leaves alone what belongs to the whole process: folder, seeds, warning filters and more."""
+    changed = subject.probe().changed
+    expect(not changed, f"importing '{subject.report.module}' changes the {' and the '.join(changed)}.")
+    return None
+
+
+def nothing_deprecated_is_used(subject: PluginUnderTest) -> Outcome:
+    """Importing the entry point's module and calling its hooks gives no warning of deprecation."""
+    told = [f"{w['category']}: {w['message']} ({w['file']}:{w['line']})" for w in subject.probe().warnings]
+    expect(not told, f"importing '{subject.report.module}' warns: {'; '.join(told)}.")
+    return None
+
+
+def requirements_are_met(subject: PluginUnderTest) -> Outcome:
+    """Everything that the distribution requires is installed, in a version that it allows."""
+    lacking = missing(subject.candidate.requirements)
+    expect(not lacking, f"it requires what is not installed: {'; '.join(one.command for one in lacking)}.")
+    return None
+
+
+def core_versions_are_stated(subject: PluginUnderTest) -> Outcome:
+    """The distribution requires a range of versions of frobs-core with an end, and this version is in it."""
+    requirements = subject.candidate.requirements
+    if not requirements and subject.candidate.version in ("0", "(no version)"):
+        return Hollow("the plugin was not installed by pip; its metadata says nothing")
+    made_for = core_versions(requirements)
+    expect(is_made_for(made_for, __version__), f"it is made for frobs-core {made_for}, and this is {__version__}.")
+    expect(
+        made_for and has_upper_bound(made_for),
+        f"it requires 'frobs-core{made_for}', without an end: say which versions it is made for, as in "
+        '"frobs-core>=0.1,<0.2".',
+    )
     return None
 
 
@@ -167,6 +188,11 @@ def tuned_settings_exist(subject: PluginUnderTest) -> Outcome:
 CHECKS = (
     loads,
     import_is_cheap,
+    import_is_silent,
+    import_changes_nothing,
+    nothing_deprecated_is_used,
+    requirements_are_met,
+    core_versions_are_stated,
     entry_points_load,
     names_are_free,
     summaries_are_one_line,
@@ -183,3 +209,9 @@ def check_plugin(plugin: str) -> list[Check]:
         plugin: The name of its entry point in the group ``frobs``, or ``"distribution:name"``.
     """
     return collect(PluginUnderTest(plugin), CHECKS)
+
+
+@lru_cache(maxsize=1)
+def _probe(candidate: Candidate) -> Probe:
+    """Look at a plugin once for the checks that follow each other."""
+    return probe(candidate)

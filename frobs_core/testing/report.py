@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import platform
+import re
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass, field
-from importlib.metadata import PackageNotFoundError, version
+from dataclasses import asdict, dataclass, field, replace
+from importlib.metadata import PackageNotFoundError, requires, version
 from typing import Any
 
+from frobs_core import plugins
+from frobs_core.errors import UnknownNameError
 from frobs_core.testing.checks import Check, CheckFailure, Hollow, NotApplicable
 
-_PACKAGES = ("frobs-core", "gymnasium", "numpy", "mujoco", "stable-baselines3")
+_DECIDING = ("gymnasium", "numpy")
+"""What of the core's requirements decides over numbers."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +25,7 @@ class Result:
     Attributes:
         name: The check's.
         description: The check's.
-        status: ``"passed"``, ``"failed"``, ``"hollow"`` or ``"not_applicable"``.
+        status: ``"passed"``, ``"failed"``, ``"expected_failure"``, ``"hollow"`` or ``"not_applicable"``.
         message: Why, where it has not passed.
         seconds: How long it took [s].
         capability: The simulator's capability that it verifies, or ``""``.
@@ -41,7 +45,7 @@ class Report:
 
     Attributes:
         results: In the order of the checks.
-        versions: Of what they ran on, by package.
+        versions: Of what they ran on, by package: the core, the plugins, and what those require.
     """
 
     results: tuple[Result, ...]
@@ -79,20 +83,48 @@ class Report:
         }
 
 
-def run_checks(checks: Iterable[Check], on_result: Callable[[Result], None] | None = None) -> Report:
+def run_checks(
+    checks: Iterable[Check],
+    on_result: Callable[[Result], None] | None = None,
+    expected_failures: Mapping[str, str] | None = None,
+) -> Report:
     """Run checks; one that fails does not stop the others.
 
     Args:
         checks: From the ``check_…`` functions.
         on_result: Called after each, for a progress display.
+        expected_failures: Why a check fails, by its name. It must fail: one that passes is a failure.
+
+    Raises:
+        UnknownNameError: An expected failure names none of the checks.
     """
+    checks, reasons = list(checks), dict(expected_failures or {})
+    refuse_unknown(reasons, checks)
     results = []
     for check in checks:
         result = _run(check)
+        if check.name in reasons:
+            result = _expected(result, reasons[check.name])
         results.append(result)
         if on_result is not None:
             on_result(result)
     return Report(tuple(results), _versions())
+
+
+def refuse_unknown(expected_failures: Iterable[str], checks: Iterable[Check]) -> None:
+    """Raise UnknownNameError where an expected failure names none of the checks."""
+    names = [check.name for check in checks]
+    for name in expected_failures:
+        if name not in names:
+            raise UnknownNameError("check", name, names)
+
+
+def _expected(result: Result, reason: str) -> Result:
+    if result.status == "failed":
+        return replace(result, status="expected_failure", message=f"{reason}: {result.message}")
+    if result.status == "passed":
+        return replace(result, status="failed", message=f"it passes, and was expected to fail: {reason}")
+    return result
 
 
 def _run(check: Check) -> Result:
@@ -114,10 +146,18 @@ def _run(check: Check) -> Result:
 
 
 def _versions() -> dict[str, str]:
-    versions = {"python": platform.python_version()}
-    for package in _PACKAGES:
+    """Return the versions of Python, the core, each plugin that is loaded, and what these require."""
+    loaded = sorted({report.distribution for report in plugins.reports() if report.state == "loaded"})
+    found = {"python": platform.python_version()}
+    for distribution in ("frobs-core", *loaded):
         try:
-            versions[package] = version(package)
-        except PackageNotFoundError:
+            found[distribution] = version(distribution)
+            lines = _DECIDING if distribution == "frobs-core" else requires(distribution) or ()
+        except PackageNotFoundError:  # a plugin of a test, which was never installed
             continue
-    return versions
+        for name in (re.split(r"[^\w.-]", line)[0] for line in lines if "extra ==" not in line):
+            try:
+                found.setdefault(name, version(name))
+            except PackageNotFoundError:
+                continue
+    return found

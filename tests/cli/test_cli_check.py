@@ -5,8 +5,7 @@ from typing import Any
 import pytest
 from typer.testing import Result
 
-from frobs_core import testing
-from frobs_core.testing import Check, CheckFailure, Hollow, NotApplicable
+from frobs_core.testing import Check, CheckFailure, Hollow, NotApplicable, find
 
 Frobs = Callable[..., Result]
 
@@ -31,7 +30,7 @@ def checks(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
     """Put other checks in the place of the kit's."""
 
     def put(*found: Check) -> None:
-        monkeypatch.setattr(testing, "check_env", lambda _: list(found))
+        monkeypatch.setattr(find, "check_env", lambda _: list(found))
 
     return put
 
@@ -43,6 +42,8 @@ def test_all_is_well(frobs: Frobs, checks: Callable[..., None]) -> None:
     assert "✓ it holds" in result.stdout
     assert "○ it saw nothing" in result.stdout
     assert "no episode ended" in result.stdout
+    assert "warning: these saw nothing that could have failed: it_saw_nothing" in result.stdout
+    assert "on python 3" in result.stdout
     assert result.stdout.splitlines()[-1] == "1 passed, 1 hollow, 1 not applicable"
 
 
@@ -67,3 +68,48 @@ def test_json_has_every_check(frobs: Frobs, checks: Callable[..., None]) -> None
         ("it_breaks", "failed"),
         ("it_holds", "passed"),
     ]
+
+
+def test_an_expected_failure_is_no_failure(frobs: Frobs, checks: Callable[..., None]) -> None:
+    checks(FAILS, PASSES)
+    result = frobs("check", "CartPole-v1", "--expect-failure", "it_breaks=not yet")
+    assert result.exit_code == 0
+    assert "not yet: expected [0, 1], was 2" in result.stdout
+    passes = frobs("check", "CartPole-v1", "--expect-failure", "it_holds=a rumour")
+    assert passes.exit_code == 1
+    assert "it passes, and was expected to fail: a rumour" in passes.stdout
+
+
+def test_a_robot_is_checked_by_its_name(frobs: Frobs) -> None:
+    result = frobs("check", "robot:irb120", "--simulator", "mujoco")
+    assert result.exit_code == 0
+    assert "mujoco.home_is_held" in result.stdout
+
+
+def test_a_plugin_is_checked_with_its_parts(frobs: Frobs) -> None:
+    result = frobs("check", "frobs-robots-abb", "--simulator", "mujoco", "--json")
+    found: dict[str, Any] = json.loads(result.stdout)
+    assert result.exit_code == 0
+    assert found["kind"] == "distribution"
+    assert "robots_abb.robot:irb120.mujoco.frames_agree" in [check["name"] for check in found["checks"]]
+
+
+def test_capabilities_are_told_with_their_level(
+    frobs: Frobs, checks: Callable[..., None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drives = Check("drives", "They drive.", lambda: None, capability="drive")
+    monkeypatch.setattr(find, "check_simulator", lambda _: [drives])
+    text = frobs("check", "simulator:mujoco").stdout
+    assert "verified: drive (exact)" in text
+    assert "claimed, not verified: determinism" in text
+    facts = json.loads(frobs("check", "simulator:mujoco", "--json").stdout)
+    assert facts["verified_capabilities"] == ["drive"]
+    assert facts["claimed_capabilities"]["rays"] == "exact"
+
+
+@pytest.mark.parametrize(("given", "told"), [("it_breaks", "CHECK=REASON"), ("it_braks=x", "Did you mean 'it_breaks'")])
+def test_a_bad_expectation_is_refused(frobs: Frobs, checks: Callable[..., None], given: str, told: str) -> None:
+    checks(FAILS)
+    result = frobs("check", "CartPole-v1", "--expect-failure", given)
+    assert result.exit_code == 2
+    assert told in result.stderr

@@ -33,6 +33,7 @@ class Site:
         version: str = "1.0",
         points: Mapping[str, str] | None = None,
         entry_points: str | None = None,
+        requires: tuple[str, ...] = (),
     ) -> None:
         """Install a distribution.
 
@@ -42,6 +43,7 @@ class Site:
             version: Its version.
             points: Module by entry point name; by default the first module, under its own name.
             entry_points: The text of ``entry_points.txt``, instead of ``points``.
+            requires: What it depends on: ``("numpy>=2",)``.
         """
         info = self.path / f"{distribution.replace('-', '_')}-{version}.dist-info"
         info.mkdir()
@@ -53,14 +55,17 @@ class Site:
             first = next(iter(modules)).removesuffix(".py").replace("/", ".")
             points = {first: first}
         lines = [f"{name} = {module}" for name, module in points.items()]
-        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: {version}\n")
+        needs = "".join(f"Requires-Dist: {one}\n" for one in requires)
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: {version}\n{needs}")
         (info / "entry_points.txt").write_text(entry_points or "\n".join(["[frobs]", *lines, ""]))
         files = [*modules, *(f"{info.name}/{name}" for name in ("METADATA", "entry_points.txt", "RECORD"))]
         (info / "RECORD").write_text("".join(f"{file},,\n" for file in files))
 
-    def add_robot(self, distribution: str, module: str, robot: str = "arm", version: str = "1.0") -> None:
+    def add_robot(
+        self, distribution: str, module: str, robot: str = "arm", version: str = "1.0", requires: tuple[str, ...] = ()
+    ) -> None:
         """Install a distribution with a plugin, ``module``, that offers one robot."""
-        self.add(distribution, {f"{module}.py": robots(robot)}, version=version)
+        self.add(distribution, {f"{module}.py": robots(robot)}, version=version, requires=requires)
 
     def plugins(self, **arguments: object) -> Plugins:
         """Return a fresh collection of what is installed here and nowhere else."""

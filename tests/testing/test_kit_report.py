@@ -70,3 +70,17 @@ def test_hollow_checks_are_skipped_or_fail() -> None:
         pytest_checks(CHECKS, allow_hollow=False)(CHECKS[4])
     with pytest.raises(pytest.skip.Exception, match="not applicable: no lidar"):
         pytest_checks(CHECKS, allow_hollow=False)(CHECKS[5])
+
+
+def test_an_expected_failure_must_fail() -> None:
+    report = run_checks(CHECKS, expected_failures={"bad": "not yet", "good": "a rumour"})
+    status = {result.name: (result.status, result.message) for result in report.results}
+    assert status["bad"] == ("expected_failure", "not yet: it is 3 instead of 2")
+    assert status["good"] == ("failed", "it passes, and was expected to fail: a rumour")
+    assert run_checks(CHECKS[1:2], expected_failures={"bad": "not yet"}).ok
+    with pytest.raises(UnknownNameError, match="Did you mean 'good'"):
+        run_checks(CHECKS, expected_failures={"goood": "a slip"})
+
+
+def test_versions_name_the_plugins_and_what_they_require() -> None:
+    assert {"frobs-sim-mujoco", "mujoco", "frobs-algos-sb3", "torch"} <= run_checks([]).versions.keys()
