@@ -82,7 +82,7 @@ class RunMonitor:
         env: What is trained on; its snapshot becomes part of checkpoints.
         episodes: What the environment's recorder fills.
         log: Where rows go.
-        tell: Called with the progress after each iteration.
+        tell: Called with the progress after each iteration; False ends the training.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class RunMonitor:
         env: EpisodeRecorder,
         episodes: EpisodeStatistics,
         log: ProgressLog,
-        tell: Callable[[Progress], None] | None = None,
+        tell: Callable[[Progress], bool | None] | None = None,
     ) -> None:
         self._run = run
         self._env = env
@@ -111,7 +111,7 @@ class RunMonitor:
         return steps >= self._next_row or steps >= self._next_checkpoint
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Write a row and tell the progress."""
+        """Write a row and tell the progress; whoever is told may end the training."""
         self.steps = steps
         self._next_row = (steps // self._log_every + 1) * self._log_every
         elapsed = time.perf_counter() - self._start
@@ -125,9 +125,7 @@ class RunMonitor:
                 **metrics,
             }
         )
-        if self._tell is not None:
-            self._tell(self._progress(steps, elapsed, rate))
-        return True
+        return self._tell is None or self._tell(self._progress(steps, elapsed, rate)) is not False
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
         """Write a checkpoint if one is due."""

@@ -22,7 +22,7 @@ from frobs_core.specs import AlgorithmRecord
 def train(
     config: RunConfig,
     run_dir: Path | str | None = None,
-    on_progress: Callable[[Progress], None] | None = None,
+    on_progress: Callable[[Progress], bool | None] | None = None,
 ) -> Run:
     """Train, and write one folder.
 
@@ -31,7 +31,7 @@ def train(
     Args:
         config: See :func:`frobs_core.runs.resolve_config`.
         run_dir: The folder; None: ``runs/<ID>/<algorithm>_seed<seed>``, or with the time where no seed was chosen.
-        on_progress: Called after each iteration.
+        on_progress: Called after each iteration; where it returns False, the training ends with a checkpoint.
 
     Returns:
         The run, with at least one checkpoint.

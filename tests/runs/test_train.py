@@ -73,6 +73,11 @@ def test_progress_is_told(tmp_path: Path) -> None:
     assert told[-1].success is not None
 
 
+def test_who_is_told_may_end_the_training_which_leaves_a_checkpoint(tmp_path: Path) -> None:
+    run = train(config(), tmp_path / "run", lambda progress: progress.steps < 40)
+    assert [checkpoint.steps for checkpoint in run.checkpoints][-1] == 40
+
+
 def test_an_id_without_success_or_terms_trains_too(tmp_path: Path) -> None:
     run = train(config(environment="CartPole-v1", steps=200, algorithm_config={"n_steps": 50}), tmp_path / "run")
     columns = read_progress(run.path / "progress.csv")
