@@ -13,6 +13,7 @@ from frobs_core import __version__
 from frobs_core.cli import doctor
 from frobs_core.cli.bench import bench
 from frobs_core.cli.check import check
+from frobs_core.cli.compare import compare
 from frobs_core.cli.evaluate import evaluate
 from frobs_core.cli.group import FrobsGroup
 from frobs_core.cli.list import list_
@@ -25,7 +26,7 @@ from frobs_core.cli.train import train
 
 COMMANDS: Mapping[str, Mapping[str, Callable[..., Any]]] = {
     "Look around": {"list": list_, "show": show, "plugins": plugins},
-    "Learn": {"train": train, "evaluate": evaluate, "play": play, "plot": plot},
+    "Learn": {"train": train, "evaluate": evaluate, "play": play, "plot": plot, "compare": compare},
     "Verify": {"check": check, "bench": bench, "parity": parity},
 }
 """Heading, then word, then what it does."""

@@ -13,6 +13,7 @@ from frobs_core.arrays import Floats
 from frobs_core.errors import RunError
 from frobs_core.figures import COLORS, FAINT, INK, dress, make_figure
 from frobs_core.runs.files import write_aside
+from frobs_core.runs.groups import group_runs
 from frobs_core.runs.progress import STEPS, read_progress
 from frobs_core.runs.run import Run
 
@@ -35,7 +36,7 @@ class _Curves:
 def plot_runs(runs: Sequence[Run], path: Path | str | None = None) -> Path:
     """Draw learning curve and reward terms of runs as one PNG.
 
-    Runs of one environment and algorithm that differ in their seed share a colour: a bold mean in a band from the
+    Runs that differ in nothing but their seed share a colour: a bold mean in a band from the
     lowest to the highest.
 
     Args:
@@ -107,21 +108,9 @@ def _read(run: Run) -> _Curves:
 
 def _groups(curves: Sequence[_Curves]) -> dict[str, list[_Curves]]:
     """Gather runs that differ in nothing but the seed."""
-    keyed: dict[str, list[_Curves]] = {}
-    for curve in curves:
-        keyed.setdefault(curve.run.config.model_copy(update={"seed": None}).model_dump_json(), []).append(curve)
-    groups: dict[str, list[_Curves]] = {}
-    for members in keyed.values():
-        name = _label(members[0].run)
-        if name in groups or sum(_label(other[0].run) == name for other in keyed.values()) > 1:
-            name += f" ({members[0].run.path.name})"
-        groups[name] = members
-    return groups
-
-
-def _label(run: Run) -> str:
-    controller = run.config.environment_kwargs.get("controller")
-    return f"{run.config.environment} · {run.config.algorithm.upper()}{f' · {controller}' if controller else ''}"
+    by_path = {curve.run.path: curve for curve in curves}
+    groups = group_runs([curve.run for curve in curves])
+    return {label: [by_path[run.path] for run in members] for label, members in groups.items()}
 
 
 def _title(groups: dict[str, list[_Curves]]) -> str:
@@ -201,12 +190,12 @@ def _mark_evaluation(axis: Any, member: _Curves, color: str, annotate: bool) -> 
 
 def _dress(axis: Any) -> None:
     dress(axis, x_label="environment steps")
-    axis.xaxis.set_major_formatter(lambda value, _: _count(value))
+    axis.xaxis.set_major_formatter(lambda value, _: count_text(value))
     axis.margins(x=0.02)
 
 
-def _count(value: float) -> str:
-    """Return a number of steps as people say it: 300 k, 1.5 M."""
+def count_text(value: float) -> str:
+    """Return a number of steps as people say it: ``"300 k"``, ``"1.5 M"``."""
     for size, unit in ((1e6, " M"), (1e3, " k")):
         if abs(value) >= size:
             return f"{value / size:.3g}{unit}"

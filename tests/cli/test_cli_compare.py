@@ -1,0 +1,51 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from typer.testing import Result
+
+from frobs_core.runs import Run, RunConfig
+from frobs_core.runs.progress import STEPS, ProgressLog
+
+
+def make(path: Path, seed: int, success: float | None, **config: Any) -> str:
+    run = Run.create(path, RunConfig(environment="X-v0", seed=seed, steps=100, **config))
+    with ProgressLog(run.path) as log:
+        row = {STEPS: 100, "time/elapsed": 61.0, "episode/count": 3, "episode/reward": -2.5}
+        log.write({**row, "episode/success": success})
+    return str(run.path)
+
+
+def test_groups_stand_in_a_table_with_what_is_sure(frobs: Callable[..., Result], tmp_path: Path) -> None:
+    good = [make(tmp_path / f"good{seed}", seed, 0.9, num_envs=4) for seed in range(3)]
+    bad = [make(tmp_path / f"bad{seed}", seed, 0.1 * seed) for seed in range(3)]
+    out = tmp_path / "picture.png"
+    result = frobs("compare", *good, *bad, "--threshold", "0.5", "--plot", str(out))
+    assert result.exit_code == 0, result.stderr
+    lines = result.stdout.splitlines()
+    assert lines[0] == "X-v0"
+    assert "steps to 50 %" in lines[1]
+    assert "num_envs=4" in lines[2]
+    assert "90.0 %" in lines[2]
+    assert "1:01" in lines[2]
+    assert "0 of 3 got there" in lines[3]
+    assert "100 %" in result.stdout
+    assert str(out) in result.stdout
+    assert "evaluated" in result.stderr
+    assert out.is_file()
+
+
+def test_json_has_it_all(facts: Callable[..., Any], tmp_path: Path) -> None:
+    found = facts("compare", make(tmp_path / "a", 0, None), make(tmp_path / "b", 1, None))
+    assert found["metric"] == "reward"
+    assert found["groups"][0]["final"] == {"value": -2.5, "low": -2.5, "high": -2.5}
+    assert found["groups"][0]["runs"][1]["seed"] == 1
+    assert found["notes"]
+
+
+def test_a_folder_that_is_no_run_is_bad_input(frobs: Callable[..., Result], tmp_path: Path) -> None:
+    result = frobs("compare", str(tmp_path))
+    assert result.exit_code == 2
+    assert "holds no config.yaml" in result.stderr
