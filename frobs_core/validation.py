@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast, get_args
 
 from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownParameterError
 from frobs_core.yaml import find_origin
@@ -54,14 +54,23 @@ def validate(model: type[Model], settings: Mapping[str, Any], owner: str) -> Mod
 
 def _fields(model: type[BaseModel], keys: tuple[int | str, ...]) -> list[str]:
     """Return the keys that the model takes at a place inside it."""
+    for key in keys:
+        if key not in model.model_fields:  # what pydantic adds for the members of a union
+            continue
+        inner = _model_in(model.model_fields[str(key)].annotation)
+        if inner is None:
+            return []
+        model = inner
+    return list(model.model_fields)
+
+
+def _model_in(annotation: Any) -> type[BaseModel] | None:
+    """Return the model that an annotation is, or that one of its alternatives is."""
     from pydantic import BaseModel
 
-    for key in keys:
-        field = model.model_fields.get(str(key))
-        if field is None or not (isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel)):
-            return []
-        model = field.annotation
-    return list(model.model_fields)
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next((found for part in get_args(annotation) if (found := _model_in(part)) is not None), None)
 
 
 def _present(settings: object, keys: tuple[int | str, ...]) -> list[str]:
