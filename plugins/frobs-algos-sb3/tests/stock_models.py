@@ -51,7 +51,9 @@ def image() -> FakeImageEnv:
     return FakeImageEnv(screen_height=36, screen_width=36, n_channels=3)
 
 
-def layers(activation: type[th.nn.Module], optimizer: type[th.optim.Optimizer] = th.optim.Adam, **arch: Any) -> dict[str, Any]:
+def layers(
+    activation: type[th.nn.Module], optimizer: type[th.optim.Optimizer] = th.optim.Adam, **arch: Any
+) -> dict[str, Any]:
     return {"net_arch": arch or [7, 5], "activation_fn": activation, "optimizer_class": optimizer}
 
 

@@ -56,7 +56,9 @@ def test_training_goes_on_as_with_the_library_s_own_loader(name: str, tmp_path: 
     path = stock_models.write(name, tmp_path)
     kind = load_model(path)
     env_id = "CartPole-v1" if name == "dqn" else "Pendulum-v1"
-    given = {} if name.startswith(("ppo", "a2c")) else {"train_freq": (1, "step"), "learning_starts": 8, "batch_size": 8}
+    given = (
+        {} if name.startswith(("ppo", "a2c")) else {"train_freq": (1, "step"), "learning_starts": 8, "batch_size": 8}
+    )
     weights = []
     for trust in (False, True):
         model = load_model(path, gym.make(env_id), trust=trust, device="cpu", seed=3, **given)
@@ -78,7 +80,9 @@ def test_what_only_training_needs_is_missed_only_by_training(tmp_path: Path) -> 
     model = load_model(path)
     with pytest.raises(UntrustedFileError, match=r"'learning_rate' is a function"):
         model.lr_schedule(1.0)
-    with pytest.raises(UntrustedFileError, match=r"'learning_rate' is a pickle.* or give learning_rate=….*--trust or trust=True"):
+    with pytest.raises(
+        UntrustedFileError, match=r"'learning_rate' is a pickle.* or give learning_rate=….*--trust or trust=True"
+    ):
         load_model(path, gym.make("Pendulum-v1"))
     assert load_model(path, gym.make("Pendulum-v1"), learning_rate=1e-4).lr_schedule(0.5) == 1e-4
     assert load_model(path, gym.make("Pendulum-v1"), defaults={"learning_rate": 1e-5}).lr_schedule(0.5) == 1e-5
@@ -135,7 +139,9 @@ def test_bounds_that_the_text_rounds_come_exactly_from_the_environment_or_the_fi
 
 
 def test_our_own_model_trains_on_without_trust(tmp_path: Path) -> None:
-    model = sb3.TD3("MlpPolicy", "Pendulum-v1", train_freq=(2, "step"), action_noise=stock_models.NOISE, **stock_models.SMALL)
+    model = sb3.TD3(
+        "MlpPolicy", "Pendulum-v1", train_freq=(2, "step"), action_noise=stock_models.NOISE, **stock_models.SMALL
+    )
     save_model(model, tmp_path / "ours.zip")
     opened = load_model(tmp_path / "ours.zip", gym.make("Pendulum-v1"))
     assert opened.train_freq == model.train_freq
@@ -163,7 +169,13 @@ def test_a_damaged_file_beside_is_named(tmp_path: Path) -> None:
 
 def test_a_model_with_hindsight_replay_predicts_without_an_environment(tmp_path: Path, make: Any) -> None:
     env = gym.make("frobs_core:frobs/Irb120ReachGoal-v0")
-    model = sb3.SAC("MultiInputPolicy", env, replay_buffer_class=HerReplayBuffer, replay_buffer_kwargs={"n_sampled_goal": 3}, **stock_models.SMALL)
+    model = sb3.SAC(
+        "MultiInputPolicy",
+        env,
+        replay_buffer_class=HerReplayBuffer,
+        replay_buffer_kwargs={"n_sampled_goal": 3},
+        **stock_models.SMALL,
+    )
     model.save(tmp_path / "her.zip")
     observation, _ = env.reset(seed=0)
     np.testing.assert_array_equal(
@@ -181,8 +193,15 @@ def filled(steps: int, capacity: int = 10, kind: type[ReplayBuffer] = ReplayBuff
     space = FlatDictionary.observation_space if kind is DictReplayBuffer else gym.spaces.Box(-1, 1, (3,))
     buffer = kind(capacity, space, gym.spaces.Box(-1, 1, (2,)), n_envs=1)
     for _ in range(steps):
-        observation: Any = rng.random((1, 3)) if kind is ReplayBuffer else {key: rng.random((1, 2)) for key in space.keys()}  # type: ignore[union-attr]
-        buffer.add(observation, observation, rng.random((1, 2)), rng.random(1), np.array([False]), [{"TimeLimit.truncated": True}])
+        observation: Any = rng.random((1, 3)) if kind is ReplayBuffer else {key: rng.random((1, 2)) for key in space}  # type: ignore[union-attr]
+        buffer.add(
+            observation,
+            observation,
+            rng.random((1, 2)),
+            rng.random(1),
+            np.array([False]),
+            [{"TimeLimit.truncated": True}],
+        )
     return buffer
 
 

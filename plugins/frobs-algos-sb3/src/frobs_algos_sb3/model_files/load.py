@@ -144,6 +144,7 @@ def _build(
         values["learning_rate"] = _learning_rate(archive)
     if env is None and values.get("replay_buffer_class") is HerReplayBuffer:  # it wants an environment
         values |= {"replay_buffer_class": None, "replay_buffer_kwargs": {}}
+    values.setdefault("verbose", 0)
     try:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "This system does not have apparently enough memory")
@@ -175,6 +176,6 @@ class _Unreadable:
 
     def __call__(self, progress_remaining: float) -> float:
         """Refuse."""
-        raise UntrustedFileError(self._path, "'learning_rate' is a function that was not read; open it with learning_rate=…")
-
-
+        raise UntrustedFileError(
+            self._path, "'learning_rate' is a function that was not read; open it with learning_rate=…"
+        )

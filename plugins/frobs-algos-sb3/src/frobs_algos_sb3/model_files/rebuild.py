@@ -34,7 +34,12 @@ _FRESH = (
 )
 """What a model that is opened begins anew, so that it does not matter what the file holds."""
 
-_BUFFERS = {"ReplayBuffer": None, "DictReplayBuffer": None, "NStepReplayBuffer": None, "HerReplayBuffer": HerReplayBuffer}
+_BUFFERS = {
+    "ReplayBuffer": None,
+    "DictReplayBuffer": None,
+    "NStepReplayBuffer": None,
+    "HerReplayBuffer": HerReplayBuffer,
+}
 """Kinds of replay buffers; None: the model chooses it again by its spaces."""
 
 _ROLLOUTS = ("RolloutBuffer", "DictRolloutBuffer", "RecurrentRolloutBuffer", "RecurrentDictRolloutBuffer")
@@ -170,9 +175,7 @@ def policy_kwargs(value: Any, archive: ModelArchive) -> dict[str, Any]:
         raise Unreadable("it is no mapping")
     accepted = inspect.signature(known.policy_class(archive.data.get("policy_class")).__init__).parameters
     sizes = _sizes(archive.tensors["policy"])
-    return {
-        key: _keyword(key, item, accepted, sizes) for key, item in value.items() if key not in (":type:", "device")
-    }
+    return {key: _keyword(key, item, accepted, sizes) for key, item in value.items() if key not in (":type:", "device")}
 
 
 def _keyword(key: str, value: Any, accepted: Mapping[str, Any], sizes: set[int]) -> Any:

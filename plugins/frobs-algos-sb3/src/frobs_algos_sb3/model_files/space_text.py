@@ -20,7 +20,20 @@ from frobs_algos_sb3.model_files.text import Unreadable
 MAX_DEPTH = 8
 """Deepest nesting of Dict spaces."""
 
-_DTYPES = ("float16", "float32", "float64", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64", "bool")
+_DTYPES = (
+    "float16",
+    "float32",
+    "float64",
+    "int8",
+    "int16",
+    "int32",
+    "int64",
+    "uint8",
+    "uint16",
+    "uint32",
+    "uint64",
+    "bool",
+)
 _DTYPE = re.compile(rf"^(?:<class 'numpy\.)?({'|'.join(_DTYPES)})(?:'>)?$")
 _KEY = re.compile(r"\s*(?:'([^'\\]*)'|\"([^\"\\]*)\")\s*([:,])\s*")
 _SEPARATOR = re.compile(r"\s*,\s*")
@@ -156,7 +169,7 @@ def _dtype(written: Any) -> np.dtype[Any]:
 def _box(low: Any, high: Any, of_shape: tuple[int, ...], dtype: Any) -> spaces.Box:
     kind = _dtype(dtype)
     lower, upper = text.array(low, of_shape), text.array(high, of_shape)
-    if not kind.kind == "f":
+    if kind.kind != "f":
         limits = (0, 1) if kind.kind == "b" else (np.iinfo(kind).min, np.iinfo(kind).max)
         if np.any(lower < limits[0]) or np.any(upper > limits[1]):
             raise Unreadable(f"its bounds are not of the type {kind}")
@@ -166,11 +179,13 @@ def _box(low: Any, high: Any, of_shape: tuple[int, ...], dtype: Any) -> spaces.B
 
 
 def _discrete(n: Any, start: Any, dtype: Any) -> spaces.Discrete:
-    return spaces.Discrete(text.integer(n, 1, text.MAX_VALUES), start=text.integer(start, -(2**31)), dtype=_dtype(dtype).type)
+    return spaces.Discrete(
+        text.integer(n, 1, text.MAX_VALUES), start=text.integer(start, -(2**31)), dtype=_dtype(dtype).type
+    )
 
 
 def _multi_discrete(nvec: Any, start: Any, dtype: Any) -> spaces.MultiDiscrete:
-    if isinstance(nvec, str) and "\n" in nvec or str(nvec).count("[") > 1:
+    if (isinstance(nvec, str) and "\n" in nvec) or str(nvec).count("[") > 1:
         raise Unreadable("a MultiDiscrete space of several dimensions cannot be read")
     counts = [text.integer(float(value), 1, text.MAX_VALUES) for value in text.array(nvec)]
     first = None if start is None else text.array(start, (len(counts),)).astype(np.int64)

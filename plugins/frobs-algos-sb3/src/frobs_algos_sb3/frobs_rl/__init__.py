@@ -1,0 +1,20 @@
+"""FRobs_RL's class API: six algorithms of stable-baselines3, each set up by one YAML file.
+
+It works on any Gymnasium environment, with ROS and without::
+
+    from frobs_algos_sb3.frobs_rl import TD3
+
+    model = TD3(env, "models/td3", "logs/td3", config_file_pkg="my_package", config_filename="td3.yaml")
+    model.train()
+"""
+
+from frobs_algos_sb3.frobs_rl.a2c import A2C
+from frobs_algos_sb3.frobs_rl.basic_model import BasicModel
+from frobs_algos_sb3.frobs_rl.ddpg import DDPG
+from frobs_algos_sb3.frobs_rl.dqn import DQN
+from frobs_algos_sb3.frobs_rl.errors import LogFolderExistsError, NotTrainedError
+from frobs_algos_sb3.frobs_rl.ppo import PPO
+from frobs_algos_sb3.frobs_rl.sac import SAC
+from frobs_algos_sb3.frobs_rl.td3 import TD3
+
+__all__ = ["A2C", "DDPG", "DQN", "PPO", "SAC", "TD3", "BasicModel", "LogFolderExistsError", "NotTrainedError"]

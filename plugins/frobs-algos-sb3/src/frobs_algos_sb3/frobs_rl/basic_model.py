@@ -1,0 +1,271 @@
+"""What the six classes of FRobs_RL have in common."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+import gymnasium as gym
+import numpy as np
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.callbacks import CallbackList
+from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
+from stable_baselines3.common.vec_env import VecEnv
+
+from frobs_algos_sb3.frobs_rl.building import new_model, saved_model
+from frobs_algos_sb3.frobs_rl.config_files import DEFAULT_PACKAGE, find_config
+from frobs_algos_sb3.frobs_rl.errors import NotTrainedError
+from frobs_algos_sb3.frobs_rl.logs import OnExisting, log_folder, make_logger
+from frobs_algos_sb3.frobs_rl.parameters import current_parameters, load_parameters
+from frobs_algos_sb3.frobs_rl.saving import SaveEvery, free_name
+from frobs_algos_sb3.frobs_rl.settings import FileSettings, read_settings
+from frobs_algos_sb3.model_files import load_model, save_model, write_replay_buffer
+from frobs_core.errors import ConfigurationError, RunError
+
+_log = logging.getLogger("frobs")
+
+
+class BasicModel:
+    """A model of stable-baselines3 that a YAML file sets up, as in FRobs_RL.
+
+    Base class: a subclass names its algorithm.
+
+    Args:
+        env: Any Gymnasium environment, or a vector environment of stable-baselines3.
+        save_model_path: Folder of the models. With ``load_trained``: the model.
+        log_path: Folder of the log folders.
+        load_trained: Open the model at ``save_model_path`` for predictions; no file is read, nothing is logged.
+        config_file_pkg: The package that holds the YAML file: of Python, or of ROS where ROS is. None: ``config_filename``
+            is a path.
+        config_filename: The YAML file; None: ``<algorithm>_config.yaml``.
+        ns: Namespace on ROS's parameter server, where one runs.
+        on_existing: What to do about a log folder that exists: ``error``, ``increment``, ``overwrite`` or ``resume``.
+        trust: Open models and replay buffers that could execute code.
+
+    Attributes:
+        model: The model of stable-baselines3.
+        env: The environment.
+        settings: The file as it was read; None for a trained model.
+        log_folder: Where this training logs; None before it was chosen.
+
+    Raises:
+        ConfigurationError: A key, value, package or file cannot be used.
+        LogFolderExistsError: The log folder exists; it is a ValueError too.
+        UntrustedFileError: A model that is to be loaded needs ``trust``.
+        CheckpointError: A model that is to be loaded is damaged.
+    """
+
+    algorithm: ClassVar[str]
+
+    model: BaseAlgorithm
+
+    def __init__(
+        self,
+        env: gym.Env[Any, Any] | VecEnv | None,
+        save_model_path: Path | str,
+        log_path: Path | str | None = None,
+        load_trained: bool = False,
+        config_file_pkg: str | None = DEFAULT_PACKAGE,
+        config_filename: str | Path | None = None,
+        ns: str = "/",
+        *,
+        on_existing: OnExisting = "error",
+        trust: bool = False,
+    ) -> None:
+        self.env = env
+        self.settings: FileSettings | None = None
+        self.log_folder: Path | None = None
+        self._trust = trust
+        self._ns = ns
+        self._logging = False
+        self._saved: tuple[Path, tuple[int, int]] | None = None
+        if load_trained:
+            self.model = self._for_prediction(Path(save_model_path))
+            return
+        if env is None or log_path is None:
+            raise ConfigurationError(f"{type(self).__name__}: a training needs an environment and a log_path.")
+        path = find_config(config_file_pkg, config_filename or f"{self.algorithm}_config.yaml")
+        self._given = load_parameters(path, ns)
+        self.settings = read_settings(self._given, self.algorithm, path)
+        for key in self.settings.unused:
+            _log.warning("%s: '%s' means nothing to %s; it is not used.", path, key, type(self).__name__)
+        self._models = Path(save_model_path)
+        params = self.settings.params
+        folder = log_folder(Path(log_path) / params.log_folder, on_existing)
+        self.model = saved_model(self.settings, env, self._models, trust) if params.load_model else self._make()
+        self.log_folder = folder  # last: it is made once everything else stands
+        self.set_model_logger()
+
+    @classmethod
+    def load_trained(
+        cls, model_path: Path | str, env: gym.Env[Any, Any] | VecEnv | None = None, *, trust: bool = False
+    ) -> Self:
+        """Open a trained model for predictions; neither a YAML file nor a log folder is needed.
+
+        Args:
+            model_path: The model; ``.zip`` may be left out.
+            env: May be left out: the model knows its spaces.
+            trust: Open a model that could execute code.
+
+        Raises:
+            CheckpointError: It is missing, damaged, or of another algorithm.
+            UntrustedFileError: It needs ``trust``.
+        """
+        return cls(env, model_path, load_trained=True, trust=trust)
+
+    def train(self) -> bool:
+        """Train for ``training_steps`` more steps, and save the model.
+
+        Returns:
+            True.
+
+        Raises:
+            RunError: The model was opened for predictions.
+        """
+        params = self._training_settings().params
+        callbacks = []
+        if params.save_freq:
+            callbacks.append(SaveEvery(params.save_freq, self._models, params.save_prefix, self._write))
+        self.model.learn(
+            params.training_steps,
+            CallbackList(callbacks),
+            log_interval=params.log_interval,
+            reset_num_timesteps=params.reset_num_timesteps,
+        )
+        self.save_model()
+        return True
+
+    def save_model(self) -> Path:
+        """Save the model as ``trained_model_name``, or with the time where such a file exists.
+
+        A model that was saved and has not learned since is not saved again. The replay buffer goes beside it if the file
+        says ``save_replay_buffer``.
+
+        Returns:
+            The file.
+
+        Raises:
+            RunError: The model was opened for predictions.
+            OSError: The disk is full, or the folder cannot be written.
+        """
+        params = self._training_settings().params
+        if self._saved is not None and self._saved[1] == self._learned and self._saved[0].is_file():
+            return self._saved[0]
+        path = free_name(self._models / f"{params.trained_model_name.removesuffix('.zip')}.zip")
+        self._write(path)
+        self._saved = (path, self._learned)
+        _log.info("saved %s", path)
+        if params.save_replay_buffer and isinstance(self.model, OffPolicyAlgorithm):
+            self.save_replay_buffer()
+        elif params.save_replay_buffer:
+            _log.warning("%s has no replay buffer to save.", type(self).__name__)
+        return path
+
+    def save_replay_buffer(self) -> Path:
+        """Save the replay buffer beside the model that was saved last, as plain arrays.
+
+        Returns:
+            The file: ``<model>_replay_buffer.npz``.
+
+        Raises:
+            ConfigurationError: The algorithm has no replay buffer.
+            NotTrainedError: Nothing was trained and saved yet; it is a ValueError too.
+            OSError: The disk is full, or the folder cannot be written.
+        """
+        self._training_settings()
+        if not isinstance(self.model, OffPolicyAlgorithm) or self.model.replay_buffer is None:
+            raise ConfigurationError(f"{type(self).__name__} has no replay buffer: it learns from each step once.")
+        if self._saved is None or self.model.replay_buffer.size() == 0:
+            raise NotTrainedError("there is nothing to save yet: call train() first.")
+        path = self._saved[0].with_name(f"{self._saved[0].stem}_replay_buffer.npz")
+        write_replay_buffer(self.model.replay_buffer, path)
+        return path
+
+    def set_model_logger(self) -> bool:
+        """Log to stdout, ``progress.csv`` and TensorBoard in the log folder; done already when the model is built.
+
+        Returns:
+            True.
+
+        Raises:
+            RunError: The model was opened for predictions.
+        """
+        self._training_settings()
+        assert self.log_folder is not None
+        if not self._logging:
+            self.model.set_logger(make_logger(self.log_folder))
+            self._logging = True
+        return True
+
+    def check_env(self) -> bool:
+        """Return whether the environment is as stable-baselines3 wants it; the reason is logged where it is not."""
+        from stable_baselines3.common.env_checker import check_env
+
+        try:
+            check_env(self.env, warn=True)  # type: ignore[arg-type]
+        except Exception as error:  # the environment's own code runs, and anything can come of it
+            _log.error("%s is not as stable-baselines3 wants it: %s", self.env, error)
+            return False
+        return True
+
+    def close_env(self) -> bool:
+        """Close the environment and the logs; returns True."""
+        if self._logging:
+            self.model.logger.close()
+        if self.env is not None:
+            self.env.close()
+        return True
+
+    def predict(
+        self,
+        observation: Any,
+        state: tuple[np.ndarray[Any, Any], ...] | None = None,
+        mask: np.ndarray[Any, Any] | None = None,
+        deterministic: bool = False,
+    ) -> tuple[np.ndarray[Any, Any], tuple[np.ndarray[Any, Any], ...] | None]:
+        """Return the action for an observation.
+
+        Args:
+            observation: One, or a batch.
+            state: Of a recurrent policy.
+            mask: Where episodes begin: what stable-baselines3 calls ``episode_start``.
+            deterministic: Take the policy's mode, or else sample.
+
+        Returns:
+            The action, and the state of a recurrent policy.
+        """
+        return self.model.predict(observation, state=state, episode_start=mask, deterministic=deterministic)
+
+    def _make(self) -> BaseAlgorithm:
+        """Return a new model."""
+        assert self.settings is not None
+        assert self.env is not None
+        return new_model(self.settings, self.env)
+
+    def _for_prediction(self, path: Path) -> BaseAlgorithm:
+        """Open a model without what only training needs; it must fit the environment, where there is one."""
+        model = load_model(path, algorithm=self.algorithm, trust=self._trust)
+        for name in ("observation_space", "action_space") if self.env is not None else ():
+            written, real = getattr(model, name), getattr(self.env, name)
+            if type(written) is not type(real) or written.shape != real.shape:
+                raise ConfigurationError(f"{path}: the model has {name} {written}, and the environment has {real}.")
+        return model
+
+    def _write(self, path: Path) -> None:
+        assert self.settings is not None
+        save_model(self.model, path, {"frobs_rl": self.settings.model_dump(mode="json")})
+
+    def _training_settings(self) -> FileSettings:
+        """Return the settings as they stand now."""
+        if self.settings is None:
+            raise RunError("this model was opened for predictions; build it with a YAML file to train or save it.")
+        mapping = current_parameters(self._given, self._ns)
+        if mapping is not self._given:
+            self.settings = read_settings(mapping, self.algorithm, f"the parameter server, {self._ns}")
+        return self.settings
+
+    @property
+    def _learned(self) -> tuple[int, int]:
+        """What tells whether a model has learned since it was saved."""
+        return self.model.num_timesteps, int(getattr(self.model, "_n_updates", 0))

@@ -1,0 +1,133 @@
+"""From a file's settings to a model of stable-baselines3."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.noise import NormalActionNoise
+from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
+from stable_baselines3.common.vec_env import VecEnv
+
+from frobs_algos_sb3.frobs_rl.blocks import WITH_NOISE, WITH_SDE
+from frobs_algos_sb3.frobs_rl.saving import existing_model
+from frobs_algos_sb3.frobs_rl.settings import FileSettings
+from frobs_algos_sb3.model_files import load_model, read_replay_buffer
+from frobs_algos_sb3.model_files.known import algorithm_class
+from frobs_core.errors import ConfigurationError, UntrustedFileError
+
+Env = gym.Env[Any, Any] | VecEnv
+
+_log = logging.getLogger("frobs")
+
+_ONLY_NEW = ("use_rms_prop", "rms_prop_eps", "use_sde")
+"""What is part of a model's networks, which a saved model keeps."""
+
+_REAPPLIED = (
+    "batch_size",
+    "learning_rate",
+    "n_steps",
+    "n_epochs",
+    "gamma",
+    "gae_lambda",
+    "ent_coef",
+    "vf_coef",
+    "max_grad_norm",
+)
+"""What a file decides about a policy from imitation learning; the rest is as the policy's own file has it."""
+
+
+def new_model(settings: FileSettings, env: Env) -> BaseAlgorithm:
+    """Return a new model.
+
+    Raises:
+        ConfigurationError: The environment or the networks do not fit the algorithm.
+    """
+    kwargs = {**settings.block.attributes(), **exploration(settings, env)}
+    if settings.params.use_custom_policy:
+        kwargs["policy_kwargs"] = settings.params.policy_params.to_kwargs()
+    policy = "MultiInputPolicy" if isinstance(env.observation_space, spaces.Dict) else "MlpPolicy"
+    try:
+        return algorithm_class(settings.algorithm)(policy, env, verbose=1, **kwargs)  # type: ignore[arg-type]
+    except (AssertionError, ValueError, TypeError) as error:
+        raise ConfigurationError(f"algorithm '{settings.algorithm}' cannot be built so: {error}") from error
+
+
+def saved_model(settings: FileSettings, env: Env, folder: Path, trust: bool) -> BaseAlgorithm:
+    """Return the model that ``model_name`` names, with every number of the file in the place of its own.
+
+    Raises:
+        ConfigurationError: It does not exist, or the environment is another.
+        CheckpointError: It is damaged.
+        UntrustedFileError: It, or the replay buffer beside it, needs ``trust``.
+    """
+    path = existing_model(folder, settings.params.model_name)
+    attributes = {**settings.block.attributes(), **exploration(settings, env)}
+    overrides = {key: value for key, value in attributes.items() if key not in _ONLY_NEW}
+    model = load_model(path, env, algorithm=settings.algorithm, trust=trust, verbose=1, **overrides)
+    if settings.algorithm in WITH_SDE and model.use_sde != settings.params.use_sde:
+        _log.warning("%s was trained with use_sde %s, and stays so.", path, model.use_sde)
+    if isinstance(model, OffPolicyAlgorithm):
+        _load_buffer(model, path, trust)
+    return model
+
+
+def imitated_model(settings: FileSettings, env: Env, path: Path, trust: bool) -> BaseAlgorithm:
+    """Return a model that begins with a policy from imitation learning.
+
+    Raises:
+        ConfigurationError: The environment is another.
+        CheckpointError: The policy's file is missing, damaged, or of another algorithm.
+        UntrustedFileError: It needs ``trust``.
+    """
+    attributes = settings.block.attributes()
+    given = {key: value for key, value in attributes.items() if key in _REAPPLIED}
+    return load_model(
+        path, env, algorithm=settings.algorithm, trust=trust, defaults=attributes, verbose=1, **given
+    )  # fmt: skip
+
+
+def exploration(settings: FileSettings, env: Env) -> dict[str, Any]:
+    """Return the keywords of noise; state-dependent exploration takes the place of noise on actions.
+
+    Raises:
+        ConfigurationError: There is no noise for such actions.
+    """
+    params = settings.params
+    found: dict[str, Any] = {}
+    if settings.algorithm in WITH_SDE:
+        found |= {"use_sde": params.use_sde, "sde_sample_freq": params.sde_params.sde_sample_freq}
+        if settings.algorithm == "sac":
+            found["use_sde_at_warmup"] = params.sde_params.use_sde_at_warmup
+    if settings.algorithm in WITH_NOISE:
+        noisy = params.use_action_noise and not found.get("use_sde", False)
+        found["action_noise"] = _noise(settings, env) if noisy else None
+    return found
+
+
+def _noise(settings: FileSettings, env: Env) -> NormalActionNoise:
+    space, noise = env.action_space, settings.params.action_noise
+    if not isinstance(space, spaces.Box):
+        raise ConfigurationError(
+            f"algorithm '{settings.algorithm}' needs actions in a Box, and the action space is {space}; choose PPO, A2C or DQN."
+        )
+    return NormalActionNoise(np.full(space.shape[-1], noise.mean), np.full(space.shape[-1], noise.sigma))
+
+
+def _load_buffer(model: OffPolicyAlgorithm, path: Path, trust: bool) -> None:
+    """Fill the replay buffer with what lies beside the model."""
+    arrays, pickled = (path.with_name(f"{path.stem}_replay_buffer{suffix}") for suffix in (".npz", ".pkl"))
+    if arrays.is_file():
+        assert model.replay_buffer is not None
+        read_replay_buffer(model.replay_buffer, arrays)
+    elif not pickled.is_file():
+        _log.info("%s has no replay buffer beside it; an empty one is used.", path)
+    elif trust:
+        model.load_replay_buffer(pickled)
+    else:
+        raise UntrustedFileError(pickled, "a replay buffer that is a pickle executes what it holds when it is opened")

@@ -1,0 +1,72 @@
+"""Where a package keeps its YAML files."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+
+from frobs_core.errors import ConfigurationError, nearest
+
+DEFAULT_PACKAGE = "frobs_rl"
+"""FRobs_RL's own name: its default files are here."""
+
+DEFAULTS = Path(__file__).parent / "config"
+"""The folder of the default files."""
+
+
+def find_config(package: str | None, filename: str | Path) -> Path:
+    """Return the path of a YAML file.
+
+    Args:
+        package: A ROS package, where ROS is: the file is in its ``config`` folder. Or a Python package: there, or beside
+            its modules. ``"frobs_rl"``: the default files, where no such package has the file. None: ``filename`` is a path.
+        filename: The file; an absolute path is taken as it is.
+
+    Raises:
+        ConfigurationError: There is no such package or file; the files that there are are named.
+    """
+    if package is None or Path(filename).is_absolute():
+        path = Path(filename)
+        if not path.is_file():
+            raise ConfigurationError(
+                f"{path} does not exist; give the YAML file's path, or a package and the file's name."
+            )
+        return path
+    folders = [*_ros_folders(package), *_python_folders(package)]
+    if package == DEFAULT_PACKAGE:
+        folders.append(DEFAULTS)
+    for folder in folders:
+        if (folder / filename).is_file():
+            return folder / filename
+    if not folders:
+        raise ConfigurationError(
+            f"no package is named '{package}', neither of Python nor of ROS; install it, or give a path: "
+            "config_file_pkg=None, config_filename='path/to/file.yaml'."
+        )
+    there = sorted({path.name for folder in folders for path in folder.glob("*.y*ml")})
+    similar = nearest(str(filename), there)
+    hint = f" Did you mean '{similar}'?" if similar else ""
+    places = " nor in ".join(str(folder) for folder in folders)
+    raise ConfigurationError(f"'{filename}' is not in {places}.{hint} Available: {', '.join(there) or 'none'}.")
+
+
+def _ros_folders(package: str) -> list[Path]:
+    """Return the ``config`` folder of a ROS package, where ROS is and knows it."""
+    try:
+        import rospkg  # type: ignore[import-untyped,import-not-found,unused-ignore]
+    except ImportError:
+        return []
+    try:
+        return [Path(rospkg.RosPack().get_path(package)) / "config"]
+    except rospkg.ResourceNotFound:
+        return []
+
+
+def _python_folders(package: str) -> list[Path]:
+    """Return where a Python package has files; it is not imported, for it may want ROS."""
+    try:
+        spec = find_spec(package)
+    except (ImportError, ValueError):
+        return []
+    roots = [Path(root) for root in (spec.submodule_search_locations or ())] if spec else []
+    return [folder for root in roots for folder in (root / "config", root)]

@@ -1,0 +1,91 @@
+"""The log folder of a training."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Literal
+
+from stable_baselines3.common.logger import (
+    CSVOutputFormat,
+    HumanOutputFormat,
+    KVWriter,
+    Logger,
+    TensorBoardOutputFormat,
+    configure,
+)
+
+from frobs_algos_sb3.frobs_rl.errors import LogFolderExistsError
+from frobs_core.errors import ConfigurationError
+
+OnExisting = Literal["error", "increment", "overwrite", "resume"]
+"""What to do about a log folder that is there already."""
+
+CHOICES = ("error", "increment", "overwrite", "resume")
+
+_OURS = ("progress.csv", "events.out.tfevents.*")
+
+
+def log_folder(path: Path, on_existing: str) -> Path:
+    """Return the folder to log into.
+
+    Args:
+        path: The one that was asked for.
+        on_existing: ``error``: it must not exist; ``increment``: else the next free name, ``TD3_2`` after ``TD3_1``;
+            ``overwrite``: else its logs are removed; ``resume``: else they go on.
+
+    Raises:
+        LogFolderExistsError: It exists.
+        ConfigurationError: There is no such choice.
+    """
+    if on_existing not in CHOICES:
+        raise ConfigurationError(f"on_existing = {on_existing!r}: choose one of {', '.join(CHOICES)}.")
+    if not path.exists():
+        return path
+    if on_existing == "error":
+        raise LogFolderExistsError(path)
+    if on_existing == "increment":
+        return _next_free(path)
+    if on_existing == "overwrite":
+        for pattern in _OURS:
+            for file in path.glob(pattern):
+                file.unlink()
+    return path
+
+
+def _next_free(path: Path) -> Path:
+    found = re.fullmatch(r"(.+)_(\d+)", path.name)
+    stem, number = (found[1], int(found[2])) if found else (path.name, 0)
+    while path.exists():
+        number += 1
+        path = path.with_name(f"{stem}_{number}")
+    return path
+
+
+def make_logger(folder: Path) -> Logger:
+    """Return a logger to stdout, ``progress.csv`` and TensorBoard, which goes on with a file that is there."""
+    table = folder / "progress.csv"
+    if not table.exists():
+        return configure(str(folder), ["stdout", "csv", "tensorboard"])
+    import sys
+
+    formats: list[KVWriter] = [HumanOutputFormat(sys.stdout), ContinuedCSV(table), TensorBoardOutputFormat(str(folder))]
+    return Logger(str(folder), formats)
+
+
+class ContinuedCSV(CSVOutputFormat):
+    """Appends to a table, where stable-baselines3's own writer would begin it anew.
+
+    Args:
+        path: The table; a last line that a killed process did not finish is dropped.
+    """
+
+    def __init__(self, path: Path) -> None:
+        text = path.read_text("utf-8")
+        whole = text[: text.rfind("\n") + 1]
+        self.file = path.open("r+t", encoding="utf-8")
+        self.file.truncate(len(whole.encode()))
+        self.file.seek(0, 2)
+        self.keys = whole.splitlines()[0].split(",") if whole else []
+        self.separator = ","
+        self.quotechar = '"'

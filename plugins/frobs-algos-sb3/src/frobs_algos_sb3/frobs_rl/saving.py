@@ -1,0 +1,69 @@
+"""Names of models, and models that are saved while a training runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+
+from stable_baselines3.common.callbacks import BaseCallback
+
+from frobs_core.errors import ConfigurationError, nearest
+
+
+def free_name(path: Path) -> Path:
+    """Return the path, or one with the time where something lies there: ``trained_model_31_12_2026_23_59_59.zip``."""
+    if not path.exists():
+        return path
+    stem = f"{path.stem}_{datetime.now().strftime('%d_%m_%Y_%H_%M_%S')}"
+    stamped, number = path.with_name(f"{stem}{path.suffix}"), 1
+    while stamped.exists():
+        number += 1
+        stamped = path.with_name(f"{stem}_{number}{path.suffix}")
+    return stamped
+
+
+def existing_model(folder: Path, name: str) -> Path:
+    """Return the path of a model that is to be trained on.
+
+    Raises:
+        ConfigurationError: There is none; those that there are are named.
+    """
+    path = folder / f"{name.removesuffix('.zip')}.zip"
+    if not path.is_file():
+        there = sorted(file.stem for file in folder.glob("*.zip")) if folder.is_dir() else []
+        similar = nearest(name, there)
+        hint = f" Did you mean '{similar}'?" if similar else ""
+        raise ConfigurationError(
+            f"load_model: {path} does not exist; set model_name to one that does, or load_model to False.{hint} "
+            f"Available: {', '.join(there) or 'none'}."
+        )
+    return path
+
+
+class SaveEvery(BaseCallback):
+    """Saves a model each time that so many steps were taken.
+
+    Args:
+        steps: Steps between two.
+        folder: Where they go.
+        prefix: ``td3_model`` makes ``td3_model_1000_steps.zip``.
+        save: Writes the model to the path that it is given.
+    """
+
+    def __init__(self, steps: int, folder: Path, prefix: str, save: Callable[[Path], None]) -> None:
+        super().__init__()
+        self._steps = steps
+        self._folder = folder
+        self._prefix = prefix
+        self._save = save
+        self._last = 0
+
+    def _on_training_start(self) -> None:
+        self._last = self.num_timesteps
+
+    def _on_step(self) -> bool:
+        if self.num_timesteps // self._steps > self._last // self._steps:
+            self._save(self._folder / f"{self._prefix}_{self.num_timesteps}_steps.zip")
+        self._last = self.num_timesteps
+        return True
