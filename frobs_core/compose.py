@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from frobs_core import plugins
 from frobs_core.capabilities import Level, check_capabilities
@@ -15,7 +15,9 @@ from frobs_core.errors import ConfigurationError, InvalidTimestepError, UnknownP
 from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Simulation, Task
 from frobs_core.models import load_model
 from frobs_core.randomization import CAPABILITY, Randomization, read_settings
-from frobs_core.specs import SimulatorRecord
+from frobs_core.specs import ControllerRecord, Record, SimulatorRecord, TaskRecord
+
+_Record = TypeVar("_Record", bound=Record)
 
 _MODEL_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
 
@@ -36,10 +38,10 @@ class Parts:
 def compose(
     *,
     num_envs: int,
-    task: str,
+    task: str | TaskRecord,
     robot: str | Robot,
-    controller: str,
-    simulator: str,
+    controller: str | ControllerRecord,
+    simulator: str | SimulatorRecord,
     reward_type: str | None,
     control_timestep: float | None,
     physics_timestep: float | None,
@@ -62,14 +64,14 @@ def compose(
     """
     if num_envs < 1:
         raise ConfigurationError(f"num_envs is {num_envs}; it must be at least 1.")
-    simulator_record = plugins.get_record("simulator", simulator)
-    task_record = plugins.get_record("task", task)
-    controller_record = plugins.get_record("controller", controller)
-    assert isinstance(simulator_record, SimulatorRecord)
+    simulator_record = _record(SimulatorRecord, "simulator", simulator)
+    task_record = _record(TaskRecord, "task", task)
+    controller_record = _record(ControllerRecord, "controller", controller)
+    simulator, task, controller = simulator_record.name, task_record.name, controller_record.name
     settings = read_settings(randomize)
     needs: dict[str, Mapping[str, Level]] = {
-        f"task '{task}'": task_record.needs,  # type: ignore[attr-defined]
-        f"controller '{controller}'": controller_record.needs,  # type: ignore[attr-defined]
+        f"task '{task}'": task_record.needs,
+        f"controller '{controller}'": controller_record.needs,
     }
     for name in () if settings is None else dict.fromkeys(item.parameter for item in settings.items):
         if name in CAPABILITY:
@@ -105,6 +107,13 @@ def compose(
         simulation.close()
         raise
     return Parts(simulation, handle, the_controller, the_task, control, decimation, randomization)
+
+
+def _record(cls: type[_Record], kind: str, part: str | _Record) -> _Record:
+    """Return a part's record by its name, or as it was given."""
+    record = plugins.get_record(kind, part) if isinstance(part, str) else part
+    assert isinstance(record, cls)
+    return record
 
 
 def build(owner: str, cls: type[Any], parameters: Mapping[str, Any]) -> Any:

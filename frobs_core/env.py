@@ -15,6 +15,7 @@ from frobs_core.errors import ResetNeededError
 from frobs_core.interfaces import GoalTask, Robot, Snapshot
 from frobs_core.interfaces.task import Observation
 from frobs_core.loop import RENDER_MODES, Loop, check_render_mode
+from frobs_core.specs import ControllerRecord, SimulatorRecord, TaskRecord
 
 
 class RobotEnv(gym.Env[Any, Any]):
@@ -24,10 +25,10 @@ class RobotEnv(gym.Env[Any, Any]):
     the engine gave the state up; the episode is then truncated.
 
     Args:
-        task: Name of the task.
+        task: Name of the task, or a record that is not installed yet.
         robot: Name of the robot, path of a URDF, xacro or MJCF file, or a description.
-        controller: Name of the controller.
-        simulator: Name of the simulator.
+        controller: Name of the controller, or a record.
+        simulator: Name of the simulator, or a record.
         reward_type: One of the task's; None: its first.
         render_mode: ``"rgb_array"``, ``"human"`` or None.
         camera: Of the pictures; None: the scene's first.
@@ -58,10 +59,10 @@ class RobotEnv(gym.Env[Any, Any]):
     def __init__(
         self,
         *,
-        task: str,
+        task: str | TaskRecord,
         robot: str | Robot,
-        controller: str,
-        simulator: str = "mujoco",
+        controller: str | ControllerRecord,
+        simulator: str | SimulatorRecord = "mujoco",
         reward_type: str | None = None,
         render_mode: str | None = None,
         camera: str | None = None,

@@ -21,6 +21,7 @@ from frobs_core.errors import ConfigurationError, ResetNeededError
 from frobs_core.interfaces import Robot, Snapshot
 from frobs_core.interfaces.task import Observation
 from frobs_core.loop import RENDER_MODES, Loop, check_render_mode
+from frobs_core.specs import ControllerRecord, SimulatorRecord, TaskRecord
 
 
 class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
@@ -47,10 +48,10 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self,
         num_envs: int = 1,
         *,
-        task: str,
+        task: str | TaskRecord,
         robot: str | Robot,
-        controller: str,
-        simulator: str = "mujoco",
+        controller: str | ControllerRecord,
+        simulator: str | SimulatorRecord = "mujoco",
         max_episode_steps: int | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
         reward_type: str | None = None,

@@ -113,11 +113,11 @@ CHECKS = (
 """Every check of a task, in the order in which they run."""
 
 
-def check_task(task: str, **kwargs: Any) -> list[Check]:
+def check_task(task: str | TaskRecord, **kwargs: Any) -> list[Check]:
     """Return the checks of a task.
 
     Args:
-        task: Its name.
+        task: Its name, or a record that is not installed yet.
         **kwargs: Keywords of the environment that it is tried in: ``robot=``, ``controller=``, parameters. What is
             left out is taken from the first environment ID that the task registers.
 
@@ -125,12 +125,12 @@ def check_task(task: str, **kwargs: Any) -> list[Check]:
         UnknownNameError: No task has this name.
         ConfigurationError: The task registers no ID, and neither ``robot`` nor ``controller`` was given.
     """
-    record = plugins.get_record("task", task)
+    record = plugins.get_record("task", task) if isinstance(task, str) else task
     assert isinstance(record, TaskRecord)
     parts: Mapping[str, Any] = {}
     if record.environments:
         first = record.environments[0]
         parts = {"robot": first.robot, "controller": first.controller, "simulator": first.simulator, **first.parameters}
     elif not {"robot", "controller"} <= kwargs.keys():
-        raise ConfigurationError(f"task '{task}' registers no environment ID; give check_task robot= and controller=.")
+        raise ConfigurationError(f"task '{record.name}' registers no environment ID; give check_task robot= and controller=.")
     return collect(TaskUnderTest(COMPOSITIONAL_ID, {"task": task, **parts, **kwargs}, record=record), CHECKS)

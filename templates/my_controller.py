@@ -1,0 +1,73 @@
+"""The controller: it turns an action into a command for the joints, once per control step.
+
+Written for any number of environments at once: every array has a row for each.
+"""
+
+from __future__ import annotations
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
+
+
+class MyController(Controller):
+    """Moves the commanded joint positions by a smoothed action: what jerks is filtered out.
+
+    Args:
+        max_delta: How far an action of 1 moves a joint in a control step [rad or m].
+        smoothing: Share of the last step's action that goes on acting, in [0, 1).
+    """
+
+    command_mode = CommandMode.POSITION  # of what apply() returns: joint positions
+
+    def __init__(self, *, max_delta: float = 0.15, smoothing: float = 0.3) -> None:
+        if not max_delta > 0.0:
+            raise ConfigurationError(f"max_delta is {max_delta}; it must be above 0 [rad or m].")
+        if not 0.0 <= smoothing < 1.0:
+            raise ConfigurationError(f"smoothing is {smoothing}; it must be in [0, 1).")
+        self.max_delta = max_delta
+        self.smoothing = smoothing
+
+    def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
+        """Prepare for a robot: an action is a number in [−1, 1] for each joint."""
+        self._robot = robot
+        self._lower, self._upper = robot.position_lower.copy(), robot.position_upper.copy()  # (num_envs, dof)
+        self._target: Floats = robot.home.copy()
+        self._smooth: Floats = np.zeros_like(self._target)
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (robot.dof,), np.float32)
+
+    def reset(self, mask: Mask | None) -> None:
+        """Forget: an episode starts where the task has placed the robot."""
+        rows = slice(None) if mask is None else mask
+        self._target[rows] = self._robot.joint_positions[rows]
+        self._smooth[rows] = 0.0
+
+    def apply(self, action: Action) -> Floats:
+        """Return the joint positions to go to, (num_envs, dof) [rad or m].
+
+        Steps add up on the commanded positions: an arm that started from the measured ones would sink, as gravity
+        pulls it a little below what is commanded.
+        """
+        self._smooth = self.smoothing * self._smooth + (1.0 - self.smoothing) * np.clip(action, -1.0, 1.0)
+        self._target = np.clip(self._target + self.max_delta * self._smooth, self._lower, self._upper)
+        return self._target
+
+    def snapshot(self) -> Snapshot:
+        """Return what ``apply`` depends on beside its argument, so that a training can be continued exactly."""
+        return {"target": self._target.copy(), "smooth": self._smooth.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._target, self._smooth = snapshot["target"].copy(), snapshot["smooth"].copy()
+
+
+if __name__ == "__main__":  # python my_controller.py: does it keep the contract of a controller?
+    from frobs_core.specs import ControllerRecord
+    from frobs_core.testing import check_controller, run_checks
+
+    record = ControllerRecord(name="my_controller", summary="smooth steps", entry_point="__main__:MyController")
+    for result in run_checks(check_controller(record)).results:
+        print(result.status, result.name, result.message)

@@ -1,0 +1,169 @@
+"""The task: a wheeled robot drives to a goal on the floor.
+
+Written for any number of environments at once: every array has a row for each. Keep to functions that work on rows, and
+use neither a product with a matrix nor a mean over the environments: environment i must not feel the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import Camera, Controller, Marker, Scene, Simulation, Snapshot, Task
+from frobs_core.interfaces.task import Observation
+from frobs_core.random import RandomSource
+from frobs_core.rotations import quat_conjugate, quat_from_axis_angle, quat_rotate
+
+
+def in_frame(quat_wxyz: Floats, vector: Floats) -> Floats:
+    """Return vectors (num_envs, 3) of the world as a frame sees them that is turned by ``quat_wxyz`` (num_envs, 4)."""
+    return quat_rotate(quat_conjugate(quat_wxyz), vector)
+
+
+class MyDrive(Task):
+    """Drive to a goal on the floor. The episode ends there.
+
+    Args:
+        tolerance: Distance that counts as reached [m].
+        goal_distance: Nearest and farthest goal [m].
+        progress_weight: Of the reward for each metre that the goal comes nearer [1/m].
+        time_penalty: In every step.
+        arrival_reward: At the goal.
+    """
+
+    reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
+    reset_options: ClassVar[Sequence[str]] = ("goal",)
+    control_timestep: ClassVar[float] = 0.1  # [s] between two actions
+    physics_timestep: ClassVar[float] = 0.005  # [s] of one step of the engine
+
+    def __init__(
+        self,
+        *,
+        tolerance: float = 0.15,
+        goal_distance: tuple[float, float] = (0.5, 2.0),
+        progress_weight: float = 2.0,
+        time_penalty: float = 0.02,
+        arrival_reward: float = 2.0,
+    ) -> None:
+        nearest, farthest = goal_distance
+        if not 0.0 < tolerance < nearest <= farthest:
+            raise ConfigurationError(
+                f"tolerance {tolerance} and goal_distance {goal_distance} must be 0 < tolerance < nearest ≤ farthest."
+            )
+        self.tolerance = tolerance
+        self.goal_distance = goal_distance
+        self.progress_weight = progress_weight
+        self.time_penalty = time_penalty
+        self.arrival_reward = arrival_reward
+        self.reward_type = self.reward_types[0]
+
+    def scene(self) -> Scene:
+        """Return everything that is not the robot: a floor, and a camera."""
+        return Scene(cameras={"overview": Camera(pos=(0.0, -2.6, 2.8), target=(0.0, 0.0, 0.0))})
+
+    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+        """Prepare for a simulation: keep the robot's handle, and make buffers."""
+        self._robot = robot = simulation.robots["robot"]
+        self._start = [part.copy() for part in robot.base_pose]  # pos (num_envs, 3), quat_wxyz (num_envs, 4)
+        self.observation_space = gym.spaces.Box(-np.inf, np.inf, (5,), np.float32)
+        self._goal: Floats = np.zeros((robot.num_envs, 3))
+        self._way: Floats = np.zeros((robot.num_envs, 3))
+        self._distance: Floats = np.zeros(robot.num_envs)
+        self._last_distance: Floats = np.zeros(robot.num_envs)
+        self._terms: dict[str, Floats] = {}
+
+    def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
+        """Begin an episode in the n environments of the mask: turn the robot, choose a goal."""
+        rows = slice(None) if mask is None else mask
+        heading = rng.uniform("heading", -np.pi, np.pi, mask=mask)  # (n,) [rad]
+        self._robot.write_base_pose(
+            self._start[0][rows], quat_from_axis_angle(np.array([0.0, 0.0, 1.0]), heading), mask
+        )
+        if "goal" in options:
+            self._goal[rows, :2] = options["goal"][rows, :2]
+        else:
+            direction = rng.uniform("direction", -np.pi, np.pi, mask=mask)
+            distance = rng.uniform("distance", *self.goal_distance, mask=mask)
+            offset = distance[:, None] * np.stack([np.cos(direction), np.sin(direction)], axis=-1)
+            self._goal[rows, :2] = self._start[0][rows, :2] + offset
+        self._measure()
+        self._last_distance[rows] = self._distance[rows]
+
+    def advance(self, rng: RandomSource) -> None:
+        """Measure, once in each control step; everything below uses it."""
+        self._last_distance = self._distance
+        self._measure()
+
+    def observe(self, rng: RandomSource) -> Observation:
+        """Return the goal in the robot's frame, its distance, and forward and turning speed: (num_envs, 5) float32."""
+        linear, angular = self._robot.base_twist
+        forward = in_frame(self._robot.base_pose[1], linear)[:, :1]
+        return np.concatenate([self._way[:, :2], self._distance[:, None], forward, angular[:, 2:]], axis=1).astype(
+            np.float32
+        )
+
+    def observation_columns(self) -> Mapping[str, slice]:
+        """Return where the terms of the observation stand, so that noise can be given to each."""
+        return {"goal": slice(0, 2), "distance": slice(2, 3), "velocity": slice(3, 5)}
+
+    def reward(self) -> Floats:
+        """Return the reward of the step that has just ended, (num_envs,)."""
+        arrived = self.is_success()
+        if self.reward_type == "sparse":
+            self._terms = {"arrival": np.where(arrived, 1.0, 0.0)}
+        else:
+            self._terms = {
+                "progress": self.progress_weight * (self._last_distance - self._distance),
+                "time": np.full(len(arrived), -self.time_penalty),
+                "arrival": np.where(arrived, self.arrival_reward, 0.0),
+            }
+        return np.asarray(sum(self._terms.values()))
+
+    def reward_terms(self) -> Mapping[str, Floats]:
+        """Return what the reward is the sum of, (num_envs,) each, for logs and plots."""
+        return self._terms
+
+    def is_terminated(self) -> Mask:
+        """Return which episodes end here, with nothing to gain beyond, (num_envs,) bool: those at the goal."""
+        return self.is_success()
+
+    def is_success(self) -> Mask:
+        """Return where the robot is at the goal now, (num_envs,) bool."""
+        return self._distance <= self.tolerance
+
+    def markers(self) -> Sequence[Marker]:
+        """Return what pictures show beside the scene: the goal."""
+        return (Marker(self._goal, self.tolerance),)
+
+    def snapshot(self) -> Snapshot:
+        """Return what the task keeps between steps, so that a training can be continued exactly."""
+        return {"goal": self._goal.copy(), "last_distance": self._last_distance.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._goal[:] = snapshot["goal"]
+        self._last_distance = snapshot["last_distance"].copy()
+        self._measure()
+
+    def _measure(self) -> None:
+        pos, quat = self._robot.base_pose
+        way = self._goal - pos
+        way[:, 2] = 0.0  # the goal is on the floor, wherever the robot's root link is
+        self._way = in_frame(quat, way)
+        self._distance = np.sqrt((way**2).sum(axis=-1))
+
+
+if __name__ == "__main__":  # python my_drive.py: does it keep the contract of a task?
+    from my_rover import MY_ROVER
+
+    from frobs_core.specs import TaskRecord
+    from frobs_core.testing import check_task, run_checks
+
+    record = TaskRecord(name="my_drive", summary="a wheeled robot drives", entry_point="__main__:MyDrive")
+    for result in run_checks(check_task(record, robot=MY_ROVER, controller="differential_drive")).results:
+        print(result.status, result.name, result.message)

@@ -1,0 +1,176 @@
+"""The task: an arm brings its tool to a goal, and holds it there.
+
+Written for any number of environments at once: every array has a row for each. Keep to functions that work on rows, and
+use neither a product with a matrix nor a mean over the environments: environment i must not feel the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import Camera, Controller, Marker, Scene, Simulation, Snapshot, Task
+from frobs_core.interfaces.task import Observation
+from frobs_core.models import longest_reach
+from frobs_core.random import RandomSource
+
+_POSTURES = 4096  # random postures; goals are where those above the floor put the tool, so each can be reached
+_FLOOR_CLEARANCE = 0.05  # [m] between a goal's posture and the floor
+
+
+def distance_to(goal: Floats, position: Floats) -> Floats:
+    """Return the distance of positions (num_envs, 3) from goals (num_envs, 3) [m]; (num_envs,) [m]."""
+    return np.asarray(np.sqrt(((goal - position) ** 2).sum(axis=-1)))
+
+
+def closeness(distance: Floats, width: float) -> Floats:
+    """Return 1 at the goal and 0.37 at one ``width`` [m] from it; (num_envs,), in (0, 1]."""
+    return np.exp(-((distance / width) ** 2))
+
+
+class MyReach(Task):
+    """Bring the tool centre point to a goal, and hold it there until the time is up.
+
+    Args:
+        tolerance: Distance that counts as reached [m].
+        precision_weight: Of the reward for the last centimetres.
+        start_noise: By how much joints may be off home when an episode begins [rad or m].
+    """
+
+    reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
+    reset_options: ClassVar[Sequence[str]] = ("goal", "joint_positions")
+    control_timestep: ClassVar[float] = 0.04  # [s] between two actions
+    physics_timestep: ClassVar[float] = 0.002  # [s] of one step of the engine
+
+    def __init__(self, *, tolerance: float = 0.05, precision_weight: float = 0.5, start_noise: float = 0.05) -> None:
+        if not tolerance > 0.0:
+            raise ConfigurationError(f"tolerance is {tolerance}; it must be above 0 [m].")
+        self.tolerance = tolerance
+        self.precision_weight = precision_weight
+        self.start_noise = start_noise
+        self.reward_type = self.reward_types[0]
+
+    def scene(self) -> Scene:
+        """Return everything that is not the robot: a floor, and a camera."""
+        return Scene(cameras={"overview": Camera(pos=(1.4, -1.4, 1.1), target=(0.0, 0.0, 0.35))})
+
+    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+        """Prepare for a simulation: find out what can be reached, and make buffers."""
+        self._robot = robot = simulation.robots["robot"]
+        self._reachable = self._survey()  # (k, 3) [m]
+        reach = longest_reach(robot.model, robot.tcp)
+        low, high = robot.base_pose[0][0] - reach, robot.base_pose[0][0] + reach
+        margin = 0.1 * (robot.position_upper[0] - robot.position_lower[0])  # drives may overshoot a limit
+        self.observation_space = gym.spaces.Box(
+            np.concatenate([robot.position_lower[0] - margin, low, low, low - high]).astype(np.float32),
+            np.concatenate([robot.position_upper[0] + margin, high, high, high - low]).astype(np.float32),
+            dtype=np.float32,
+        )
+        # What a learner may multiply the observation by, so that the differences that matter are about 1.
+        self.observation_scale = np.array([1.0] * robot.dof + [2.0] * 6 + [5.0] * 3)
+        self._goal: Floats = np.zeros((robot.num_envs, 3))
+        self._tcp: Floats = np.zeros((robot.num_envs, 3))
+        self._distance: Floats = np.zeros(robot.num_envs)
+        self._terms: dict[str, Floats] = {}
+
+    def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
+        """Begin an episode in the n environments of the mask: place the robot, choose a goal."""
+        rows = slice(None) if mask is None else mask
+        robot = self._robot
+        if "joint_positions" in options:
+            positions = options["joint_positions"][rows]
+        else:
+            noise = rng.uniform("start", -self.start_noise, self.start_noise, (robot.dof,), mask)
+            positions = robot.home[rows] + noise
+        robot.write_joint_state(np.clip(positions, robot.position_lower[rows], robot.position_upper[rows]), mask=mask)
+        if "goal" in options:
+            self._goal[rows] = options["goal"][rows]
+        else:
+            self._goal[rows] = self._reachable[rng.integers("goal", 0, len(self._reachable), mask=mask)]
+        self._measure()
+
+    def advance(self, rng: RandomSource) -> None:
+        """Measure, once in each control step; everything below uses it."""
+        self._measure()
+
+    def observe(self, rng: RandomSource) -> Observation:
+        """Return joint positions, tool, goal, and the way from tool to goal: (num_envs, dof + 9) float32."""
+        parts = [self._robot.joint_positions, self._tcp, self._goal, self._goal - self._tcp]
+        return np.concatenate(parts, axis=1).astype(np.float32)
+
+    def observation_columns(self) -> Mapping[str, slice]:
+        """Return where the terms of the observation stand, so that noise can be given to each."""
+        dof = self._robot.dof
+        return {
+            "joint_positions": slice(0, dof),
+            "tcp_position": slice(dof, dof + 3),
+            "goal": slice(dof + 3, dof + 6),
+            "goal_offset": slice(dof + 6, dof + 9),
+        }
+
+    def reward(self) -> Floats:
+        """Return the reward of the step that has just ended, (num_envs,)."""
+        if self.reward_type == "sparse":
+            self._terms = {"missed": np.where(self._distance <= self.tolerance, 0.0, -1.0)}
+        else:
+            self._terms = {
+                "distance": -self._distance,
+                "precision": self.precision_weight * closeness(self._distance, self.tolerance),
+            }
+        return np.asarray(sum(self._terms.values()))
+
+    def reward_terms(self) -> Mapping[str, Floats]:
+        """Return what the reward is the sum of, (num_envs,) each, for logs and plots."""
+        return self._terms
+
+    def is_success(self) -> Mask:
+        """Return where the tool is at the goal now, (num_envs,) bool. The last step's counts for the episode."""
+        return self._distance <= self.tolerance
+
+    # An episode ends when the time is up. To end it earlier, say where in is_terminated().
+
+    def markers(self) -> Sequence[Marker]:
+        """Return what pictures show beside the scene: the goal."""
+        return (Marker(self._goal, self.tolerance),)
+
+    def snapshot(self) -> Snapshot:
+        """Return what the task keeps between steps, so that a training can be continued exactly."""
+        return {"goal": self._goal.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._goal[:] = snapshot["goal"]
+        self._measure()
+
+    def _measure(self) -> None:
+        self._tcp = self._robot.frame_pose("tcp")[0].copy()
+        self._distance = distance_to(self._goal, self._tcp)
+
+    def _survey(self) -> Floats:
+        """Return tool positions (k, 3) [m] of postures that keep the whole arm off the floor; always the same."""
+        robot = self._robot
+        low = np.where(np.isinf(robot.position_lower[0]), -np.pi, robot.position_lower[0])
+        high = np.where(np.isinf(robot.position_upper[0]), np.pi, robot.position_upper[0])
+        postures = RandomSource(1).uniform("survey", low, high, (_POSTURES, robot.dof))[0]
+        lowest: Floats = np.full(_POSTURES, np.inf)
+        for joint in robot.model.actuated_joints[1:]:  # where the first link is, no joint decides
+            lowest = np.minimum(lowest, robot.frame_pose(joint.child, postures)[0][:, 2])
+        tool = robot.frame_pose("tcp", postures)[0].copy()
+        clear = np.minimum(lowest, tool[:, 2]) > _FLOOR_CLEARANCE
+        if not clear.any():
+            raise ConfigurationError(f"robot '{robot.robot.name}' is in the floor in all of {_POSTURES} postures.")
+        return np.asarray(tool[clear])
+
+
+if __name__ == "__main__":  # python my_reach.py: does it keep the contract of a task?
+    from frobs_core.specs import TaskRecord
+    from frobs_core.testing import check_task, run_checks
+
+    record = TaskRecord(name="my_reach", summary="an arm reaches", entry_point="__main__:MyReach")
+    for result in run_checks(check_task(record, robot="irb120", controller="joint_delta_position")).results:
+        print(result.status, result.name, result.message)

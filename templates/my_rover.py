@@ -1,0 +1,30 @@
+"""The robot: a description of what its model file does not say. Limits, masses and shapes are read from that file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from frobs_core.interfaces import DifferentialDrive, DriveGains, Robot
+
+MY_ROVER = Robot(
+    model=str(Path(__file__).with_name("my_rover.urdf.xacro")),
+    name="my_rover",
+    base="wheeled",  # it moves freely in the world
+    tcp="base_link",  # the link that tasks talk about
+    gains=DriveGains(stiffness=0.0, damping=1.0),  # wheels follow a velocity, no position
+    differential_drive=DifferentialDrive(
+        left=("left_wheel_joint",),
+        right=("right_wheel_joint",),
+        separation=0.3,  # [m]
+        wheel_radius=0.06,  # [m]
+        max_linear_velocity=0.8,  # [m/s] of an action of 1
+        max_angular_velocity=2.5,  # [rad/s]
+    ),
+    # lidars={"scan": Lidar(frame="base_link", …)}: read with simulation.robots["robot"].lidar("scan")
+)
+
+if __name__ == "__main__":  # python my_rover.py: is it a sound robot?
+    from frobs_core.testing import check_robot, run_checks
+
+    for result in run_checks(check_robot(MY_ROVER)).results:
+        print(result.status, result.name, result.message)
