@@ -246,7 +246,9 @@ class JointRobot(RobotHandle):
         """Advance by ``decimation`` physics steps of so many seconds."""
         rows = self._command if self._command.ndim == 3 else np.repeat(self._command[:, None], decimation, axis=1)
         if rows.shape[1] != decimation:
-            raise SimulationError(f"the command of robot '{self.name}' has {rows.shape[1]} rows for {decimation} steps.")
+            raise SimulationError(
+                f"the command of robot '{self.name}' has {rows.shape[1]} rows for {decimation} steps."
+            )
         weight = self._weight()
         for k in range(decimation):
             self._drive(rows[:, k], seconds, weight)

@@ -1,0 +1,101 @@
+"""What the files of the scaffold are made of: the files of ``templates/`` renamed, and the texts of ``partials/``.
+
+An extension of Jinja, for cookiecutter and for ``frobs new`` alike. It needs frobs-core only where the facts of a robot's
+file are asked for.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, pass_context
+from jinja2.ext import Extension
+from jinja2.runtime import Context
+
+_HERE = Path(__file__).parent
+
+
+def camel(name: str) -> str:
+    """Return ``MyArm`` of ``my_arm``."""
+    return "".join(word[:1].upper() + word[1:] for word in name.split("_"))
+
+
+def renamed(text: str, old: str, new: str) -> str:
+    """Return a text with a name replaced in each of its spellings: my_arm, MY_ARM, MyArm and my-arm."""
+    spellings = {
+        old: new,
+        old.upper(): new.upper(),
+        camel(old): camel(new),
+        old.replace("_", "-"): new.replace("_", "-"),
+    }
+    pattern = "|".join(map(re.escape, sorted(spellings, key=len, reverse=True)))
+    return re.sub(pattern, lambda match: spellings[match[0]], text)
+
+
+def plain(name: str, *names: str) -> str:
+    """Return a file of ``templates/``, renamed, without the self-check at its end: the tests of a plugin do that.
+
+    Args:
+        name: Of the file.
+        *names: Old name, new name, old name, new name, …
+    """
+    text = (_HERE.parent / "templates" / name).read_text("utf-8")
+    check = '\n\nif __name__ == "__main__":'
+    text = text.partition(check)[0].rstrip("\n") + "\n"
+    for old, new in zip(names[::2], names[1::2], strict=True):
+        text = renamed(text, old, new)
+    return text
+
+
+@pass_context
+def partial(context: Context, name: str, **values: Any) -> str:
+    """Return a file of ``partials/``, rendered.
+
+    Args:
+        context: Of the file that asks.
+        name: Of the partial.
+        **values: Further variables for it.
+    """
+    text = (_HERE / "partials" / name).read_text("utf-8")
+    return context.environment.from_string(text).render({**context.get_all(), **values})
+
+
+@pass_context
+def robot_file(context: Context) -> Any:
+    """Return the facts of the robot's file that the answers name."""
+    from frobs_core.scaffold.robot_file import facts_of  # only here is the core needed
+
+    answers = context["cookiecutter"]
+    keys = ("robot_file", "name", "tcp", "xacro_args", "package_paths")
+    return facts_of(**{key: answers[key] for key in keys})
+
+
+@pass_context
+def robot_distribution(context: Context) -> str:
+    """Return the distribution that offers the installed robot of a task alone."""
+    name = context["cookiecutter"]["robot"]
+    if name == "irb120":
+        return "frobs-robots-abb"
+    from frobs_core import plugins
+
+    return plugins.get_report("robot", name).distribution
+
+
+class Templates(Extension):
+    """Gives the functions above to the templates."""
+
+    def __init__(self, environment: Environment) -> None:
+        super().__init__(environment)
+        for function in (camel, plain, partial, robot_file, robot_distribution):
+            environment.globals[function.__name__] = function
+        environment.filters["literal"] = repr_double
+
+
+def repr_double(value: Any) -> str:
+    """Return a value as Python that ruff would format the same: strings in double quotes."""
+    if not isinstance(value, str):
+        return repr(value)
+    escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'

@@ -1,0 +1,14 @@
+"""Removes what was not asked for, and copies the robot's file."""
+
+import importlib.util
+import json
+from pathlib import Path
+
+ANSWERS = json.loads(r"""{{ cookiecutter | jsonify }}""")
+FINISH = Path(r"{{ cookiecutter._repo_dir }}").resolve().parent / "frobs_core" / "scaffold" / "finish.py"
+
+spec = importlib.util.spec_from_file_location("finish", FINISH)
+module = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(module)
+module.finish(Path.cwd())
+module.finish_robot(Path.cwd(), ANSWERS)

@@ -1,0 +1,46 @@
+"""Refuses answers that cannot be used, before a file is written."""
+
+import importlib.util
+import json
+import sys
+from pathlib import Path
+
+ANSWERS = json.loads(r"""{{ cookiecutter | jsonify }}""")
+CHECKS = Path(r"{{ cookiecutter._repo_dir }}").resolve().parent / "frobs_core" / "scaffold" / "answers.py"
+
+
+def refuse(problem):
+    """End with one line."""
+    sys.exit(f"error: {problem}")
+
+
+def check_alone(answers):
+    """Check the answers by themselves; frobs-core need not be installed."""
+    spec = importlib.util.spec_from_file_location("answers", CHECKS)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    problem = module.find_problem(answers)
+    if problem:
+        refuse(problem)
+
+
+def check_installed(answers):
+    """Check the answers against what is installed here, and the robot's file."""
+    try:
+        from frobs_core.errors import FrobsError
+        from frobs_core.scaffold.clashes import check_clashes
+        from frobs_core.scaffold.robot_file import facts_of
+    except ImportError:
+        if answers["example"] == "file" and "robot" in answers["__kinds"]:
+            refuse("to read the robot's file, frobs-core must be installed beside cookiecutter: pip install frobs-core")
+        return
+    try:
+        check_clashes(answers)
+        if answers["example"] == "file" and "robot" in answers["__kinds"]:
+            facts_of(**{key: answers[key] for key in ("robot_file", "name", "tcp", "xacro_args", "package_paths")})
+    except FrobsError as error:
+        refuse(error)
+
+
+check_alone(ANSWERS)
+check_installed(ANSWERS)

@@ -1,0 +1,21 @@
+"""The {{ kinds }} keeps its contract: the conformance kit, check by check, and what else you know of it."""
+
+{% if kinds != "algorithm" %}
+import gymnasium as gym
+
+{% endif %}
+from frobs_core.testing import {{ ", ".join(["check_" ~ kinds, "check_plugin"] | sort) }}, pytest_checks
+
+test_plugin = pytest_checks(check_plugin("{{ distribution.removeprefix('frobs-').replace('-', '_') }}"))
+test_{{ kinds }} = pytest_checks(check_{{ kinds }}("{{ cookiecutter.name }}"))
+{% if kinds != "algorithm" %}
+
+
+def test_an_arm_reaches_with_it():
+    env = gym.make("frobs_core:frobs/Irb120Reach-v0", {{ kinds }}="{{ cookiecutter.name }}")
+    env.reset(seed=0)
+    for _ in range(10):
+        observation, *_ = env.step(env.action_space.sample())
+    assert env.observation_space.contains(observation)
+    env.close()
+{% endif %}

@@ -1,0 +1,22 @@
+"""The task keeps its contract: the conformance kit, check by check, and what else you know of it."""
+
+import gymnasium as gym
+
+from frobs_core.testing import check_env, {{ "" if "robot" in kinds else "check_plugin, " }}check_task, pytest_checks
+
+ID = "frobs_core:{{ cookiecutter.__id }}"
+
+{% if "robot" not in kinds %}
+test_plugin = pytest_checks(check_plugin("{{ distribution.removeprefix('frobs-').replace('-', '_') }}"))
+{% endif %}
+test_environment = pytest_checks(check_env(ID))
+test_task = pytest_checks(check_task("{{ cookiecutter.__task }}"))
+
+
+def test_the_goal_can_be_given():
+    env = gym.make(ID)
+    env.reset(seed=0, options={"goal": [0.3, 0.2, 0.4]})
+    _, reward, _, _, info = env.step(env.action_space.sample())
+    assert info["is_success"] in (0.0, 1.0)
+    assert sum(value for key, value in info.items() if key.startswith("frobs/reward/")) == reward
+    env.close()

@@ -1,0 +1,3 @@
+{% if cookiecutter.what == "algorithm" %}
+{{ plain("my_algorithm.py", "my_algorithm", cookiecutter.name) -}}
+{% endif %}

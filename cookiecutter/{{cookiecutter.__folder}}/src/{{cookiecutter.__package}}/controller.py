@@ -1,0 +1,3 @@
+{% if cookiecutter.what == "controller" %}
+{{ plain("my_controller.py", "my_controller", cookiecutter.name) -}}
+{% endif %}

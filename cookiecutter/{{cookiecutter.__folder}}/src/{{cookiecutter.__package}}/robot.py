@@ -1,0 +1,3 @@
+{% if cookiecutter.what != "pair" and "robot" in cookiecutter.__kinds %}
+{{ partial("robot.py") -}}
+{% endif %}

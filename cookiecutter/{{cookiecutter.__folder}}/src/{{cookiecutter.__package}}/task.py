@@ -1,0 +1,3 @@
+{% if cookiecutter.what != "pair" and "task" in cookiecutter.__kinds %}
+{{ partial("task.py") -}}
+{% endif %}

@@ -1,0 +1,3 @@
+{% if cookiecutter.what == "pair" %}
+{{ partial("robot.py") -}}
+{% endif %}

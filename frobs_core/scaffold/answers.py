@@ -1,0 +1,104 @@
+"""The questions of the scaffold, and what is wrong with an answer by itself.
+
+Needs nothing but Python: the hooks of cookiecutter read this file also where frobs-core is not installed.
+"""
+
+import keyword
+import re
+from collections.abc import Mapping
+
+CHOICES: Mapping[str, tuple[str, ...]] = {
+    "what": ("pair", "both", "robot", "task", "simulator", "controller", "algorithm"),
+    "example": ("arm", "wheeled", "file"),
+    "license": ("MIT", "BSD-3-Clause", "none"),
+    "ci": ("github", "none"),
+}
+"""What a question may be answered with, where it is one of a few; the first is the default."""
+
+QUESTIONS = (
+    "what",
+    "example",
+    "name",
+    "robot_file",
+    "tcp",
+    "xacro_args",
+    "package_paths",
+    "robot",
+    "namespace",
+    "author",
+    "license",
+    "ci",
+)
+"""All questions, in the order in which they are asked."""
+
+_NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
+_NAMESPACE = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
+_LONGEST = 40
+_FILE_QUESTIONS = ("robot_file", "tcp", "xacro_args", "package_paths")
+
+
+def asked(answers: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the questions that there are, given the answers so far."""
+    what, example = answers.get("what", ""), answers.get("example", "")
+    left_out: set[str] = set()
+    if what in ("simulator", "controller", "algorithm"):
+        left_out |= {"example", "namespace", "robot", *_FILE_QUESTIONS}
+    if what == "robot":
+        left_out |= {"namespace"}
+    if what != "task":
+        left_out |= {"robot"}
+    if what == "task" or example != "file":
+        left_out |= set(_FILE_QUESTIONS)
+    return tuple(question for question in QUESTIONS if question not in left_out)
+
+
+def find_problem(answers: Mapping[str, str]) -> str:
+    """Return what is wrong with answers and what to do, in one line; empty: nothing.
+
+    Args:
+        answers: By question; those that are missing are left for later.
+    """
+    for question, choices in CHOICES.items():
+        answer = answers.get(question, choices[0])
+        if answer not in choices:
+            return f"{question} is '{answer}'; it must be one of {', '.join(choices)}."
+    questions = asked(answers)
+    if answers.get("what") == "task" and answers.get("example") == "file":
+        return "a task alone is for a robot that is installed; make a pair, both or a robot from a file."
+    for question in questions:
+        if question in answers:
+            problem = _PROBLEMS[question](answers[question]) if question in _PROBLEMS else ""
+            if problem:
+                return problem
+    if "robot_file" in questions and "robot_file" in answers and not answers["robot_file"].strip():
+        return "to begin with a file, say which: robot_file is empty."
+    if "robot" in questions and "robot" in answers and not answers["robot"].strip():
+        return "a task alone is for a robot that is installed: say which; 'frobs list robots' shows them."
+    return ""
+
+
+def _problem_of_name(name: str) -> str:
+    if not _NAME.fullmatch(name):
+        return f"the name '{name}' must be lower-case letters, digits and single underscores, a letter first: 'my_arm'."
+    if keyword.iskeyword(name) or keyword.issoftkeyword(name):
+        return f"the name '{name}' is a keyword of Python; choose another: 'my_{name}'."
+    if len(name) > _LONGEST:
+        return f"the name '{name}' has {len(name)} characters; {_LONGEST} are the most."
+    return ""
+
+
+def _problem_of_namespace(namespace: str) -> str:
+    if not _NAMESPACE.fullmatch(namespace):
+        return f"the namespace '{namespace}' must be letters, digits, - and _, a letter first: 'lab'."
+    if namespace == "frobs":
+        return "the namespace 'frobs' is that of FRobs itself; take your lab's, team's or company's name."
+    return ""
+
+
+def _problem_of_author(author: str) -> str:
+    if not author.strip() or any(character in '"\\' or not character.isprintable() for character in author):
+        return f"the author {author!r} must be one line without quotes and backslashes."
+    return ""
+
+
+_PROBLEMS = {"name": _problem_of_name, "namespace": _problem_of_namespace, "author": _problem_of_author}

@@ -1,0 +1,62 @@
+"""What is installed already under a name that a new plugin would take."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
+
+import gymnasium as gym
+
+from frobs_core import plugins, registry
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import Robot
+
+_ADVICE = "choose another name, or uninstall it."
+
+
+def check_clashes(context: Mapping[str, str]) -> None:
+    """Refuse names that are taken, and a robot that is not there or cannot do the task.
+
+    Args:
+        context: The answers, with what is derived from them (``cookiecutter.json``).
+
+    Raises:
+        ConfigurationError: Something installed has one of the names; it is named.
+        UnknownNameError: A task alone is for a robot that is not installed.
+    """
+    for distribution in context["__distributions"].split():
+        try:
+            found = version(distribution)
+        except PackageNotFoundError:
+            pass
+        else:
+            raise ConfigurationError(f"the distribution {distribution} {found} is installed here; {_ADVICE}")
+        package = distribution.replace("-", "_")
+        if find_spec(package) is not None:
+            raise ConfigurationError(f"a Python package '{package}' can be imported here; {_ADVICE}")
+    for kind, name in _names(context):
+        offered = [known for known in plugins.records(kind) if known.rpartition(":")[2] == name]
+        if offered:
+            report = plugins.get_report(kind, offered[0])
+            raise ConfigurationError(f"{report.origin} offers a {kind} '{name}' already; {_ADVICE}")
+    id = context["__id"]
+    if id and (id in gym.registry or id in registry.environments()):
+        raise ConfigurationError(f"the ID '{id}' is registered already; {_ADVICE}")
+    if context["what"] == "task":
+        _check_robot(context["robot"], context["example"])
+
+
+def _names(context: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    for kind in context["__kinds"].split():
+        yield kind, context["__task"] if kind == "task" else context["name"]
+
+
+def _check_robot(name: str, example: str) -> None:
+    robot: Robot = plugins.get_record("robot", name).load()
+    if example == "wheeled" and robot.differential_drive is None:
+        wheeled = [known for known, record in plugins.records("robot").items() if record.load().differential_drive]
+        there = f"installed are {', '.join(wheeled)}" if wheeled else "none is installed; make a pair"
+        raise ConfigurationError(f"robot '{name}' has no differential drive, so it cannot drive to a goal; {there}.")
+    if example == "arm" and robot.base == "wheeled":
+        raise ConfigurationError(f"robot '{name}' is wheeled; a task for it begins with the example 'wheeled'.")
