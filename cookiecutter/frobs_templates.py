@@ -65,11 +65,9 @@ def partial(context: Context, name: str, **values: Any) -> str:
 @pass_context
 def robot_file(context: Context) -> Any:
     """Return the facts of the robot's file that the answers name."""
-    from frobs_core.scaffold.robot_file import facts_of  # only here is the core needed
+    from frobs_core.scaffold.robot_file import facts_for  # only here is the core needed
 
-    answers = context["cookiecutter"]
-    keys = ("robot_file", "name", "tcp", "xacro_args", "package_paths")
-    return facts_of(**{key: answers[key] for key in keys})
+    return facts_for(context["cookiecutter"])
 
 
 @pass_context

@@ -29,7 +29,7 @@ def check_installed(answers):
     try:
         from frobs_core.errors import FrobsError
         from frobs_core.scaffold.clashes import check_clashes
-        from frobs_core.scaffold.robot_file import facts_of
+        from frobs_core.scaffold.robot_file import facts_for
     except ImportError:
         if answers["example"] == "file" and "robot" in answers["__kinds"]:
             refuse("to read the robot's file, frobs-core must be installed beside cookiecutter: pip install frobs-core")
@@ -37,7 +37,7 @@ def check_installed(answers):
     try:
         check_clashes(answers)
         if answers["example"] == "file" and "robot" in answers["__kinds"]:
-            facts_of(**{key: answers[key] for key in ("robot_file", "name", "tcp", "xacro_args", "package_paths")})
+            facts_for(answers)
     except FrobsError as error:
         refuse(error)
 

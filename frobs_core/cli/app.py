@@ -17,6 +17,7 @@ from frobs_core.cli.compare import compare
 from frobs_core.cli.evaluate import evaluate
 from frobs_core.cli.group import FrobsGroup
 from frobs_core.cli.list import list_
+from frobs_core.cli.new import new
 from frobs_core.cli.parity import parity
 from frobs_core.cli.play import play
 from frobs_core.cli.plot import plot
@@ -27,6 +28,7 @@ from frobs_core.cli.train import train
 COMMANDS: Mapping[str, Mapping[str, Callable[..., Any]]] = {
     "Look around": {"list": list_, "show": show, "plugins": plugins},
     "Learn": {"train": train, "evaluate": evaluate, "play": play, "plot": plot, "compare": compare},
+    "Extend": {"new": new},
     "Verify": {"check": check, "bench": bench, "parity": parity},
 }
 """Heading, then word, then what it does."""

@@ -10,6 +10,16 @@ The templates are ``cookiecutter/`` and ``templates/`` of the repository; they t
 """
 
 from frobs_core.scaffold.answers import CHOICES, QUESTIONS, asked, find_problem
-from frobs_core.scaffold.render import render, resolve, template_folder
+from frobs_core.scaffold.render import fill_in, prompts, render, resolve, template_folder
 
-__all__ = ["CHOICES", "QUESTIONS", "asked", "find_problem", "render", "resolve", "template_folder"]
+__all__ = [
+    "CHOICES",
+    "QUESTIONS",
+    "asked",
+    "fill_in",
+    "find_problem",
+    "prompts",
+    "render",
+    "resolve",
+    "template_folder",
+]

@@ -19,9 +19,8 @@ def finish_robot(folder: Path, context: Mapping[str, Any]) -> None:
     """Copy the model file of a robot that begins with one, and what it refers to, beside its description."""
     if context["example"] != "file" or "robot" not in context["__kinds"].split():
         return
-    from frobs_core.scaffold.robot_file import copy_model, facts_of
+    from frobs_core.scaffold.robot_file import copy_model, facts_for
 
-    keys = ("robot_file", "name", "tcp", "xacro_args", "package_paths")
-    facts = facts_of(**{key: context[key] for key in keys})
+    facts = facts_for(context)
     description = next(folder.rglob("src/*/robot.py"))
     copy_model(facts.model, description.with_name(facts.model_name))

@@ -28,7 +28,9 @@ def template_folder() -> Path:
     for folder in (core / "scaffold" / "files" / "cookiecutter", core.parent / "cookiecutter"):
         if (folder / "cookiecutter.json").is_file():
             return folder
-    raise ConfigurationError("the templates of frobs-core are missing; install it anew: pip install --force-reinstall frobs-core")
+    raise ConfigurationError(
+        "the templates of frobs-core are missing; install it anew: pip install --force-reinstall frobs-core"
+    )
 
 
 def resolve(given: Mapping[str, str]) -> dict[str, Any]:
@@ -47,7 +49,17 @@ def resolve(given: Mapping[str, str]) -> dict[str, Any]:
         if question not in QUESTIONS:
             raise ConfigurationError(f"there is no question '{question}'; there are {', '.join(QUESTIONS)}.")
         if question not in asked(given) and given[question]:
-            raise ConfigurationError(f"{question} means nothing for {given.get('what')}, {given.get('example', 'arm')}; leave it out.")
+            made = " with the example ".join(given[key] for key in ("what", "example") if key in given)
+            raise ConfigurationError(f"{question} means nothing for a new {made}; leave it out.")
+    context = fill_in(given)
+    problem = find_problem(context)
+    if problem:
+        raise ConfigurationError(problem)
+    return context
+
+
+def fill_in(given: Mapping[str, str]) -> dict[str, Any]:
+    """Return answers with every default, and what is derived from them, unchecked."""
     context: dict[str, Any] = {}
     environment = _environment()
     for key, default in _questions().items():
@@ -59,10 +71,13 @@ def resolve(given: Mapping[str, str]) -> dict[str, Any]:
             context[key] = default[0]
         elif isinstance(default, str):
             context[key] = environment.from_string(default).render(cookiecutter=context)
-    problem = find_problem(context)
-    if problem:
-        raise ConfigurationError(problem)
     return context
+
+
+def prompts() -> dict[str, Any]:
+    """Return the texts of the questions: a line, or by choice and under ``__prompt__``."""
+    found: dict[str, Any] = _description()["__prompts__"]
+    return found
 
 
 def render(context: Mapping[str, Any], output: Path) -> Path:
@@ -79,8 +94,8 @@ def render(context: Mapping[str, Any], output: Path) -> Path:
         ConfigurationError: The folder is there already, a name is taken, or the robot's file cannot be used.
         ModelFileError: The robot's file cannot be read.
     """
-    target = output / context["__folder"]
-    if target.exists():
+    target: Path = output / context["__folder"]
+    if target.exists() or target.is_symlink():
         raise ConfigurationError(f"the folder {target} exists; choose another name, or another place with --output.")
     check_clashes(context)
     source = next(template_folder().glob("{{*}}"))
@@ -101,10 +116,13 @@ def render(context: Mapping[str, Any], output: Path) -> Path:
     return target
 
 
-def _questions() -> dict[str, Any]:
+def _description() -> dict[str, Any]:
     found: dict[str, Any] = json.loads((template_folder() / "cookiecutter.json").read_text("utf-8"))
-    found.pop("__prompts__")
     return found
+
+
+def _questions() -> dict[str, Any]:
+    return {key: value for key, value in _description().items() if key != "__prompts__"}
 
 
 def _environment() -> Any:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -68,6 +68,17 @@ class RobotFacts:
     joints: tuple[JointFacts, ...]
     expected_failures: Mapping[str, str]
     report: str
+
+
+def facts_for(context: Mapping[str, Any]) -> RobotFacts:
+    """Return what a robot's description takes from the file that answers name.
+
+    Args:
+        context: The answers; where cookiecutter made them, a relative path begins at its output folder.
+    """
+    file = Path(context.get("_output_dir", ""), Path(context["robot_file"]).expanduser())
+    keys = ("name", "tcp", "xacro_args", "package_paths")
+    return facts_of(robot_file=str(file), **{key: context[key] for key in keys})
 
 
 @lru_cache(maxsize=8)

@@ -132,5 +132,7 @@ def check_task(task: str | TaskRecord, **kwargs: Any) -> list[Check]:
         first = record.environments[0]
         parts = {"robot": first.robot, "controller": first.controller, "simulator": first.simulator, **first.parameters}
     elif not {"robot", "controller"} <= kwargs.keys():
-        raise ConfigurationError(f"task '{record.name}' registers no environment ID; give check_task robot= and controller=.")
+        raise ConfigurationError(
+            f"task '{record.name}' registers no environment ID; give check_task robot= and controller=."
+        )
     return collect(TaskUnderTest(COMPOSITIONAL_ID, {"task": task, **parts, **kwargs}, record=record), CHECKS)
