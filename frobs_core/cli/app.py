@@ -22,12 +22,20 @@ from frobs_core.cli.parity import parity
 from frobs_core.cli.play import play
 from frobs_core.cli.plot import plot
 from frobs_core.cli.plugins import plugins
+from frobs_core.cli.resume import resume
 from frobs_core.cli.show import show
 from frobs_core.cli.train import train
 
 COMMANDS: Mapping[str, Mapping[str, Callable[..., Any]]] = {
     "Look around": {"list": list_, "show": show, "plugins": plugins},
-    "Learn": {"train": train, "evaluate": evaluate, "play": play, "plot": plot, "compare": compare},
+    "Learn": {
+        "train": train,
+        "resume": resume,
+        "evaluate": evaluate,
+        "play": play,
+        "plot": plot,
+        "compare": compare,
+    },
     "Extend": {"new": new},
     "Verify": {"check": check, "bench": bench, "parity": parity},
 }

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from frobs_core.cli.progress import duration, number, percent
+
+if TYPE_CHECKING:
+    from frobs_core.runs import Run
 
 
 def is_run(path: Path) -> bool:
@@ -40,19 +44,16 @@ def describe_run(path: Path) -> dict[str, Any]:
         "reward": _last(columns.get("episode/reward", [])),
         "length": _last(columns.get("episode/length", [])),
         "checkpoints": [checkpoint.steps for checkpoint in run.checkpoints],
+        "best": _best(run),
+        "threads": _threads(path),
         "files": sorted(str(found.relative_to(path)) for found in pictures),
         "evaluations": run.evaluations(),
         "config": run.config.model_dump(),
     }
 
 
-def readable_run(facts: Mapping[str, Any], *, config: bool) -> dict[str, Any]:
-    """Return the facts about a run as people read them, on one screen unless the configuration is wanted.
-
-    Args:
-        facts: From :func:`describe_run`.
-        config: Whether to add the configuration.
-    """
+def readable_run(facts: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the facts about a run, from :func:`describe_run`, as people read them, on one screen."""
     shown: dict[str, Any] = {key: facts[key] for key in ("kind", "name", "environment")}
     shown |= facts["environment_kwargs"]
     if facts["config"]["randomize"]:
@@ -64,11 +65,30 @@ def readable_run(facts: Mapping[str, Any], *, config: bool) -> dict[str, Any]:
         shown["success"] = f"{percent(facts['success'])} at the end of the training"
     if facts["reward"] is not None:
         shown["reward"] = f"{number(facts['reward'])} per episode at the end of the training"
-    shown |= {"checkpoints": len(facts["checkpoints"]), "files": facts["files"]}
+    if facts["best"] is not None:
+        shown["best"] = f"after {facts['best']:,} steps, of the evaluations during the training"
+    shown |= {"threads": facts["threads"], "checkpoints": len(facts["checkpoints"]), "files": facts["files"]}
     shown["evaluations"] = [_evaluation(found) for found in facts["evaluations"]]
-    if config:
-        shown["config"] = facts["config"]
     return shown
+
+
+def _best(run: Run) -> int | None:
+    from frobs_core.errors import CheckpointError
+
+    try:
+        return run.find_checkpoint("best")[0].steps
+    except CheckpointError:
+        return None
+
+
+def _threads(path: Path) -> str | None:
+    """Return how the processors were shared when the run began."""
+    from frobs_core.runs import Threads
+
+    try:
+        return str(Threads(**json.loads((path / "versions.json").read_text("utf-8"))["threads"]))
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
 
 
 def _last(values: Sequence[float]) -> float | None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from frobs_core.cli.facts import print_facts
-from frobs_core.cli.options import Json, Randomized, RunFolder, Seed, Simulator
+from frobs_core.cli.options import CheckpointName, Json, Randomized, RunFolder, Seed, Simulator
 from frobs_core.cli.output import console, only_json, print_json
 from frobs_core.cli.progress import number, percent
 
@@ -21,6 +21,7 @@ def evaluate(
     simulator: Simulator = None,
     randomized: Randomized = False,
     seed: Seed = None,
+    checkpoint: CheckpointName = "newest",
     json: Json = False,
 ) -> None:
     """Measure what a run has learned, on episodes that the training has never seen.
@@ -29,7 +30,7 @@ def evaluate(
         $ frobs evaluate runs/first
         $ frobs evaluate runs/first --simulator pybullet
         $ frobs evaluate runs/first --randomized
-        $ frobs evaluate runs/first --episodes 200 --json
+        $ frobs evaluate runs/first --checkpoint best --episodes 200 --json
     """
     from frobs_core.runs import Run
     from frobs_core.runs import evaluate as evaluate_run
@@ -37,7 +38,9 @@ def evaluate(
     with only_json(json):
         opened = Run.open(run)
         with console(stderr=True).status(f"playing {episodes:,} episodes"):
-            found = evaluate_run(opened, episodes, simulator=simulator, randomize=randomized, seed=seed)
+            found = evaluate_run(
+                opened, episodes, simulator=simulator, randomize=randomized, seed=seed, checkpoint=checkpoint
+            )
     if json:
         print_json({"run": opened.path, **found.to_dict()})
     else:

@@ -25,7 +25,8 @@ READER_GONE = 141
 class FrobsGroup(TyperGroup):
     """Commands whose failures are one clear line on stderr and an exit code.
 
-    0: done; 1: a check failed, or a bug, which shows its traceback; 2: bad input; 130: Ctrl-C.
+    0: done; 1: a check failed, or a bug, which shows its traceback; 2: bad input; 130: Ctrl-C; 143: SIGTERM, of a
+    training, which writes a checkpoint first.
     """
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
@@ -44,7 +45,7 @@ class FrobsGroup(TyperGroup):
             return super().invoke(ctx)
         except KeyboardInterrupt as interrupt:
             print_note(f"interrupted{f': {interrupt}' if str(interrupt) else ''}")
-            raise typer.Exit(INTERRUPTED) from None
+            raise typer.Exit(getattr(interrupt, "exit_code", INTERRUPTED)) from None
 
     def main(self, args: Sequence[str] | None = None, *positional: Any, **keywords: Any) -> NoReturn:
         """Run a command and exit the process."""

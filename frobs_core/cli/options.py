@@ -54,4 +54,13 @@ Randomized = Annotated[
     typer.Option("--randomized", help="Randomise the models as in the training; else they are the nominal ones."),
 ]
 
+CheckpointName = Annotated[
+    str,
+    typer.Option(
+        "--checkpoint",
+        metavar="WHICH",
+        help="newest; best of the evaluations during the training; or its environment steps.",
+    ),
+]
+
 Seed = Annotated[int | None, typer.Option(metavar="S", min=0, show_default=False, help="Random seed.")]

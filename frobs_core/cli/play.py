@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from frobs_core.cli.options import Randomized, RunFolder
+from frobs_core.cli.options import CheckpointName, Randomized, RunFolder
 from frobs_core.cli.output import console, print_line
 from frobs_core.errors import ConfigurationError, RenderingUnavailableError, RunError
 
@@ -21,6 +21,7 @@ def play(
     viewer: Annotated[bool, typer.Option("--viewer", help="Open a window, until Ctrl-C; that is the default.")] = False,
     episodes: Annotated[int, typer.Option(metavar="N", min=1, help="How many episodes the video shows.")] = 3,
     randomized: Randomized = False,
+    checkpoint: CheckpointName = "newest",
 ) -> None:
     """Watch what a run has learned: in a window, or as a video.
 
@@ -35,10 +36,10 @@ def play(
     opened = Run.open(run)
     if video is None:
         try:
-            view(opened, randomized=randomized)
+            view(opened, randomized=randomized, checkpoint=checkpoint)
         except RenderingUnavailableError as error:
             raise RunError(f"{error} Without a window: frobs play {run} --video FILE") from error
         return
     with console(stderr=True).status(f"recording {episodes} episodes"):
-        path = record_video(opened, video, episodes=episodes, randomized=randomized)
+        path = record_video(opened, video, episodes=episodes, randomized=randomized, checkpoint=checkpoint)
     print_line(str(path))

@@ -82,6 +82,8 @@ class TrainingProgress:
         parts = [f"{progress.steps_per_second:,.0f} steps/s"]
         if progress.success is not None:
             parts.append(f"success {percent(progress.success)}")
+        if progress.evaluation is not None and progress.success is not None:
+            parts.append(f"evaluated {percent(progress.evaluation)}")
         if progress.reward is not None:
             parts.append(f"reward {number(progress.reward)}")
         finished = progress.steps >= self._total

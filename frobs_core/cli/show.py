@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated, Any
@@ -22,6 +23,7 @@ from frobs_core.cli.output import console, only_json, print_json, print_line, pr
 from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.interfaces import Robot
 from frobs_core.specs import KINDS
+from frobs_core.yaml import dump_yaml
 
 Facts = dict[str, Any]
 
@@ -36,7 +38,9 @@ def show(
             "(URDF, xacro, MJCF); KIND:NAME where it is several.",
         ),
     ],
-    config: Annotated[bool, typer.Option("--config", help="Of a run, all its settings too.")] = False,
+    config: Annotated[
+        bool, typer.Option("--config", help="Of a run, its settings alone, as YAML that 'frobs train --config' takes.")
+    ] = False,
     picture: Annotated[
         Path | None,
         typer.Option(metavar="PNG", show_default=False, help="Of a robot, draw it at home and at its limits."),
@@ -70,7 +74,10 @@ def show(
     for i, facts in enumerate(found):
         if i:
             print_line()
-        print_facts(readable_run(facts, config=config) if facts["kind"] == "run" else facts)
+        if facts["kind"] == "run" and config:
+            sys.stdout.write(dump_yaml(facts["config"]))
+        else:
+            print_facts(readable_run(facts) if facts["kind"] == "run" else facts)
     if len(found) > 1:
         ways = ", ".join(f"'{facts['kind']}:{name}'" for facts in found)
         print_note(f"'{name}' is several things; for one of them: {ways}")

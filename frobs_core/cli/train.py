@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from frobs_core.cli.catalogue import find_spec
-from frobs_core.cli.facts import print_facts
 from frobs_core.cli.options import Controller, EnvId, Json, Robot, Seed, Simulator, Tcp
-from frobs_core.cli.output import only_json, print_json
-from frobs_core.cli.progress import TrainingProgress, duration, number, percent
-
-if TYPE_CHECKING:
-    from frobs_core.runs import RunConfig
+from frobs_core.cli.output import only_json
+from frobs_core.cli.training_report import describe_training, report_training
 
 
 def train(
@@ -39,8 +35,16 @@ def train(
     seed: Seed = None,
     run_dir: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", show_default="runs/ID/…", help="The folder to write; it must not exist."),
+        typer.Option(metavar="DIR", show_default="runs/ID/…", help="The folder to write."),
     ] = None,
+    on_existing: Annotated[
+        str,
+        typer.Option(
+            metavar="WHAT",
+            help="What to do where the folder exists: error; increment: write DIR_2, DIR_3, …; overwrite: remove the run "
+            "that it holds; resume: continue it, if it is a run of these settings.",
+        ),
+    ] = "error",
     settings: Annotated[
         list[str] | None,
         typer.Option(
@@ -55,7 +59,7 @@ def train(
     """Train a policy on any Gymnasium ID, and write one folder with all that it takes to use it.
 
     What is not given is as tuned for the ID, or as the algorithm's default. What is given here goes before the file,
-    and --set before all.
+    and --set before all. Ctrl-C stops after the rollout that is under way, with a checkpoint; again, at once.
 
     Example:
         $ frobs train frobs/Irb120Reach-v0
@@ -78,41 +82,10 @@ def train(
     }
     with only_json(json):
         resolved = resolve_config(env_id, file=config, flags=flags, settings=settings or ())
-        folder = run_dir or default_run_dir(resolved)
-        try:
-            with TrainingProgress(_headline(resolved, folder), resolved.steps) as progress:
-                run = train_run(resolved, folder, progress.update)
-        except KeyboardInterrupt:
-            raise KeyboardInterrupt(f"the checkpoints so far are in {folder}" if folder.exists() else "") from None
-    last = progress.last
-    if json:
-        print_json(
-            {
-                "run": run.path,
-                "environment": resolved.environment,
-                "algorithm": resolved.algorithm,
-                "seed": run.config.seed,
-                "steps": last.steps if last else 0,
-                "seconds": last.elapsed if last else 0.0,
-                "success": last.success if last else None,
-                "reward": last.reward if last else None,
-                "length": last.length if last else None,
-            }
-        )
-        return
-    facts: dict[str, object] = {"name": str(run.path), "kind": "run"}
-    if last:
-        facts["trained"] = f"{last.steps:,} steps in {duration(last.elapsed)} ({last.steps_per_second:,.0f} steps/s)"
-        facts["success"] = f"{percent(last.success)} of the last 100 episodes" if last.success is not None else None
-        facts["reward"] = f"{number(last.reward)} per episode" if last.reward is not None else None
-    facts["next"] = f"frobs evaluate {run.path}"
-    print_facts(facts)
-
-
-def _headline(config: RunConfig, folder: Path) -> str:
-    seed = "a seed drawn now" if config.seed is None else f"seed {config.seed}"
-    environments = "1 environment" if config.num_envs == 1 else f"{config.num_envs:,} environments"
-    return (
-        f"training {config.environment} with {config.algorithm}: {config.steps:,} steps, {environments}, {seed}"
-        f" → {folder}"
+    folder = run_dir or default_run_dir(resolved)
+    report_training(
+        describe_training(resolved, "training", str(folder)),
+        resolved.steps,
+        lambda update: train_run(resolved, folder, update, on_existing=on_existing),
+        json=json,
     )

@@ -110,6 +110,22 @@ class Algorithm(ABC):
             OSError: The disk is full, or the folder cannot be written.
         """
 
+    def save_policy(self, folder: Path) -> None:
+        """Write what :meth:`load` needs to predict, without an environment, into an empty folder.
+
+        Everything, where an algorithm does not say otherwise; leave out what only training needs.
+
+        Raises:
+            OSError: The disk is full, or the folder cannot be written.
+        """
+        self.save(folder)
+
+    def forget_episodes(self) -> None:
+        """Forget what was loaded of episodes under way: the environment could not be restored, and was reset.
+
+        Called between :meth:`load` and :meth:`train`, where a run is continued on an environment without a snapshot.
+        """
+
     @classmethod
     @abstractmethod
     def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:

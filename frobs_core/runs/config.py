@@ -7,16 +7,52 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, cast
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownParameterError
 from frobs_core.plugins import get_record
 from frobs_core.randomization import read_settings
+from frobs_core.runs.parts import check_parts
 from frobs_core.specs import AlgorithmRecord
 from frobs_core.validation import validate
 from frobs_core.yaml import ConfigMapping, find_origin, load_yaml, load_yaml_text, load_yaml_value, merge
 
 _OWNER = "the run configuration"
+
+
+def _or_nothing(value: Any) -> Any:
+    return {} if value is None else value
+
+
+class ThreadsConfig(BaseModel):
+    """Threads, where another number than the usual is wanted.
+
+    Attributes:
+        simulator: Threads, or worker processes, of the simulator; None: one for each processor.
+        torch: Threads of the algorithm's library; None: what ``algorithm_config.torch_threads`` says.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    simulator: Annotated[int, Field(ge=1)] | None = None
+    torch: Annotated[int, Field(ge=1)] | None = None
+
+
+class PartConfig(BaseModel):
+    """Something by name, with the keywords that it is built with standing beside the name.
+
+    Attributes:
+        name: ``"package.module:Name"``.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+
+    name: Annotated[str, Field(min_length=3)]
+
+    @property
+    def kwargs(self) -> dict[str, Any]:
+        """The keywords."""
+        return dict(self.model_extra or {})
 
 
 class RunConfig(BaseModel):
@@ -35,6 +71,13 @@ class RunConfig(BaseModel):
         log_every: [environment steps] between rows of the log, at least; None: a five-hundredth of ``steps``.
         checkpoint_every: [environment steps] between checkpoints; None: a tenth of ``steps``.
         keep_checkpoints: How many of the newest checkpoints stay.
+        evaluate_every: [environment steps] between evaluations during the training, of the policy's mode on episodes
+            of their own; the best policy is kept. None: never.
+        evaluation_episodes: Of each of those evaluations.
+        stop_at_success: The training ends when an evaluation finds this share of successes, in (0, 1]; None: never.
+        threads: Who gets how many; see :func:`frobs_core.runs.threads.decide_threads`.
+        wrappers: Gymnasium's wrappers around the environment, the innermost first: each with ``name`` and its keywords.
+        callbacks: Subclasses of :class:`frobs_core.runs.TrainingCallback`: each with ``name`` and its keywords.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -50,6 +93,12 @@ class RunConfig(BaseModel):
     log_every: Annotated[int, Field(ge=1)] | None = None
     checkpoint_every: Annotated[int, Field(ge=1)] | None = None
     keep_checkpoints: Annotated[int, Field(ge=1)] = 3
+    evaluate_every: Annotated[int, Field(ge=1)] | None = None
+    evaluation_episodes: Annotated[int, Field(ge=1)] = 100
+    stop_at_success: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
+    threads: Annotated[ThreadsConfig, BeforeValidator(_or_nothing)] = ThreadsConfig()
+    wrappers: list[PartConfig] = []
+    callbacks: list[PartConfig] = []
 
     def keywords(
         self, *, simulator: str | None = None, randomize: bool | Mapping[str, Any] | None = None
@@ -114,9 +163,33 @@ def resolve_config(
     merged = merge(*_with_section(tuned, controller), *_with_section(from_file, controller), from_flags, from_settings)
     config = validate(RunConfig, merged, _OWNER)
     _check_randomize(merged)
-    return config.model_copy(
-        update={"algorithm_config": resolve_algorithm_config(record, merged.get("algorithm_config", {}))}
-    )
+    _check_stop(config)
+    check_parts(config.wrappers, merged.get("wrappers"), "wrapper")
+    check_parts(config.callbacks, merged.get("callbacks"), "callback")
+    own = _with_threads(merged.get("algorithm_config", {}), config.threads.torch)
+    return config.model_copy(update={"algorithm_config": resolve_algorithm_config(record, own)})
+
+
+def _check_stop(config: RunConfig) -> None:
+    """Refuse a threshold that nothing is compared with."""
+    if config.stop_at_success is not None and config.evaluate_every is None:
+        raise ConfigurationError(
+            f"{_OWNER}: stop_at_success = {config.stop_at_success} is compared with evaluations during the training, "
+            "of which there are none; set evaluate_every, too."
+        )
+
+
+def _with_threads(settings: Mapping[str, Any], torch: int | None) -> Mapping[str, Any]:
+    """Hand the threads of the algorithm's library over to its own settings."""
+    if torch is None:
+        return settings
+    given = settings.get("torch_threads", torch)
+    if given != torch:
+        raise ConfigurationError(
+            f"{_OWNER}: threads.torch = {torch} and algorithm_config.torch_threads = {given} contradict each other; "
+            "leave one of them out."
+        )
+    return merge(settings, {"torch_threads": torch})
 
 
 def _check_randomize(merged: Mapping[str, Any]) -> None:

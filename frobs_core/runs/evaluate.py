@@ -4,37 +4,25 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 
-from frobs_core.arrays import Floats
 from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces.algorithm import Algorithm
+from frobs_core.runs.config import RunConfig
 from frobs_core.runs.environments import find_spec, make_vector_env
 from frobs_core.runs.files import write_json
+from frobs_core.runs.playing import OctantResult, play_episodes
 from frobs_core.runs.policy import load_policy
-from frobs_core.runs.recorder import EpisodeRecorder, FinishedEpisodes
 from frobs_core.runs.run import Run
 from frobs_core.runs.seeds import spread_seed
 from frobs_core.yaml import plain
 
-
-@dataclass(frozen=True, kw_only=True)
-class OctantResult:
-    """Success in one eighth of the goal box.
-
-    Attributes:
-        success_rate: In [0, 1].
-        episodes: How many had their goal there.
-    """
-
-    success_rate: float
-    episodes: int
+_log = logging.getLogger("frobs")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,8 +72,9 @@ def evaluate(
     seed: int | None = None,
     num_envs: int | None = None,
     deterministic: bool = True,
+    checkpoint: str | int = "newest",
 ) -> Evaluation:
-    """Evaluate the newest checkpoint, and write the result into the run's ``evaluations/``.
+    """Evaluate a checkpoint, and write the result into the run's ``evaluations/``.
 
     Every environment plays a number of episodes that is fixed beforehand, so that short episodes do not count more.
     Their seeds are never those of a training.
@@ -98,9 +87,10 @@ def evaluate(
         seed: ≥ 0; None: the run's.
         num_envs: How many are stepped together, ≥ 1.
         deterministic: Take the mode of the policy, or else sample.
+        checkpoint: ``"newest"``, ``"best"`` of the evaluations during the training, or its environment steps.
 
     Raises:
-        CheckpointError: No checkpoint is usable.
+        CheckpointError: The checkpoint is not there, or none is usable.
         ConfigurationError: A number is out of range.
         RunError: The environment is not the one of the training.
     """
@@ -108,18 +98,16 @@ def evaluate(
     chosen_seed = config.seed if seed is None else seed
     assert chosen_seed is not None
     if num_envs is None:
-        num_envs = min(episodes, 256 if find_spec(config.environment).vector_entry_point is not None else 16)
+        num_envs = usual_num_envs(config, episodes)
     for name, value, least in (("episodes", episodes, 1), ("num_envs", num_envs, 1), ("seed", chosen_seed, 0)):
         if value < least:
             raise ConfigurationError(f"{name} = {value}: it must be at least {least}.")
     kwargs = config.keywords(simulator=simulator, randomize=randomize)
     randomized = plain(kwargs.get("randomize"))
-    env = make_vector_env(config.environment, min(num_envs, episodes), kwargs)
+    env = make_vector_env(config.environment, min(num_envs, episodes), kwargs, config.wrappers)
     try:
-        policy, steps = load_policy(run, env.single_observation_space, env.single_action_space)
-        counter = _Counter(env.num_envs, episodes, goal_reader(env))
-        recorder = EpisodeRecorder(env, counter.add)
-        _play(recorder, policy, spread_seed(chosen_seed).evaluation, deterministic, counter)
+        policy, steps = load_policy(run, env.single_observation_space, env.single_action_space, checkpoint)
+        counter = play_episodes(env, policy, episodes, spread_seed(chosen_seed).evaluation, deterministic)
     finally:
         env.close()
     successes = counter.successes
@@ -140,93 +128,22 @@ def evaluate(
     name = f"step_{steps:09d}_seed{chosen_seed}_{episodes}episodes{f'_{simulator}' if simulator else ''}"
     if randomized:
         name += "_randomized" if randomize is True else f"_randomized-{_digest(randomized)}"
-    write_json(run.path / "evaluations" / f"{name}.json", result.to_dict())
+    path = run.path / "evaluations" / f"{name}.json"
+    try:
+        write_json(path, result.to_dict())
+    except OSError as error:  # what was found is not lost for it
+        _log.warning("%s cannot be written: %s; free some space, or make the folder writable.", path, error.strerror)
     return result
+
+
+def usual_num_envs(config: RunConfig, episodes: int) -> int:
+    """Return how many environments an evaluation steps together."""
+    return min(episodes, 256 if find_spec(config.environment).vector_entry_point is not None else 16)
 
 
 def _digest(settings: Mapping[str, Any]) -> str:
     """Return a short name of settings, so that evaluations with others stand beside each other."""
     return hashlib.blake2b(json.dumps(settings, sort_keys=True).encode(), digest_size=4).hexdigest()
-
-
-def _play(env: EpisodeRecorder, policy: Algorithm, seed: int, deterministic: bool, counter: _Counter) -> None:
-    observation, _ = env.reset(seed=seed)
-    counter.begin()
-    state = None
-    episode_start = np.ones(env.num_envs, bool)
-    while not counter.complete:
-        action, state = policy.predict(observation, state, episode_start, deterministic)
-        observation, _, terminated, truncated, _ = env.step(action)
-        episode_start = terminated | truncated
-        counter.after_step()
-
-
-class _Counter:
-    """Takes the first so many episodes of each environment."""
-
-    def __init__(self, num_envs: int, episodes: int, goals: tuple[Callable[[], Floats], Floats] | None) -> None:
-        self._left = np.full(num_envs, episodes // num_envs)
-        self._left[: episodes % num_envs] += 1
-        self._goals = goals
-        self._begun: Floats = np.empty((num_envs, 3))  # goals at the episodes' starts
-        self._ended: list[Floats] = []
-        self._finished: FinishedEpisodes | None = None
-        self.rewards: list[float] = []
-        self.lengths: list[int] = []
-        self.successes: list[float] = []
-
-    @property
-    def complete(self) -> bool:
-        """Whether every environment has played its number of episodes."""
-        return not self._left.any()
-
-    def begin(self) -> None:
-        """Remember the first goals."""
-        if self._goals is not None:
-            self._begun[:] = self._goals[0]()
-
-    def add(self, finished: FinishedEpisodes) -> None:
-        """Count episodes."""
-        wanted = self._left[finished.env_ids] > 0
-        self._left[finished.env_ids[wanted]] -= 1
-        self.rewards += finished.rewards[wanted].tolist()
-        self.lengths += finished.lengths[wanted].tolist()
-        if finished.successes is not None:
-            self.successes += finished.successes[wanted].tolist()
-        self._ended.append(self._begun[finished.env_ids[wanted]])
-        self._finished = finished
-
-    def after_step(self) -> None:
-        """Remember the goals of the episodes that have begun in the step."""
-        if self._goals is not None and self._finished is not None:
-            ids = self._finished.env_ids
-            self._begun[ids] = self._goals[0]()[ids]
-        self._finished = None
-
-    def by_octant(self) -> dict[str, OctantResult] | None:
-        """Return the success in each octant that had a goal."""
-        if self._goals is None or not self.successes:
-            return None
-        above = np.concatenate(self._ended) > self._goals[1]  # (episodes, 3)
-        successes = np.array(self.successes)
-        result = {}
-        for signs in sorted({tuple(row) for row in above.tolist()}):
-            members = (above == signs).all(axis=1)
-            name = "".join(f"{'+' if sign else '-'}{axis}" for sign, axis in zip(signs, "xyz", strict=True))
-            result[name] = OctantResult(success_rate=float(successes[members].mean()), episodes=int(members.sum()))
-        return result
-
-
-def goal_reader(env: gym.vector.VectorEnv[Any, Any, Any]) -> tuple[Callable[[], Floats], Floats] | None:
-    """Return how to read the goals, (num_envs, 3) [m], and the middle of their box.
-
-    None where the task has no ``goal`` of that shape, or no ``goal_low`` and ``goal_high``.
-    """
-    task: Any = getattr(env.unwrapped, "task", None)
-    low, high = getattr(task, "goal_low", None), getattr(task, "goal_high", None)
-    if low is None or high is None or not hasattr(task, "goal") or np.shape(task.goal) != (env.num_envs, 3):
-        return None
-    return lambda: np.array(task.goal, np.float64), (np.asarray(low, np.float64) + np.asarray(high)) / 2.0
 
 
 def wilson_interval(successes: int, episodes: int) -> tuple[float, float]:

@@ -8,7 +8,15 @@ from typing import Any
 
 from frobs_core.runs.run import Run
 
-_INDIFFERENT = ("seed", "log_every", "checkpoint_every", "keep_checkpoints")
+_INDIFFERENT = (
+    "seed",
+    "log_every",
+    "checkpoint_every",
+    "keep_checkpoints",
+    "evaluate_every",
+    "evaluation_episodes",
+    "threads",
+)
 """Settings that change nothing about what is learned."""
 
 _SPOKEN = ("environment", "algorithm")

@@ -128,6 +128,7 @@ def _success(axis: Any, groups: dict[str, list[_Curves]]) -> None:
     axis.axhline(95, color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)))
     for color, (name, members) in zip(_colors(groups), groups.items(), strict=True):
         _draw(axis, members, "episode/success", color, name, 100.0)
+        _draw_evaluations(axis, members, "evaluation/success", color, 100.0)
         for member in members:
             _mark_evaluation(axis, member, color, len(groups) == len(members) == 1)
 
@@ -136,6 +137,7 @@ def _reward(axis: Any, groups: dict[str, list[_Curves]]) -> None:
     axis.set_title("Reward of an episode", loc="left", fontsize=10, color=INK)
     for color, (name, members) in zip(_colors(groups), groups.items(), strict=True):
         _draw(axis, members, "episode/reward", color, name)
+        _draw_evaluations(axis, members, "evaluation/reward", color)
 
 
 def _draw_terms(axis: Any, members: Sequence[_Curves], terms: Sequence[str]) -> None:
@@ -158,6 +160,18 @@ def _draw(axis: Any, members: Sequence[_Curves], name: str, color: str, label: s
     rows = np.stack([_at(steps, member, name) for member in members])  # (runs, steps)
     axis.fill_between(steps, scale * rows.min(0), scale * rows.max(0), color=color, alpha=0.18, linewidth=0)
     axis.plot(steps, scale * rows.mean(0), color=color, linewidth=2.0, label=label)
+
+
+def _draw_evaluations(axis: Any, members: Sequence[_Curves], name: str, color: str, scale: float = 1.0) -> None:
+    """Draw what the evaluations during a training found, of the policy's mode: small rings."""
+    for member in members:
+        known = np.isfinite(member[name])
+        if not known.any():
+            continue
+        axis.plot(
+            member[STEPS][known], scale * member[name][known], linestyle="none", marker="o", markersize=3.5,
+            markerfacecolor="white", markeredgecolor=color, markeredgewidth=1.0, zorder=4, clip_on=False,
+        )  # fmt: skip
 
 
 def _at(steps: Floats, member: _Curves, name: str) -> Floats:

@@ -7,7 +7,7 @@ from typing import Any
 
 import gymnasium as gym
 
-from frobs_core.errors import RunError
+from frobs_core.errors import CheckpointError, RunError
 from frobs_core.interfaces.algorithm import Algorithm
 from frobs_core.runs.config import algorithm_record
 from frobs_core.runs.run import Run
@@ -15,25 +15,25 @@ from frobs_core.runs.run import Run
 _log = logging.getLogger("frobs")
 
 
-def load_policy(run: Run, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> tuple[Algorithm, int]:
-    """Load the newest undamaged checkpoint for prediction.
+def load_policy(
+    run: Run, observation_space: gym.Space[Any], action_space: gym.Space[Any], checkpoint: str | int = "newest"
+) -> tuple[Algorithm, int]:
+    """Load a checkpoint for prediction.
 
     Args:
-        run: The run.
+        run: The run; it may be training.
         observation_space: Of one environment that the policy is to act in.
         action_space: Of the same.
+        checkpoint: ``"newest"`` that is undamaged, ``"best"``, or its environment steps.
 
     Returns:
         The algorithm, and the environment steps that it had trained for.
 
     Raises:
-        CheckpointError: No checkpoint is usable.
+        CheckpointError: The checkpoint is not there, or none is usable.
         RunError: The environment's spaces are not those of the training.
     """
-    checkpoint, damaged = run.newest_checkpoint()
-    for line in damaged:
-        _log.warning("%s The one before is used.", line)
-    algorithm: Algorithm = algorithm_record(run.config.algorithm).load().load(checkpoint.path / "algorithm")
+    algorithm, steps = _load(run, checkpoint)
     for what, trained, now in (
         ("observation", algorithm.observation_space, observation_space),
         ("action", algorithm.action_space, action_space),
@@ -43,4 +43,18 @@ def load_policy(run: Run, observation_space: gym.Space[Any], action_space: gym.S
                 f"{run.path}: the policy was trained with {what} space {trained}, and the environment has {now}; "
                 "use the environment's keywords of the training."
             )
+    return algorithm, steps
+
+
+def _load(run: Run, which: str | int, attempts: int = 3) -> tuple[Algorithm, int]:
+    """Load a checkpoint; a training may take it away meanwhile, when there are newer ones."""
+    checkpoint, damaged = run.find_checkpoint(which)
+    for line in damaged:
+        _log.warning("%s The one before is used.", line)
+    try:
+        algorithm: Algorithm = algorithm_record(run.config.algorithm).load().load(checkpoint.path / "algorithm")
+    except CheckpointError:
+        if checkpoint.path.exists() or attempts == 1:
+            raise
+        return _load(run, which, attempts - 1)
     return algorithm, checkpoint.steps

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
-from collections.abc import Mapping
+import os
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any, Self
+from typing import IO, Self
 
 from frobs_core.errors import RunError
+from frobs_core.runs.events import EventLog
 from frobs_core.runs.files import write_aside
 
 STEPS = "train/steps"
@@ -23,13 +26,23 @@ class ProgressLog:
 
     Args:
         folder: Of the run.
+        resumed_at: Environment steps that the run continues from: rows beyond them are removed, and so is a last one
+            that a kill cut short. None: a new run.
+
+    Raises:
+        RunError: The disk is full.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, resumed_at: int | None = None) -> None:
         self._path = folder / "progress.csv"
         self._columns: list[str] = []
         self._file: IO[str] | None = None
-        self._events = _open_events(folder / "tensorboard")
+        try:
+            if resumed_at is not None and self._path.is_file():
+                self._columns = self._trim(resumed_at)
+            self._events = _open_events(folder / "tensorboard", resumed_at)
+        except OSError as error:
+            raise self._failure(error) from error
 
     def write(self, row: Mapping[str, float | None]) -> None:
         """Write a row, at once; None leaves a cell empty.
@@ -43,13 +56,27 @@ class ProgressLog:
                 known = {name: value for name, value in row.items() if value is not None}
                 self._events.write(int(row[STEPS] or 0), known)
         except OSError as error:
-            raise RunError(f"{self._path.parent}: the log cannot be written: {error}; free some space.") from error
+            raise self._failure(error) from error
+
+    def sync(self) -> None:
+        """Have the rows written to the disk before going on: a checkpoint counts on them.
+
+        Raises:
+            RunError: The disk is full.
+        """
+        if self._file is not None:
+            try:
+                os.fsync(self._file.fileno())
+            except OSError as error:
+                raise self._failure(error) from error
 
     def close(self) -> None:
         """Close the files; twice is harmless."""
-        if self._file is not None:
-            self._file.close()
-            self._file = None
+        # What a full disk refused is in the file's buffer still, and would be refused again.
+        with contextlib.suppress(OSError):
+            if self._file is not None:
+                self._file.close()
+        self._file = None
         if self._events is not None:
             self._events.close()
             self._events = None
@@ -73,18 +100,27 @@ class ProgressLog:
 
     def _extend(self, new: list[str]) -> None:
         rows = read_rows(self._path) if self._columns else []
-        self._columns += new
+        columns = [*self._columns, *new]
         if self._file is not None:
             self._file.close()
             self._file = None
+        _write_rows(self._path, columns, rows)
+        self._columns = columns
 
-        def write(path: Path) -> None:
-            with path.open("w", newline="", encoding="utf-8") as file:
-                writer = csv.DictWriter(file, self._columns, restval="")
-                writer.writeheader()
-                writer.writerows(rows)
+    def _trim(self, steps: int) -> list[str]:
+        """Leave the rows up to some steps, and return the columns."""
+        rows = read_rows(self._path)
+        kept = [row for row in rows if _steps(row) <= steps]
+        columns = list(rows[0]) if kept else []
+        _write_rows(self._path, columns, kept)
+        return columns
 
-        write_aside(self._path, write)
+    def _failure(self, error: OSError) -> RunError:
+        run = self._path.parent
+        return RunError(
+            f"{run}: the log cannot be written: {error}. Free some space; the checkpoints are intact: "
+            f"'frobs resume {run}' continues from the newest."
+        )
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:
@@ -102,34 +138,31 @@ def read_progress(path: Path) -> dict[str, list[float]]:
     return {name: [float(row[name] or "nan") for row in rows] for name in columns}
 
 
+def _steps(row: Mapping[str, str]) -> float:
+    try:
+        return float(row[STEPS])
+    except (KeyError, TypeError, ValueError):  # the disk lost power in the middle of it
+        return float("inf")
+
+
+def _write_rows(path: Path, columns: Sequence[str], rows: Iterable[Mapping[str, str]]) -> None:
+    def write(aside: Path) -> None:
+        with aside.open("w", newline="", encoding="utf-8") as file:
+            if columns:
+                writer = csv.DictWriter(file, columns, restval="")
+                writer.writeheader()
+                writer.writerows(rows)
+
+    write_aside(path, write)
+
+
 def _cell(value: float | None) -> str:
     return "" if value is None else repr(value) if isinstance(value, int) else format(float(value), ".8g")
 
 
-class _Events:
-    """TensorBoard's own writer, without TensorFlow or torch."""
-
-    def __init__(self, folder: Path) -> None:
-        from tensorboard.compat.proto.event_pb2 import Event
-        from tensorboard.compat.proto.summary_pb2 import Summary
-        from tensorboard.summary.writer.event_file_writer import EventFileWriter
-
-        self._event, self._summary = Event, Summary
-        self._writer: Any = EventFileWriter(str(folder), flush_secs=10)
-
-    def write(self, steps: int, values: Mapping[str, float]) -> None:
-        import time
-
-        scalars = [self._summary.Value(tag=name, simple_value=value) for name, value in values.items()]
-        self._writer.add_event(self._event(wall_time=time.time(), step=steps, summary=self._summary(value=scalars)))
-
-    def close(self) -> None:
-        self._writer.close()
-
-
-def _open_events(folder: Path) -> _Events | None:
+def _open_events(folder: Path, resumed_at: int | None) -> EventLog | None:
     """Return a writer, or None where TensorBoard is not installed: the CSV has the same numbers."""
     try:
-        return _Events(folder)
+        return EventLog(folder, resumed_at)
     except ImportError:
         return None

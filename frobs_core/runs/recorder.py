@@ -44,12 +44,16 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
     Args:
         env: With same-step autoreset.
         on_episodes: Called in each step in which episodes end.
+
+    Attributes:
+        steps: Environment steps that were taken, over all environments.
     """
 
     def __init__(
         self, env: gym.vector.VectorEnv[Any, Any, Any], on_episodes: Callable[[FinishedEpisodes], None]
     ) -> None:
         super().__init__(env)
+        self.steps = 0
         self._on_episodes = on_episodes
         self._rewards: Floats = np.zeros(env.num_envs)
         self._lengths = np.zeros(env.num_envs, np.int64)
@@ -71,6 +75,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         """Step, and add up."""
         observation, rewards, terminated, truncated, info = self.env.step(actions)
+        self.steps += self.num_envs
         self._rewards += rewards
         self._lengths += 1
         done = terminated | truncated
@@ -81,24 +86,38 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         return observation, rewards, terminated, truncated, info
 
     def snapshot(self) -> dict[str, np.ndarray[Any, Any]] | None:
-        """Return the complete state of the environment and of the recorder; None where the environment has none."""
-        take = getattr(self.unwrapped, "snapshot", None)
-        if take is None:
+        """Return the complete state of the environment, of the wrappers that save theirs, and of the recorder.
+
+        None where the environment has no snapshot.
+        """
+        base: Any = self.unwrapped
+        if not hasattr(base, "snapshot"):
             return None
-        own = {"recorder/rewards": self._rewards.copy(), "recorder/lengths": self._lengths.copy()}
-        own |= {f"recorder/terms/{name}": sums.copy() for name, sums in self._terms.items()}
-        return {**take(), **own}
+        state: dict[str, np.ndarray[Any, Any]] = dict(base.snapshot())
+        for index, wrapper in enumerate(self._wrappers()):
+            state |= {f"wrapper/{index}/{name}": array for name, array in wrapper.snapshot().items()}
+        state |= {"recorder/rewards": self._rewards.copy(), "recorder/lengths": self._lengths.copy()}
+        state |= {f"recorder/terms/{name}": sums.copy() for name, sums in self._terms.items()}
+        return state
 
     def restore(self, snapshot: Mapping[str, np.ndarray[Any, Any]]) -> None:
         """Return to a snapshot."""
         self._rewards[:] = snapshot["recorder/rewards"]
         self._lengths[:] = snapshot["recorder/lengths"]
-        prefix = "recorder/terms/"
-        self._terms = {
-            key.removeprefix(prefix): np.array(sums) for key, sums in snapshot.items() if key.startswith(prefix)
-        }
+        self._terms = {name: np.array(sums) for name, sums in _below("recorder/terms/", snapshot).items()}
+        for index, wrapper in enumerate(self._wrappers()):
+            wrapper.restore(_below(f"wrapper/{index}/", snapshot))
         base: Any = self.unwrapped
-        base.restore({key: value for key, value in snapshot.items() if not key.startswith("recorder/")})
+        base.restore({key: value for key, value in snapshot.items() if not key.startswith(("recorder/", "wrapper/"))})
+
+    def _wrappers(self) -> list[Any]:
+        """Return the wrappers between this and the environment that have a state to save."""
+        found, env = [], self.env
+        while isinstance(env, gym.vector.VectorWrapper):
+            if hasattr(type(env), "snapshot") and hasattr(type(env), "restore"):
+                found.append(env)
+            env = env.env
+        return found
 
     def _add_terms(self, info: Mapping[str, Any], done: npt.NDArray[np.bool_] | None) -> None:
         # Where an episode ended, the step's own terms are in final_info: info tells of the reset already.
@@ -126,3 +145,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         for sums in self._terms.values():
             sums[ids] = 0.0
         self._on_episodes(finished)
+
+
+def _below(prefix: str, snapshot: Mapping[str, np.ndarray[Any, Any]]) -> dict[str, np.ndarray[Any, Any]]:
+    return {key.removeprefix(prefix): value for key, value in snapshot.items() if key.startswith(prefix)}

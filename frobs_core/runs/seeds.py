@@ -17,19 +17,28 @@ class RunSeeds:
         environment: Of the first training environment, in [0, 2³⁰); environment *i* has this plus *i*.
         algorithm: Of the algorithm, in [0, 2³¹).
         evaluation: Of the first evaluation environment, in [2³⁰, 2³¹): never one of training's.
+        validation: Of the first environment of the evaluations during a training, in the same range: what was best on
+            them is measured on others.
     """
 
     environment: int
     algorithm: int
     evaluation: int
+    validation: int
 
 
 def spread_seed(seed: int) -> RunSeeds:
     """Spread a seed, ≥ 0, through NumPy's ``SeedSequence``."""
-    environment, algorithm, evaluation = (
-        int(child.generate_state(1, np.uint32)[0]) for child in np.random.SeedSequence(seed).spawn(3)
+    environment, algorithm, evaluation, validation = (
+        int(child.generate_state(1, np.uint32)[0]) for child in np.random.SeedSequence(seed).spawn(4)
     )
-    return RunSeeds(environment % (_HALF - 2**20), algorithm % 2**31, _HALF + evaluation % (_HALF - 2**20))
+    room = _HALF - 2**20
+    return RunSeeds(environment % room, algorithm % 2**31, _HALF + evaluation % room, _HALF + validation % room)
+
+
+def later_seed(seed: int, steps: int) -> int:
+    """Return a seed, in [0, 2³⁰), for environments that begin anew after some steps of a training."""
+    return int(np.random.SeedSequence([seed, steps]).generate_state(1, np.uint32)[0]) % (_HALF - 2**20)
 
 
 def draw_seed() -> int:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import platform
 import sys
 from importlib import metadata
+from pathlib import Path
+from typing import cast
 
 _LIBRARIES = ("numpy", "gymnasium", "mujoco", "torch", "stable-baselines3")
 
@@ -28,3 +31,27 @@ def versions() -> dict[str, object]:
         "machine": platform.machine(),
         "byteorder": sys.byteorder,
     }
+
+
+def changed_versions(path: Path) -> list[str]:
+    """Return a line for each version that is another than a run was made with.
+
+    Args:
+        path: Its ``versions.json``.
+    """
+    try:
+        then = json.loads(path.read_text("utf-8"))
+    except (OSError, ValueError):
+        return [f"{path} cannot be read"]
+    now = versions()
+    lines = []
+    for group, name in (("", "python"), ("", "frobs-core"), ("plugins", ""), ("libraries", ""), ("", "machine")):
+        if name:
+            pairs = {name: (then.get(name), now[name])}
+        else:
+            before, after = then.get(group, {}), cast("dict[str, str]", now[group])
+            pairs = {key: (before.get(key), after.get(key)) for key in before}
+        lines += [
+            f"{key} was {was}, and is {here or 'missing'} now" for key, (was, here) in pairs.items() if was != here
+        ]
+    return lines

@@ -22,14 +22,22 @@ Frame = npt.NDArray[np.uint8]
 """(height, width, 3) rgb."""
 
 
-def record_video(run: Run, path: Path | str | None = None, *, episodes: int = 3, randomized: bool = False) -> Path:
-    """Record the newest checkpoint as an MP4 that browsers play: H.264, yuv420p, in real time.
+def record_video(
+    run: Run,
+    path: Path | str | None = None,
+    *,
+    episodes: int = 3,
+    randomized: bool = False,
+    checkpoint: str | int = "newest",
+) -> Path:
+    """Record a checkpoint as an MP4 that browsers play: H.264, yuv420p, in real time.
 
     Args:
         run: The run.
         path: The file; None: ``video.mp4`` in the run's folder.
         episodes: ≥ 1, from the run's evaluation seed.
         randomized: Randomise as in the training, or else play on the nominal model.
+        checkpoint: ``"newest"``, ``"best"`` of the evaluations during the training, or its environment steps.
 
     Returns:
         The file.
@@ -38,7 +46,7 @@ def record_video(run: Run, path: Path | str | None = None, *, episodes: int = 3,
         RenderingUnavailableError: No picture can be drawn on this machine.
         RunError: imageio-ffmpeg is not installed, or no picture comes from the environment.
         ConfigurationError: The environment cannot draw, or a number is out of range.
-        CheckpointError: No checkpoint is usable.
+        CheckpointError: The checkpoint is not there, or none is usable.
     """
     if episodes < 1:
         raise ConfigurationError(f"episodes = {episodes}: it must be at least 1.")
@@ -50,9 +58,14 @@ def record_video(run: Run, path: Path | str | None = None, *, episodes: int = 3,
     target = Path(path) if path is not None else run.path / "video.mp4"
     if target.suffix.lower() != ".mp4":
         raise ConfigurationError(f"{target}: a video is an MP4; give it a name that ends in .mp4.")
-    env = make_env(run.config.environment, run.config.keywords(randomize=randomized), render_mode="rgb_array")
+    env = make_env(
+        run.config.environment,
+        run.config.keywords(randomize=randomized),
+        render_mode="rgb_array",
+        wrappers=run.config.wrappers,
+    )
     try:
-        policy, _ = load_policy(run, env.observation_space, env.action_space)
+        policy, _ = load_policy(run, env.observation_space, env.action_space, checkpoint)
         frames = play_frames(env, policy, episodes, run.seeds.evaluation)
         first = next(frames)  # before anything is written: drawing may be impossible here
         height, width = first.shape[:2]

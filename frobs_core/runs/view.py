@@ -12,13 +12,14 @@ from frobs_core.runs.run import Run
 from frobs_core.runs.video import add_batch
 
 
-def view(run: Run, *, episodes: int | None = None, randomized: bool = False) -> int:
-    """Play the newest checkpoint in a window, in real time, until it is interrupted.
+def view(run: Run, *, episodes: int | None = None, randomized: bool = False, checkpoint: str | int = "newest") -> int:
+    """Play a checkpoint in a window, in real time, until it is interrupted.
 
     Args:
         run: The run.
         episodes: None: without end.
         randomized: Randomise as in the training, or else play on the nominal model.
+        checkpoint: ``"newest"``, ``"best"`` of the evaluations during the training, or its environment steps.
 
     Returns:
         How many episodes ended.
@@ -26,14 +27,19 @@ def view(run: Run, *, episodes: int | None = None, randomized: bool = False) -> 
     Raises:
         RenderingUnavailableError: There is no display.
         ConfigurationError: The environment has no window.
-        CheckpointError: No checkpoint is usable.
+        CheckpointError: The checkpoint is not there, or none is usable.
     """
-    env = make_env(run.config.environment, run.config.keywords(randomize=randomized), render_mode="human")
+    env = make_env(
+        run.config.environment,
+        run.config.keywords(randomize=randomized),
+        render_mode="human",
+        wrappers=run.config.wrappers,
+    )
     # Others' environments wait by themselves in render; ours say how long a step is.
     control_timestep = float(getattr(env.unwrapped, "control_timestep", 0.0))
     ended = 0
     try:
-        policy, _ = load_policy(run, env.observation_space, env.action_space)
+        policy, _ = load_policy(run, env.observation_space, env.action_space, checkpoint)
         seed: int | None = run.seeds.evaluation
         while episodes is None or ended < episodes:
             observation, _ = env.reset(seed=seed)

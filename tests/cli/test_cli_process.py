@@ -12,6 +12,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 Process = Callable[..., subprocess.CompletedProcess[str]]
 COMMAND = [sys.executable, "-m", "frobs_core.cli"]
 HEAVY = {"torch", "mujoco", "matplotlib", "stable_baselines3", "imageio", "rospy"}
@@ -79,7 +81,10 @@ def test_a_terminal_that_lacks_characters_gets_question_marks(process: Process) 
     assert done.stderr == ""
 
 
-def test_ctrl_c_ends_with_130_and_one_line(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["ctrl-c", "sigterm"])
+def test_a_training_that_is_stopped_writes_a_checkpoint_and_says_how_to_go_on(
+    number: int, code: int, tmp_path: Path
+) -> None:
     run = tmp_path / "run"
     args = ["train", "CartPole-v1", "--steps", "10_000_000", "--run-dir", str(run)]
     args += ["--num-envs", "4", "--set", "algorithm_config.n_steps=32"]
@@ -87,13 +92,16 @@ def test_ctrl_c_ends_with_130_and_one_line(tmp_path: Path) -> None:
     assert training.stderr is not None
     try:
         assert "training CartPole-v1" in training.stderr.readline()
-        training.send_signal(signal.SIGINT)
+        training.send_signal(number)
         out, err = training.communicate(timeout=30)
     finally:
         training.kill()
-    assert training.returncode == 130
+    assert training.returncode == code
     assert out == ""
-    assert err.splitlines()[-1] == f"interrupted: the checkpoints so far are in {run}"
+    [checkpoint] = (run / "checkpoints").iterdir()
+    steps = int(checkpoint.name.removeprefix("step_"))
+    assert "Stopping after the rollout that is under way" in err
+    assert err.splitlines()[-1] == f"interrupted: 'frobs resume {run}' continues from the checkpoint at step {steps:,}"
     assert "Traceback" not in err
 
 

@@ -10,6 +10,8 @@ from typing import Any
 import pytest
 from typer.testing import Result
 
+from frobs_core.yaml import load_yaml
+
 Frobs = Callable[..., Result]
 Facts = Callable[..., Any]
 TRAIN = ("--steps", "512", "--num-envs", "2", "--seed", "3", "--set", "algorithm_config.n_steps=64")
@@ -74,7 +76,38 @@ def test_show_tells_about_the_run_on_one_screen(frobs: Frobs, run: Path) -> None
     assert "512 steps" in text
     assert "CartPole-v1" in text
     assert len(text.splitlines()) < 24
-    assert "algorithm_config.n_steps" in frobs("show", str(run), "--config").stdout
+    assert "1 thread" in text
+
+
+def test_show_config_is_yaml_that_trains_again(frobs: Frobs, run: Path, tmp_path: Path) -> None:
+    file = tmp_path / "again.yaml"
+    file.write_text(frobs("show", str(run), "--config").stdout)
+    path = tmp_path / "again"
+    args = ("--config", str(file), "--steps", "128", "--run-dir", str(path))
+    assert frobs("train", "CartPole-v1", *args).exit_code == 0
+    assert load_yaml(path / "config.yaml") == {**load_yaml(run / "config.yaml"), "steps": 128}
+
+
+def test_resume_leaves_a_complete_run_and_extends_it(frobs: Frobs, facts: Facts, tmp_path: Path) -> None:
+    path = tmp_path / "run"
+    assert frobs("train", "CartPole-v1", *TRAIN, "--run-dir", str(path)).exit_code == 0
+    assert facts("resume", str(path))["steps"] == 512
+    found = facts("resume", str(path), "--steps", "640")
+    assert found["steps"] == 640
+    assert load_yaml(path / "config.yaml")["steps"] == 640
+    result = frobs("resume", str(path), "--steps", "100")
+    assert result.exit_code == 2
+    assert "has taken 640 already" in result.stderr
+
+
+def test_train_again_in_a_folder_that_exists(frobs: Frobs, tmp_path: Path) -> None:
+    path = tmp_path / "run"
+    train = ("train", "CartPole-v1", *TRAIN, "--run-dir", str(path))
+    assert frobs(*train).exit_code == 0
+    assert "resuming CartPole-v1" not in frobs(*train, "--on-existing", "resume").stderr
+    assert str(tmp_path / "run_2") in frobs(*train, "--on-existing", "increment").stdout
+    result = frobs(*train, "--on-existing", "incremnt")
+    assert "Did you mean 'increment'" in result.stderr
 
 
 def test_plot_draws_one_run_and_several(frobs: Frobs, run: Path, tmp_path: Path) -> None:

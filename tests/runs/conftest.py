@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -10,6 +11,8 @@ import numpy as np
 import pytest
 
 from frobs_core.runs import Run, resolve_config, train
+
+sys.path.append(str(Path(__file__).parent))  # for parts_to_name, which configurations name
 
 LINE = "FrobsTests/Line-v0"
 

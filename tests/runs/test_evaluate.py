@@ -9,7 +9,9 @@ import pytest
 from frobs_core.errors import CheckpointError, ConfigurationError, RunError
 from frobs_core.runs import Run, evaluate
 from frobs_core.runs.environments import make_vector_env
-from frobs_core.runs.evaluate import _Counter, goal_reader, wilson_interval
+from frobs_core.runs.evaluate import wilson_interval
+from frobs_core.runs.playing import EpisodeCounter as _Counter
+from frobs_core.runs.playing import goal_reader
 from frobs_core.runs.recorder import FinishedEpisodes
 
 

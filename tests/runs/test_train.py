@@ -28,6 +28,7 @@ def test_a_run_folder_holds_everything(trained: Run) -> None:
         "progress.csv",
         "tensorboard",
         "checkpoints",
+        ".lock",
     }
     resolved = load_yaml(trained.path / "config.yaml")
     assert resolved["seed"] == 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Self
@@ -95,9 +96,31 @@ class SB3Algorithm(Algorithm):
         return self.model.predict(observation, state, episode_start, deterministic)
 
     def save(self, folder: Path, previous: Path | None = None) -> None:
-        """Write ``algorithm.json``, and tensors and arrays beside it."""
+        """Write what predicts, and what it takes to learn on beside it."""
         at_start = self._callback is not None and self._callback.at_start
         pause = self._pause or state.pause(self.model, at_start)
+        self._write_policy(folder, pause.at_start)
+        storage.write_tensors(folder / "optimizers.pt", state.learning(self.model))
+        storage.write_arrays(folder / "last_step.npz", state.last_step(self.model))
+        storage.write_arrays(folder / "random.npz", pause.arrays)
+        buffer = getattr(self.model, "replay_buffer", None)
+        if buffer is not None:
+            replay.write(buffer, folder / "replay", None if previous is None else previous / "replay")
+
+    def save_policy(self, folder: Path) -> None:
+        """Write what predicts: ``algorithm.json``, the networks and the normaliser."""
+        self._write_policy(folder, at_start=False)
+
+    def forget_episodes(self) -> None:
+        """Begin with a reset: what is kept of the last step is of episodes that are no more."""
+        self.model._last_obs = None
+        truncate = getattr(getattr(self.model, "replay_buffer", None), "truncate_last_trajectory", None)
+        if truncate is not None:  # hindsight replay: its last episodes end where they were
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                truncate()
+
+    def _write_policy(self, folder: Path, at_start: bool) -> None:
         storage.write_json(
             folder / "algorithm.json",
             {
@@ -110,18 +133,12 @@ class SB3Algorithm(Algorithm):
                 "observation_space": space_to_json(self.observation_space),
                 "action_space": space_to_json(self.action_space),
                 "counters": state.counters(self.model),
-                "at_start": pause.at_start,
+                "at_start": at_start,
             },
         )
         storage.write_tensors(folder / "policy.pt", self.model.policy.state_dict())
-        storage.write_tensors(folder / "optimizers.pt", state.learning(self.model))
-        storage.write_arrays(folder / "last_step.npz", state.last_step(self.model))
-        storage.write_arrays(folder / "random.npz", pause.arrays)
         if self.normalizer is not None:
             storage.write_arrays(folder / "normalizer.npz", state.normalizer_arrays(self.normalizer))
-        buffer = getattr(self.model, "replay_buffer", None)
-        if buffer is not None:
-            replay.write(buffer, folder / "replay", None if previous is None else previous / "replay")
 
     @classmethod
     def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:

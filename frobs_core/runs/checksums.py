@@ -1,0 +1,84 @@
+"""What a checkpoint's files are checked by."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from frobs_core.errors import CheckpointError
+
+NAME = "checksums.json"
+"""The file that lists them; a folder that has it was written completely."""
+
+
+def write_checksums(folder: Path, files: Iterable[Path], previous: Path | None = None) -> Path:
+    """Write the checksums of files into their folder.
+
+    Args:
+        folder: The folder.
+        files: In it.
+        previous: A folder with checksums: a file that is a hard link to the one there keeps the one that it has.
+
+    Returns:
+        The file that was written.
+    """
+    known = {} if previous is None else _read_if_possible(previous)
+    checksums = {}
+    for path in files:
+        name = path.relative_to(folder).as_posix()
+        same = name in known and previous is not None and _is_same(path, previous / name)
+        checksums[name] = known[name] if same else _checksum(path)
+    target = folder / NAME
+    target.write_text(json.dumps(checksums, indent=2) + "\n", encoding="utf-8")
+    return target
+
+
+def verify(folder: Path) -> None:
+    """Check that nothing in a folder has changed.
+
+    Raises:
+        CheckpointError: A file is missing, damaged or new.
+    """
+    try:
+        checksums = _read(folder)
+    except (OSError, ValueError) as error:
+        raise CheckpointError(f"checkpoint {folder}: {NAME} cannot be read: {error}.") from error
+    there = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()} - {NAME}
+    for name in sorted(there.difference(checksums)):
+        raise CheckpointError(f"checkpoint {folder}: {name} has no checksum; {NAME} is damaged.")
+    for name, expected in checksums.items():
+        try:
+            found = _checksum(folder / name)
+        except OSError as error:
+            raise CheckpointError(f"checkpoint {folder}: {name} cannot be read: {error.strerror}.") from error
+        if found != expected:
+            raise CheckpointError(f"checkpoint {folder}: {name} is damaged (its checksum differs).")
+
+
+def _read(folder: Path) -> dict[str, str]:
+    checksums = json.loads((folder / NAME).read_text("utf-8"))
+    if not isinstance(checksums, dict):
+        raise ValueError("it holds no JSON object")
+    return checksums
+
+
+def _read_if_possible(folder: Path) -> dict[str, str]:
+    try:
+        return _read(folder)
+    except (OSError, ValueError):
+        return {}
+
+
+def _is_same(path: Path, other: Path) -> bool:
+    try:
+        return os.path.samefile(path, other)
+    except OSError:
+        return False
+
+
+def _checksum(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,69 @@
+"""Ctrl-C and SIGTERM during a training: stop where it can be continued exactly; a second one stops at once."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import signal
+import threading
+from pathlib import Path
+from types import FrameType, TracebackType
+from typing import Any, Self
+
+_log = logging.getLogger("frobs")
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+class TrainingInterrupt(KeyboardInterrupt):
+    """A training was interrupted; its run can be continued.
+
+    Args:
+        path: The run's folder.
+        checkpoint: Environment steps of the newest checkpoint; None: there is none.
+        signum: The signal.
+
+    Attributes:
+        exit_code: What a shell reports for a program that the signal ended: 130 for Ctrl-C, 143 for SIGTERM.
+    """
+
+    def __init__(self, path: Path, checkpoint: int | None, signum: int) -> None:
+        self.path = path
+        self.checkpoint = checkpoint
+        self.signum = signum
+        self.exit_code = 128 + signum
+        where = "from the beginning" if checkpoint is None else f"from the checkpoint at step {checkpoint:,}"
+        super().__init__(f"'frobs resume {path}' continues {where}")
+
+
+class Interrupts:
+    """Catches Ctrl-C and SIGTERM, as a context manager; in the main thread alone, where Python can.
+
+    Attributes:
+        requested: The signal that came; None: none did.
+    """
+
+    def __init__(self) -> None:
+        self.requested: int | None = None
+        self._before: dict[int, Any] = {}
+
+    def __enter__(self) -> Self:
+        """Begin to catch."""
+        if threading.current_thread() is threading.main_thread():
+            self._before = {number: signal.signal(number, self._take) for number in _SIGNALS}
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        """Give the signals back to whom they belonged."""
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+        self._before = {}
+
+    def _take(self, signum: int, frame: FrameType | None) -> None:
+        if self.requested is not None:
+            raise KeyboardInterrupt
+        self.requested = signum
+        again = "Ctrl-C again" if signum == signal.SIGINT else "another SIGTERM"
+        with contextlib.suppress(RuntimeError):  # in the middle of another line
+            _log.warning("Stopping after the rollout that is under way, with a checkpoint; %s stops at once.", again)

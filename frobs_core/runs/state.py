@@ -1,0 +1,101 @@
+"""The run's own part of a checkpoint: what it knows beside the algorithm and the environment. Nothing is executed."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from frobs_core.errors import CheckpointError
+
+FORMAT = 1
+"""Of ``run.json``."""
+
+Arrays = Mapping[str, np.ndarray[Any, Any]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunState:
+    """Where a run stands.
+
+    Attributes:
+        steps: Environment steps so far.
+        elapsed: [s] of training so far.
+        metrics: What the algorithm has told since the last row of the log.
+        stopped: Why the training ended before its steps were taken; None: it did not.
+        exact: Whether the environment's snapshot is all that it is made of.
+        format: Of the file.
+    """
+
+    steps: int
+    elapsed: float
+    metrics: Mapping[str, float] = field(default_factory=dict)
+    stopped: str | None = None
+    exact: bool = False
+    format: int = FORMAT
+
+    def write(self, folder: Path, episodes: Arrays) -> None:
+        """Write ``run.json``, and what is known of episodes as ``run.npz``."""
+        (folder / "run.json").write_text(json.dumps(asdict(self), indent=2) + "\n", encoding="utf-8")
+        write_arrays(folder / "run.npz", episodes)
+
+
+def read_state(folder: Path) -> tuple[RunState, dict[str, np.ndarray[Any, Any]]]:
+    """Read what :meth:`RunState.write` wrote.
+
+    Raises:
+        CheckpointError: A file is missing or damaged, or of another version.
+    """
+    path = folder / "run.json"
+    try:
+        values = json.loads(path.read_text("utf-8"))
+        if not isinstance(values, dict) or values.get("format") != FORMAT:
+            raise CheckpointError(f"{path} is not of format {FORMAT}; continue the run with the FRobs that wrote it.")
+        state = RunState(**values)
+    except (OSError, ValueError, TypeError) as error:
+        raise CheckpointError(f"{path} cannot be read: {error}.") from error
+    return state, read_arrays(folder / "run.npz")
+
+
+def write_arrays(path: Path, arrays: Arrays) -> None:
+    """Write arrays by name."""
+    with path.open("wb") as file:
+        np.savez(file, allow_pickle=False, **arrays)
+
+
+def read_arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
+    """Read what :func:`write_arrays` wrote.
+
+    Raises:
+        CheckpointError: The file is missing or damaged.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            return {name: file[name] for name in file.files}
+    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
+        raise CheckpointError(f"{path} cannot be read: {error}.") from error
+
+
+def write_best(folder: Path, steps: int, rank: tuple[float, float]) -> None:
+    """Write ``best.json`` of the best policy."""
+    (folder / "best.json").write_text(json.dumps({"steps": steps, "rank": list(rank)}) + "\n", encoding="utf-8")
+
+
+def read_best(folder: Path) -> tuple[int, tuple[float, float]]:
+    """Return the environment steps of the best policy, and its rank: success, then reward.
+
+    Raises:
+        CheckpointError: The file is missing or damaged.
+    """
+    path = folder / "best.json"
+    try:
+        values = json.loads(path.read_text("utf-8"))
+        success, reward = values["rank"]
+        return int(values["steps"]), (float(success), float(reward))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise CheckpointError(f"{path} cannot be read: {error}.") from error
