@@ -6,7 +6,7 @@ Imported by those who train, never by ``import frobs_core``: it needs pydantic.
 from frobs_core.runs.callbacks import TrainingCallback
 from frobs_core.runs.checkpoints import Checkpoint
 from frobs_core.runs.compare import Comparison, compare
-from frobs_core.runs.config import PartConfig, RunConfig, ThreadsConfig, resolve_config
+from frobs_core.runs.config import PartConfig, RunConfig, ThreadsConfig
 from frobs_core.runs.evaluate import Evaluation, evaluate
 from frobs_core.runs.existing import ON_EXISTING
 from frobs_core.runs.interrupts import TrainingInterrupt
@@ -14,6 +14,7 @@ from frobs_core.runs.monitor import Progress
 from frobs_core.runs.playing import OctantResult
 from frobs_core.runs.plot import plot_runs
 from frobs_core.runs.plot_comparison import plot_comparison
+from frobs_core.runs.resolve import resolve_config
 from frobs_core.runs.resume import resume
 from frobs_core.runs.run import Run, default_run_dir
 from frobs_core.runs.threads import Threads, decide_threads
