@@ -44,9 +44,21 @@ def plain(name: str, *names: str) -> str:
     text = (_HERE.parent / "templates" / name).read_text("utf-8")
     check = '\n\nif __name__ == "__main__":'
     text = text.partition(check)[0].rstrip("\n") + "\n"
+    if name.endswith(".yaml"):
+        text = text.replace(name, "train.yaml")
     for old, new in zip(names[::2], names[1::2], strict=True):
         text = renamed(text, old, new)
     return text
+
+
+def algorithm(name: str) -> str:
+    """Return ``templates/algorithm.py`` under another name, without its record, which stands in ``plugin.py``."""
+    text = (_HERE.parent / "templates" / "algorithm.py").read_text("utf-8").partition("\n\n\n@hookimpl")[0] + "\n"
+    for line in ("from frobs_core.hookspecs import hookimpl\n", "from frobs_core.specs import AlgorithmRecord\n"):
+        text = text.replace(line, "")
+    summary, how, rest = text.partition("\n\nTo make a distribution of it")
+    text = summary + "\n" + rest[rest.index('"""') :] if how else text
+    return renamed(text, "cross_entropy", name)
 
 
 @pass_context
@@ -86,7 +98,7 @@ class Templates(Extension):
 
     def __init__(self, environment: Environment) -> None:
         super().__init__(environment)
-        for function in (camel, plain, partial, robot_file, robot_distribution):
+        for function in (camel, plain, algorithm, partial, robot_file, robot_distribution):
             environment.globals[function.__name__] = function
         environment.filters["literal"] = repr_double
 

@@ -18,14 +18,21 @@ from frobs_core.interfaces import Camera, Controller, Marker, Scene, Simulation,
 from frobs_core.interfaces.task import Observation
 from frobs_core.models import longest_reach
 from frobs_core.random import RandomSource
+from frobs_core.rotations import quat_conjugate, quat_rotate
 
-_POSTURES = 4096  # random postures; goals are where those above the floor put the tool, so each can be reached
+_POSTURES = 8192  # random postures; goals are where those above the floor put the tool, so each can be reached
 _FLOOR_CLEARANCE = 0.05  # [m] between a goal's posture and the floor
+_OUTERMOST = 2.5  # [%] of the goals at either end of each axis, which only a stretched arm reaches: left out
 
 
 def distance_to(goal: Floats, position: Floats) -> Floats:
     """Return the distance of positions (num_envs, 3) from goals (num_envs, 3) [m]; (num_envs,) [m]."""
     return np.asarray(np.sqrt(((goal - position) ** 2).sum(axis=-1)))
+
+
+def seen_from(quat_wxyz: Floats, vector: Floats) -> Floats:
+    """Return vectors (num_envs, 3) of the world as a link sees them that is turned by ``quat_wxyz`` (num_envs, 4)."""
+    return quat_rotate(quat_conjugate(quat_wxyz), vector)
 
 
 def closeness(distance: Floats, width: float) -> Floats:
@@ -65,14 +72,16 @@ class MyReach(Task):
         self._reachable = self._survey()  # (k, 3) [m]
         reach = longest_reach(robot.model, robot.tcp)
         low, high = robot.base_pose[0][0] - reach, robot.base_pose[0][0] + reach
+        far = np.full(3, np.sqrt(((high - low) ** 2).sum()))
         margin = 0.1 * (robot.position_upper[0] - robot.position_lower[0])  # drives may overshoot a limit
         self.observation_space = gym.spaces.Box(
-            np.concatenate([robot.position_lower[0] - margin, low, low, low - high]).astype(np.float32),
-            np.concatenate([robot.position_upper[0] + margin, high, high, high - low]).astype(np.float32),
+            np.concatenate([robot.position_lower[0] - margin, low, low, low - high, -far]).astype(np.float32),
+            np.concatenate([robot.position_upper[0] + margin, high, high, high - low, far]).astype(np.float32),
             dtype=np.float32,
         )
         # What a learner may multiply the observation by, so that the differences that matter are about 1.
-        self.observation_scale = np.array([1.0] * robot.dof + [2.0] * 6 + [5.0] * 3)
+        self.observation_scale = np.array([1.0] * robot.dof + [2.0] * 9 + [5.0] * 3)
+        self._shoulder = robot.model.actuated_joints[0].child
         self._goal: Floats = np.zeros((robot.num_envs, 3))
         self._tcp: Floats = np.zeros((robot.num_envs, 3))
         self._distance: Floats = np.zeros(robot.num_envs)
@@ -99,8 +108,14 @@ class MyReach(Task):
         self._measure()
 
     def observe(self, rng: RandomSource) -> Observation:
-        """Return joint positions, tool, goal, and the way from tool to goal: (num_envs, dof + 9) float32."""
-        parts = [self._robot.joint_positions, self._tcp, self._goal, self._goal - self._tcp]
+        """Return joint positions, tool, goal, and the way from tool to goal, twice: (num_envs, dof + 12) float32.
+
+        First in the world, then as the first link that moves sees it: what the other joints have to do looks the same
+        whichever way that link has turned.
+        """
+        offset = self._goal - self._tcp
+        turned = seen_from(self._robot.frame_pose(self._shoulder)[1], offset)
+        parts = [self._robot.joint_positions, self._tcp, self._goal, offset, turned]
         return np.concatenate(parts, axis=1).astype(np.float32)
 
     def observation_columns(self) -> Mapping[str, slice]:
@@ -111,6 +126,7 @@ class MyReach(Task):
             "tcp_position": slice(dof, dof + 3),
             "goal": slice(dof + 3, dof + 6),
             "goal_offset": slice(dof + 6, dof + 9),
+            "goal_from_shoulder": slice(dof + 9, dof + 12),
         }
 
     def reward(self) -> Floats:
@@ -164,7 +180,9 @@ class MyReach(Task):
         clear = np.minimum(lowest, tool[:, 2]) > _FLOOR_CLEARANCE
         if not clear.any():
             raise ConfigurationError(f"robot '{robot.robot.name}' is in the floor in all of {_POSTURES} postures.")
-        return np.asarray(tool[clear])
+        tool = tool[clear]
+        inner, outer = np.percentile(tool, (_OUTERMOST, 100.0 - _OUTERMOST), axis=0)
+        return np.asarray(tool[((tool >= inner) & (tool <= outer)).all(axis=-1)])
 
 
 if __name__ == "__main__":  # python my_reach.py: does it keep the contract of a task?

@@ -109,9 +109,10 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
     return [
         AlgorithmRecord(
             name="{{ cookiecutter.name }}",
-            summary="the cross-entropy method",
+            summary="the cross-entropy method over a small network",
             entry_point="{{ package }}.algorithm:{{ camel(cookiecutter.name) }}",
             install_hint="pip install {{ distribution }}",
+            action_spaces=("Box", "Discrete"),
         )
     ]
 {% endif %}

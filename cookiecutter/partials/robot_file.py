@@ -29,9 +29,3 @@ from frobs_core.interfaces import Robot
     tcp={{ robot.tcp | literal }},  # the link that tasks talk about
     # gains=DriveGains(stiffness=…, damping=…): left out, each joint is critically damped for the inertia that it moves
 )
-
-if __name__ == "__main__":  # python robot.py: is it a sound robot?
-    from frobs_core.testing import check_robot, run_checks
-
-    for result in run_checks(check_robot({{ cookiecutter.name.upper() }})).results:
-        print(result.status, result.name, result.message)

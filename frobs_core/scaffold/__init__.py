@@ -3,14 +3,14 @@
     answers.py      the questions, and what is wrong with an answer
     clashes.py      what is installed already under a name
     robot_file.py   what a robot's description takes from its model file
-    render.py       renders the templates
+    rendering.py    renders the templates
     finish.py       what is done afterwards
 
 The templates are ``cookiecutter/`` and ``templates/`` of the repository; they travel in the wheel.
 """
 
 from frobs_core.scaffold.answers import CHOICES, QUESTIONS, asked, find_problem
-from frobs_core.scaffold.render import fill_in, prompts, render, resolve, template_folder
+from frobs_core.scaffold.rendering import fill_in, prompts, render, resolve, template_folder
 
 __all__ = [
     "CHOICES",

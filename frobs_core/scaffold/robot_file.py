@@ -171,7 +171,7 @@ def _take(source: Path, folder: Path, taken: dict[Path, str]) -> str:
         taken[source] = name
         if source.suffix.lower() == ".obj":
             for line in source.read_text(errors="replace").splitlines():
-                material = source.with_name(line.partition(" ")[2].strip() or " ")
+                material = source.parent / line.removeprefix("mtllib ").strip()
                 if line.startswith("mtllib ") and material.is_file():
                     shutil.copyfile(material, folder / material.name)
     return taken[source]

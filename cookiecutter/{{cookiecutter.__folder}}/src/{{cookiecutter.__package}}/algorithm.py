@@ -1,3 +1,3 @@
 {% if cookiecutter.what == "algorithm" %}
-{{ plain("my_algorithm.py", "my_algorithm", cookiecutter.name) -}}
+{{ algorithm(cookiecutter.name) -}}
 {% endif %}

@@ -98,6 +98,10 @@ def render(context: Mapping[str, Any], output: Path) -> Path:
     if target.exists() or target.is_symlink():
         raise ConfigurationError(f"the folder {target} exists; choose another name, or another place with --output.")
     check_clashes(context)
+    if "robot" in context["__kinds"] and context["example"] == "file":
+        from frobs_core.scaffold.robot_file import facts_for
+
+        facts_for(context)  # what is wrong with it is told before anything is written
     source = next(template_folder().glob("{{*}}"))
     environment = _environment()
     output.mkdir(parents=True, exist_ok=True)

@@ -1,0 +1,178 @@
+"""``frobs new``: what it makes, asks, and refuses."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from frobs_core.cli import new as module
+from frobs_core.cli.app import app
+
+Frobs = Callable[..., Result]
+FAULTY = """<robot name="faulty"><link name="a"/><link name="b"/>
+<joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint></robot>"""
+
+
+@pytest.fixture
+def frobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Frobs:
+    """Run a command in an empty folder."""
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+
+    def run(*args: str, input: str | None = None) -> Result:
+        return CliRunner().invoke(app, list(args), prog_name="frobs", input=input)
+
+    return run
+
+
+def test_it_says_what_it_made_and_what_is_next(frobs: Frobs) -> None:
+    done = frobs("new", "pair", "my_arm", "--namespace", "acme", "--json")
+    assert done.exit_code == 0, done.output
+    facts = json.loads(done.stdout)
+    assert facts["folder"] == "my-arm"
+    assert facts["distributions"] == ["frobs-robots-my-arm", "frobs-tasks-my-arm"]
+    assert facts["environment_id"] == "acme/MyArmReach-v0"
+    assert len(facts["next"]) == 4
+    assert facts["next"][0] == "pip install -e my-arm/frobs-robots-my-arm -e my-arm/frobs-tasks-my-arm"
+    assert all((Path("my-arm") / file).is_file() for file in facts["files"])
+
+
+def test_people_get_the_commands_to_copy(frobs: Frobs) -> None:
+    done = frobs("new", "both", "my_rover", "--example", "wheeled", "--output", "deep/er")
+    assert done.exit_code == 0, done.output
+    assert "    pytest deep/er/frobs-my-rover\n" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("args", "words"),
+    [
+        (["pair", "class"], "keyword of Python"),
+        (["pair", "match"], "keyword of Python"),
+        (["pair", "My-Arm"], "lower-case letters"),
+        (["pair", "2arms"], "lower-case letters"),
+        (["pair", "my__arm"], "lower-case letters"),
+        (["pair", "a" * 41], "41 characters"),
+        (["robots", "my_arm"], "must be one of pair, both"),
+        (["pair", "my_arm", "--example", "legged"], "must be one of arm, wheeled, file"),
+        (["pair", "my_arm", "--license", "GPL"], "must be one of MIT"),
+        (["pair", "my_arm", "--namespace", "frobs"], "that of FRobs itself"),
+        (["pair", "my_arm", "--namespace", "a/b"], "letters, digits"),
+        (["pair", "my_arm", "--author", 'A "B" C'], "without quotes"),
+        (["pair", "my_arm", "--example", "file"], "say which"),
+        (["task", "my_reach", "--robot-file", "arm.urdf"], "a task alone is for a robot that is installed"),
+        (["controller", "my_controller", "--tcp", "tool0"], "tcp means nothing for a new controller"),
+        (["robot", "irb120"], "offers a robot 'irb120' already"),
+        (["controller", "joint_position"], "frobs-controllers 0.1.0 offers a controller 'joint_position' already"),
+        (["simulator", "mujoco"], "the distribution frobs-sim-mujoco 0.1.0 is installed"),
+        (["robot", "abb"], "the distribution frobs-robots-abb 0.1.0 is installed"),
+        (["task", "my_reach", "--robot", "irb121"], "Did you mean 'irb120'?"),
+        (["task", "my_drive", "--example", "wheeled", "--robot", "irb120"], "has no differential drive"),
+        (["task", "my_drive", "--example", "wheeled"], "'frobs list robots'"),
+        (["pair", "my_arm", "--robot-file", "missing.urdf"], "no such file"),
+        (["pair", "my_arm", "--robot-file", "faulty.urdf"], "faulty.urdf"),
+        (["pair", "my_arm", "--robot-file", "broken.urdf"], "broken.urdf"),
+    ],
+    ids=lambda value: " ".join(value)[:60] if isinstance(value, list) else "",
+)
+def test_it_refuses_in_one_line_and_writes_nothing(frobs: Frobs, args: list[str], words: str) -> None:
+    Path("faulty.urdf").write_text(FAULTY)
+    Path("broken.urdf").write_text("<robot name='x'><link")
+    before = sorted(Path().iterdir())
+    done = frobs("new", *args)
+    assert done.exit_code == 2, done.output
+    assert done.stderr.startswith("error: ")
+    assert len(done.stderr.splitlines()) == 1
+    assert words in done.stderr
+    assert sorted(Path().iterdir()) == before
+
+
+def test_a_link_that_is_not_there_is_refused_with_the_nearest(frobs: Frobs, tiny_arm: Path) -> None:
+    done = frobs("new", "pair", "tiny", "--robot-file", str(tiny_arm), "--tcp", "tol")
+    assert done.exit_code == 2
+    assert "Did you mean 'tool'?" in done.stderr
+    assert list(Path().iterdir()) == []
+
+
+def test_a_folder_that_exists_is_left_alone(frobs: Frobs) -> None:
+    Path("my-arm").mkdir()
+    Path("my-arm/mine.txt").write_text("mine")
+    done = frobs("new", "pair", "my_arm")
+    assert done.exit_code == 2
+    assert "the folder my-arm exists" in done.stderr
+    assert [path.as_posix() for path in Path().rglob("*")] == ["my-arm", "my-arm/mine.txt"]
+
+
+def test_what_fails_half_way_leaves_nothing(frobs: Frobs, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device", "x")
+
+    monkeypatch.setattr("frobs_core.scaffold.rendering.finish_robot", fail)
+    done = frobs("new", "pair", "my_arm")
+    assert done.exit_code == 2
+    assert "No space left" in done.stderr
+    assert list(Path().iterdir()) == []
+
+
+def test_a_script_that_says_too_little_is_told(frobs: Frobs) -> None:
+    done = frobs("new", "pair")
+    assert done.exit_code == 2
+    assert "frobs new pair my_arm" in done.stderr
+
+
+def test_a_terminal_is_asked_and_told_what_will_not_do(frobs: Frobs, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Terminal:
+        def isatty(self) -> bool:
+            return True
+
+    monkeypatch.setattr(module, "sys", type("sys", (), {"stdin": Terminal()}))
+    lines = ["both", "wheeled", "lambda", "my_rover", "", "", "", ""]
+    answers = iter(lines)
+    monkeypatch.setattr(module.typer, "prompt", lambda text, default, err: next(answers) or default)
+    done = frobs("new")
+    assert done.exit_code == 0, done.output
+    assert "keyword of Python" in done.stderr
+    assert "a wheeled robot that drives to a goal" in done.stderr
+    assert Path("frobs-my-rover/pyproject.toml").is_file()
+    assert list(answers) == []
+
+
+@pytest.fixture
+def tiny_arm(tmp_path: Path) -> Path:
+    """An arm of one joint, with meshes of one name in two folders."""
+    mesh = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex {0} 0 0\nvertex 0 {0} 0\nendloop\nendfacet\nendsolid s\n"
+    for i, folder in enumerate(("one", "two"), start=1):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "shape.stl").write_text(mesh.format(0.01 * i))
+    body = (
+        '<inertial><origin xyz="0.1 0 0"/><mass value="1"/>'
+        '<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial>'
+    )
+    visual = '<visual><geometry><mesh filename="{}/shape.stl"/></geometry></visual>'
+    file = tmp_path / "tiny.urdf"
+    file.write_text(
+        f'<robot name="tiny"><link name="base">{body}{visual.format("one")}</link>'
+        f'<link name="arm">{body}{visual.format("two")}</link>'
+        '<joint name="turn" type="revolute"><parent link="base"/><child link="arm"/><origin xyz="0 0 0.3"/>'
+        '<axis xyz="0 0 1"/><limit lower="-2" upper="2" velocity="3" effort="20"/></joint>'
+        '<link name="tool"/><joint name="mount" type="fixed"><parent link="arm"/><child link="tool"/>'
+        '<origin xyz="0.3 0 0"/></joint></robot>'
+    )
+    return file
+
+
+def test_a_robots_file_is_taken_over_with_all_that_it_names(frobs: Frobs, tiny_arm: Path) -> None:
+    done = frobs("new", "robot", "tiny", "--robot-file", str(tiny_arm))
+    assert done.exit_code == 0, done.output
+    package = Path("frobs-robots-tiny/src/frobs_robots_tiny")
+    text = (package / "tiny.urdf").read_text()
+    assert 'filename="meshes/shape.stl"' in text
+    assert 'filename="meshes/shape_2.stl"' in text
+    assert (package / "meshes/shape_2.stl").read_bytes() == tiny_arm.with_name("two").joinpath("shape.stl").read_bytes()
+    assert str(tiny_arm.parent) not in text
+    description = (package / "robot.py").read_text()
+    assert 'tcp="tool"' in description
+    assert "``turn``: revolute, -2 to 2" in description
