@@ -7,7 +7,7 @@ from frobs_core.interfaces.robot import DifferentialDrive, DriveGains, Lidar, Ro
 from frobs_core.interfaces.scene import Body, Camera, Contact, Marker, Placement, Scene
 from frobs_core.interfaces.simulation import BareEngine, BodyHandle, RobotHandle, Simulation, Snapshot
 from frobs_core.interfaces.task import GoalTask, ResetOptions, Task
-from frobs_core.interfaces.translation import Overlap, Translation
+from frobs_core.interfaces.translation import Overlap, Translation, TranslationTable, translate
 
 __all__ = [
     "Algorithm",
@@ -34,4 +34,6 @@ __all__ = [
     "Task",
     "TrainingMonitor",
     "Translation",
+    "TranslationTable",
+    "translate",
 ]

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypeAlias
 
+from frobs_core.models.elements import elements
+from frobs_core.models.model import RobotModel
 from frobs_core.models.notes import Treatment
+
+TranslationTable: TypeAlias = Mapping[str, tuple[Treatment, str]]
+"""What a simulator makes of each kind of element: treatment and how, by key of ``frobs_core.models.ELEMENTS``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,6 +29,15 @@ class Translation:
     treatment: Treatment
     how: str = ""
     names: tuple[str, ...] = ()
+
+
+def translate(model: RobotModel, table: TranslationTable) -> list[Translation]:
+    """Return the rows of a table for the kinds of elements that a model has; what the table lacks is left out."""
+    return [
+        Translation(element=kind, treatment=table[kind][0], how=table[kind][1])
+        for kind in elements(model)
+        if kind in table
+    ]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 
 from frobs_core.capabilities import Level
+from frobs_core.errors import ModelFileError
+from frobs_core.interfaces import Overlap
 from frobs_core.specs import SimulatorRecord
 from frobs_core.testing import CheckFailure, Hollow, NotApplicable, check_simulator
 from frobs_sim_mujoco.body import MujocoBody
+from frobs_sim_mujoco.meshes import RobotMeshes
 from frobs_sim_mujoco.robot import MujocoRobot
 from frobs_sim_mujoco.simulation import MujocoSimulation
 
@@ -269,6 +272,55 @@ for _name, _check in {
 @wrong(MujocoSimulation, "write_parameter", "parameters_stay")
 def parameter_mask_ignored(original: Any, self: Any, name: str, target: str, values: Any, mask: Any = None) -> None:
     original(self, name, target, values)
+
+
+@wrong(MujocoSimulation, "write_parameter", "inertia_follows_mass")
+def inertia_of_what_was_before(original: Any, self: Any, name: str, target: str, values: Any, mask: Any = None) -> None:
+    body = self.model.body(target).id
+    share = np.asarray(values) / self.parameter(name, target)
+    inertia = self.batch.expand("body_inertia")[:, body] * (0.5 + 0.5 * share)[:, None]
+    original(self, name, target, values, mask)
+    self.batch.expand("body_inertia")[:, body] = inertia
+
+
+@wrong(MujocoRobot, "write_gains", "drives_hold_as_gains_change")
+def target_scaled_by_gains(original: Any, self: Any, which: int, rows: Any, values: Any) -> None:
+    controls = self._batch.bind("ctrl").copy()
+    original(self, which, rows, values)
+    self._batch.bind("ctrl")[:] = controls
+
+
+@wrong(MujocoRobot, "base_twist", "wheels_roll")
+def wheels_slip(original: Any, self: Any) -> Any:
+    linear, angular = original.fget(self)
+    return 0.5 * linear, angular
+
+
+@wrong(MujocoSimulation, "overlaps", "overlaps_are_told")
+def neighbours_overlap(original: Any, self: Any, robot: str = "robot") -> Any:
+    return [*original(self, robot), Overlap(first="a", second="b", depth=0.01)]
+
+
+@wrong(MujocoSimulation, "render", "depth_is_in_metres")
+def depth_as_inverse(original: Any, self: Any, *args: Any, **kwargs: Any) -> Any:
+    picture = original(self, *args, **kwargs)
+    return 1.0 / picture if picture.dtype == np.float32 else picture
+
+
+@wrong(RobotMeshes, "hull", "broken_meshes_are_refused")
+def broken_mesh_is_none(original: Any, self: Any, mesh: Any) -> Any:
+    try:
+        return original(self, mesh)
+    except ModelFileError:
+        return []
+
+
+@wrong(MujocoRobot, "write_joint_state", "mimics_follow")
+def followers_stay(original: Any, self: Any, positions: Any, velocities: Any = 0.0, mask: Any = None) -> None:
+    before = self._batch.bind("qpos").copy()
+    original(self, positions, velocities, mask)
+    if self.dof == 1:
+        self._batch.bind("qpos")[:, 1:] = before[:, 1:]
 
 
 @pytest.mark.parametrize(("owner", "name", "check", "faulty"), FAULTS)

@@ -7,7 +7,7 @@ from frobs_core.capabilities import CAPABILITIES, Level
 from frobs_core.interfaces import Simulation
 from frobs_core.specs import SimulatorRecord
 from frobs_core.testing.checks import Check, Outcome, collect, expect
-from frobs_core.testing.simulator import drive, kinematics, parameters, running, state, world
+from frobs_core.testing.simulator import drive, kinematics, model_files, parameters, running, state, world
 from frobs_core.testing.simulator.subject import SimulatorUnderTest
 
 
@@ -30,6 +30,12 @@ CHECKS = (
     kinematics.frame_velocity_is_current,
     kinematics.unknown_frames_refused,
     kinematics.bases_are_placed,
+    model_files.elements_are_accounted_for,
+    model_files.mimics_follow,
+    model_files.overlaps_are_told,
+    model_files.overlapping_links_let_each_other_be,
+    model_files.two_robots_share_a_scene,
+    model_files.broken_meshes_are_refused,
     drive.drives_follow_positions,
     drive.drives_saturate,
     drive.drives_follow_velocities,
@@ -37,6 +43,7 @@ CHECKS = (
     drive.command_rows_are_steps,
     drive.commands_are_kept,
     drive.a_new_mode_holds,
+    drive.wheels_roll,
     running.time_counts_steps,
     state.joints_are_placed,
     state.floating_bases_fly,
@@ -55,12 +62,17 @@ CHECKS = (
     world.contacts_are_told,
     world.wrenches_push,
     world.cameras_see,
+    world.depth_is_in_metres,
+    world.contradictions_are_refused,
     parameters.gravity_shows,
     parameters.mass_shows,
     parameters.gains_show,
     parameters.joint_damping_shows,
     parameters.friction_shows,
     parameters.parameters_stay,
+    parameters.inertia_follows_mass,
+    parameters.drives_hold_as_gains_change,
+    parameters.frames_without_mass_refused,
 )
 """Every check of a simulator, in the order in which they run."""
 

@@ -6,9 +6,10 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.interfaces import CommandMode
+from frobs_core.models import Pose
 from frobs_core.testing.checks import Hollow, Outcome, expect
 from frobs_core.testing.compare import expect_close
-from frobs_core.testing.simulator.robots import LIFT, LIFT_EFFORT_LIMIT, LIFT_INERTIA, LIFT_WEIGHT
+from frobs_core.testing.simulator.robots import LIFT, LIFT_EFFORT_LIMIT, LIFT_INERTIA, LIFT_WEIGHT, ROVER
 from frobs_core.testing.simulator.subject import TIMESTEP, SimulatorUnderTest, verifies
 
 _GRAVITY = 9.81
@@ -84,6 +85,17 @@ def a_new_mode_holds(subject: SimulatorUnderTest) -> Outcome:
             expect(robot.command_mode == mode, f"command_mode is {robot.command_mode} after set_command_mode({mode}).")
             sim.step(200)
             expect_close(there, robot.joint_positions, 2e-3, f"joint positions, held after set_command_mode({mode})")
+    return None
+
+
+def wheels_roll(subject: SimulatorUnderTest) -> Outcome:
+    """A wheeled robot whose wheels turn at a velocity drives on the floor by their radius times it."""
+    with subject.build(ROVER, mode=CommandMode.VELOCITY, pose=Pose(pos=(0.0, 0.0, 0.051))) as (sim, robot):
+        robot.command(np.full((sim.num_envs, 2), 6.0))
+        sim.step(500)
+        forward = robot.base_twist[0][:, 0]
+        expect_close(np.full(sim.num_envs, 6.0), robot.joint_velocities[:, 0], 0.3, "velocity of the wheels [rad/s]")
+        expect_close(np.full(sim.num_envs, 0.3), forward, 0.02, "velocity of a rover on wheels of 0.05 m [m/s]")
     return None
 
 

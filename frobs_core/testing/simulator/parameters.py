@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import UnknownNameError
+from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.interfaces import Body, CommandMode, Simulation
 from frobs_core.models import Box, Pose
 from frobs_core.testing.checks import CheckFailure, Outcome, expect
 from frobs_core.testing.compare import expect_close
-from frobs_core.testing.simulator.robots import LIFT, LIFT_INERTIA
+from frobs_core.testing.simulator.robots import GRIPPER, LIFT, LIFT_INERTIA
 from frobs_core.testing.simulator.subject import BALL, TIMESTEP, SimulatorUnderTest, verifies
 
 _WEIGHTLESS = (0.0, 0.0, 0.0)
@@ -133,6 +133,57 @@ def parameters_stay(subject: SimulatorUnderTest) -> Outcome:
                 continue
             raise CheckFailure(f"parameter('{name}', '{target}') passes; it must raise UnknownNameError.")
     return None
+
+
+@verifies("randomize_mass")
+def inertia_follows_mass(subject: SimulatorUnderTest) -> Outcome:
+    """The motion depends on the mass that was written last, not on those before."""
+    ends = []
+    for masses in ((1.9,), (1.1, 0.2, 3.3, 1.9)):
+        with subject.build() as (sim, robot):
+            n = sim.num_envs
+            for mass in masses:
+                sim.write_parameter("mass", "robot/fore", np.full(n, mass))
+            robot.command(robot.home + 0.4)
+            sim.step(40)
+            ends.append(robot.joint_positions.copy())
+    tolerance = subject.tolerance("randomize_mass", exact=1e-12)
+    expect_close(ends[0], ends[1], tolerance, "joint positions with a mass that was written once, and after others")
+    return None
+
+
+@verifies("randomize_gains")
+def drives_hold_as_gains_change(subject: SimulatorUnderTest) -> Outcome:
+    """A drive holds what it was told when its gains change; after a reset, and in a snapshot, it holds home with them."""
+    with subject.build(gravity=_WEIGHTLESS, floor=False) as (sim, robot):
+        n = sim.num_envs
+        told = robot.home + 0.2
+        robot.command(told)
+        for name, factor in (("stiffness", 0.5), ("damping", 2.0)):
+            values = sim.parameter(name, "robot")[:1] * factor
+            sim.write_parameter(name, "robot", values, np.arange(n) == 0)
+        sim.step(1500)
+        expect_close(told, robot.joint_positions, 1e-2, "joints that hold, after their gains changed [rad]")
+        if not subject.level("teleport"):
+            return None
+        for restore in (False, True):
+            if restore and subject.level("snapshot"):
+                sim.restore(sim.snapshot())
+            sim.reset()
+            sim.step(50)
+            expect_close(robot.home, robot.joint_positions, 1e-6, "joints after a reset with the new gains [rad]")
+    return None
+
+
+@verifies("randomize_mass")
+def frames_without_mass_refused(subject: SimulatorUnderTest) -> Outcome:
+    """A mass for a link that is only a frame is a ConfigurationError."""
+    with subject.build(GRIPPER) as (sim, _):
+        try:
+            sim.write_parameter("mass", "robot/tip", np.ones(sim.num_envs))
+        except ConfigurationError:
+            return None
+    raise CheckFailure("write_parameter('mass', …) of a link without mass passes; it must raise ConfigurationError.")
 
 
 def _write(sim: Simulation, name: str, target: str, values: Floats) -> None:

@@ -97,7 +97,47 @@ _ROVER = f"""<robot name="kit_rover">
 {_joint("right", "continuous", "hull", "right_wheel", 'xyz="0 -0.11 0"', "0 1 0", 'velocity="40" effort="20"')}
 </robot>"""
 
-_TEXTS = {"kit_arm": _ARM, "kit_lift": _LIFT, "kit_rover": _ROVER}
+_GRIPPER = f"""<robot name="kit_gripper">
+<link name="palm">{_inertial(1.0, (0.01, 0.01, 0.01))}</link>
+<link name="finger">{_inertial(0.3, (0.002, 0.002, 0.002), "0 0 0.05")}</link>
+<link name="follower">{_inertial(0.2, (0.001, 0.001, 0.001), "0 0 0.05")}</link>
+{
+    _joint(
+        "bend",
+        "revolute",
+        "palm",
+        "finger",
+        'xyz="0.05 0 0"',
+        "0 1 0",
+        'lower="-1" upper="1" velocity="9" effort="20"',
+    )
+}
+{
+    _joint(
+        "follow",
+        "revolute",
+        "palm",
+        "follower",
+        'xyz="-0.05 0 0"',
+        "0 1 0",
+        'lower="-3" upper="3" velocity="9" effort="20"',
+    ).replace("<limit", '<mimic joint="bend" multiplier="-2" offset="0.1"/><limit')
+}
+<link name="tip"/>
+<joint name="end" type="fixed"><parent link="finger"/><child link="tip"/><origin xyz="0 0 0.1"/></joint>
+</robot>"""
+
+_BALL = '<collision><geometry><sphere radius="0.1"/></geometry></collision>'
+_PILE_LIMIT = 'lower="-1" upper="1" velocity="1" effort="9"'
+_PILE = f"""<robot name="kit_pile">
+<link name="a">{_inertial(1.0, (0.01, 0.01, 0.01))}{_BALL}</link>
+<link name="b">{_inertial(1.0, (0.01, 0.01, 0.01))}{_BALL}</link>
+<link name="c">{_inertial(1.0, (0.01, 0.01, 0.01))}{_BALL}</link>
+{_joint("ab", "revolute", "a", "b", 'xyz="0 0 0.19"', "0 1 0", _PILE_LIMIT)}
+{_joint("bc", "revolute", "b", "c", 'xyz="0 0 -0.04"', "0 0 1", _PILE_LIMIT)}
+</robot>"""
+
+_TEXTS = {"kit_arm": _ARM, "kit_lift": _LIFT, "kit_rover": _ROVER, "kit_gripper": _GRIPPER, "kit_pile": _PILE}
 
 ARM = Robot(
     model="kit_arm",
@@ -141,6 +181,15 @@ ROVER = Robot(
     ),
 )
 """Two driven wheels and two sliding feet."""
+
+GRIPPER = Robot(model="kit_gripper", name="kit_gripper", tcp="tip")
+"""A finger whose tip is only a frame, and one that follows it: −2 times its angle, and 0.1 rad."""
+
+PILE = Robot(model="kit_pile", name="kit_pile", tcp="c")
+"""Three balls of 0.1 m: two pairs of neighbours, and a and c, which are :data:`PILE_DEPTH` in each other."""
+
+PILE_DEPTH = 0.05
+"""[m]"""
 
 
 @lru_cache

@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 
+from frobs_core.arrays import Floats
 from frobs_core.interfaces import CommandMode
 from frobs_core.testing.checks import CheckFailure, Hollow, NotApplicable, Outcome, expect
 from frobs_core.testing.compare import expect_close, expect_same
@@ -89,8 +90,15 @@ def divergence_is_contained(subject: SimulatorUnderTest) -> Outcome:
         expect(sim.diverged is None or not sim.diverged.any(), "diverged is not empty after a reset.")
         sim.step(40)
         expected = state_of(sim, robot)
+    for speed in (1e150, np.nan):
+        _expect_contained(subject, speed, expected)
+    return None
+
+
+def _expect_contained(subject: SimulatorUnderTest, speed: float, expected: dict[str, Floats]) -> None:
     with subject.build(mode=CommandMode.EFFORT) as (sim, robot):
-        robot.write_joint_state(robot.home[:1], np.full((1, 2), 1e150), np.arange(n) == 0)
+        first = np.arange(sim.num_envs) == 0
+        robot.write_joint_state(robot.home[:1], np.full((1, 2), speed), first)
         sim.step(40)
         found = state_of(sim, robot)
         for name in expected:
@@ -100,9 +108,9 @@ def divergence_is_contained(subject: SimulatorUnderTest) -> Outcome:
         sound = np.isfinite(found["positions"][0]).all() and np.abs(found["positions"][0]).max() < 1e6
         expect(told or sound, f"environment 0 diverged to {found['positions'][0]}, and 'diverged' does not tell.")
         expect(diverged is None or not diverged[1:].any(), "'diverged' tells of environments that are sound.")
-        sim.reset(np.arange(n) == 0)
+        sim.reset(first)
         expect(sim.diverged is None or not sim.diverged.any(), "'diverged' stays after the reset.")
-    return None
+        expect_close(robot.home[0], robot.joint_positions[0], 1e-9, "joints of environment 0 after its reset")
 
 
 def close_twice(subject: SimulatorUnderTest) -> Outcome:

@@ -76,10 +76,32 @@ class SimulatorUnderTest:
             num_threads: For the engine.
             **scene: Further fields of the scene.
         """
+        with self.build_scene(
+            Scene(bodies=bodies or {}, **scene),
+            robot,
+            num_envs=num_envs,
+            mode=mode,
+            pose=pose,
+            num_threads=num_threads,
+        ) as built:
+            yield built
+
+    @contextmanager
+    def build_scene(
+        self,
+        scene: Scene,
+        robot: Robot = ARM,
+        *,
+        num_envs: int | None = None,
+        mode: CommandMode = CommandMode.POSITION,
+        pose: Pose | None = None,
+        num_threads: int = 0,
+    ) -> Iterator[tuple[Simulation, RobotHandle]]:
+        """Build a simulation of one robot in a scene; the arguments are those of :meth:`build`."""
         placement = Placement(robot=robot, model=model_of(robot.model), pose=pose or Pose(), command_mode=mode)
         simulation: Simulation = self.record.load()(
             {"robot": placement},
-            Scene(bodies=bodies or {}, **scene),
+            scene,
             num_envs=self.num_envs if num_envs is None else num_envs,
             physics_timestep=TIMESTEP,
             num_threads=num_threads,

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from frobs_core.errors import RenderingUnavailableError, UnknownNameError
-from frobs_core.interfaces import CommandMode, Contact, Lidar
+from frobs_core.errors import ConfigurationError, RenderingUnavailableError, UnknownNameError
+from frobs_core.interfaces import Camera, CommandMode, Contact, Lidar, Marker, Scene
 from frobs_core.models import Pose
 from frobs_core.testing.checks import CheckFailure, Hollow, Outcome, expect
 from frobs_core.testing.compare import expect_close
@@ -178,4 +178,45 @@ def cameras_see(subject: SimulatorUnderTest) -> Outcome:
                 raise CheckFailure(f"render({arguments}) passes; it must raise UnknownNameError.")
         except RenderingUnavailableError as error:
             return Hollow(str(error))
+    return None
+
+
+@verifies("cameras")
+def depth_is_in_metres(subject: SimulatorUnderTest) -> Outcome:
+    """A camera tells how far a wall is, from the world and from a link; a marker is drawn in front of it."""
+    cameras = {
+        "world": Camera(pos=(0.0, 1.0, 1.0), target=(2.0, 1.0, 1.0)),
+        "link": Camera(pos=(0.1, 0.0, 1.0), target=(1.0, 0.0, 1.0), frame="robot/base"),
+    }
+    with subject.build(bodies={"wall": WALL}, cameras=cameras, num_envs=1) as (sim, _):
+        try:
+            for name, distance in (("world", 1.9), ("link", 1.8)):
+                depth = sim.render(None, name, (48, 64), "depth")
+                expect_close(distance, depth[0, 24, 32, 0], 0.02, f"depth of a wall from the camera on the {name} [m]")
+            red = [Marker(np.array([[1.0, 1.0, 1.0]]), 0.2, (1.0, 0.0, 0.0, 1.0))]
+            plain, marked = (sim.render(None, "world", (48, 64), markers=m)[0, 24, 32].astype(int) for m in ((), red))
+            expect(
+                marked[0] - marked[2] > plain[0] - plain[2] + 50,
+                f"a red marker before the wall is not seen: the pixel is {marked}, and {plain} without it.",
+            )
+        except RenderingUnavailableError as error:
+            return Hollow(str(error))
+    return None
+
+
+def contradictions_are_refused(subject: SimulatorUnderTest) -> Outcome:
+    """A scene that contradicts itself, or names what is not there, is a ConfigurationError that says so."""
+    camera = Camera(pos=(1.0, 0.0, 0.0), target=(0.0, 0.0, 0.0), frame="robot/no_such_link")
+    scenes = {
+        "a body that is kinematic and has a mass": Scene(bodies={"x": replace(BALL, kinematic=True)}),
+        "a contact of no body": Scene(contacts={"c": Contact(first="no_such_body")}),
+        "a camera on no link": Scene(cameras={"c": camera}),
+    }
+    for what, scene in scenes.items():
+        try:
+            with subject.build_scene(scene):
+                pass
+        except ConfigurationError:
+            continue
+        raise CheckFailure(f"{what} is built; it must raise ConfigurationError.")
     return None

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 from robots import place
 
-from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import Body, CommandMode, Scene
-from frobs_core.models import Sphere
+from frobs_core.interfaces import Scene
 from frobs_sim_mujoco.simulation import MujocoSimulation
 
 
@@ -41,36 +39,3 @@ def test_what_follows_from_masses_is_computed_before_it_counts(tmp_path: Path) -
         states.append(sim.batch.state[0].tolist())
         assert sim.batch.expanded("body_subtreemass")[0, 1] == pytest.approx(2.0 + 1.0 + 2.5)
     assert states[0] == states[1]
-
-
-@pytest.mark.parametrize("mode", [CommandMode.POSITION, CommandMode.VELOCITY])
-def test_a_drive_holds_what_it_was_told_when_its_gains_change(tmp_path: Path, mode: CommandMode) -> None:
-    sim = simulate(tmp_path, scene=Scene(gravity=(0.0, 0.0, 0.0)), mode=mode)
-    arm = sim.robots["robot"]
-    target = np.full((2, 2), 0.4 if mode is CommandMode.POSITION else 0.0)
-    arm.command(target)
-    for name, factor in (("stiffness", 0.5), ("damping", 2.0)):
-        sim.write_parameter(name, "robot", sim.parameter(name, "robot")[:1] * factor, np.array([True, False]))
-    sim.step(2000)
-    expected = target if mode is CommandMode.POSITION else arm.home
-    assert arm.joint_positions == pytest.approx(expected, abs=1e-3)
-
-
-def test_a_reset_holds_home_with_the_gains_that_were_written(tmp_path: Path) -> None:
-    sim = simulate(tmp_path, scene=Scene(gravity=(0.0, 0.0, 0.0)))
-    arm = sim.robots["robot"]
-    kept = sim.snapshot()
-    sim.write_parameter("stiffness", "robot", arm.drive_gains()[0] * 0.25)
-    written = sim.snapshot()
-    for state in (None, kept, written):
-        if state is not None:
-            sim.restore(state)
-        sim.reset()
-        sim.step(50)
-        assert arm.joint_positions == pytest.approx(arm.home, abs=1e-9)
-
-
-def test_a_body_without_mass_is_refused(tmp_path: Path) -> None:
-    sim = simulate(tmp_path, scene=Scene(bodies={"post": Body(geometry=Sphere(0.1))}))
-    with pytest.raises(ConfigurationError, match="'robot/tool' has no mass"):
-        sim.write_parameter("mass", "robot/tool", np.ones(2))

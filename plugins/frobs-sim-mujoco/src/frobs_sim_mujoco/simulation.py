@@ -11,7 +11,7 @@ from mujoco.batch import Batch
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
-from frobs_core.interfaces import Marker, Overlap, Placement, Scene, Simulation, Snapshot, Translation
+from frobs_core.interfaces import Marker, Overlap, Placement, Scene, Simulation, Snapshot, Translation, translate
 from frobs_core.models import RobotModel
 from frobs_sim_mujoco import parameters
 from frobs_sim_mujoco.body import MujocoBody
@@ -19,7 +19,7 @@ from frobs_sim_mujoco.building import ROBOT_GROUPS, SCENE_GROUP, build_model
 from frobs_sim_mujoco.overlaps import find_overlaps
 from frobs_sim_mujoco.rendering import Renderer, Viewer
 from frobs_sim_mujoco.robot import MujocoRobot
-from frobs_sim_mujoco.translation import translate
+from frobs_sim_mujoco.translation import TABLES
 
 _VEL = int(mujoco.mjtStage.mjSTAGE_VEL)
 _NONE = int(mujoco.mjtStage.mjSTAGE_NONE)
@@ -114,7 +114,7 @@ class MujocoSimulation(Simulation):
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
         """Say what becomes of a robot's model file."""
-        return translate(model)
+        return translate(model, TABLES[model.format])
 
     @property
     def native(self) -> Native:

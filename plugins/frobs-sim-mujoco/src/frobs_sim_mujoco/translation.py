@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from frobs_core.interfaces import Translation
-from frobs_core.models import RobotModel, Treatment, elements
+from frobs_core.interfaces import TranslationTable
+from frobs_core.models import Treatment
 
 _KEPT, _APPROXIMATED, _DROPPED = Treatment.KEPT, Treatment.APPROXIMATED, Treatment.DROPPED
 
-_BOTH: Mapping[str, tuple[Treatment, str]] = {
+_BOTH: TranslationTable = {
     "inertias": (_KEPT, ""),
     "moving_joints": (_KEPT, ""),
     "fixed_joints": (_KEPT, "a body without joints, so that its frame stays"),
@@ -19,12 +19,12 @@ _BOTH: Mapping[str, tuple[Treatment, str]] = {
     "effort_limits": (_KEPT, "the range of the drive"),
     "joint_damping": (_KEPT, "beside the drive's own"),
     "joint_friction": (_APPROXIMATED, "frictionloss: soft, a joint at rest creeps under load"),
-    "mimic_joints": (_APPROXIMATED, "a soft equality: under load the joint lags behind"),
+    "mimic_joints": (_APPROXIMATED, "a stiff equality: under load the joint lags a little behind"),
     "colours": (_KEPT, ""),
     "sensors": (_DROPPED, "declare lidars in the robot's description"),
     "unknown_elements": (_DROPPED, "not known to the reader"),
 }
-_URDF: Mapping[str, tuple[Treatment, str]] = {
+_URDF: TranslationTable = {
     "visual_shapes": (_KEPT, "in pictures; the physics goes without"),
     "visual_meshes": (_KEPT, "triangles, in pictures; the physics goes without"),
     "textures": (_DROPPED, "drawn in one colour"),
@@ -38,7 +38,7 @@ _URDF: Mapping[str, tuple[Treatment, str]] = {
     "gazebo_tags": (_DROPPED, "Gazebo's alone"),
     "mujoco_tags": (_DROPPED, "the options of the simulation hold"),
 }
-_MJCF: Mapping[str, tuple[Treatment, str]] = {
+_MJCF: TranslationTable = {
     "visual_shapes": (_KEPT, ""),
     "visual_meshes": (_KEPT, ""),
     "collision_shapes": (_KEPT, ""),
@@ -57,12 +57,5 @@ _MJCF: Mapping[str, tuple[Treatment, str]] = {
     "options": (_DROPPED, "the timestep is the task's; solver and integrator are MuJoCo's defaults and implicitfast"),
 }
 
-
-def translate(model: RobotModel) -> list[Translation]:
-    """Return a row for each kind of element of a model that this plugin knows."""
-    table = {**_BOTH, **(_URDF if model.format == "urdf" else _MJCF)}
-    return [
-        Translation(element=kind, treatment=table[kind][0], how=table[kind][1])
-        for kind in elements(model)
-        if kind in table
-    ]
+TABLES: Mapping[str, TranslationTable] = {"urdf": {**_BOTH, **_URDF}, "mjcf": {**_BOTH, **_MJCF}}
+"""By format of the model."""

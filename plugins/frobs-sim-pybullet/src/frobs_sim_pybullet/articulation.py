@@ -16,7 +16,7 @@ FASTEST = 1e6
 """[rad/s or m/s] beyond which an environment has diverged."""
 
 MARGIN = 1e-4
-"""[m] by which Bullet rounds meshes; without any its rays miss them."""
+"""[m] by which Bullet rounds a mesh of the base; without any its rays miss it. On other links it keeps its own 1 mm."""
 
 _STATIC = 2  # Bullet's collision group of what stands still
 

@@ -9,7 +9,9 @@ from frobs_core.errors import ModelFileError, SimulationError
 from frobs_sim_pybullet.bullet import pybullet, quiet
 from frobs_sim_pybullet.transforms import Vector
 
-_FLAGS = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_IMPLICIT_CYLINDER  # else a prism of 32 sides, 1 mm too thick
+_FLAGS = (
+    pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_IMPLICIT_CYLINDER
+)  # else a prism of 32 sides, 1 mm too thick
 SELF_COLLISION = pybullet.URDF_USE_SELF_COLLISION
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
-from frobs_core.interfaces import Marker, Overlap, Placement, Scene, Simulation, Snapshot, Translation
+from frobs_core.interfaces import Marker, Overlap, Placement, Scene, Simulation, Snapshot, Translation, translate
 from frobs_core.models import RobotModel
 from frobs_sim_pybullet import layout, parameters
 from frobs_sim_pybullet.bare import BarePybullet
@@ -21,7 +21,7 @@ from frobs_sim_pybullet.pool import CONTEXT, Pool, count_workers
 from frobs_sim_pybullet.rendering import Renderer, Viewer
 from frobs_sim_pybullet.robot import PybulletRobot
 from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector
-from frobs_sim_pybullet.translation import translate
+from frobs_sim_pybullet.translation import TABLES
 
 
 class Native(NamedTuple):
@@ -85,7 +85,7 @@ class PybulletSimulation(Simulation):
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
         """Say what becomes of a robot's model file."""
-        return translate(model)
+        return translate(model, TABLES[model.format])
 
     @property
     def native(self) -> tuple[Native, ...]:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from frobs_core.interfaces import Translation
-from frobs_core.models import RobotModel, Treatment, elements
+from frobs_core.interfaces import TranslationTable
+from frobs_core.models import Treatment
 
 _KEPT, _APPROXIMATED, _DROPPED = Treatment.KEPT, Treatment.APPROXIMATED, Treatment.DROPPED
 
-_BOTH: Mapping[str, tuple[Treatment, str]] = {
+_BOTH: TranslationTable = {
     "inertias": (_KEPT, ""),
     "moving_joints": (_KEPT, ""),
     "fixed_joints": (_KEPT, "a link of its own, or a frame on its parent where it neither weighs nor touches anything"),
     "other_joints": (_DROPPED, "refused: only revolute, continuous, prismatic and fixed joints can be simulated"),
-    "position_limits": (_KEPT, ""),
+    "position_limits": (_APPROXIMATED, "as MuJoCo has them: a joint that is pushed goes a little beyond"),
     "velocity_limits": (_DROPPED, "controllers keep to them, the engine does not enforce them"),
     "effort_limits": (_KEPT, "what a drive saturates at"),
     "joint_damping": (_KEPT, "beside the drive's own"),
@@ -24,12 +24,12 @@ _BOTH: Mapping[str, tuple[Treatment, str]] = {
     "sensors": (_DROPPED, "declare lidars in the robot's description"),
     "unknown_elements": (_DROPPED, "not known to the reader"),
 }
-_URDF: Mapping[str, tuple[Treatment, str]] = {
+_URDF: TranslationTable = {
     "visual_shapes": (_KEPT, "in pictures; the physics goes without"),
     "visual_meshes": (_KEPT, "triangles, in pictures; the physics goes without"),
     "textures": (_DROPPED, "drawn in one colour"),
-    "collision_shapes": (_KEPT, ""),
-    "collision_meshes": (_APPROXIMATED, "their convex hulls touch and meet rays, rounded by 0.1 mm"),
+    "collision_shapes": (_KEPT, "the edges of cylinders a little round"),
+    "collision_meshes": (_APPROXIMATED, "their convex hulls touch and meet rays, 1 mm thicker than they are"),
     "contact_parameters": (_DROPPED, "friction 1, contacts hard and without bounce"),
     "safety_controllers": (_DROPPED, "controllers keep to the limits"),
     "calibrations": (_DROPPED, "nothing to calibrate in a simulation"),
@@ -38,7 +38,7 @@ _URDF: Mapping[str, tuple[Treatment, str]] = {
     "gazebo_tags": (_DROPPED, "Gazebo's alone"),
     "mujoco_tags": (_DROPPED, "MuJoCo's alone"),
 }
-_MJCF: Mapping[str, tuple[Treatment, str]] = {
+_MJCF: TranslationTable = {
     "joint_springs": (_DROPPED, "the drives hold the joints"),
     "armatures": (_KEPT, "default drive gains leave them out"),
     "visual_shapes": (_DROPPED, "only a URDF's shapes are read"),
@@ -57,12 +57,5 @@ _MJCF: Mapping[str, tuple[Treatment, str]] = {
     "options": (_DROPPED, "the timestep is the task's, the rest the simulation's"),
 }
 
-
-def translate(model: RobotModel) -> list[Translation]:
-    """Return a row for each kind of element of a model that this plugin knows."""
-    table = {**_BOTH, **(_URDF if model.format == "urdf" else _MJCF)}
-    return [
-        Translation(element=kind, treatment=table[kind][0], how=table[kind][1])
-        for kind in elements(model)
-        if kind in table
-    ]
+TABLES: Mapping[str, TranslationTable] = {"urdf": {**_BOTH, **_URDF}, "mjcf": {**_BOTH, **_MJCF}}
+"""By format of the model."""
