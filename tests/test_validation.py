@@ -8,10 +8,16 @@ from frobs_core.validation import validate
 from frobs_core.yaml import load_yaml_text, merge
 
 
+class Every(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    episodes: int = 1
+
+
 class Inner(BaseModel):
     model_config = ConfigDict(extra="forbid")
     width: int = Field(1, ge=1)
     rate: float | str = 0.1
+    every: int | Every | None = None
 
 
 class Outer(BaseModel):
@@ -47,6 +53,11 @@ def test_a_missing_key_is_named() -> None:
 def test_a_member_of_a_union_is_not_named() -> None:
     with pytest.raises(ConfigurationError, match=r"thing: inner\.rate = \[\]"):
         validate(Outer, {"steps": 1, "inner": {"rate": []}}, "thing")
+
+
+def test_the_nearest_key_is_found_inside_a_union() -> None:
+    with pytest.raises(UnknownParameterError, match="Did you mean 'episodes'"):
+        validate(Outer, {"steps": 1, "inner": {"every": {"episode": 3}}}, "thing")
 
 
 def test_a_key_from_a_file_is_reported_with_file_and_line() -> None:

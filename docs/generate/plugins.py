@@ -1,7 +1,12 @@
 """A section for each kind: what is installed, as ``frobs list`` and ``frobs show NAME`` say it."""
 
+from typing import get_args
+
+from pydantic import BaseModel
+
 from frobs_core.cli.catalogue import listed, plural
 from frobs_core.cli.describe_record import describe_record
+from frobs_core.cli.parameters import descriptions
 from frobs_core.specs import KINDS
 from generate import facts
 from generate.rst import code, directive, escape, heading, label, table
@@ -30,4 +35,25 @@ def _section(kind, name, record) -> str:
     elif kind in _WITH_CLASS:
         module, _, attribute = record.entry_point.partition(":")
         text += directive("autoclass", f"{module}.{attribute}", no_members="")
+        if kind == "algorithm" and hasattr(record.load(), "config_model"):
+            del found["defaults"]
+            found["settings"] = settings(record.load().config_model)
     return text + facts.scalars(found) + facts.tables(found, skip=("parameters", "capabilities"))
+
+
+def settings(model, prefix="") -> list[dict[str, str]]:
+    """Return a row for each setting of a pydantic model, and for those of the models in it."""
+    explained, rows = descriptions(model), []
+    for name, field in model.model_fields.items():
+        inner = next((part for part in (field.annotation, *get_args(field.annotation)) if is_model(part)), None)
+        default = field.get_default(call_default_factory=True)
+        row = {"name": prefix + name, "default": "…" if is_model(type(default)) else str(default)}
+        rows += [row | {"help": explained.get(name, "")}]
+        if inner is not None:
+            rows += settings(inner, f"{prefix}{name}.")
+    return rows
+
+
+def is_model(value) -> bool:
+    """Return whether it is a class of pydantic's models."""
+    return isinstance(value, type) and issubclass(value, BaseModel)

@@ -2,11 +2,13 @@ from __future__ import annotations
 
 import inspect
 import sys
-from typing import Any
+from typing import Any, get_args
 
 import pytest
+from pydantic import BaseModel
 
 from frobs_core import plugins
+from frobs_core.cli.parameters import descriptions
 from frobs_core.errors import ConfigurationError, PluginError, UnknownParameterError
 
 NAMES = ("ppo", "a2c", "ddpg", "dqn", "sac", "td3", "tqc", "crossq", "recurrent_ppo")
@@ -41,6 +43,20 @@ def test_settings_and_their_defaults_are_those_of_stable_baselines3(name: str) -
         if key not in OURS | {"policy_kwargs", "device"} and value != theirs[key].default
     }
     assert not different
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_setting_is_explained(name: str) -> None:
+    def unexplained(model: type[BaseModel]) -> list[str]:
+        known = descriptions(model)
+        own = [f"{model.__name__}.{key}" for key in model.model_fields if key not in known]
+        parts = [
+            part for field in model.model_fields.values() for part in (field.annotation, *get_args(field.annotation))
+        ]
+        models = [part for part in parts if isinstance(part, type) and issubclass(part, BaseModel)]
+        return own + [key for inner in models for key in unexplained(inner)]
+
+    assert not unexplained(plugins.get_record("algorithm", name).load().config_model)
 
 
 @pytest.mark.parametrize("name", NAMES)
