@@ -115,10 +115,12 @@ class AlgorithmRecord(Record):
     Attributes:
         action_spaces: The Gymnasium spaces that it can act in: ``"Box"``, ``"Discrete"``, …
         tuned: Configuration files that were tuned, by environment ID: ``"package:path.yaml"``.
+        search_space: What ``frobs tune`` varies where it is told nothing else: ``"package:path.yaml"``; empty: nothing.
     """
 
     action_spaces: tuple[str, ...] = ("Box",)
     tuned: Mapping[str, str] = field(default_factory=dict)
+    search_space: str = ""
 
 
 KINDS: Mapping[str, type[Record]] = {

@@ -25,6 +25,7 @@ from frobs_core.cli.plugins import plugins
 from frobs_core.cli.resume import resume
 from frobs_core.cli.show import show
 from frobs_core.cli.train import train
+from frobs_core.cli.tune import tune
 
 COMMANDS: Mapping[str, Mapping[str, Callable[..., Any]]] = {
     "Look around": {"list": list_, "show": show, "plugins": plugins},
@@ -35,6 +36,7 @@ COMMANDS: Mapping[str, Mapping[str, Callable[..., Any]]] = {
         "play": play,
         "plot": plot,
         "compare": compare,
+        "tune": tune,
     },
     "Extend": {"new": new},
     "Verify": {"check": check, "bench": bench, "parity": parity},

@@ -88,9 +88,8 @@ def _print_groups(found: Comparison) -> None:
 
 
 def _row(found: Comparison, group: Group) -> list[str]:
-    label = group.label.removeprefix(f"{group.environment.rpartition(':')[2]} · ")
     return [
-        label,
+        group.name,
         str(len(group.runs)),
         _value(found, group.final.value),
         _interval(found, group.final),
@@ -108,12 +107,14 @@ def _print_rest(found: Comparison) -> None:
     if found.improvements:
         print_line()
         print_title("probability of improvement")
+        several = len({group.environment for group in found.groups}) > 1
+        names = {group.label: group.label if several else group.name for group in found.groups}
         rows = []
         for item in found.improvements:
             chance = item.probability
             sure = "" if chance.low is None else f"{percent(chance.low, 0)} to {percent(chance.high, 0)}"
-            rows.append([f"{item.first}  over  {item.second}", percent(chance.value, 0), sure])
-        print_table(["", "", "95 % interval"], rows)
+            rows.append([names[item.first], f"over {names[item.second]}", percent(chance.value, 0), sure])
+        print_table(["", "", "", "95 % interval"], rows)
 
 
 def _steps(group: Group) -> str:

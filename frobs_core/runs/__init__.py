@@ -17,8 +17,10 @@ from frobs_core.runs.plot_comparison import plot_comparison
 from frobs_core.runs.resolve import resolve_config
 from frobs_core.runs.resume import resume
 from frobs_core.runs.run import Run, default_run_dir
+from frobs_core.runs.study import StudyResult, TrialResult
 from frobs_core.runs.threads import Threads, decide_threads
 from frobs_core.runs.train import train
+from frobs_core.runs.tune import Search, tune
 from frobs_core.runs.video import record_video
 from frobs_core.runs.view import view
 
@@ -32,10 +34,13 @@ __all__ = [
     "Progress",
     "Run",
     "RunConfig",
+    "Search",
+    "StudyResult",
     "Threads",
     "ThreadsConfig",
     "TrainingCallback",
     "TrainingInterrupt",
+    "TrialResult",
     "compare",
     "decide_threads",
     "default_run_dir",
@@ -46,5 +51,6 @@ __all__ = [
     "resolve_config",
     "resume",
     "train",
+    "tune",
     "view",
 ]

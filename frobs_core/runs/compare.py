@@ -48,6 +48,11 @@ class Group:
     steps_per_second: float
     curve: Curve
 
+    @property
+    def name(self) -> str:
+        """The label without the environment."""
+        return self.label.removeprefix(f"{self.environment.rpartition(':')[2]} · ")
+
 
 @dataclass(frozen=True, kw_only=True)
 class Improvement:

@@ -47,7 +47,7 @@ def test_the_readme_names_every_built_in_part(kind: str) -> None:
 
 def test_requirements_are_pinned() -> None:
     pinned = {line.split("==")[0].lower().replace("_", "-") for line in _lines("constraints.txt")}
-    wanted = {line.split(";")[0].strip().lower() for line in _lines("requirements-dev.txt")}
+    wanted = {re.split(r"[;\[]", line)[0].strip().lower() for line in _lines("requirements-dev.txt")}
     for project in [ROOT, *DISTRIBUTIONS]:
         table = tomllib.loads((project / "pyproject.toml").read_text("utf-8"))["project"]
         for group in (table["dependencies"], *table.get("optional-dependencies", {}).values()):

@@ -23,6 +23,7 @@ def _record(name: str, cls: str, summary: str, action_spaces: tuple[str, ...], *
         install_hint="pip install frobs-algos-sb3",
         action_spaces=action_spaces,
         tuned={f"frobs/{key}-v0": f"frobs_algos_sb3:tuned/{file}" for key, file in tuned.items()},
+        search_space=f"frobs_algos_sb3:search/{name}.yaml",
     )
 
 

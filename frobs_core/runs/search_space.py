@@ -1,0 +1,139 @@
+"""Search spaces: which settings a search varies, and between which values. Data, as YAML."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from frobs_core.errors import ConfigFileError, ConfigurationError
+from frobs_core.specs import AlgorithmRecord
+from frobs_core.validation import validate
+from frobs_core.yaml import ConfigMapping, find_origin, load_yaml, load_yaml_text
+
+if TYPE_CHECKING:
+    import optuna
+
+
+class Dimension(BaseModel):
+    """One setting that is searched.
+
+    Attributes:
+        type: ``float``, ``int`` or ``choice``.
+        low: Least number.
+        high: Greatest number, included.
+        log: Whether numbers are drawn evenly on a logarithmic scale.
+        step: Distance between numbers; None: any.
+        choices: What is chosen from: any values that YAML can hold.
+        prefix: Text before a number: ``lin_`` for a rate that falls to 0.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    type: Literal["float", "int", "choice"]
+    low: float | None = None
+    high: float | None = None
+    log: bool = False
+    step: float | None = Field(default=None, gt=0)
+    choices: list[Any] | None = Field(default=None, min_length=1)
+    prefix: str = ""
+
+    @model_validator(mode="after")
+    def _check(self) -> Dimension:
+        if self.type == "choice":
+            if self.choices is None or self.low is not None or self.high is not None:
+                raise ValueError("a choice has 'choices' and nothing else")
+            return self
+        if self.low is None or self.high is None or self.choices is not None:
+            raise ValueError(f"a number of type {self.type} has 'low' and 'high', and no 'choices'")
+        if not self.low <= self.high:
+            raise ValueError(f"low = {self.low:g} lies above high = {self.high:g}")
+        if self.log and (self.low <= 0 or self.step is not None):
+            raise ValueError("with 'log', low must be positive and 'step' left out")
+        if self.type == "int" and any(value is not None and value % 1 for value in (self.low, self.high, self.step)):
+            raise ValueError("the bounds and the step of an int are whole")
+        return self
+
+    def draw(self, trial: optuna.Trial, key: str) -> Any:
+        """Have a trial choose a value."""
+        if self.type == "choice":
+            assert self.choices is not None
+            texts = {_text(value): value for value in self.choices}  # a storage keeps scalars only
+            return texts[trial.suggest_categorical(key, list(texts))]
+        assert self.low is not None
+        assert self.high is not None
+        if self.type == "int":
+            step = 1 if self.step is None else int(self.step)
+            return self._prefixed(trial.suggest_int(key, int(self.low), int(self.high), step=step, log=self.log))
+        return self._prefixed(trial.suggest_float(key, self.low, self.high, step=self.step, log=self.log))
+
+    @property
+    def example(self) -> Any:
+        """A value of it."""
+        if self.type == "choice":
+            assert self.choices is not None
+            return self.choices[0]
+        assert self.low is not None
+        return self._prefixed(int(self.low) if self.type == "int" else self.low)
+
+    def _prefixed(self, value: float) -> Any:
+        return f"{self.prefix}{value!r}" if self.prefix else value
+
+
+SearchSpace = Mapping[str, Dimension]
+"""Dotted key of the run's configuration, as in ``--set``, then what is searched there."""
+
+
+def load_space(record: AlgorithmRecord, file: Path | str | None = None) -> SearchSpace:
+    """Read a search space: from a file, or the one that the algorithm offers.
+
+    Args:
+        record: The algorithm's.
+        file: YAML; None: the algorithm's own.
+
+    Raises:
+        ConfigFileError: The file cannot be used.
+        ConfigurationError: The algorithm offers none.
+    """
+    if file is not None:
+        return read_space(load_yaml(file))
+    if not record.search_space:
+        raise ConfigurationError(
+            f"algorithm '{record.name}' offers no search space; give one with --space FILE: a line such as "
+            "'algorithm_config.learning_rate: {type: float, low: 1e-5, high: 1e-2, log: true}' for each setting."
+        )
+    package, _, path = record.search_space.partition(":")
+    return read_space(load_yaml_text(resources.files(package).joinpath(path).read_text("utf-8"), f"{package}/{path}"))
+
+
+def read_space(mapping: ConfigMapping) -> SearchSpace:
+    """Check a search space; a list stands for a choice of its members.
+
+    Raises:
+        ConfigFileError: A dimension is wrong; file and line are named.
+        ConfigurationError: The same, where the mapping is from no file.
+    """
+    space = {}
+    for key, value in mapping.items():
+        origin = find_origin(mapping, [key])
+        if isinstance(value, Mapping):
+            space[key] = validate(Dimension, value, f"'{key}' of the search space")
+        elif isinstance(value, Sequence) and not isinstance(value, str) and value:
+            space[key] = Dimension(type="choice", choices=list(value))
+        else:
+            reason = f"'{key}' = {value!r} is nothing to search: write a list of values, or {{type: float, low: …, high: …}}."
+            raise ConfigFileError(*origin, reason) if origin else ConfigurationError(reason)
+    return space
+
+
+def setting(key: str, value: Any) -> str:
+    """Return ``"key=value"`` as ``--set`` takes it."""
+    return f"{key}={json.dumps(value)}"
+
+
+def _text(value: Any) -> bool | int | float | str | None:
+    return value if value is None or isinstance(value, bool | int | float | str) else json.dumps(value)

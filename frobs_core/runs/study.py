@@ -1,0 +1,209 @@
+"""A study: where the trials of a search are kept, and what is known of them."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import warnings
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from frobs_core.errors import ConfigurationError, RunError
+
+if TYPE_CHECKING:
+    import optuna
+
+SAMPLERS = ("tpe", "gp", "random")
+"""How settings are chosen: by a tree of Parzen estimators, by a Gaussian process, or blindly."""
+
+PRUNERS = ("median", "halving", "hyperband", "none")
+"""How trials that promise little are ended: below the median, by successive halving, by Hyperband, or not."""
+
+REPORTS = 20
+"""Reports of a run to the pruner, evenly over its steps."""
+
+_State = Literal["running", "complete", "pruned", "failed"]
+
+_HEARTBEAT = 60  # [s] a process that is silent for twice as long is dead, and its trial has failed
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrialResult:
+    """One trial: settings, and what training with them came to.
+
+    Attributes:
+        number: In the study, from 0.
+        state: ``"running"``, ``"complete"``, ``"pruned"`` or ``"failed"``.
+        value: The metric, mean over seeds; of a pruned trial the last that was seen; None: none.
+        settings: What was chosen, by dotted key.
+        runs: The run folders.
+        seconds: [s] that it took; None: it runs.
+        error: Why it failed; empty: it did not.
+    """
+
+    number: int
+    state: _State
+    value: float | None
+    settings: Mapping[str, Any]
+    runs: tuple[Path, ...]
+    seconds: float | None
+    error: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyResult:
+    """What a search has found so far.
+
+    Attributes:
+        name: Of the study in its storage.
+        storage: URL of the storage.
+        folder: Where the runs and ``best.yaml`` are.
+        trials: Of all processes, in their order.
+        best: The best complete trial; None: there is none.
+        best_config: The file with its configuration, as ``frobs train --config`` takes it.
+    """
+
+    name: str
+    storage: str
+    folder: Path
+    trials: tuple[TrialResult, ...]
+    best: TrialResult | None
+    best_config: Path | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON can hold."""
+        return asdict(self)
+
+
+def open_study(name: str, storage: str, sampler: str, pruner: str, seeds: int) -> optuna.Study:
+    """Open a study, or make it.
+
+    Args:
+        name: Of the study.
+        storage: Any URL of a database that Optuna can use.
+        sampler: One of :data:`SAMPLERS`.
+        pruner: One of :data:`PRUNERS`.
+        seeds: Runs of a trial.
+
+    Raises:
+        RunError: Optuna is not installed.
+        ConfigurationError: The storage cannot be opened, or no sampler or pruner has the name.
+    """
+    try:
+        import optuna
+    except ImportError as error:
+        raise RunError("a search needs Optuna: pip install 'frobs-core[tune]'.") from error
+    for what, value, known in (("sampler", sampler, SAMPLERS), ("pruner", pruner, PRUNERS)):
+        if value not in known:
+            raise ConfigurationError(f"{what} = '{value}': it must be one of {', '.join(known)}.")
+    with quiet():
+        try:
+            # Two processes may write to one SQLite file: each waits for the other.
+            engine = {"connect_args": {"timeout": 60}} if storage.startswith("sqlite") else {}
+            database = optuna.storages.RDBStorage(
+                storage, engine_kwargs=engine, heartbeat_interval=_HEARTBEAT, grace_period=2 * _HEARTBEAT
+            )
+            return optuna.create_study(
+                storage=database,
+                study_name=name,
+                direction="maximize",
+                load_if_exists=True,
+                sampler=_sampler(sampler),
+                pruner=_pruner(pruner, seeds),
+            )
+        except Exception as error:  # each database has its own
+            reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+            raise ConfigurationError(
+                f"the storage '{storage}' cannot be opened: {reason}; give a URL such as 'sqlite:///study.db' or "
+                "'postgresql://user@host/database', whose driver is installed."
+            ) from error
+
+
+@contextlib.contextmanager
+def quiet() -> Iterator[None]:
+    """Keep Optuna's own log, and its warnings about what is experimental in it, from the screen."""
+    import optuna
+
+    level = optuna.logging.get_verbosity()
+    optuna.logging.set_verbosity(optuna.logging.CRITICAL)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+            yield
+    finally:
+        optuna.logging.set_verbosity(level)
+
+
+def hold_together(study: optuna.Study, begun_with: Mapping[str, Any]) -> None:
+    """Remember what a study was begun with, and refuse to continue it with anything else.
+
+    Args:
+        study: New, or to be continued.
+        begun_with: What its trials have in common; must be JSON.
+
+    Raises:
+        ConfigurationError: It was begun with something else.
+    """
+    known = study.user_attrs.get("frobs")
+    now = json.loads(json.dumps(begun_with))
+    if known is None:
+        study.set_user_attr("frobs", now)
+        return
+    differing = [key for key in now if known.get(key) != now[key]]
+    if differing:
+        raise ConfigurationError(
+            f"study '{study.study_name}' was begun with another {' and another '.join(differing)}; repeat the command "
+            "that began it, or begin another with --name and --study-dir."
+        )
+
+
+def results(study: optuna.Study) -> tuple[TrialResult, ...]:
+    """Return the trials of a study, in their order."""
+    return tuple(to_result(trial) for trial in study.get_trials(deepcopy=False))
+
+
+def to_result(trial: optuna.trial.FrozenTrial) -> TrialResult:
+    """Return what is known of a trial."""
+    from optuna.trial import TrialState
+
+    names: dict[TrialState, _State] = {
+        TrialState.COMPLETE: "complete",
+        TrialState.PRUNED: "pruned",
+        TrialState.FAIL: "failed",
+    }
+    attributes = trial.user_attrs
+    state: _State = names.get(trial.state, "running")
+    return TrialResult(
+        number=trial.number,
+        state=state,
+        value=trial.value,
+        settings=attributes.get("settings", {}),
+        runs=tuple(Path(path) for path in attributes.get("runs", ())),
+        seconds=None if trial.duration is None else trial.duration.total_seconds(),
+        error=attributes.get("error", "its process died") if state == "failed" else "",
+    )
+
+
+def _sampler(name: str) -> optuna.samplers.BaseSampler:
+    from optuna import samplers
+
+    if name == "random":
+        return samplers.RandomSampler()
+    if name == "gp":
+        return samplers.GPSampler()
+    # A constant liar keeps processes side by side from trying the same. No seed: they would share it.
+    return samplers.TPESampler(multivariate=True, constant_liar=True)
+
+
+def _pruner(name: str, seeds: int) -> optuna.pruners.BasePruner:
+    from optuna import pruners
+
+    if name == "median":
+        return pruners.MedianPruner(n_startup_trials=5, n_warmup_steps=REPORTS // 4)
+    if name == "halving":
+        return pruners.SuccessiveHalvingPruner(min_resource=REPORTS // 4, reduction_factor=2)
+    if name == "hyperband":
+        return pruners.HyperbandPruner(min_resource=2, max_resource=REPORTS * seeds, reduction_factor=3)
+    return pruners.NopPruner()
