@@ -117,17 +117,22 @@ def read_space(mapping: ConfigMapping) -> SearchSpace:
         ConfigFileError: A dimension is wrong; file and line are named.
         ConfigurationError: The same, where the mapping is from no file.
     """
-    space = {}
-    for key, value in mapping.items():
-        origin = find_origin(mapping, [key])
-        if isinstance(value, Mapping):
-            space[key] = validate(Dimension, value, f"'{key}' of the search space")
-        elif isinstance(value, Sequence) and not isinstance(value, str) and value:
-            space[key] = Dimension(type="choice", choices=list(value))
-        else:
-            reason = f"'{key}' = {value!r} is nothing to search: write a list of values, or {{type: float, low: …, high: …}}."
-            raise ConfigFileError(*origin, reason) if origin else ConfigurationError(reason)
-    return space
+    return {key: _dimension(mapping, key) for key in mapping}
+
+
+def _dimension(mapping: ConfigMapping, key: str) -> Dimension:
+    value, origin = mapping[key], find_origin(mapping, [key])
+    if isinstance(value, Sequence) and not isinstance(value, str) and value:
+        return Dimension(type="choice", choices=list(value))
+    reason = f"'{key}' = {value!r} is nothing to search: write a list of values, or {{type: float, low: …, high: …}}."
+    if isinstance(value, Mapping):
+        try:
+            return validate(Dimension, value, f"'{key}' of the search space")
+        except ConfigFileError:
+            raise
+        except ConfigurationError as error:
+            reason = str(error)
+    raise ConfigFileError(*origin, reason) if origin else ConfigurationError(reason)
 
 
 def setting(key: str, value: Any) -> str:

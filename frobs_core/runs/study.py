@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import time
 import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
@@ -25,6 +26,8 @@ REPORTS = 20
 """Reports of a run to the pruner, evenly over its steps."""
 
 _State = Literal["running", "complete", "pruned", "failed"]
+
+_ATTEMPTS = 5
 
 _HEARTBEAT = 60  # [s] a process that is silent for twice as long is dead, and its trial has failed
 
@@ -100,13 +103,8 @@ def open_study(name: str, storage: str, sampler: str, pruner: str, seeds: int) -
             raise ConfigurationError(f"{what} = '{value}': it must be one of {', '.join(known)}.")
     with quiet():
         try:
-            # Two processes may write to one SQLite file: each waits for the other.
-            engine = {"connect_args": {"timeout": 60}} if storage.startswith("sqlite") else {}
-            database = optuna.storages.RDBStorage(
-                storage, engine_kwargs=engine, heartbeat_interval=_HEARTBEAT, grace_period=2 * _HEARTBEAT
-            )
             return optuna.create_study(
-                storage=database,
+                storage=_database(storage),
                 study_name=name,
                 direction="maximize",
                 load_if_exists=True,
@@ -119,6 +117,24 @@ def open_study(name: str, storage: str, sampler: str, pruner: str, seeds: int) -
                 f"the storage '{storage}' cannot be opened: {reason}; give a URL such as 'sqlite:///study.db' or "
                 "'postgresql://user@host/database', whose driver is installed."
             ) from error
+
+
+def _database(url: str) -> optuna.storages.RDBStorage:
+    import optuna
+    from sqlalchemy.exc import IntegrityError, OperationalError
+
+    # Two processes may write to one SQLite file: each waits for the other.
+    engine = {"connect_args": {"timeout": 60}} if url.startswith("sqlite") else {}
+    for attempt in range(_ATTEMPTS):
+        try:
+            return optuna.storages.RDBStorage(
+                url, engine_kwargs=engine, heartbeat_interval=_HEARTBEAT, grace_period=2 * _HEARTBEAT
+            )
+        except (IntegrityError, OperationalError):  # another process makes the tables just now
+            if attempt == _ATTEMPTS - 1:
+                raise
+            time.sleep(0.2 * 2**attempt)
+    raise AssertionError
 
 
 @contextlib.contextmanager

@@ -116,7 +116,7 @@ def tune(
     if search.storage is None:
         folder.mkdir(parents=True, exist_ok=True)
     study = open_study(search.name or identifier, storage, search.sampler, search.pruner, search.seeds)
-    if not study.get_trials(deepcopy=False) and (folder / "trials").exists():
+    if (folder / "trials").exists() and not study.get_trials(deepcopy=False):  # in this order: others work, too
         raise RunError(f"{folder} holds trials, and the study none; choose another --study-dir, or remove the folder.")
     hold_together(
         study,

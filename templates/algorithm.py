@@ -1,0 +1,234 @@
+"""The cross-entropy method, as a plugin: a complete algorithm to copy and change.
+
+It draws the weights of a small network from a normal distribution, plays episodes with each draw, and moves the
+distribution to the best of them (de Boer et al. 2005; noise on the deviation as in Szita and Lőrincz 2006). Everything
+around it comes from the framework: the command line, the log, checkpoints, evaluation, plots and comparison.
+
+To make a distribution of it, put the two parts into two modules: the record at the end is the plugin, and its module is
+what the entry point names::
+
+    [project.entry-points.frobs]
+    my_algorithms = "my_package.plugin"
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Mapping
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Self
+
+import gymnasium as gym
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from frobs_core.errors import CheckpointError, ConfigurationError, RunError
+from frobs_core.hookspecs import hookimpl
+from frobs_core.interfaces import Algorithm, TrainingMonitor
+from frobs_core.specs import AlgorithmRecord
+from frobs_core.validation import validate
+
+FORMAT = 1
+
+
+class CrossEntropyConfig(BaseModel):
+    """Settings.
+
+    Attributes:
+        population: Draws of an iteration.
+        elite: Share of them that the distribution moves to.
+        episodes: Of each draw; its reward is their mean.
+        hidden: Width of the hidden layer; 0: a linear policy.
+        initial_deviation: Of each weight, at the start.
+        extra_deviation: Added to the deviation of the elite, falling to 0 over the first half of the training: else the
+            distribution closes before it has looked around.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    population: int = Field(default=32, ge=2)
+    elite: float = Field(default=0.25, gt=0.0, le=1.0)
+    episodes: int = Field(default=1, ge=1)
+    hidden: int = Field(default=0, ge=0)
+    initial_deviation: float = Field(default=1.0, gt=0.0)
+    extra_deviation: float = Field(default=0.25, ge=0.0)
+
+
+class CrossEntropy(Algorithm):
+    """The cross-entropy method over the weights of a linear policy, or of one with a hidden layer."""
+
+    name = "cross_entropy"
+
+    def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any], seed: int) -> None:
+        settings = _settings(config)
+        self._build(env.single_observation_space, env.single_action_space, settings)
+        self._env: gym.vector.VectorEnv[Any, Any, Any] | None = env
+        self._rng = np.random.default_rng(seed)
+        self._mean = np.zeros(self._num_weights)  # (weights,)
+        self._deviation = np.full(self._num_weights, settings.initial_deviation)  # (weights,)
+        self._steps = 0
+
+    @classmethod
+    def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
+        """Check settings and fill in the defaults."""
+        return _settings(config).model_dump(mode="json")
+
+    def train(self, steps: int, monitor: TrainingMonitor) -> None:
+        """Learn until ``steps`` environment steps were taken; an iteration that has begun is finished."""
+        if self._env is None:
+            raise RunError("this algorithm was loaded for prediction only; load it with an environment to train it.")
+        while self._steps < steps:
+            draws = self._rng.normal(self._mean, self._deviation, (self._config.population, self._num_weights))
+            rewards = self._play(self._env, draws)
+            metrics = self._learn(draws, rewards, self._steps / steps)
+            if not monitor.is_due(self._steps) and self._steps < steps:
+                continue
+            go_on = monitor.on_progress(self._steps, metrics)
+            # All that the next iteration depends on stands in self and in the environment: it may be saved here.
+            monitor.offer_checkpoint(self._steps, self.save)
+            if not go_on:
+                return
+
+    def predict(
+        self,
+        observation: Any,
+        state: tuple[np.ndarray[Any, Any], ...] | None = None,
+        episode_start: np.ndarray[Any, Any] | None = None,
+        deterministic: bool = True,
+    ) -> tuple[Any, None]:
+        """Act with the middle of the distribution, or with a draw for each observation."""
+        seen = np.asarray(observation, np.float64)  # (n, k)
+        weights = np.broadcast_to(self._mean, (len(seen), self._num_weights))
+        if not deterministic:  # not from the generator of the training, which others shall not disturb
+            weights = np.random.default_rng().normal(weights, self._deviation)
+        return self._act(weights, seen), None
+
+    def save(self, folder: Path, previous: Path | None = None) -> None:
+        """Write settings and generator as JSON, and the distribution as plain arrays."""
+        told = {
+            "format": FORMAT,
+            "config": self._config.model_dump(mode="json"),
+            "steps": self._steps,
+            "generator": self._rng.bit_generator.state,
+            "observation_space": _space_to_json(self.observation_space),
+            "action_space": _space_to_json(self.action_space),
+        }
+        (folder / "algorithm.json").write_text(json.dumps(told, indent=2), encoding="utf-8")
+        with (folder / "distribution.npz").open("wb") as file:
+            np.savez(file, allow_pickle=False, mean=self._mean, deviation=self._deviation)
+
+    @classmethod
+    def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
+        """Read what :meth:`save` wrote; with an environment, to train on from there."""
+        self = cls.__new__(cls)
+        try:
+            told = json.loads((folder / "algorithm.json").read_text("utf-8"))
+            if told["format"] != FORMAT:
+                raise CheckpointError(f"{folder} has format {told['format']}, and {FORMAT} is needed.")
+            spaces = [_space_from_json(told[name]) for name in ("observation_space", "action_space")]
+            self._build(*spaces, _settings(told["config"]))
+            self._env, self._steps = env, told["steps"]
+            self._rng = np.random.default_rng()
+            self._rng.bit_generator.state = told["generator"]
+            with (folder / "distribution.npz").open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+                self._mean, self._deviation = arrays["mean"], arrays["deviation"]
+        except (OSError, EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
+            raise CheckpointError(f"{folder} cannot be read: {type(error).__name__}: {error}.") from error
+        return self
+
+    def _build(
+        self, observation_space: gym.Space[Any], action_space: gym.Space[Any], config: CrossEntropyConfig
+    ) -> None:
+        """Set what follows from the spaces and the settings."""
+        if not isinstance(observation_space, gym.spaces.Box) or len(observation_space.shape) != 1:
+            raise ConfigurationError(f"{self.name} needs flat observations, and these are {observation_space}.")
+        if isinstance(action_space, gym.spaces.Box) and not action_space.is_bounded():
+            raise ConfigurationError(f"{self.name} needs actions with bounds, and these are {action_space}.")
+        self.observation_space, self.action_space, self._config = observation_space, action_space, config
+        discrete = isinstance(action_space, gym.spaces.Discrete)
+        outputs = int(action_space.n) if discrete else int(np.prod(action_space.shape))
+        widths = [observation_space.shape[0], *([config.hidden] if config.hidden else []), outputs]
+        self._layers = [(above + 1, below) for above, below in pairwise(widths)]  # + 1: the bias
+        self._num_weights = sum(rows * columns for rows, columns in self._layers)
+
+    def _play(self, env: gym.vector.VectorEnv[Any, Any, Any], draws: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+        """Return the mean reward of each draw's episodes; (draws,).
+
+        Each environment plays one episode after another; an episode belongs to the draw that is next when it begins.
+        """
+        episodes = np.repeat(np.arange(len(draws)), self._config.episodes)  # the draw of each
+        rewards = np.zeros(len(episodes))
+        playing = np.arange(env.num_envs)  # the episode that each environment plays; beyond the last: it waits
+        begun, ended = env.num_envs, 0
+        observation, _ = env.reset()
+        while ended < len(episodes):
+            busy = playing < len(episodes)
+            weights = draws[episodes[np.where(busy, playing, 0)]]  # (num_envs, weights)
+            actions = self._act(weights, np.asarray(observation, np.float64))
+            observation, reward, terminated, truncated, _ = env.step(actions)
+            self._steps += env.num_envs
+            rewards[playing[busy]] += reward[busy]
+            done = busy & (terminated | truncated)  # the environment has begun its next episode in the same step
+            count = int(done.sum())
+            playing[done] = np.arange(begun, begun + count)
+            begun, ended = begun + count, ended + count
+        return rewards.reshape(len(draws), -1).mean(axis=1)
+
+    def _learn(self, draws: np.ndarray[Any, Any], rewards: np.ndarray[Any, Any], progress: float) -> dict[str, float]:
+        """Move the distribution to the elite, and return what is worth a line in the log."""
+        best = np.argsort(-rewards, kind="stable")[: max(1, round(self._config.elite * len(draws)))]
+        self._mean = draws[best].mean(axis=0)
+        extra = self._config.extra_deviation * max(0.0, 1.0 - 2.0 * progress)
+        self._deviation = draws[best].std(axis=0) + extra
+        return {
+            f"{self.name}/reward_of_population": float(rewards.mean()),
+            f"{self.name}/reward_of_elite": float(rewards[best].mean()),
+            f"{self.name}/deviation": float(self._deviation.mean()),
+        }
+
+    def _act(self, weights: np.ndarray[Any, Any], observation: np.ndarray[Any, Any]) -> Any:
+        """Return the actions of networks, one for each observation: weights (n, weights), observation (n, k)."""
+        values, start = observation, 0
+        for index, (rows, columns) in enumerate(self._layers):
+            layer = weights[:, start : start + rows * columns].reshape(-1, rows, columns)
+            values = np.einsum("nk,nkm->nm", np.tanh(values) if index else values, layer[:, :-1]) + layer[:, -1]
+            start += rows * columns
+        space = self.action_space
+        if isinstance(space, gym.spaces.Discrete):
+            return space.start + values.argmax(axis=1)  # (n,)
+        middle, half = (space.high + space.low) / 2.0, (space.high - space.low) / 2.0
+        actions = middle + half * np.tanh(values).reshape(-1, *space.shape)  # (n, …)
+        return np.clip(actions, space.low, space.high).astype(space.dtype)  # rounding may leave the space
+
+
+def _settings(config: Mapping[str, Any]) -> CrossEntropyConfig:
+    return validate(CrossEntropyConfig, config, f"algorithm '{CrossEntropy.name}'")
+
+
+def _space_to_json(space: gym.Space[Any]) -> dict[str, Any]:
+    if isinstance(space, gym.spaces.Discrete):
+        return {"n": int(space.n), "start": int(space.start)}
+    return {"low": space.low.tolist(), "high": space.high.tolist(), "dtype": str(space.dtype)}
+
+
+def _space_from_json(told: Mapping[str, Any]) -> gym.Space[Any]:
+    if "n" in told:
+        return gym.spaces.Discrete(told["n"], start=told["start"])
+    dtype = np.dtype(told["dtype"])
+    return gym.spaces.Box(np.array(told["low"], dtype), np.array(told["high"], dtype), dtype=dtype.type)
+
+
+@hookimpl
+def frobs_algorithms() -> list[AlgorithmRecord]:
+    """Offer the algorithm; this is the plugin, and a real one imports nothing heavy at its top."""
+    return [
+        AlgorithmRecord(
+            name=CrossEntropy.name,
+            summary="cross-entropy method over a small network",
+            entry_point=f"{__name__}:{CrossEntropy.__name__}",
+            install_hint="pip install my-algorithms",
+            action_spaces=("Box", "Discrete"),
+        )
+    ]
