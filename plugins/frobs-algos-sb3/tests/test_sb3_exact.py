@@ -23,7 +23,7 @@ REPLAY = {
     "learning_starts": 30,
     "buffer_size": 120,  # it is full, and overwritten, before the half
     "batch_size": 16,
-    "train_freq": 3,
+    "train_freq": 6,
     "gradient_steps": 2,
     "policy_kwargs": {"net_arch": [8]},
 }

@@ -221,7 +221,11 @@ class SB3Algorithm(Algorithm):
             self.normalizer.training = continuing
         state.restore_counters(self.model, saved["counters"])
         if continuing:
-            state.restore_learning(self.model, storage.read_tensors(folder / "optimizers.pt"))
+            try:
+                state.restore_learning(self.model, storage.read_tensors(folder / "optimizers.pt"))
+            except (RuntimeError, ValueError) as error:
+                reason = f"{folder / 'optimizers.pt'} does not fit the settings beside it: {error}."
+                raise CheckpointError(reason) from error
             state.restore_last_step(self.model, storage.read_arrays(folder / "last_step.npz"))
             self._pause = state.Pause(storage.read_arrays(folder / "random.npz"), at_start=bool(saved["at_start"]))
             buffer = getattr(self.model, "replay_buffer", None)

@@ -62,8 +62,8 @@ class VectorEnvAdapter(VecEnv):
     def max_episode_steps(self) -> int | None:
         """After how many steps an episode is truncated at the latest; None: nobody knows."""
         longest = getattr(self._base, "max_episode_steps", None)
-        if longest is None and self.env.spec is not None:
-            longest = self.env.spec.max_episode_steps
+        if longest is None and self._base.spec is not None:
+            longest = self._base.spec.max_episode_steps
         return None if longest is None or longest == math.inf else int(longest)
 
     def reset(self) -> VecEnvObs:
