@@ -20,6 +20,8 @@
     │   ├── RunBusyError            another process trains in the run folder
     │   ├── TrainingError           the training failed; says where, and what can be resumed
     │   └── CheckpointError         a checkpoint cannot be written or read
+    ├── BundleError                 a policy bundle is damaged
+    │   └── BundleMismatchError     it is not for this robot, rate or observation
     └── UntrustedFileError          opening the file would execute code
 
 Each takes the objects it is about, keeps them as fields, and writes its own text: what was asked,
@@ -306,6 +308,24 @@ class TrainingError(RunError):
 
 class CheckpointError(RunError):
     """A checkpoint cannot be written or read."""
+
+
+class BundleError(FrobsError):
+    """A policy bundle cannot be used.
+
+    Args:
+        path: The file.
+        reason: What is wrong and what to do.
+    """
+
+    def __init__(self, path: Path | str, reason: str) -> None:
+        self.path = Path(path)
+        self.reason = reason
+        super().__init__(f"{path}: {reason}")
+
+
+class BundleMismatchError(BundleError):
+    """A policy bundle is sound, and not for this robot, rate, observation or action."""
 
 
 class UntrustedFileError(FrobsError):

@@ -15,6 +15,7 @@ from frobs_core.cli.bench import bench
 from frobs_core.cli.check import check
 from frobs_core.cli.compare import compare
 from frobs_core.cli.evaluate import evaluate
+from frobs_core.cli.export import export
 from frobs_core.cli.group import FrobsGroup
 from frobs_core.cli.list import list_
 from frobs_core.cli.new import new
@@ -35,6 +36,7 @@ COMMANDS: Mapping[str, Mapping[str, Callable[..., Any]]] = {
         "evaluate": evaluate,
         "play": play,
         "plot": plot,
+        "export": export,
         "compare": compare,
         "tune": tune,
     },

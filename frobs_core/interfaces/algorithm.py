@@ -11,6 +11,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Action, Mask
+from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces.task import Observation
 
 
@@ -139,3 +140,19 @@ class Algorithm(ABC):
             CheckpointError: A file is missing or damaged.
             UntrustedFileError: A file could only be opened by executing it.
         """
+
+    def export_onnx(self) -> bytes:
+        """Return the deterministic policy as an ONNX graph, from the raw observation to the action that is taken.
+
+        Whatever scales, normalises, squashes or clips is in the graph. An algorithm may leave this out.
+
+        The first axis of every input and output is the batch, of any size. Inputs: ``"observation"`` as the space says
+        it, or ``"observation/<key>"`` for each key of a Dict; of a recurrent policy also ``"state/0"``, ``"state/1"``,
+        …, float, zeros at first, and ``"episode_start"``, (batch,) bool. Outputs: ``"action"`` in the action space;
+        where it is discrete ``"scores"``, (batch, choices) float, of which the greatest is chosen; and
+        ``"next_state/0"``, … for each state.
+
+        Raises:
+            ConfigurationError: The algorithm cannot be exported, or what the export needs is not installed.
+        """
+        raise ConfigurationError(f"the algorithm {type(self).__name__} cannot be exported: it has no export_onnx.")

@@ -56,6 +56,14 @@ class Controller(ABC):
             one that the controller uses again.
         """
 
+    @property
+    def max_action_change(self) -> Floats | None:
+        """How far an action may change in a control step for the joints to follow, in the action space's shape.
+
+        By the joints' velocity limits, inf where there is none; None where actions are no joint positions.
+        """
+        return None
+
     def snapshot(self) -> Snapshot:
         """Return what ``apply`` depends on beside its argument and the simulation."""
         return {}

@@ -2,6 +2,7 @@
 
 from frobs_core.models.defaults import default_gains, default_tcp, home_positions
 from frobs_core.models.elements import ELEMENTS, elements
+from frobs_core.models.fingerprint import fingerprint
 from frobs_core.models.kinematics import forward_kinematics, longest_reach
 from frobs_core.models.load import load_model
 from frobs_core.models.model import (
@@ -49,6 +50,7 @@ __all__ = [
     "default_gains",
     "default_tcp",
     "elements",
+    "fingerprint",
     "forward_kinematics",
     "home_positions",
     "load_model",

@@ -163,6 +163,12 @@ class SB3Algorithm(Algorithm):
             raise CheckpointError(f"{folder} is incomplete: {error} is missing.") from error
         return algorithm
 
+    def export_onnx(self) -> bytes:
+        """Return the deterministic policy as an ONNX graph."""
+        from frobs_algos_sb3.onnx import export_policy  # its tracer is heavy
+
+        return export_policy(self.model, self.normalizer, self.observation_space)
+
     @classmethod
     def _settings(cls, config: Mapping[str, Any]) -> SB3Config:
         return validate(cls.config_model, config, f"algorithm '{cls.name}'")

@@ -52,6 +52,13 @@ class JointPosition(Controller):
         np.minimum(target, self._upper, out=target)
         return target
 
+    @property
+    def max_action_change(self) -> Floats:
+        """(dof,) what the velocity limits allow in a control step, as a share of half the range."""
+        with np.errstate(divide="ignore", invalid="ignore"):  # a joint that cannot move at all
+            change = self._fastest[0] / self._half_range[0]
+        return np.where(np.isnan(change), np.inf, change)
+
     def snapshot(self) -> Snapshot:
         """Return the commanded positions."""
         return {"target": self._target.copy()}

@@ -1,0 +1,61 @@
+"""How long actions take."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, kw_only=True)
+class Latency:
+    """What the last actions took, from the observation to the action.
+
+    Attributes:
+        median: [ms]
+        percentile_95: [ms]
+        largest: [ms]
+        actions: How many are in it; 0: the others are NaN.
+    """
+
+    median: float
+    percentile_95: float
+    largest: float
+    actions: int
+
+    def __str__(self) -> str:
+        """Return one line."""
+        if not self.actions:
+            return "no action yet"
+        return (
+            f"median {self.median:.3f} ms, 95 % within {self.percentile_95:.3f} ms, largest {self.largest:.3f} ms "
+            f"of {self.actions:,} actions"
+        )
+
+
+class LatencyWindow:
+    """Keeps the durations of the last actions.
+
+    Args:
+        size: How many.
+    """
+
+    def __init__(self, size: int = 1000) -> None:
+        self._seconds: deque[float] = deque(maxlen=size)
+
+    def add(self, seconds: float) -> None:
+        """Add one duration [s]."""
+        self._seconds.append(seconds)
+
+    def read(self) -> Latency:
+        """Return the figures."""
+        if not self._seconds:
+            return Latency(median=float("nan"), percentile_95=float("nan"), largest=float("nan"), actions=0)
+        milliseconds = 1e3 * np.array(self._seconds)
+        return Latency(
+            median=float(np.median(milliseconds)),
+            percentile_95=float(np.percentile(milliseconds, 95)),
+            largest=float(milliseconds.max()),
+            actions=len(milliseconds),
+        )

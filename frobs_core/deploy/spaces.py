@@ -1,0 +1,94 @@
+"""Spaces as a bundle holds them: Gymnasium's, without Gymnasium."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+Array = np.ndarray[Any, Any]
+
+_SHAPED = ("Box", "MultiDiscrete", "MultiBinary")
+
+
+@dataclass(frozen=True)
+class Space:
+    """A space whose elements are arrays.
+
+    Attributes:
+        type: ``"Box"``, ``"Discrete"``, ``"MultiDiscrete"`` or ``"MultiBinary"``.
+        shape: Of an element; ``()`` of a Discrete.
+        dtype: Of an element.
+        low: Smallest values, of ``shape``; −inf where there is none.
+        high: Largest values, of ``shape``; inf where there is none.
+    """
+
+    type: str
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+    low: Array
+    high: Array
+
+    @property
+    def discrete(self) -> bool:
+        """Whether its elements are choices."""
+        return self.type != "Box"
+
+    def middle(self) -> Array:
+        """Return an element amid the bounds."""
+        low, high = np.maximum(self.low, -1.0), np.minimum(self.high, 1.0)
+        return np.clip(0.5 * (low + high), self.low, self.high).astype(self.dtype)
+
+    def complaint(self, value: Array) -> str | None:
+        """Return what is wrong with a batch of elements, (n, …); None: nothing.
+
+        A number that is outside of the bounds of a Box is none of it: sensors stray.
+        """
+        if value.shape[1:] != self.shape or value.ndim != len(self.shape) + 1:
+            return f"has shape {value.shape[1:] if value.ndim else ()}, and {self.shape} is needed"
+        if value.dtype != self.dtype:
+            return f"is of type {value.dtype}, and {self.dtype} is needed: convert it with astype(np.{self.dtype})"
+        if value.dtype.kind == "f" and not np.isfinite(value).all():
+            where = np.argwhere(~np.isfinite(value))[0].tolist()
+            return f"is not finite at {where[1:] or where}: {value[tuple(where)]}"
+        if self.discrete and not ((value >= self.low) & (value <= self.high)).all():
+            return f"is outside of [{_range(self.low, min)}, {_range(self.high, max)}]"
+        return None
+
+
+def space_to_json(type: str, shape: tuple[int, ...], dtype: np.dtype[Any], low: Array, high: Array) -> dict[str, Any]:
+    """Return a space as JSON holds it: a bound that is the same everywhere is one number, and an infinite one null."""
+    return {"type": type, "shape": list(shape), "dtype": dtype.name, "low": _bound(low), "high": _bound(high)}
+
+
+def space_from_json(data: Mapping[str, Any]) -> Space:
+    """Return the space that :func:`space_to_json` wrote.
+
+    Raises:
+        KeyError, TypeError, ValueError: It is damaged.
+    """
+    shape, dtype = tuple(int(size) for size in data["shape"]), np.dtype(str(data["dtype"]))
+    if data["type"] not in (*_SHAPED, "Discrete") or dtype.kind not in "fiub" or any(size < 0 for size in shape):
+        raise ValueError(f"no space is {data['type']} {shape} {dtype}")
+    low, high = (_array(data[name], shape, default) for name, default in (("low", -math.inf), ("high", math.inf)))
+    return Space(data["type"], shape, dtype, low, high)
+
+
+def _bound(values: Array) -> Any:
+    flat = [value if math.isfinite(value) else None for value in np.asarray(values, float).ravel().tolist()]
+    return flat[0] if len(set(flat)) == 1 else flat
+
+
+def _array(values: Any, shape: tuple[int, ...], default: float) -> Array:
+    flat = [default if value is None else float(value) for value in (values if isinstance(values, list) else [values])]
+    array = np.array(flat, np.float64)
+    filled = np.full(shape, array[0]) if len(array) == 1 else array.reshape(shape)
+    filled.setflags(write=False)
+    return filled
+
+
+def _range(values: Array, pick: Any) -> str:
+    return f"{pick(values.ravel().tolist()):g}"

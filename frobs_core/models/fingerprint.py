@@ -1,0 +1,56 @@
+"""One short text that two model files share if they describe the same robot."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+from frobs_core.errors import ModelFileError
+from frobs_core.models.model import RobotModel
+
+_DIGITS = 9
+"""Significant digits of a number that count: what differs beyond is another machine's rounding."""
+
+
+def fingerprint(model: RobotModel) -> str:
+    """Return a SHA-256, in hexadecimal, of a robot: links, joints, limits, inertia, shapes and the meshes' files.
+
+    Where the files lie, comments, spaces, macros and the robot's own name do not count.
+
+    Raises:
+        ModelFileError: A mesh file cannot be read.
+    """
+    parts = {"links": list(_plain(model.links)), "joints": list(_plain(model.joints))}
+    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+
+
+def _plain(values: Any) -> Iterator[Any]:
+    for value in values:
+        yield _one(value)
+
+
+def _one(value: Any) -> Any:
+    if isinstance(value, bool) or value is None or isinstance(value, str):
+        return value
+    if isinstance(value, int | float):
+        return f"{float(value) + 0.0:.{_DIGITS}g}"  # + 0.0: −0 is 0
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, Path):
+        return _file(value)
+    if is_dataclass(value) and not isinstance(value, type):
+        return {"": type(value).__name__, **{field.name: _one(getattr(value, field.name)) for field in fields(value)}}
+    return list(_plain(value))
+
+
+def _file(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise ModelFileError(path, f"cannot be read: {error.strerror}.") from error

@@ -1,0 +1,119 @@
+"""Policies of stable-baselines3 as ONNX graphs, from the raw observation to the action that the environment takes."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import warnings
+from collections.abc import Iterator
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+import torch as th
+from gymnasium import spaces
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.vec_env import VecNormalize
+
+from frobs_algos_sb3.onnx_observation import ObservationInput
+from frobs_algos_sb3.onnx_policy import PolicyGraph
+from frobs_core.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    import onnx
+
+OPSET = 18
+"""Of ONNX: old enough for the runtimes of a robot, new enough for every operator that is used here."""
+
+_NEEDED = ("onnx", "onnxscript")
+_BATCH = 2  # of the example: 0 and 1 mean something special to the tracer
+
+
+def export_policy(model: BaseAlgorithm, normalizer: VecNormalize | None, space: spaces.Space[Any]) -> bytes:
+    """Return the graph of a model's deterministic policy; the same model gives the same bytes.
+
+    The names of inputs and outputs are those of :meth:`frobs_core.interfaces.Algorithm.export_onnx`.
+
+    Args:
+        model: The model; it is left as it was, but for the training mode.
+        normalizer: Of its observations; None: they are not normalised.
+        space: Of the observations that the environment gives.
+
+    Raises:
+        ConfigurationError: A package is missing that the export needs, or the policy cannot be told as a graph.
+    """
+    missing = [name for name in _NEEDED if find_spec(name) is None]
+    if missing:
+        raise ConfigurationError(
+            f"an export to ONNX needs {' and '.join(missing)}; install with: pip install 'frobs-algos-sb3[export]'."
+        )
+    inputs = observation_inputs(model, normalizer, space)
+    model.policy.set_training_mode(False)
+    graph = PolicyGraph(model, inputs).to("cpu").eval()
+    try:
+        return _clean(_trace(graph))
+    finally:
+        graph.to(model.device)
+
+
+def observation_inputs(
+    model: BaseAlgorithm, normalizer: VecNormalize | None, space: spaces.Space[Any]
+) -> dict[str, ObservationInput]:
+    """Return what each part of the observation goes through, by its key; ``""`` where it is one array."""
+    seen = model.policy.observation_space
+    if isinstance(space, spaces.Dict):
+        assert isinstance(seen, spaces.Dict)
+        return {key: ObservationInput(inner, seen[key], normalizer, key) for key, inner in space.spaces.items()}
+    return {"": ObservationInput(space, seen, normalizer, "")}
+
+
+def _trace(graph: PolicyGraph) -> onnx.ModelProto:
+    examples = graph.examples(_BATCH)
+    batch = th.export.Dim("batch", min=1)
+    with _quiet(), th.no_grad():
+        program = th.onnx.export(
+            graph,
+            tuple(examples.values()),
+            input_names=list(examples),
+            output_names=graph.output_names(),
+            # The graph takes *args, which the tracer sees as one argument: a tuple with a shape for each member.
+            dynamic_shapes=(tuple({0: batch} for _ in examples),),
+            opset_version=OPSET,
+            dynamo=True,
+            optimize=True,
+            verbose=False,
+        )
+    assert program is not None
+    proto: onnx.ModelProto = program.model_proto
+    return proto
+
+
+def _clean(proto: onnx.ModelProto) -> bytes:
+    """Return the bytes of a graph without what the tracer notes about the machine that it ran on."""
+    import onnx
+
+    for owner in (proto, proto.graph, *proto.graph.node, *proto.graph.input, *proto.graph.output):
+        del owner.metadata_props[:]
+        owner.doc_string = ""
+    for owner in (*proto.graph.value_info, *proto.graph.initializer):
+        del owner.metadata_props[:]
+        owner.doc_string = ""
+    del proto.graph.value_info[:]
+    onnx.checker.check_model(proto, full_check=True)
+    return proto.SerializeToString(deterministic=True)
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep to itself what the tracer says about packages that it does not need and Python that it uses."""
+    logger = logging.getLogger("torch.onnx")
+    others = [logger, logging.getLogger("onnxscript"), logging.getLogger("onnx_ir")]
+    before = [(other, other.level) for other in others]
+    for other in others:
+        other.setLevel(logging.ERROR)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        for other, level in before:
+            other.setLevel(level)

@@ -1,0 +1,65 @@
+"""One step of an LSTM in plain arithmetic, which every runtime knows and which takes any number of environments."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import torch as th
+from torch import nn
+
+from frobs_core.errors import ConfigurationError
+
+
+class LstmStep(nn.Module):
+    """Advances the state of an LSTM by one step; where an episode starts, from nothing.
+
+    Args:
+        lstm: The LSTM, as trained.
+
+    Attributes:
+        layers: How many lie above each other.
+        hidden_size: Width of each.
+
+    Raises:
+        ConfigurationError: It is bidirectional or projects its output.
+    """
+
+    def __init__(self, lstm: nn.LSTM) -> None:
+        super().__init__()
+        if lstm.bidirectional or lstm.proj_size:
+            raise ConfigurationError("an LSTM that is bidirectional or projects its output cannot be exported.")
+        self.layers, self.hidden_size = lstm.num_layers, lstm.hidden_size
+        self.inputs, self.recurrences = nn.ModuleList(), nn.ModuleList()
+        for layer in range(lstm.num_layers):
+            self.inputs.append(_linear(lstm, f"ih_l{layer}"))
+            self.recurrences.append(_linear(lstm, f"hh_l{layer}"))
+
+    def forward(self, features: th.Tensor, hidden: th.Tensor, cell: th.Tensor, start: th.Tensor) -> Any:
+        """Return the output (batch, hidden_size), and the next hidden and cell state.
+
+        Args:
+            features: (batch, …)
+            hidden: (batch, layers, hidden_size)
+            cell: (batch, layers, hidden_size)
+            start: (batch,) bool: where an episode starts.
+        """
+        kept = 1.0 - start.float()[:, None]
+        hiddens, cells = [], []
+        for layer, (of_input, of_state) in enumerate(zip(self.inputs, self.recurrences, strict=True)):
+            gates = of_input(features) + of_state(kept * hidden[:, layer])
+            ingoing, kept_share, new, outgoing = th.chunk(gates, 4, dim=-1)
+            memory = th.sigmoid(kept_share) * (kept * cell[:, layer]) + th.sigmoid(ingoing) * th.tanh(new)
+            features = th.sigmoid(outgoing) * th.tanh(memory)
+            hiddens.append(features)
+            cells.append(memory)
+        return features, th.stack(hiddens, dim=1), th.stack(cells, dim=1)
+
+
+def _linear(lstm: nn.LSTM, name: str) -> nn.Linear:
+    """Return the product with one of the LSTM's matrices, and its bias, as a layer."""
+    weight = getattr(lstm, f"weight_{name}")
+    layer = nn.Linear(weight.shape[1], weight.shape[0], bias=lstm.bias)
+    layer.weight = weight
+    if lstm.bias:
+        layer.bias = getattr(lstm, f"bias_{name}")
+    return layer

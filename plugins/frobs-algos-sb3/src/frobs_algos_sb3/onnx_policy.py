@@ -1,0 +1,152 @@
+"""Policies of stable-baselines3 as modules that can be traced: what ``predict`` does with ``deterministic=True``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import torch as th
+from gymnasium import spaces
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.policies import ActorCriticPolicy
+from torch import nn
+
+from frobs_algos_sb3.onnx_lstm import LstmStep
+from frobs_algos_sb3.onnx_observation import ObservationInput
+from frobs_core.errors import ConfigurationError
+
+
+class PolicyGraph(nn.Module):
+    """A policy from observation to action.
+
+    Args:
+        model: The model.
+        inputs: What each part of the observation goes through first, by its key.
+
+    Raises:
+        ConfigurationError: The policy is of a kind that is not known here.
+    """
+
+    def __init__(self, model: BaseAlgorithm, inputs: Mapping[str, ObservationInput]) -> None:
+        super().__init__()
+        self.keys = list(inputs)
+        self.observation_inputs = nn.ModuleList(inputs.values())
+        self.action_space = model.action_space
+        self.network = network_of(model)
+        self.squashed = bool(model.policy.squash_output)
+        if isinstance(self.action_space, spaces.Box):
+            self.register_buffer("low", th.as_tensor(self.action_space.low, dtype=th.float32))
+            self.register_buffer("high", th.as_tensor(self.action_space.high, dtype=th.float32))
+
+    @property
+    def lstm(self) -> LstmStep | None:
+        """What carries the state from step to step; None: nothing does."""
+        found = getattr(self.network, "lstm", None)
+        return found if isinstance(found, LstmStep) else None
+
+    def examples(self, batch: int) -> dict[str, th.Tensor]:
+        """Return inputs of the right shapes and types, by their names."""
+        found = {
+            f"observation/{key}" if key else "observation": part.example(batch)
+            for key, part in zip(self.keys, self.observation_inputs, strict=True)
+        }
+        if self.lstm is not None:
+            shape = (batch, self.lstm.layers, self.lstm.hidden_size)
+            found |= {f"state/{i}": th.zeros(shape) for i in range(2)}
+            found["episode_start"] = th.zeros(batch, dtype=th.bool)
+        return found
+
+    def output_names(self) -> list[str]:
+        """Return the names of what :meth:`forward` returns."""
+        names = ["action"] if isinstance(self.action_space, spaces.Box) else ["action", "scores"]
+        return names if self.lstm is None else [*names, "next_state/0", "next_state/1"]
+
+    def forward(self, *arguments: th.Tensor) -> tuple[th.Tensor, ...]:
+        """Return the action, the scores of discrete choices, and the next state of a recurrent policy."""
+        parts = [part(value) for part, value in zip(self.observation_inputs, arguments, strict=False)]
+        observation = parts[0] if self.keys == [""] else dict(zip(self.keys, parts, strict=True))
+        raw, *state = self.network(observation, *arguments[len(self.keys) :])
+        return (*self._act(raw), *state)
+
+    def _act(self, raw: th.Tensor) -> tuple[th.Tensor, ...]:
+        space = self.action_space
+        if isinstance(space, spaces.Discrete):
+            return raw.argmax(dim=-1), raw
+        if isinstance(space, spaces.MultiDiscrete):
+            choices = th.split(raw, space.nvec.tolist(), dim=-1)
+            return th.stack([choice.argmax(dim=-1) for choice in choices], dim=-1), raw
+        if isinstance(space, spaces.MultiBinary):
+            return (raw > 0.0).to(th.int8), raw  # logits: a probability above one half
+        assert isinstance(self.low, th.Tensor)
+        assert isinstance(self.high, th.Tensor)
+        action = raw.reshape(-1, *self.low.shape)
+        if self.squashed:
+            action = self.low + 0.5 * (action + 1.0) * (self.high - self.low)
+        return (th.minimum(th.maximum(action, self.low), self.high),)
+
+
+class ActorCritic(nn.Module):
+    """The mode of an on-policy policy: means, or the scores of choices."""
+
+    def __init__(self, policy: ActorCriticPolicy) -> None:
+        super().__init__()
+        self.features = policy.pi_features_extractor
+        lstm = getattr(policy, "lstm_actor", None)
+        self.lstm = None if lstm is None else LstmStep(lstm)
+        self.latent = policy.mlp_extractor.policy_net
+        self.action = policy.action_net
+        self.squashed = policy.squash_output
+
+    def forward(self, observation: Any, *state: th.Tensor) -> tuple[th.Tensor, ...]:
+        """Return the mode, and the next state."""
+        features = self.features(observation)
+        if self.lstm is not None:
+            features, *state = self.lstm(features, *state)  # type: ignore[assignment]
+        mode = self.action(self.latent(features))
+        return (th.tanh(mode) if self.squashed else mode, *state)
+
+
+class StochasticActor(nn.Module):
+    """The mode of SAC's actor, and of those that are built like it."""
+
+    def __init__(self, actor: Any) -> None:
+        super().__init__()
+        self.features, self.latent, self.mean = actor.features_extractor, actor.latent_pi, actor.mu
+
+    def forward(self, observation: Any) -> tuple[th.Tensor, ...]:
+        """Return the mode, in [−1, 1]."""
+        return (th.tanh(self.mean(self.latent(self.features(observation)))),)
+
+
+class Features(nn.Module):
+    """Features and a network behind them: the actor of TD3, the values of DQN."""
+
+    def __init__(self, features: nn.Module, network: nn.Module) -> None:
+        super().__init__()
+        self.features, self.network = features, network
+
+    def forward(self, observation: Any) -> tuple[th.Tensor, ...]:
+        """Return what the network says."""
+        return (self.network(self.features(observation)),)
+
+
+def network_of(model: BaseAlgorithm) -> nn.Module:
+    """Return what a model decides with, by what its policy is made of.
+
+    Raises:
+        ConfigurationError: The policy is of a kind that is not known here.
+    """
+    policy: Any = model.policy
+    if isinstance(policy, ActorCriticPolicy):
+        return ActorCritic(policy)
+    actor, values = getattr(policy, "actor", None), getattr(policy, "q_net", None)
+    if hasattr(actor, "latent_pi"):
+        return StochasticActor(actor)
+    if hasattr(actor, "mu"):
+        return Features(actor.features_extractor, actor.mu)
+    if hasattr(values, "q_net"):
+        return Features(values.features_extractor, values.q_net)
+    raise ConfigurationError(
+        f"a policy of the class {type(policy).__name__} cannot be exported: it is neither actor-critic, nor an actor "
+        "with a mean, nor a network of action values."
+    )
