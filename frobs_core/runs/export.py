@@ -130,6 +130,8 @@ def compare(algorithm: Algorithm, policy: Policy, env: gym.vector.VectorEnv[Any,
         expected, state = algorithm.predict(observation, state, start)
         found = policy.act(observation)
         worst = max(worst, difference(env.single_action_space, expected, found, policy.scores))
+        if worst == math.inf:  # no environment should be driven with that
+            break
         observation, _, terminated, truncated, _ = env.step(expected)
         start = terminated | truncated
         policy.reset(start)
