@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -20,6 +21,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 from frobs_algos_sb3.onnx import export_policy
 from frobs_algos_sb3.ppo import PPO
 from frobs_algos_sb3.vec_env import VectorEnvAdapter
+from frobs_core import plugins
 from frobs_core.errors import ConfigurationError
 from frobs_core.runs.environments import make_vector_env
 from frobs_core.runs.export import TOLERANCE, difference
@@ -240,6 +242,42 @@ def test_the_scale_that_a_task_suggests_is_in_the_graph(make: Any) -> None:
     found = run(algorithm.export_onnx(), {"observation": observation})["action"]
     expected, _ = algorithm.predict(observation)
     assert difference(env.single_action_space, expected, found, None) <= TOLERANCE
+
+
+NAMES = ["a2c", "crossq", "ddpg", "dqn", "ppo", "recurrent_ppo", "sac", "td3", "tqc"]
+
+
+def test_every_algorithm_of_this_distribution_is_tried() -> None:
+    offered = plugins.records("algorithm").values()
+    assert [record.name for record in offered if record.entry_point.startswith("frobs_algos_sb3.")] == NAMES
+
+
+@SLOW
+@pytest.mark.parametrize("name", NAMES)
+def test_what_was_trained_saved_and_loaded_is_exported(name: str, make: Any, monitor: Any, tmp_path: Path) -> None:
+    env = make(controller="discrete" if name == "dqn" else "joint_delta_position")
+    small = {"n_steps": 8, "batch_size": 16} if "ppo" in name else {"n_steps": 8} if name == "a2c" else {}
+    if not small:
+        small = {"learning_starts": 16, "buffer_size": 200}
+    config = {"normalize_observation": True, "policy_kwargs": {"net_arch": [16]}, **small}
+    cls = plugins.get_record("algorithm", name).load()
+    algorithm = cls(env, config, 0)
+    algorithm.train(96, monitor)
+    algorithm.save(tmp_path)
+    loaded = cls.load(tmp_path)
+    runner = session(loaded.export_onnx())
+    states = [item for item in runner.get_inputs() if item.name.startswith("state/")]
+    carried = {item.name: np.zeros((4, *item.shape[1:]), np.float32) for item in states}
+    observation, _ = env.reset(seed=3)
+    state, start = None, np.ones(4, np.bool_)
+    for _ in range(60):  # past the episodes' end
+        expected, state = loaded.predict(observation, state, start)
+        feed = {"observation": observation, **carried, **({"episode_start": start} if carried else {})}
+        outputs = dict(zip([item.name for item in runner.get_outputs()], runner.run(None, feed), strict=True))
+        assert difference(env.single_action_space, expected, outputs["action"], outputs.get("scores")) <= TOLERANCE
+        carried = {key: outputs[f"next_{key}"] for key in carried}
+        observation, _, terminated, truncated, _ = env.step(expected)
+        start = terminated | truncated
 
 
 def test_a_policy_of_an_unknown_kind_is_refused() -> None:
