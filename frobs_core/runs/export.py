@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +22,8 @@ from frobs_core.runs.export_facts import environment_facts, license_text, traini
 from frobs_core.runs.files import write_aside
 from frobs_core.runs.policy import check_spaces
 from frobs_core.runs.run import Run
+
+_log = logging.getLogger("frobs")
 
 TOLERANCE = 1e-5
 """What an action may differ from the trainer's, its range being [−1, 1]; and scores that are a tie, relative."""
@@ -101,7 +104,10 @@ def choose_checkpoint(run: Run, name: str | None) -> Checkpoint:
         CheckpointError: There is none of the name, or it is damaged.
     """
     if name is None:
-        return run.newest_checkpoint()[0]
+        checkpoint, damaged = run.newest_checkpoint()
+        for line in damaged:
+            _log.warning("%s The one before is used.", line)
+        return checkpoint
     kept = {str(checkpoint.steps): checkpoint for checkpoint in run.checkpoints}
     if name not in kept:
         names = ", ".join(kept) or "none"
