@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from frobs_core.cli.facts import print_facts
-from frobs_core.cli.options import CheckpointName, Json, Randomized, RunFolder, Seed, Simulator
+from frobs_core.cli.options import CheckpointName, Json, Randomized, RunOrBundle, Seed, Simulator
 from frobs_core.cli.output import console, only_json, print_json
 from frobs_core.cli.progress import number, percent
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def evaluate(
-    run: RunFolder,
+    run: RunOrBundle,
     episodes: Annotated[int, typer.Option(metavar="N", min=1, help="How many episodes.")] = 1000,
     simulator: Simulator = None,
     randomized: Randomized = False,
@@ -28,15 +28,16 @@ def evaluate(
 
     Example:
         $ frobs evaluate runs/first
+        $ frobs evaluate reach.frobs
         $ frobs evaluate runs/first --simulator pybullet
         $ frobs evaluate runs/first --randomized
         $ frobs evaluate runs/first --checkpoint best --episodes 200 --json
     """
-    from frobs_core.runs import Run
     from frobs_core.runs import evaluate as evaluate_run
+    from frobs_core.runs.bundle import open_run_or_bundle
 
     with only_json(json):
-        opened = Run.open(run)
+        opened = open_run_or_bundle(run)
         with console(stderr=True).status(f"playing {episodes:,} episodes"):
             found = evaluate_run(
                 opened, episodes, simulator=simulator, randomize=randomized, seed=seed, checkpoint=checkpoint

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from frobs_core.cli.facts import print_facts
-from frobs_core.cli.options import Json, RunFolder
+from frobs_core.cli.options import CheckpointName, Json, RunFolder
 from frobs_core.cli.output import console, only_json, print_json
 
 
@@ -19,10 +19,7 @@ def export(
         Path | None,
         typer.Option(metavar="FILE", dir_okay=False, show_default="policy.frobs in the run", help="The bundle."),
     ] = None,
-    checkpoint: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", show_default="the newest", help="'best', or the steps of one that was kept."),
-    ] = None,
+    checkpoint: CheckpointName = "newest",
     license: Annotated[
         str | None,
         typer.Option(

@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
-from frobs_core.cli.options import CheckpointName, Randomized, RunFolder
+from frobs_core.cli.options import CheckpointName, Randomized, RunOrBundle
 from frobs_core.cli.output import console, print_line
 from frobs_core.errors import ConfigurationError, RenderingUnavailableError, RunError
 
 
 def play(
-    run: RunFolder,
+    run: RunOrBundle,
     video: Annotated[
         Path | None,
         typer.Option(metavar="FILE", dir_okay=False, show_default=False, help="Write an MP4 instead of a window."),
@@ -31,9 +31,10 @@ def play(
     """
     if video is not None and viewer:
         raise ConfigurationError("--video and --viewer exclude each other; choose one.")
-    from frobs_core.runs import Run, record_video, view
+    from frobs_core.runs import record_video, view
+    from frobs_core.runs.bundle import open_run_or_bundle
 
-    opened = Run.open(run)
+    opened = open_run_or_bundle(run)
     if video is None:
         try:
             view(opened, randomized=randomized, checkpoint=checkpoint)

@@ -129,6 +129,8 @@ def evaluate(
     if randomized:
         name += "_randomized" if randomize is True else f"_randomized-{_digest(randomized)}"
     path = run.path / "evaluations" / f"{name}.json"
+    if run.path.is_file():  # a bundle, which stays as it is
+        return result
     try:
         write_json(path, result.to_dict())
     except OSError as error:  # what was found is not lost for it

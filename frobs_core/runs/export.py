@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,17 +12,13 @@ import numpy as np
 
 from frobs_core.deploy.bundle import pack_bundle, parse_bundle
 from frobs_core.deploy.policy import Policy
-from frobs_core.errors import BundleError, CheckpointError
+from frobs_core.errors import BundleError
 from frobs_core.interfaces.algorithm import Algorithm
-from frobs_core.runs.checkpoints import Checkpoint
-from frobs_core.runs.config import algorithm_record
 from frobs_core.runs.environments import make_vector_env
 from frobs_core.runs.export_facts import environment_facts, license_text, training_facts
 from frobs_core.runs.files import write_aside
-from frobs_core.runs.policy import check_spaces
+from frobs_core.runs.policy import load_policy
 from frobs_core.runs.run import Run
-
-_log = logging.getLogger("frobs")
 
 TOLERANCE = 1e-5
 """What an action may differ from the trainer's, its range being [−1, 1]; and scores that are a tie, relative."""
@@ -48,13 +43,15 @@ class Export:
     max_difference: float
 
 
-def export(run: Run, out: Path | None = None, *, checkpoint: str | None = None, license: str | None = None) -> Export:
+def export(
+    run: Run, out: Path | None = None, *, checkpoint: str | int = "newest", license: str | None = None
+) -> Export:
     """Write a policy bundle, and prove before that it acts as the trainer's policy does.
 
     Args:
         run: The run.
         out: The file; None: ``policy.frobs`` in the run's folder. One that is there is replaced.
-        checkpoint: ``"best"``, or the steps of one that was kept; None: the newest.
+        checkpoint: ``"newest"``, ``"best"`` of the evaluations during the training, or its environment steps.
         license: Of the policy: an SPDX identifier (``"MIT"``) or the path of a text; None: none is given.
 
     Raises:
@@ -64,16 +61,14 @@ def export(run: Run, out: Path | None = None, *, checkpoint: str | None = None, 
         BundleError: The graph does not act as the trainer's policy; nothing is written.
     """
     text = license_text(license)
-    chosen = choose_checkpoint(run, checkpoint)
-    algorithm: Algorithm = algorithm_record(run.config.algorithm).load().load(chosen.path / "algorithm")
-    graph = algorithm.export_onnx()
-    env = make_vector_env(run.config.environment, _ENVS, run.config.keywords(randomize=False))
+    env = make_vector_env(run.config.environment, _ENVS, run.config.keywords(randomize=False), run.config.wrappers)
     path = run.path / "policy.frobs" if out is None else out
     try:
-        check_spaces(run, algorithm, env.single_observation_space, env.single_action_space)
+        algorithm, steps = load_policy(run, env.single_observation_space, env.single_action_space, checkpoint)
+        graph = algorithm.export_onnx()
         manifest = {
             **environment_facts(env, run.config),
-            **training_facts(run, chosen.steps),
+            **training_facts(run, steps),
             "license": license if license is None or not Path(license).is_file() else text.strip().partition("\n")[0],
         }
         manifest["check"] = {"observations": _ENVS * _STEPS, "max_difference": 0.0, "tolerance": TOLERANCE}
@@ -94,26 +89,7 @@ def export(run: Run, out: Path | None = None, *, checkpoint: str | None = None, 
         aside.write_bytes(data)
 
     write_aside(path, write)
-    return Export(path=path, steps=chosen.steps, observations=_ENVS * _STEPS, max_difference=difference)
-
-
-def choose_checkpoint(run: Run, name: str | None) -> Checkpoint:
-    """Return a checkpoint by name: ``"best"``, its steps, or None for the newest.
-
-    Raises:
-        CheckpointError: There is none of the name, or it is damaged.
-    """
-    if name is None:
-        checkpoint, damaged = run.newest_checkpoint()
-        for line in damaged:
-            _log.warning("%s The one before is used.", line)
-        return checkpoint
-    kept = {str(checkpoint.steps): checkpoint for checkpoint in run.checkpoints}
-    if name not in kept:
-        names = ", ".join(kept) or "none"
-        raise CheckpointError(f"{run.path} has no checkpoint '{name}'; there are: {names}.")
-    kept[name].verify()
-    return kept[name]
+    return Export(path=path, steps=steps, observations=_ENVS * _STEPS, max_difference=difference)
 
 
 def compare(algorithm: Algorithm, policy: Policy, env: gym.vector.VectorEnv[Any, Any, Any], seed: int) -> float:

@@ -32,17 +32,23 @@ _NO_LICENSE = "No licence was given with this policy; ask whoever trained it bef
 def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfig) -> dict[str, Any]:
     """Return what the policy acts on: environment, robot, controller, action and observation."""
     base: Any = env.unwrapped
+    base = base.envs[0].unwrapped if hasattr(base, "envs") else base  # those that are stepped one by one are alike
     ours = isinstance(getattr(base, "robot", None), RobotHandle)
     controller, task = (base.controller, base.task) if ours else (None, None)
     names = _names(config, parameter_defaults(type(base)) if ours else {})
     timestep = getattr(base, "control_timestep", None)
     changes = None if controller is None else controller.max_action_change
+    if controller is not None and env.single_action_space != controller.action_space:  # a wrapper's
+        changes = None
+    seen_by_task = task is not None and env.single_observation_space == task.observation_space
+    spaces = spaces_facts(env.single_observation_space, env.single_action_space)
     return {
         "environment": {
             "id": config.environment,
             "keywords": plain(config.environment_kwargs),
             "task": names.get("task"),
             "simulator": names.get("simulator"),
+            "wrappers": plain([wrapper.model_dump() for wrapper in config.wrappers]),
             "max_episode_steps": env.spec.max_episode_steps if env.spec is not None else None,
         },
         "control_timestep": None if timestep is None else float(timestep),
@@ -57,14 +63,28 @@ def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfi
             ),
         },
         "action": {
-            "space": _space(env.single_action_space),
+            "space": spaces["action"],
             "max_change": None if changes is None else plain(np.asarray(changes, float).ravel()),
         },
         "observation": {
-            "spaces": {key: _space(space) for key, space in _parts(env.single_observation_space).items()},
-            "terms": [] if task is None else _terms(task, env.single_observation_space),
+            "spaces": spaces["observation"],
+            "terms": [] if not seen_by_task else _terms(task, env.single_observation_space),
         },
     }
+
+
+def spaces_facts(observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> dict[str, Any]:
+    """Return what a bundle says about spaces, those of the parts of an observation by key.
+
+    Args:
+        observation_space: Of one environment.
+        action_space: Of the same.
+
+    Raises:
+        ConfigurationError: A space is of a kind that a bundle cannot hold.
+    """
+    parts = _parts(observation_space)
+    return {"observation": {key: _space(space) for key, space in parts.items()}, "action": _space(action_space)}
 
 
 def training_facts(run: Run, steps: int) -> dict[str, Any]:

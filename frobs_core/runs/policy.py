@@ -9,6 +9,7 @@ import gymnasium as gym
 
 from frobs_core.errors import CheckpointError, RunError
 from frobs_core.interfaces.algorithm import Algorithm
+from frobs_core.runs.bundle import BundleRun
 from frobs_core.runs.config import algorithm_record
 from frobs_core.runs.run import Run
 
@@ -21,7 +22,7 @@ def load_policy(
     """Load a checkpoint for prediction.
 
     Args:
-        run: The run; it may be training.
+        run: The run; it may be training. Or a bundle in the place of one.
         observation_space: Of one environment that the policy is to act in.
         action_space: Of the same.
         checkpoint: ``"newest"`` that is undamaged, ``"best"``, or its environment steps.
@@ -33,6 +34,10 @@ def load_policy(
         CheckpointError: The checkpoint is not there, or none is usable.
         RunError: The environment's spaces are not those of the training.
     """
+    if isinstance(run, BundleRun):
+        if checkpoint != "newest":
+            raise RunError(f"{run.path} is a policy bundle, which holds one policy; leave out --checkpoint.")
+        return run.load_policy(observation_space, action_space)
     algorithm, steps = _load(run, checkpoint)
     for what, trained, now in (
         ("observation", algorithm.observation_space, observation_space),

@@ -13,12 +13,14 @@ import numpy as np
 import pytest
 
 from frobs_core.deploy import Policy, read_bundle
-from frobs_core.errors import BundleError, BundleMismatchError, CheckpointError, ConfigurationError
+from frobs_core.errors import BundleError, BundleMismatchError, CheckpointError, ConfigurationError, RunError
 from frobs_core.interfaces import Algorithm
 from frobs_core.models import fingerprint, load_model
-from frobs_core.runs import Run, resolve_config, train
-from frobs_core.runs.environments import make_env
+from frobs_core.runs import Run, evaluate, resolve_config, train
+from frobs_core.runs.bundle import open_run_or_bundle
+from frobs_core.runs.environments import make_env, make_vector_env
 from frobs_core.runs.export import Export, difference, export
+from frobs_core.runs.export_facts import environment_facts
 from frobs_core.runs.policy import load_policy
 
 REACH = "frobs/Irb120Reach-v0"
@@ -194,7 +196,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
     def choose(algorithm: type[Algorithm]) -> None:
         record.algorithm = algorithm
 
-    monkeypatch.setattr("frobs_core.runs.export.algorithm_record", lambda name: record)
+    monkeypatch.setattr("frobs_core.runs.policy.algorithm_record", lambda name: record)
     yield choose
     Frozen.wrong = 0.0
 
@@ -228,11 +230,53 @@ def test_a_graph_that_does_not_act_as_the_trainer_is_not_written(
 def test_a_checkpoint_is_chosen_by_its_steps(copied: Run, quick: Any) -> None:
     assert export(copied).steps == 2000
     assert export(copied, checkpoint="1600").steps == 1600
-    with pytest.raises(CheckpointError, match=r"has no checkpoint '7'; there are: 1600, 2000"):
+    with pytest.raises(CheckpointError, match=r"has no checkpoint '7'"):
         export(copied, checkpoint="7")
     next((copied.path / "checkpoints" / "step_000001600").rglob("*.pt")).write_bytes(b"x")
     with pytest.raises(CheckpointError, match="is damaged"):
         export(copied, checkpoint="1600")
+
+
+def test_a_bundle_is_evaluated_as_a_run_is(copied: Run, quick: Any) -> None:
+    bundle = open_run_or_bundle(export(copied).path)
+    data = bundle.path.read_bytes()
+    expected, found = evaluate(copied, 8), evaluate(bundle, 8)
+    assert (found.mean_reward, found.success_rate, found.steps) == (expected.mean_reward, expected.success_rate, 2000)
+    assert bundle.path.read_bytes() == data
+    with pytest.raises(RunError, match="leave out --checkpoint"):
+        evaluate(bundle, 8, checkpoint="best")
+    with pytest.raises(RunError, match="cannot be sampled"):
+        evaluate(bundle, 8, deterministic=False)
+    other = open_run_or_bundle(bundle.path)
+    other.config = copied.config.model_copy(update={"environment": "CartPole-v1"})
+    with pytest.raises(BundleMismatchError, match="trained with another observation space"):
+        evaluate(other, 8)
+    policy, _ = load_policy(
+        bundle, gym.spaces.Box(-4.0, 4.0, (1,), np.float32), gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
+    )
+    with pytest.raises(RunError, match="can only act"):
+        policy.train(10, None)  # type: ignore[arg-type]
+
+
+def test_what_is_neither_a_run_nor_a_bundle_is_named(tmp_path: Path) -> None:
+    with pytest.raises(RunError, match="is no folder"):
+        open_run_or_bundle(tmp_path / "missing")
+    (tmp_path / "text").write_text("hello")
+    with pytest.raises(BundleError, match="no policy bundle"):
+        open_run_or_bundle(tmp_path / "text")
+
+
+@pytest.mark.filterwarnings("ignore:.*precision lowered")  # Gymnasium's, of its own bounds
+def test_a_wrapped_environment_is_told_as_the_policy_sees_it(quick: Any) -> None:
+    wrapper = {"name": "gymnasium.wrappers:RescaleAction", "min_action": -0.5, "max_action": 0.5}
+    config = resolve_config(REACH, flags={"wrappers": [wrapper], "controller": "joint_position"})
+    env = make_vector_env(REACH, 2, config.environment_kwargs, config.wrappers)
+    said = environment_facts(env, config)
+    env.close()
+    assert said["environment"]["wrappers"] == [wrapper]
+    assert said["robot"]["name"] == "irb120"
+    assert said["action"] == {"space": {**said["action"]["space"], "low": -0.5, "high": 0.5}, "max_change": None}
+    assert said["observation"]["terms"]
 
 
 def test_the_licence_is_a_name_or_a_text(copied: Run, quick: Any, tmp_path: Path) -> None:
