@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -98,7 +98,7 @@ def score_run(run: Run, columns: Columns, metric: str, threshold: float | None) 
         RunError: No episode has ended in it yet.
     """
     assert run.config.seed is not None
-    evaluation = _newest_evaluation(run, _KEYS[metric])
+    evaluation = _newest_evaluation(run, columns, metric)
     steps = columns[STEPS]
     values = columns.get(f"episode/{metric}", np.full(len(steps), np.nan))
     if evaluation is None and not np.isfinite(values).any():
@@ -107,9 +107,9 @@ def score_run(run: Run, columns: Columns, metric: str, threshold: float | None) 
     return RunScore(
         run=run.path,
         seed=run.config.seed,
-        final=_last_part(columns, values) if evaluation is None else float(evaluation[_KEYS[metric]]),
+        final=_last_part(columns, values) if evaluation is None else evaluation[1],
         source="training" if evaluation is None else "evaluation",
-        evaluated_steps=None if evaluation is None else int(evaluation["steps"]),
+        evaluated_steps=None if evaluation is None else evaluation[0],
         steps=int(steps[-1]),
         total_steps=run.config.steps,
         steps_to_threshold=None if threshold is None else _first_at(columns, values, threshold),
@@ -131,14 +131,23 @@ def curve_of(logs: Sequence[Columns], metric: str) -> Curve:
     return Curve(steps=grid, middle=middle, low=low, high=high)
 
 
-def _newest_evaluation(run: Run, key: str) -> dict[str, Any] | None:
-    """Return the latest evaluation as trained: on the training's simulator, with the nominal models."""
+def _newest_evaluation(run: Run, columns: Columns, metric: str) -> tuple[int, float] | None:
+    """Return environment steps and result of the latest evaluation as trained, of those during the training too.
+
+    As trained: on the training's simulator, with the nominal models.
+    """
+    key = _KEYS[metric]
     found = [
-        result
+        (int(result["steps"]), int(result["episodes"]), float(result[key]))
         for result in run.evaluations()
         if result.get(key) is not None and not result.get("simulator") and not result.get("randomize")
     ]
-    return max(found, key=lambda result: (result["steps"], result["episodes"]), default=None)
+    values = columns.get(f"evaluation/{metric}", np.array([]))
+    found += [(int(columns[STEPS][row]), 0, float(values[row])) for row in np.flatnonzero(np.isfinite(values))]
+    if not found:
+        return None
+    steps, _, value = max(found)
+    return steps, value
 
 
 def _last_part(columns: Columns, values: Floats) -> float:

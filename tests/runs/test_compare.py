@@ -78,6 +78,16 @@ def test_the_newest_evaluation_as_trained_counts(tmp_path: Path) -> None:
     assert (score.final, score.source, score.evaluated_steps) == (0.8, "evaluation", 2000)
 
 
+def test_evaluations_during_the_training_count_too(tmp_path: Path) -> None:
+    run = make(tmp_path / "a", 0)
+    with (run.path / "progress.csv").open() as file:
+        header, *rows = file.read().splitlines()
+    rows = [f"{row},{0.7 if number in (9, 19) else ''}" for number, row in enumerate(rows)]
+    (run.path / "progress.csv").write_text("\n".join([f"{header},evaluation/success", *rows, ""]))
+    [score] = compare([evaluated(run, 0.2, steps=1000)]).groups[0].runs
+    assert (score.final, score.source, score.evaluated_steps) == (0.7, "evaluation", 2000)
+
+
 def test_without_an_evaluation_the_end_of_the_training_counts_and_that_is_said(tmp_path: Path) -> None:
     plain = make(tmp_path / "a", 0)
     found = compare([evaluated(make(tmp_path / "b", 1), 0.9), plain])
