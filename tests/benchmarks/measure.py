@@ -23,6 +23,8 @@ STEPS = {1: 4000, 1024: 100, 4096: 30}
 """Environments in a step, and how many steps are measured."""
 BUDGETS = {("joint_delta_position", 1): 1.5, ("tcp_delta_position", 1): 1.7}
 VECTOR_BUDGET = 1.10
+PYBULLET_BUDGET, WORKERS_BUDGET = 1.3, 1.5
+PYBULLET_STEPS = 2000
 TRAINING_BUDGETS = {"joint_delta_position": 30, "tcp_delta_position": 5}  # [s], median over the seeds
 
 _IMPORT = """
@@ -40,6 +42,35 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
 """
 
 
+_WORKERS = """
+import sys, time
+from statistics import median
+import gymnasium as gym
+import numpy as np
+
+rounds, num_envs = int(sys.argv[1]), 8
+sizes = (1, 2)
+envs = [
+    gym.make_vec("frobs_core:{id}", num_envs, vectorization_mode="vector_entry_point", simulator="pybullet", num_threads=n)
+    for n in sizes
+]
+for env in envs:
+    env.reset(seed=0)
+actions = np.random.default_rng(0).uniform(-1.0, 1.0, (10, *envs[0].action_space.shape))
+times = dict((n, []) for n in sizes)
+for k in range(rounds + 1):  # they take turns; the first warms up
+    for n, env in zip(sizes, envs):
+        start = time.perf_counter()
+        for action in actions:
+            env.step(action)
+        if k:
+            times[n].append((time.perf_counter() - start) / len(actions))
+for env in envs:
+    env.close()
+print(*(median(times[n]) for n in sizes))
+"""
+
+
 def frobs(*arguments: object) -> dict[str, Any]:
     """Run a command and return its facts."""
     command = [sys.executable, "-m", "frobs_core.cli", *map(str, arguments), "--json"]
@@ -54,6 +85,17 @@ def step_costs() -> list[dict[str, Any]]:
             found = frobs("bench", ID, "--controller", controller, "--num-envs", n, "--steps", STEPS[n])
             rows.append({"controller": controller, "budget": BUDGETS.get((controller, n), VECTOR_BUDGET), **found})
     return rows
+
+
+def pybullet_cost() -> dict[str, Any]:
+    """Return the benchmark of one environment on PyBullet, beside the bare engine with the same drive law."""
+    return frobs("bench", ID, "--simulator", "pybullet", "--steps", PYBULLET_STEPS)
+
+
+def worker_times(rounds: int = 20) -> tuple[float, float]:
+    """Return how long a step of eight PyBullet environments takes in one process, and in two workers [s]."""
+    one, two = _python(_WORKERS.format(id=ID), rounds).split()
+    return float(one), float(two)
 
 
 def trainings(seeds: int) -> list[dict[str, Any]]:
@@ -79,7 +121,14 @@ def memory_bytes() -> float:
     return many - one
 
 
-def report(steps: list[dict[str, Any]], trained: list[dict[str, Any]], import_time: float, memory: float) -> str:
+def report(
+    steps: list[dict[str, Any]],
+    trained: list[dict[str, Any]],
+    import_time: float,
+    memory: float,
+    pybullet: dict[str, Any],
+    workers: tuple[float, float],
+) -> str:
     """Return the page."""
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, text=True, capture_output=True).stdout
     lines = [
@@ -103,6 +152,14 @@ def report(steps: list[dict[str, Any]], trained: list[dict[str, Any]], import_ti
         "",
         f"`import frobs_core` costs {import_time:.2f} s beyond `import gymnasium` (at most 0.3 s). 4,096 environments need "
         f"{memory / 1e6:.0f} MB beyond one (at most 25 MB).",
+        "",
+        "## A step on PyBullet",
+        "",
+        f"One environment takes {_time(pybullet['step_seconds'])}, {pybullet['ratio']:.2f} times the bare engine with the "
+        f"same drive law in the tightest loop, {_time(pybullet['bare_seconds'])} (at most {PYBULLET_BUDGET:g}).",
+        "",
+        f"Eight environments take {_time(workers[0])} in one process and {_time(workers[1])} in two workers: two give "
+        f"{workers[0] / workers[1]:.2f} times the steps of one (at least {WORKERS_BUDGET:g}).",
         "",
         "## A training",
         "",
@@ -132,13 +189,15 @@ def main() -> None:
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=5, help="trainings for each controller")
     seeds = parser.parse_args().seeds
-    page = report(step_costs(), trainings(seeds), import_seconds(), memory_bytes())
+    page = report(step_costs(), trainings(seeds), import_seconds(), memory_bytes(), pybullet_cost(), worker_times())
     PAGE.write_text(page, "utf-8")
     sys.stdout.write(page)
 
 
-def _python(code: str) -> str:
-    return subprocess.run([sys.executable, "-c", code], check=True, text=True, stdout=subprocess.PIPE).stdout
+def _python(code: str, *arguments: object) -> str:
+    return subprocess.run(
+        [sys.executable, "-c", code, *map(str, arguments)], check=True, text=True, stdout=subprocess.PIPE
+    ).stdout
 
 
 def _time(seconds: float) -> str:

@@ -11,7 +11,9 @@ import measure
 
 
 def test_the_page_says_what_was_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("pybullet")
     monkeypatch.setattr(measure, "STEPS", {1: 20, 8: 10})
+    monkeypatch.setattr(measure, "PYBULLET_STEPS", 20)
     octants = {"+x+y+z": {"success_rate": 0.9, "episodes": 10}}
     trained = {
         "seed": 3,
@@ -26,7 +28,10 @@ def test_the_page_says_what_was_measured(monkeypatch: pytest.MonkeyPatch) -> Non
         [{"controller": controller, **trained} for controller in measure.CONTROLLERS],
         measure.import_seconds(repeats=1),
         11e6,
+        measure.pybullet_cost(),
+        measure.worker_times(rounds=1),
     )
     assert page.count("| `joint_delta_position` | ") == 3
     assert "| 3 | 1,000 | 2.0 s | 95.0% | 90.0% to 100.0% | 90.0% |" in page
+    assert "times the steps of one (at least 1.5)" in page
     assert "median 2.0 s (at most 5 s)" in page

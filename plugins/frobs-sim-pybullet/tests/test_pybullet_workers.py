@@ -7,6 +7,8 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
+import threading
 import time
 from dataclasses import replace
 from multiprocessing.process import BaseProcess
@@ -106,6 +108,29 @@ def test_a_killed_worker_is_told_of_and_takes_all_with_it(tmp_path: Path) -> Non
     sim.close()
     with pytest.raises(SimulationError, match="closed"):
         sim.step(1)
+
+
+def test_a_worker_killed_in_the_middle_of_a_step_is_told_of_and_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    monkeypatch.setenv("TMPDIR", str(temporary))
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    sim = simulate(tmp_path)
+    sim.step(1)
+    first, second = processes(sim)
+    killer = threading.Timer(0.5, os.kill, (second.pid or 0, signal.SIGKILL))
+    killer.start()
+    start = time.monotonic()
+    with pytest.raises(SimulationError, match="killed by SIGKILL during step; build a new simulation"):
+        sim.step(10_000_000)  # would take minutes
+    killer.join()
+    assert time.monotonic() - start < 20.0
+    assert not first.is_alive()
+    assert not second.is_alive()
+    assert not list(temporary.iterdir())
+    sim.close()
 
 
 def test_an_error_in_a_worker_comes_back_with_its_traceback(tmp_path: Path) -> None:

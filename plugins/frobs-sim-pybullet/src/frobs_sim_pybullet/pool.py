@@ -10,7 +10,7 @@ import sys
 import weakref
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from types import ModuleType
 from typing import Any
@@ -128,20 +128,23 @@ class Pool:
 
     def _collect(self, numbers: Sequence[int], what: str) -> list[Any]:
         """Wait for the answers of workers; the first that has failed is told of when all have answered."""
-        answers, failures = [], []
-        for number in numbers:
-            try:
-                answer = self._pipes[number].recv()
-            except (EOFError, OSError):
-                self._fail(number, what)
-            if isinstance(answer, Failure):
-                failures.append(answer)
-            answers.append(answer)
-        for failure in failures:
+        answers: dict[int, Any] = {}
+        waiting = {self._pipes[number]: number for number in numbers}
+        while waiting:  # for all at once: one that is dead is not heard of behind one that is busy
+            for pipe in wait(list(waiting)):
+                number = waiting.pop(pipe)  # type: ignore[arg-type]
+                try:
+                    answers[number] = self._pipes[number].recv()
+                except (EOFError, OSError):
+                    self._fail(number, what)
+        found = [answers[number] for number in numbers]
+        for failure in found:
+            if not isinstance(failure, Failure):
+                continue
             self._failure = SimulationError("a worker process of this simulation failed before; build a new one.")
             self.close()
             raise failure.error()
-        return answers
+        return found
 
     def _fail(self, number: int, what: str) -> None:
         """Raise the error that says how a worker ended."""
