@@ -1,7 +1,8 @@
 """Run the fenced blocks of a page in order, in the present folder: ``run_blocks.py PAGE [--draw]``.
 
 Python blocks share one namespace, as in one session; bash blocks share the folder. A block with ``skip="why"`` is left
-out, one with ``needs="rendering"`` too unless ``--draw`` is given, and one with ``file="name"`` is written there.
+out, one with ``needs="rendering"`` too unless ``--draw`` is given, and one with ``file="name"`` is written there. A page with
+a block ``venv="own"`` installs something: the tests run it in an environment of its own.
 """
 
 from __future__ import annotations

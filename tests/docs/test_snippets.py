@@ -8,9 +8,12 @@ from pathlib import Path
 
 import pytest
 from pages import PAGES, RUN, blocks, name
+from sandbox import Sandbox
 
 DRIVER = Path(__file__).with_name("run_blocks.py")
 RUNNABLE = [page for page in PAGES if any(b.language in RUN and "skip" not in b.attributes for b in blocks(page))]
+INSTALLING = [page for page in RUNNABLE if any("venv" in block.attributes for block in blocks(page))]
+"""Pages that install something, and so are run in an environment of their own."""
 
 
 @cache
@@ -22,12 +25,38 @@ def can_draw() -> bool:
     return subprocess.run([sys.executable, "-c", code], capture_output=True).returncode == 0
 
 
-@pytest.mark.parametrize("page", RUNNABLE, ids=name)
+@pytest.mark.parametrize("page", [page for page in RUNNABLE if page not in INSTALLING], ids=name)
 def test_snippets_run_in_the_order_of_their_page(page: Path, tmp_path: Path) -> None:
     command = [sys.executable, "-W", "error", str(DRIVER), str(page), *(["--draw"] if can_draw() else [])]
     environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
     done = subprocess.run(command, cwd=tmp_path, env=environment, text=True, capture_output=True, timeout=300)
     assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", INSTALLING, ids=name)
+def test_pages_that_install_run_in_an_environment_of_their_own(page: Path, tmp_path: Path) -> None:
+    sandbox = Sandbox(tmp_path / "venv")
+    (tmp_path / "here").mkdir()
+    sandbox.run("python", DRIVER, page, cwd=tmp_path / "here")
+
+
+def test_from_frobs_new_to_a_trained_policy_takes_five_commands() -> None:
+    page = next(page for page in INSTALLING if page.name == "own-plugin.md")
+    text = page.read_text("utf-8")
+    lines = [
+        line
+        for block in blocks(page)
+        if block.language == "bash" and "skip" not in block.attributes
+        for line in block.text.splitlines()
+    ]
+    assert [line.split()[0:2] for line in lines if line.startswith("frobs")] == [
+        ["frobs", "new"],
+        ["frobs", "train"],
+        ["frobs", "evaluate"],
+    ]
+    assert len(lines) == 5
+    assert "five commands" in text
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)
