@@ -20,9 +20,10 @@ from frobs_core.registry import COMPOSITIONAL_ID
 from frobs_core.specs import TaskRecord
 from frobs_core.testing.checks import Check, CheckFailure, Outcome, collect, expect
 from frobs_core.testing.compare import leaves
-from frobs_core.testing.environment import api, data, life, rewards, seeding, state, vector
+from frobs_core.testing.environment import api, data, honesty, life, rewards, seeding, state, vector
 from frobs_core.testing.environment.rollout import draw_actions
 from frobs_core.testing.environment.subject import EnvUnderTest, inside
+from frobs_core.testing.task_terms import columns_fit_the_observation, reading_changes_nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +94,8 @@ CHECKS = (
     record_is_sound,
     reward_types_work,
     batch_has_its_shapes,
+    columns_fit_the_observation,
+    reading_changes_nothing,
     api.unknown_keyword_refused,
     data.spaces_hold,
     data.values_finite,
@@ -103,6 +106,8 @@ CHECKS = (
     seeding.episodes_differ,
     seeding.reset_forgets_history,
     life.reset_options_hold,
+    honesty.step_shows_its_action,
+    honesty.ends_have_their_reason,
     rewards.success_in_every_step,
     rewards.terms_sum_to_reward,
     rewards.compute_reward_equals_step,

@@ -7,14 +7,16 @@ from typing import Any
 
 from frobs_core import plugins
 from frobs_core.specs import AlgorithmRecord
-from frobs_core.testing.algorithm import learning, saving
+from frobs_core.testing.algorithm import contract, learning, saving
 from frobs_core.testing.algorithm.subject import AlgorithmUnderTest
 from frobs_core.testing.checks import Check, NotApplicable, collect
 
 _ENVIRONMENTS = {"Box": "Pendulum-v1", "Discrete": "CartPole-v1"}
 
 CHECKS = (
+    contract.spaces_are_kept,
     learning.learns,
+    contract.stops_when_told,
     learning.predicts_in_the_space,
     learning.same_seed_repeats,
     saving.load_equals_save,

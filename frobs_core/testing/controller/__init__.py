@@ -13,6 +13,7 @@ from frobs_core.testing.controller.subject import ControllerUnderTest
 
 CHECKS = (
     contract.keywords_are_keyword_only,
+    contract.needs_are_capabilities,
     contract.actions_are_normalized,
     contract.commands_have_their_shape,
     motion.actions_matter,
@@ -23,6 +24,7 @@ CHECKS = (
     contract.apply_reads_only,
     contract.reset_honours_the_mask,
     contract.rows_equal_singles,
+    contract.controllers_share_nothing,
     contract.snapshots_continue,
 )
 """Every check of a controller, in the order in which they run."""

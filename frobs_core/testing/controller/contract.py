@@ -8,6 +8,7 @@ from copy import deepcopy
 import gymnasium as gym
 import numpy as np
 
+from frobs_core.capabilities import CAPABILITIES, Level
 from frobs_core.interfaces import CommandMode, Controller
 from frobs_core.testing.checks import NotApplicable, Outcome, expect
 from frobs_core.testing.compare import expect_same
@@ -70,13 +71,38 @@ def actions_are_clipped(subject: ControllerUnderTest) -> Outcome:
 
 
 def apply_reads_only(subject: ControllerUnderTest) -> Outcome:
-    """``apply`` leaves the actions that it is given as they are."""
+    """``apply`` leaves the actions that it is given, and the simulation, as they are."""
     with subject.bind() as bound:
         for action in bound.actions(5, seed=6):
             given = 3 * action if isinstance(bound.controller.action_space, gym.spaces.Box) else action
             copy = given.copy()
-            bound.controller.apply(given)
+            state = deepcopy(bound.simulation.snapshot())
+            command = np.array(bound.controller.apply(given))
             expect_same(copy, given, "the array of actions after apply()")
+            expect_same(state, bound.simulation.snapshot(), "the simulation after apply()")
+            bound.robot.command(command)
+            bound.simulation.step(DECIMATION)
+    return None
+
+
+def needs_are_capabilities(subject: ControllerUnderTest) -> Outcome:
+    """What the record says that it needs of a simulator are capabilities that there are, with levels."""
+    for capability, level in subject.record.needs.items():
+        expect(capability in CAPABILITIES, f"it needs '{capability}', which is no capability.")
+        expect(isinstance(level, Level), f"the level of '{capability}' that it needs is {level!r}, no Level.")
+    return None
+
+
+def controllers_share_nothing(subject: ControllerUnderTest) -> Outcome:
+    """A second controller, at work in between, changes nothing for the first."""
+    with subject.bind() as bound:
+        actions = bound.actions(8, seed=11)
+        expected = [bound.step(action) for action in actions]
+    with subject.bind() as bound, subject.bind() as other:
+        others = other.actions(8, seed=12)
+        for k, (action, distraction) in enumerate(zip(actions, others, strict=True)):
+            other.step(distraction)
+            expect_same(expected[k], bound.step(action), f"command {k + 1} while another controller works")
     return None
 
 
@@ -119,6 +145,10 @@ def snapshots_continue(subject: ControllerUnderTest) -> Outcome:
         for action in bound.actions(9, seed=8):
             bound.step(action)
         state = deepcopy((bound.simulation.snapshot(), bound.controller.snapshot()))
+        for name, array in state[1].items():
+            found = f"{array.dtype}{list(array.shape)}"
+            right = array.shape[:1] == (NUM_ENVS,) and array.dtype.kind != "O"
+            expect(right, f"snapshot()['{name}'] is {found}, not numbers of the form (num_envs, …).")
         actions = bound.actions(9, seed=9)
         expected = [bound.step(action) for action in actions]
         bound.simulation.restore(deepcopy(state[0]))

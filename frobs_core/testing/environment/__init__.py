@@ -5,7 +5,18 @@ from __future__ import annotations
 from typing import Any
 
 from frobs_core.testing.checks import Check, collect
-from frobs_core.testing.environment import api, data, life, pictures, randomization, rewards, seeding, state, vector
+from frobs_core.testing.environment import (
+    api,
+    data,
+    honesty,
+    life,
+    pictures,
+    randomization,
+    rewards,
+    seeding,
+    state,
+    vector,
+)
 from frobs_core.testing.environment.subject import EnvUnderTest
 
 CHECKS = (
@@ -27,6 +38,9 @@ CHECKS = (
     life.step_needs_reset,
     life.bad_actions_refused,
     life.reset_options_hold,
+    honesty.step_shows_its_action,
+    honesty.ends_have_their_reason,
+    honesty.info_keys_have_their_prefix,
     rewards.success_in_every_step,
     rewards.terms_sum_to_reward,
     rewards.compute_reward_equals_step,

@@ -26,6 +26,7 @@ DESCRIPTION_CHECKS = (
 SIMULATION_CHECKS = (
     standing.frames_agree,
     standing.home_is_held,
+    standing.joints_follow,
     standing.home_is_free,
 )
 """Every check of a robot in a simulator."""

@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from frobs_core.capabilities import Level
-from frobs_core.interfaces import Contact, Scene
+from frobs_core.interfaces import CommandMode, Contact, Scene
 from frobs_core.rotations import quat_multiply, quat_rotate
 from frobs_core.testing.checks import Hollow, NotApplicable, Outcome, expect
 from frobs_core.testing.compare import expect_close
@@ -49,6 +49,36 @@ def home_is_held(subject: RobotUnderTest) -> Outcome:
         names = ", ".join(robot.joint_names)
         expect_close(robot.home, robot.joint_positions, _SAG, f"joint positions ({names}) after 1 s, against home")
         expect_close(np.zeros_like(robot.home), robot.joint_velocities, 0.05, f"joint velocities ({names}) after 1 s")
+    return None
+
+
+def joints_follow(subject: RobotUnderTest) -> Outcome:
+    """Commanded a little off home, each joint by itself gets there; a wheeled robot's wheels turn the way commanded."""
+    if subject.robot.base == "floating":
+        return NotApplicable("a floating base falls")
+    wheeled = subject.robot.base == "wheeled"
+    with subject.build() as (sim, robot):
+        names = robot.joint_names
+        if wheeled:
+            robot.set_command_mode(CommandMode.VELOCITY)
+        for joint, name in enumerate(names):
+            sim.reset()
+            low, high = robot.position_lower[0, joint], robot.position_upper[0, joint]
+            step = 0.1 if robot.home[0, joint] + 0.1 <= high else max(-0.1, low - robot.home[0, joint])
+            command = np.zeros_like(robot.home) if wheeled else robot.home.copy()
+            command[0, joint] += 1.0 if wheeled else step
+            before = robot.joint_positions.copy()
+            robot.command(command)
+            sim.step(round(1.0 / TIMESTEP))
+            moved = robot.joint_positions - before
+            if wheeled:
+                expect(
+                    moved[0, joint] > 0.1,
+                    f"joint '{name}' turns by {moved[0, joint]:.3g} when commanded 1 rad/s for 1 s.",
+                )
+                continue
+            expect_close(command[0, joint], robot.joint_positions[0, joint], _SAG,
+                         f"joint '{name}' 1 s after it was commanded {step:+.2g} off home")  # fmt: skip
     return None
 
 

@@ -7,7 +7,17 @@ from frobs_core.capabilities import CAPABILITIES, Level
 from frobs_core.interfaces import Simulation
 from frobs_core.specs import SimulatorRecord
 from frobs_core.testing.checks import Check, Outcome, collect, expect
-from frobs_core.testing.simulator import drive, kinematics, model_files, parameters, running, state, world
+from frobs_core.testing.simulator import (
+    contract,
+    drive,
+    kinematics,
+    model_files,
+    parameters,
+    pictures,
+    running,
+    state,
+    world,
+)
 from frobs_core.testing.simulator.subject import SimulatorUnderTest
 
 
@@ -23,6 +33,12 @@ def capabilities_are_known(subject: SimulatorUnderTest) -> Outcome:
 
 CHECKS = (
     capabilities_are_known,
+    contract.arrays_have_their_shapes,
+    contract.writes_broadcast,
+    contract.rows_of_a_single,
+    contract.robots_stand_apart,
+    contract.static_bodies_stay,
+    contract.unknown_targets_refused,
     kinematics.joints_are_the_files,
     kinematics.frames_are_current,
     kinematics.given_joints_leave_the_state,
@@ -36,6 +52,7 @@ CHECKS = (
     model_files.overlapping_links_let_each_other_be,
     model_files.two_robots_share_a_scene,
     model_files.broken_meshes_are_refused,
+    contract.frames_of_floating_bases_move,
     drive.drives_follow_positions,
     drive.drives_saturate,
     drive.drives_follow_velocities,
@@ -49,6 +66,7 @@ CHECKS = (
     state.floating_bases_fly,
     state.reset_honours_the_mask,
     state.snapshots_continue,
+    contract.snapshots_hold_all,
     running.motion_repeats,
     running.rows_equal_singles,
     running.time_stands_between_steps,
@@ -60,10 +78,12 @@ CHECKS = (
     world.rays_measure,
     world.lidars_measure,
     world.contacts_are_told,
+    contract.contacts_of_robots_are_told,
     world.wrenches_push,
     world.cameras_see,
     world.depth_is_in_metres,
     world.contradictions_are_refused,
+    pictures.pictures_are_true,
     parameters.gravity_shows,
     parameters.mass_shows,
     parameters.gains_show,

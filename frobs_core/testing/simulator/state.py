@@ -14,7 +14,7 @@ from frobs_core.testing.simulator.motion import expect_state, move, state_of
 from frobs_core.testing.simulator.robots import ARM
 from frobs_core.testing.simulator.subject import BALL, TIMESTEP, SimulatorUnderTest, spread, verifies
 
-_FLOATING = Robot(model="kit_arm", name="kit_arm", tcp="tool", base="floating", gains=ARM.gains)
+FLOATING = Robot(model="kit_arm", name="kit_arm", tcp="tool", base="floating", gains=ARM.gains)
 
 
 @verifies("teleport")
@@ -37,7 +37,7 @@ def joints_are_placed(subject: SimulatorUnderTest) -> Outcome:
 @verifies("teleport")
 def floating_bases_fly(subject: SimulatorUnderTest) -> Outcome:
     """A floating base keeps a twist that is written, falls by the closed form, and a fixed base refuses a twist."""
-    with subject.build(_FLOATING, gravity=(0.0, 0.0, 0.0), floor=False) as (sim, robot):
+    with subject.build(FLOATING, gravity=(0.0, 0.0, 0.0), floor=False) as (sim, robot):
         n = sim.num_envs
         linear, angular = spread(-1, 1, (n, 3)), spread(-1, 1, (n, 3), seed=1)
         robot.write_base_twist(linear, angular)
@@ -49,7 +49,7 @@ def floating_bases_fly(subject: SimulatorUnderTest) -> Outcome:
         expect_close(
             before + TIMESTEP * linear, robot.base_pose[0], 1e-4, "the base's position a step after a twist [m]"
         )
-    with subject.build(_FLOATING, floor=False) as (sim, robot):
+    with subject.build(FLOATING, floor=False) as (sim, robot):
         sim.step(50)
         fallen = np.tile([0.0, 0.0, -9.81 * 50 * TIMESTEP], (sim.num_envs, 1))
         momentum_speed = robot.base_twist[0]
