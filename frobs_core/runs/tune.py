@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from frobs_core.errors import ConfigurationError, RunError, UnknownParameterError
-from frobs_core.runs.config import RunConfig, algorithm_record, resolve_config
-from frobs_core.runs.environments import make_vector_env
+from frobs_core.runs.config import RunConfig, algorithm_record
 from frobs_core.runs.evaluate import Evaluation, evaluate
 from frobs_core.runs.files import write_text
 from frobs_core.runs.monitor import Progress
+from frobs_core.runs.resolve import resolve_config
 from frobs_core.runs.search_space import SearchSpace, load_space, setting
 from frobs_core.runs.study import (
     REPORTS,
@@ -26,7 +26,8 @@ from frobs_core.runs.study import (
     results,
     to_result,
 )
-from frobs_core.runs.train import check_action_space, train
+from frobs_core.runs.train import train
+from frobs_core.runs.training import check_action_space, make_training_env
 from frobs_core.yaml import dump_yaml
 
 if TYPE_CHECKING:
@@ -237,7 +238,7 @@ def _space(search: Search, base: RunConfig) -> SearchSpace:
 
 def _check_environment(config: RunConfig) -> None:
     """Find out before the study begins what would fail every trial."""
-    env = make_vector_env(config.environment, 1, config.keywords())
+    env = make_training_env(config.model_copy(update={"num_envs": 1}))
     try:
         check_action_space(algorithm_record(config.algorithm), config.environment, env.single_action_space)
     finally:
