@@ -58,7 +58,7 @@ def algorithm(name: str) -> str:
         text = text.replace(line, "")
     summary, how, rest = text.partition("\n\nTo make a distribution of it")
     text = summary + "\n" + rest[rest.index('"""') :] if how else text
-    return renamed(text, "cross_entropy", name)
+    return text.replace("cross_entropy", name).replace("CrossEntropy", camel(name))
 
 
 @pass_context

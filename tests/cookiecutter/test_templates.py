@@ -71,6 +71,16 @@ def test_a_template_is_what_is_rendered(file: str, new: Any) -> None:
     assert rendered.read_text("utf-8") == plain
 
 
+def test_the_algorithm_is_what_is_rendered_without_its_record(new: Any) -> None:
+    (rendered,) = new(what="algorithm", name="cross_entropy").rglob("src/*/algorithm.py")
+    plain = (TEMPLATES / "algorithm.py").read_text("utf-8").splitlines()
+    left_out = [line for line in plain if line and line not in rendered.read_text("utf-8").splitlines()]
+    assert [line for line in rendered.read_text("utf-8").splitlines() if line not in plain] == []
+    assert "from frobs_core.hookspecs import hookimpl" in left_out
+    assert "def frobs_algorithms() -> list[AlgorithmRecord]:" in left_out
+    assert len(left_out) < 25
+
+
 @pytest.mark.parametrize("file", sorted(path.name for path in TEMPLATES.glob("my_*.yaml")))
 def test_a_configuration_can_be_resolved(file: str) -> None:
     loaded = load_yaml(TEMPLATES / file)
