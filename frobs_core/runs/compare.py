@@ -206,7 +206,7 @@ def _notes(groups: Sequence[Group], repeated: int, blind: int, count: int) -> li
             notes.append(f"{score.run} is unfinished: {score.steps:,} of {score.total_steps:,} steps.")
     training = [score for score in scores if score.source == "training"]
     if training:
-        which = "no run" if len(training) == len(scores) else f"{_names(training)} not"
+        which = "no run was" if len(training) == len(scores) else f"{_names(training)} not"
         notes.append(
             f"{which} evaluated: the last tenth of the training counts instead, in which the policy explores; "
             "'frobs evaluate' measures it."
