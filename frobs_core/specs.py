@@ -116,11 +116,20 @@ class AlgorithmRecord(Record):
         action_spaces: The Gymnasium spaces that it can act in: ``"Box"``, ``"Discrete"``, …
         tuned: Configuration files that were tuned, by environment ID: ``"package:path.yaml"``.
         search_space: What ``frobs tune`` varies where it is told nothing else: ``"package:path.yaml"``; empty: nothing.
+        config_files: Other layouts of YAML files that ``frobs train --config`` takes: a dotted key by which such a file
+            is known, and the ``"module:function"`` that is called with the file's mapping, the algorithm's name and the
+            path, and returns keys of a run's configuration and one line on what has no place there.
+        model_files: Files of trained models that ``frobs evaluate --model`` takes: a suffix (``".zip"``), and the
+            ``"module:function"`` that is called with the path, the environment's observation space and action space,
+            the algorithm's name or None, and whether the file is trusted, and returns what has the spaces and
+            ``predict`` of an algorithm, and the environment steps that it had trained for.
     """
 
     action_spaces: tuple[str, ...] = ("Box",)
     tuned: Mapping[str, str] = field(default_factory=dict)
     search_space: str = ""
+    config_files: Mapping[str, str] = field(default_factory=dict)
+    model_files: Mapping[str, str] = field(default_factory=dict)
 
 
 KINDS: Mapping[str, type[Record]] = {

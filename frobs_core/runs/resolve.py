@@ -10,10 +10,11 @@ from typing import Any, cast
 from frobs_core.errors import ConfigFileError, ConfigurationError
 from frobs_core.randomization import read_settings
 from frobs_core.runs.config import OWNER, RunConfig, algorithm_record, resolve_algorithm_config
+from frobs_core.runs.other_layouts import read_config_file
 from frobs_core.runs.parts import check_parts
 from frobs_core.specs import AlgorithmRecord
 from frobs_core.validation import validate
-from frobs_core.yaml import ConfigMapping, find_origin, load_yaml, load_yaml_text, load_yaml_value, merge
+from frobs_core.yaml import ConfigMapping, find_origin, load_yaml_text, load_yaml_value, merge
 
 
 def resolve_config(
@@ -26,6 +27,7 @@ def resolve_config(
     """Put a configuration together; what comes later in the list wins.
 
     1. what the algorithm's record has tuned for this ID; 2. the file; 3. the flags; 4. the settings.
+    A file in another layout that the algorithm knows is translated, and stands for itself: what was tuned is left out.
     A file may have a section ``controllers`` with one mapping for each controller, which counts when that controller
     is chosen.
 
@@ -45,12 +47,14 @@ def resolve_config(
         ConfigurationError: A value cannot be used.
         ConfigFileError: Either, in a file.
     """
-    from_file = load_yaml(file) if file is not None else ConfigMapping()
     from_flags = _from_flags(environment, flags or {})
-    from_settings = merge(*(_from_setting(setting) for setting in settings))
+    from_settings = merge(*(read_setting(setting) for setting in settings))
+    from_file, translated = ConfigMapping(), False
+    if file is not None:
+        from_file, translated = read_config_file(file, merge(from_flags, from_settings).get("algorithm"))
     chosen = merge({"environment": "", "algorithm": "ppo"}, from_file, from_flags, from_settings)
     record = algorithm_record(str(chosen["algorithm"]))
-    tuned = _tuned(record, str(chosen["environment"]))
+    tuned = ConfigMapping() if translated else _tuned(record, str(chosen["environment"]))
     given = merge(tuned, from_file, from_flags, from_settings)
     controller = _environment_kwargs(given).get("controller")
     merged = merge(*_with_section(tuned, controller), *_with_section(from_file, controller), from_flags, from_settings)
@@ -106,7 +110,13 @@ def _from_flags(environment: str | None, flags: Mapping[str, Any]) -> dict[str, 
     return given
 
 
-def _from_setting(setting: str) -> dict[str, Any]:
+def read_setting(setting: str) -> dict[str, Any]:
+    """Read ``key=value`` or ``section.key=value``, the value YAML, as nested mappings.
+
+    Raises:
+        ConfigurationError: It is not of this form.
+        ConfigFileError: The value is no YAML.
+    """
     path, equals, text = setting.partition("=")
     keys = path.strip().split(".")
     if not equals or not all(keys):

@@ -3,6 +3,8 @@
 from frobs_core.hookspecs import hookimpl
 from frobs_core.specs import AlgorithmRecord
 
+_MODEL_FILES = {".zip": "frobs_algos_sb3.model_files.policy:open_policy"}
+
 _ANY = ("Box", "Discrete", "MultiDiscrete", "MultiBinary")
 
 
@@ -24,6 +26,8 @@ def _record(name: str, cls: str, summary: str, action_spaces: tuple[str, ...], *
         action_spaces=action_spaces,
         tuned={f"frobs/{key}-v0": f"frobs_algos_sb3:tuned/{file}" for key, file in tuned.items()},
         search_space=f"frobs_algos_sb3:search/{name}.yaml",
+        config_files={f"model_params.{name}_params": "frobs_algos_sb3.frobs_rl.translate:translate"},
+        model_files=_MODEL_FILES,
     )
 
 
@@ -34,6 +38,7 @@ def _contrib(name: str, cls: str, summary: str, action_spaces: tuple[str, ...]) 
         entry_point=f"frobs_algos_sb3.{name}:{cls}",
         install_hint="pip install 'frobs-algos-sb3[contrib]'",
         action_spaces=action_spaces,
+        model_files=_MODEL_FILES,
     )
 
 

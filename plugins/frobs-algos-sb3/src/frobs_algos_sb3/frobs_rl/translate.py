@@ -1,0 +1,76 @@
+"""From FRobs_RL's YAML files to a run's configuration, for ``frobs train --config``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from frobs_algos_sb3.frobs_rl.blocks import WITH_NOISE, WITH_SDE
+from frobs_algos_sb3.frobs_rl.settings import ROOT, FileSettings, read_settings
+from frobs_core.errors import ConfigurationError
+
+_ELSEWHERE = (
+    "save_prefix",
+    "trained_model_name",
+    "save_replay_buffer",
+    "load_model",
+    "model_name",
+    "log_folder",
+    "log_interval",
+    "reset_num_timesteps",
+)
+"""Keys whose part the run folder has: where things go, and how they are called."""
+
+
+def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[dict[str, Any], str]:
+    """Return the keys of :class:`frobs_core.runs.RunConfig` that a file of FRobs_RL means.
+
+    Args:
+        mapping: The file.
+        algorithm: The algorithm whose block counts.
+        path: The file, for errors.
+
+    Returns:
+        The keys, and one line on what has no place in a run; empty where everything has.
+
+    Raises:
+        ConfigFileError: A key is unknown, or a value cannot be used.
+        ConfigurationError: The file goes on from a model.
+    """
+    settings = read_settings(mapping, algorithm, path)
+    params = settings.params
+    if params.load_model:
+        raise ConfigurationError(
+            f"{path}: load_model goes on from a model, and a run begins anew; set it to False, or use the class "
+            f"frobs_algos_sb3.frobs_rl.{algorithm.upper()}."
+        )
+    config: dict[str, Any] = {"algorithm": algorithm, "num_envs": 1, "steps": params.training_steps}
+    if params.save_freq:
+        config["checkpoint_every"] = params.save_freq
+    config["algorithm_config"] = algorithm_config(settings)
+    unused = [key for key in mapping[ROOT] if key in (*_ELSEWHERE, *settings.unused)]
+    note = f"{path}: not used in a run, which names its files and logs itself: {', '.join(unused)}." if unused else ""
+    return config, note
+
+
+def algorithm_config(settings: FileSettings) -> dict[str, Any]:
+    """Return the settings of the algorithm ``frobs train`` knows; observations go to the networks as they are."""
+    params, algorithm = settings.params, settings.algorithm
+    config: dict[str, Any] = {**settings.block.model_dump(), "scale_observation": False}
+    if "train_freq" in config:
+        config["train_freq"] = {"frequency": config["train_freq"]["freq"], "unit": config["train_freq"]["unit"]}
+    if algorithm in WITH_SDE:
+        config |= {"use_sde": params.use_sde, "sde_sample_freq": params.sde_params.sde_sample_freq}
+        if algorithm == "sac":
+            config["use_sde_at_warmup"] = params.sde_params.use_sde_at_warmup
+    if algorithm in WITH_NOISE:
+        noisy = params.use_action_noise and not config.get("use_sde", False)
+        config["action_noise"] = params.action_noise.model_dump() if noisy else None
+    if params.use_custom_policy:
+        policy = params.policy_params
+        policy.to_kwargs()  # refuses what is abstract
+        config["policy_kwargs"] = policy.model_dump()
+        if policy.features_extractor_class == "FlattenExtractor":  # what vectors get anyway
+            del config["policy_kwargs"]["features_extractor_class"]
+    return config

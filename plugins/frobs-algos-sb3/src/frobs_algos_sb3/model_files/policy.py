@@ -1,0 +1,87 @@
+"""A model file as something that acts, for ``frobs evaluate`` and ``frobs play``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.preprocessing import is_image_space
+from stable_baselines3.common.vec_env import VecTransposeImage
+
+from frobs_algos_sb3.model_files.load import load_model
+from frobs_algos_sb3.model_files.space_text import same_space
+from frobs_core.arrays import Action, Mask
+from frobs_core.errors import RunError
+from frobs_core.interfaces.task import Observation
+
+
+class ModelPolicy:
+    """Acts as a model does.
+
+    Args:
+        model: The model.
+        observation_space: Of the environment that it acts in.
+        action_space: Of the same.
+
+    Attributes:
+        model: The model.
+        observation_space: Of the environment.
+        action_space: Of the environment.
+    """
+
+    def __init__(self, model: BaseAlgorithm, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
+        self.model = model
+        self.observation_space = observation_space
+        self.action_space = action_space
+
+    def predict(
+        self,
+        observation: Observation,
+        state: tuple[np.ndarray[Any, Any], ...] | None = None,
+        episode_start: Mask | None = None,
+        deterministic: bool = True,
+    ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
+        """Return actions for a batch of observations, and the state of a recurrent policy."""
+        return self.model.predict(observation, state, episode_start, deterministic)
+
+
+def open_policy(
+    path: Path,
+    observation_space: gym.Space[Any],
+    action_space: gym.Space[Any],
+    algorithm: str | None = None,
+    trust: bool = False,
+) -> tuple[ModelPolicy, int]:
+    """Open a model file for an environment.
+
+    Args:
+        path: The file.
+        observation_space: Of the environment.
+        action_space: Of the environment.
+        algorithm: Its name; None: the file tells.
+        trust: Open it with stable-baselines3's own loader, which executes what the file holds.
+
+    Returns:
+        What acts, and the environment steps that it had trained for.
+
+    Raises:
+        CheckpointError: The file is missing, damaged, or of another algorithm.
+        UntrustedFileError: It can only be opened by executing it.
+        RunError: The environment is not like the one of the training.
+    """
+    model = load_model(path, algorithm=algorithm, trust=trust, device="cpu")
+    seen = observation_space
+    if is_image_space(seen) and model.observation_space is not None and seen.shape != model.observation_space.shape:
+        seen = VecTransposeImage.transpose_space(seen)  # type: ignore[arg-type]  # it was trained on channels first
+    for what, written, real in (("observation", model.observation_space, seen), ("action", model.action_space, action_space)):
+        if written is None or not same_space(written, real):
+            raise RunError(
+                f"{path}: the model was trained with {what} space {written}, and the environment has {real}; "
+                "give the environment the keywords and wrappers of the training: --set environment_kwargs.controller=…, "
+                "--set 'wrappers=[{name: …}]'."
+            )
+    model.action_space = model.policy.action_space = action_space  # whose bounds are exact
+    return ModelPolicy(model, observation_space, action_space), model.num_timesteps
