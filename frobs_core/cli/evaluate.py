@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from frobs_core.cli.facts import print_facts
-from frobs_core.cli.options import CheckpointName, Json, Randomized, RunOrBundle, Seed, Simulator
+from frobs_core.cli.opened import ModelAlgorithm, ModelPath, ModelSettings, RunOrId, Trust, open_run
+from frobs_core.cli.options import CheckpointName, Json, Randomized, Seed, Simulator
 from frobs_core.cli.output import console, only_json, print_json
 from frobs_core.cli.progress import number, percent
 
@@ -16,7 +17,11 @@ if TYPE_CHECKING:
 
 
 def evaluate(
-    run: RunOrBundle,
+    run: RunOrId,
+    model: ModelPath = None,
+    algorithm: ModelAlgorithm = None,
+    settings: ModelSettings = None,
+    trust: Trust = False,
     episodes: Annotated[int, typer.Option(metavar="N", min=1, help="How many episodes.")] = 1000,
     simulator: Simulator = None,
     randomized: Randomized = False,
@@ -24,28 +29,29 @@ def evaluate(
     checkpoint: CheckpointName = "newest",
     json: Json = False,
 ) -> None:
-    """Measure what a run has learned, on episodes that the training has never seen.
+    """Measure what a run has learned, on episodes that the training has never seen; or what a model file acts like.
 
     Example:
         $ frobs evaluate runs/first
         $ frobs evaluate reach.frobs
         $ frobs evaluate runs/first --simulator pybullet
         $ frobs evaluate runs/first --randomized
+        $ frobs evaluate frobs/Irb120Reach-v0 --model trained_model.zip
         $ frobs evaluate runs/first --checkpoint best --episodes 200 --json
     """
     from frobs_core.runs import evaluate as evaluate_run
-    from frobs_core.runs.bundle import open_run_or_bundle
 
     with only_json(json):
-        opened = open_run_or_bundle(run)
+        opened = open_run(run, model, algorithm, settings, trust)
         with console(stderr=True).status(f"playing {episodes:,} episodes"):
             found = evaluate_run(
                 opened, episodes, simulator=simulator, randomize=randomized, seed=seed, checkpoint=checkpoint
             )
     if json:
-        print_json({"run": opened.path, **found.to_dict()})
+        print_json({"run" if model is None else "model": model or opened.path, **found.to_dict()})
     else:
-        print_facts({"name": str(opened.path), "kind": "run", **summary(found)})
+        kind = "run" if model is None else "model file"
+        print_facts({"name": str(model or opened.path), "kind": kind, **summary(found)})
 
 
 def summary(found: Evaluation) -> dict[str, object]:

@@ -25,15 +25,6 @@ RunFolder = Annotated[
     Path, typer.Argument(metavar="RUN", show_default=False, help="The folder that 'frobs train' wrote.")
 ]
 
-RunOrBundle = Annotated[
-    Path,
-    typer.Argument(
-        metavar="RUN",
-        show_default=False,
-        help="The folder that 'frobs train' wrote, or the bundle that 'frobs export' wrote.",
-    ),
-]
-
 Robot = Annotated[
     str | None,
     typer.Option(

@@ -7,13 +7,18 @@ from typing import Annotated
 
 import typer
 
-from frobs_core.cli.options import CheckpointName, Randomized, RunOrBundle
+from frobs_core.cli.opened import ModelAlgorithm, ModelPath, ModelSettings, RunOrId, Trust, open_run
+from frobs_core.cli.options import CheckpointName, Randomized
 from frobs_core.cli.output import console, print_line
 from frobs_core.errors import ConfigurationError, RenderingUnavailableError, RunError
 
 
 def play(
-    run: RunOrBundle,
+    run: RunOrId,
+    model: ModelPath = None,
+    algorithm: ModelAlgorithm = None,
+    settings: ModelSettings = None,
+    trust: Trust = False,
     video: Annotated[
         Path | None,
         typer.Option(metavar="FILE", dir_okay=False, show_default=False, help="Write an MP4 instead of a window."),
@@ -23,18 +28,18 @@ def play(
     randomized: Randomized = False,
     checkpoint: CheckpointName = "newest",
 ) -> None:
-    """Watch what a run has learned: in a window, or as a video.
+    """Watch what a run has learned, or how a model file acts: in a window, or as a video.
 
     Example:
         $ frobs play runs/first
         $ frobs play runs/first --video first.mp4
+        $ frobs play frobs/Irb120Reach-v0 --model trained_model.zip
     """
     if video is not None and viewer:
         raise ConfigurationError("--video and --viewer exclude each other; choose one.")
     from frobs_core.runs import record_video, view
-    from frobs_core.runs.bundle import open_run_or_bundle
 
-    opened = open_run_or_bundle(run)
+    opened = open_run(run, model, algorithm, settings, trust)
     if video is None:
         try:
             view(opened, randomized=randomized, checkpoint=checkpoint)

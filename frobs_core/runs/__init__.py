@@ -10,6 +10,7 @@ from frobs_core.runs.config import PartConfig, RunConfig, ThreadsConfig
 from frobs_core.runs.evaluate import Evaluation, evaluate
 from frobs_core.runs.existing import ON_EXISTING
 from frobs_core.runs.interrupts import TrainingInterrupt
+from frobs_core.runs.model_file import ModelFile
 from frobs_core.runs.monitor import Progress
 from frobs_core.runs.playing import OctantResult
 from frobs_core.runs.plot import plot_runs
@@ -29,6 +30,7 @@ __all__ = [
     "Checkpoint",
     "Comparison",
     "Evaluation",
+    "ModelFile",
     "OctantResult",
     "PartConfig",
     "Progress",

@@ -11,6 +11,7 @@ from frobs_core.errors import CheckpointError, RunError
 from frobs_core.interfaces.algorithm import Algorithm
 from frobs_core.runs.bundle import BundleRun
 from frobs_core.runs.config import algorithm_record
+from frobs_core.runs.model_file import ModelFile
 from frobs_core.runs.run import Run
 
 _log = logging.getLogger("frobs")
@@ -22,7 +23,7 @@ def load_policy(
     """Load a checkpoint for prediction.
 
     Args:
-        run: The run; it may be training. Or a bundle in the place of one.
+        run: The run; it may be training. Or a bundle or a model file in the place of one.
         observation_space: Of one environment that the policy is to act in.
         action_space: Of the same.
         checkpoint: ``"newest"`` that is undamaged, ``"best"``, or its environment steps.
@@ -34,9 +35,10 @@ def load_policy(
         CheckpointError: The checkpoint is not there, or none is usable.
         RunError: The environment's spaces are not those of the training.
     """
-    if isinstance(run, BundleRun):
+    if isinstance(run, BundleRun | ModelFile):
         if checkpoint != "newest":
-            raise RunError(f"{run.path} is a policy bundle, which holds one policy; leave out --checkpoint.")
+            what = "policy bundle" if isinstance(run, BundleRun) else "model file"
+            raise RunError(f"{run.path} is a {what}, which holds one policy; leave out --checkpoint.")
         return run.load_policy(observation_space, action_space)
     algorithm, steps = _load(run, checkpoint)
     for what, trained, now in (

@@ -7,6 +7,7 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from gymnasium import spaces
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.preprocessing import is_image_space
 from stable_baselines3.common.vec_env import VecTransposeImage
@@ -73,10 +74,11 @@ def open_policy(
         RunError: The environment is not like the one of the training.
     """
     model = load_model(path, algorithm=algorithm, trust=trust, device="cpu")
-    seen = observation_space
-    if is_image_space(seen) and model.observation_space is not None and seen.shape != model.observation_space.shape:
-        seen = VecTransposeImage.transpose_space(seen)  # type: ignore[arg-type]  # it was trained on channels first
-    for what, written, real in (("observation", model.observation_space, seen), ("action", model.action_space, action_space)):
+    seen = _as_trained(observation_space, model.observation_space)
+    for what, written, real in (
+        ("observation", model.observation_space, seen),
+        ("action", model.action_space, action_space),
+    ):
         if written is None or not same_space(written, real):
             raise RunError(
                 f"{path}: the model was trained with {what} space {written}, and the environment has {real}; "
@@ -85,3 +87,12 @@ def open_policy(
             )
     model.action_space = model.policy.action_space = action_space  # whose bounds are exact
     return ModelPolicy(model, observation_space, action_space), model.num_timesteps
+
+
+def _as_trained(real: gym.Space[Any], written: gym.Space[Any] | None) -> gym.Space[Any]:
+    """Return a space of observations as stable-baselines3 hands it on: pictures with their channels first."""
+    if isinstance(real, spaces.Dict) and isinstance(written, spaces.Dict):
+        return spaces.Dict([(key, _as_trained(inner, written.spaces.get(key))) for key, inner in real.spaces.items()])
+    if isinstance(real, spaces.Box) and written is not None and real.shape != written.shape and is_image_space(real):
+        return VecTransposeImage.transpose_space(real)
+    return real

@@ -1,0 +1,73 @@
+"""What ``frobs evaluate`` and ``frobs play`` work on: a run, or a model file with an environment."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from frobs_core.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from frobs_core.runs import Run
+
+RunOrId = Annotated[
+    Path,
+    typer.Argument(
+        metavar="RUN",
+        show_default=False,
+        help="The folder that 'frobs train' wrote, or the bundle that 'frobs export' wrote; with --model, a Gymnasium ID.",
+    ),
+]
+
+ModelPath = Annotated[
+    Path | None,
+    typer.Option(
+        "--model", metavar="FILE", show_default=False, help="A model file of stable-baselines3, instead of a run."
+    ),
+]
+
+ModelAlgorithm = Annotated[
+    str | None,
+    typer.Option("--algorithm", metavar="NAME", show_default="the file tells", help="Of --model."),
+]
+
+ModelSettings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        show_default=False,
+        help="With --model: how the environment is made: environment_kwargs.controller=joint_position, wrappers=[…].",
+    ),
+]
+
+Trust = Annotated[
+    bool,
+    typer.Option(
+        "--trust", help="Open --model also where that executes code that it holds: only if you know its author."
+    ),
+]
+
+
+def open_run(run: Path, model: Path | None, algorithm: str | None, settings: Sequence[str] | None, trust: bool) -> Run:
+    """Open a run, a bundle or a model file.
+
+    Raises:
+        ConfigurationError: A flag that belongs to ``--model`` stands alone, or a setting cannot be used.
+        RunError: The folder is no run.
+        BundleError: The file is no bundle.
+    """
+    from frobs_core.runs import ModelFile
+    from frobs_core.runs.bundle import open_run_or_bundle
+
+    if model is not None:
+        return ModelFile(model, str(run), algorithm, settings or (), trust)
+    for flag, given in (("--algorithm", algorithm), ("--set", settings), ("--trust", trust)):
+        if given:
+            raise ConfigurationError(
+                f"{flag} belongs to --model FILE; a run knows how it was trained, and needs no trust."
+            )
+    return open_run_or_bundle(run)
