@@ -25,7 +25,10 @@ RunOrId = Annotated[
 ModelPath = Annotated[
     Path | None,
     typer.Option(
-        "--model", metavar="FILE", show_default=False, help="A model file of stable-baselines3, instead of a run."
+        "--model",
+        metavar="FILE",
+        show_default=False,
+        help="A trained model's file, as its library wrote it, instead of a run.",
     ),
 ]
 
