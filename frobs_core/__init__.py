@@ -14,7 +14,7 @@ __all__ = ["plugins", "registry"]
 if find_spec("gymnasium") and find_spec("pluggy"):
     from frobs_core import plugins as plugins
     from frobs_core import registry as registry
-    from frobs_core.plugins.examination import is_examination
+    from frobs_core.plugins.examination import is_examination as _is_examination
 
-    if not is_examination():
+    if not _is_examination():
         registry.register_environments()
