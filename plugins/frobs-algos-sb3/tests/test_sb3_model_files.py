@@ -51,11 +51,11 @@ def test_a_stock_model_predicts_the_same_without_trust(name: str, tmp_path: Path
             np.testing.assert_array_equal(mine, theirs)
 
 
-@pytest.mark.parametrize("name", ["ppo", "ppo-layers", "a2c", "dqn", "sac-sde", "td3", "ddpg-layers"])
+@pytest.mark.parametrize("name", ["ppo", "ppo-layers", "a2c", "dqn-layers", "sac-sde", "td3-layers", "ddpg-layers"])
 def test_training_goes_on_as_with_the_library_s_own_loader(name: str, tmp_path: Path) -> None:
     path = stock_models.write(name, tmp_path)
     kind = load_model(path)
-    env_id = "CartPole-v1" if name == "dqn" else "Pendulum-v1"
+    env_id = "CartPole-v1" if name == "dqn-layers" else "Pendulum-v1"
     given = (
         {} if name.startswith(("ppo", "a2c")) else {"train_freq": (1, "step"), "learning_starts": 8, "batch_size": 8}
     )

@@ -106,6 +106,8 @@ def _reader(name: str, archive: ModelArchive) -> Callable[[Any], Any]:
         return _rollout_buffer_class
     if name in ("replay_buffer_kwargs", "rollout_buffer_kwargs"):
         return _plain_mapping
+    if name == "n_envs":  # for each of which memory is taken
+        return lambda value: text.integer(value, 1, 2**16)
     if name in _WORDS:
         return _word_or_number
     if name in archive.pickled:
