@@ -25,6 +25,24 @@ REFUSED = {
 }
 """Files that are not robots that can be built, each with the reason that has to be given."""
 
+PARTED: dict[str, tuple[str, ...]] = {
+    "example-robot-data/b1_description/urdf/b1-z1.urdf": ("links touch",),
+    "example-robot-data/baxter_description/urdf/baxter.urdf": ("links touch",),
+    "example-robot-data/icub_description/robots/icub.urdf": ("links touch",),
+    "example-robot-data/icub_description/robots/icub_reduced.urdf": ("links touch",),
+    "example-robot-data/pr2_description/urdf/pr2.urdf": ("links touch",),
+    "example-robot-data/romeo_description/urdf/romeo.urdf": ("joints mimic",),
+    "example-robot-data/talos_data/robots/talos_full_v2.urdf": ("links touch", "joints mimic"),
+    "example-robot-data/talos_data/robots/talos_full_v2_box.urdf": ("links touch", "joints mimic"),
+    "example-robot-data/talos_data/robots/talos_reduced.urdf": ("links touch",),
+    "example-robot-data/talos_data/robots/talos_reduced_box.urdf": ("links touch",),
+    "example-robot-data/talos_data/robots/talos_reduced_corrected.urdf": ("links touch",),
+    "example-robot-data/z1_description/urdf/z1.urdf": ("links touch",),
+    "pybullet_data/franka_panda/panda.urdf": ("links touch",),
+    "pybullet_data/quadruped/spirit40newer.urdf": ("links touch",),
+}
+"""Robots whose free motion is not the same on both simulators, each with what makes it so: see :mod:`free_motion`."""
+
 FAST = (
     "example-robot-data/panda_description/urdf/panda.urdf",
     "example-robot-data/ur_description/urdf/ur10_robot.urdf",

@@ -17,7 +17,7 @@ from mujoco.rendering.classic import gl_context
 
 from frobs_core.errors import RenderingUnavailableError
 from frobs_core.interfaces import Marker
-from frobs_sim_mujoco.building import ROBOT_GROUPS
+from frobs_sim_mujoco.geoms import ROBOT_GROUPS
 
 _PROBE = (
     "import sys, importlib, mujoco\n"

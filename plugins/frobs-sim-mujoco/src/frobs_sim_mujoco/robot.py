@@ -11,7 +11,8 @@ from frobs_core.errors import SimulationError
 from frobs_core.interfaces import CommandMode, Placement, RobotHandle
 from frobs_core.models import default_tcp, home_positions
 from frobs_core.rotations import quat_multiply, quat_rotate
-from frobs_sim_mujoco.building import ROBOT_GROUPS, SCENE_GROUP, drive_bias, drive_gains
+from frobs_sim_mujoco.articulation import drive_bias, drive_gains
+from frobs_sim_mujoco.geoms import ROBOT_GROUPS, SCENE_GROUP
 
 if TYPE_CHECKING:
     from frobs_sim_mujoco.simulation import MujocoSimulation

@@ -15,7 +15,8 @@ from frobs_core.interfaces import Marker, Overlap, Placement, Scene, Simulation,
 from frobs_core.models import RobotModel
 from frobs_sim_mujoco import parameters
 from frobs_sim_mujoco.body import MujocoBody
-from frobs_sim_mujoco.building import ROBOT_GROUPS, SCENE_GROUP, build_model
+from frobs_sim_mujoco.building import build_model
+from frobs_sim_mujoco.geoms import ROBOT_GROUPS, SCENE_GROUP
 from frobs_sim_mujoco.overlaps import find_overlaps
 from frobs_sim_mujoco.rendering import Renderer, Viewer
 from frobs_sim_mujoco.robot import MujocoRobot

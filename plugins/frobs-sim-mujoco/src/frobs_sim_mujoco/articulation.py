@@ -1,0 +1,177 @@
+"""Robots as bodies, joints and actuators: from the core's model, or from their own MJCF file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ModelFileError
+from frobs_core.interfaces import CommandMode, Placement
+from frobs_core.models import Inertial, Joint, JointType, RobotModel, default_gains, home_positions
+from frobs_core.rotations import matrix_from_quat
+from frobs_sim_mujoco.geoms import VISUAL_GROUP, add_shape
+from frobs_sim_mujoco.meshes import RobotMeshes
+
+_JOINT_TYPES = {
+    JointType.REVOLUTE: mujoco.mjtJoint.mjJNT_HINGE,
+    JointType.CONTINUOUS: mujoco.mjtJoint.mjJNT_HINGE,
+    JointType.PRISMATIC: mujoco.mjtJoint.mjJNT_SLIDE,
+}
+_HARD = (0.99, 0.999, 0.001, 0.5, 2.0)
+"""Impedance of what holds joints, with a time constant of two timesteps: as hard as MuJoCo allows. Its default is a spring
+of 20 ms, which a strong drive pushes in by degrees, and behind which a finger that follows another lags."""
+
+
+def add_robot(spec: mujoco.MjSpec, name: str, placement: Placement, group: int, visuals: bool) -> None:
+    """Add the bodies, joints and shapes of a robot.
+
+    Raises:
+        ModelFileError: It has a joint that cannot be simulated, or a mesh that cannot be read.
+    """
+    model, robot = placement.model, placement.robot
+    children: dict[str, list[Joint]] = {}
+    for joint in model.joints:
+        children.setdefault(joint.parent, []).append(joint)
+    links = {link.name: link for link in model.links}
+    fixed = robot.base == "fixed"
+    root = spec.worldbody.add_body(
+        name=f"{name}/{model.root}", pos=placement.pose.pos, quat=placement.pose.quat_wxyz, mocap=fixed
+    )
+    if fixed and "floor" in (geom.name for geom in spec.geoms):
+        spec.add_exclude(bodyname1="world", bodyname2=f"{name}/{model.root}")
+    if not fixed:
+        root.add_freejoint(name=f"{name}/base")
+
+    meshes = RobotMeshes(spec)
+    waiting = [(root, model.root)]  # no recursion: a robot may be deeper than Python's stack
+    while waiting:
+        element, link_name = waiting.pop()
+        link = links[link_name]
+        element.explicitinertial = link.inertial is not None
+        if link.inertial is not None:
+            _set_inertia(element, link.inertial)
+        for collision in link.collisions:
+            for geom in add_shape(meshes, element, collision.geometry, collision.origin, group, None, collides=True):
+                geom.mass = 0.0  # what the file does not weigh, weighs nothing
+        for visual in (link.visuals or link.collisions) if visuals else ():
+            rgba = getattr(visual, "rgba", None)
+            add_shape(meshes, element, visual.geometry, visual.origin, VISUAL_GROUP, rgba, collides=False)
+        below = []
+        for joint in children.get(link_name, ()):
+            child = element.add_body(name=f"{name}/{joint.child}", pos=joint.origin.pos, quat=joint.origin.quat_wxyz)
+            _add_joint(spec, child, name, joint, model)
+            below.append((child, joint.child))
+        waiting += reversed(below)
+
+
+def _add_joint(spec: mujoco.MjSpec, child: mujoco.MjsBody, robot: str, joint: Joint, model: RobotModel) -> None:
+    if joint.type is JointType.FIXED:
+        return
+    if joint.type not in _JOINT_TYPES:
+        raise ModelFileError(
+            model.path,
+            f"joint '{joint.name}' is {joint.type.value}; only revolute, continuous, prismatic and "
+            "fixed joints can be simulated. For a free base, say base='floating' in the robot's description.",
+        )
+    element = child.add_joint(
+        name=f"{robot}/{joint.name}",
+        type=_JOINT_TYPES[joint.type],
+        axis=joint.axis,
+        damping=[joint.damping, 0, 0],
+        frictionloss=joint.friction,
+    )
+    lower, upper = joint.limits.lower, joint.limits.upper
+    if joint.type is not JointType.CONTINUOUS and np.isfinite([lower, upper]).all():
+        element.limited, element.range = mujoco.mjtLimited.mjLIMITED_TRUE, (lower, upper)
+        element.solref_limit, element.solimp_limit = (2.0 * spec.option.timestep, 1.0), _HARD
+    if joint.mimic is not None:
+        spec.add_equality(
+            solref=(2.0 * spec.option.timestep, 1.0),
+            solimp=_HARD,
+            name=f"{robot}/{joint.name}",
+            type=mujoco.mjtEq.mjEQ_JOINT,
+            objtype=mujoco.mjtObj.mjOBJ_JOINT,
+            name1=f"{robot}/{joint.name}",
+            name2=f"{robot}/{joint.mimic.joint}",
+            data=[joint.mimic.offset, joint.mimic.multiplier, *[0.0] * (int(mujoco.mjNEQDATA) - 2)],
+        )
+
+
+def _set_inertia(element: mujoco.MjsBody, inertial: Inertial) -> None:
+    ixx, ixy, ixz, iyy, iyz, izz = inertial.inertia
+    rotation = matrix_from_quat(np.array(inertial.origin.quat_wxyz))
+    inertia = rotation @ np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]) @ rotation.T
+    element.mass, element.ipos = inertial.mass, inertial.origin.pos
+    element.fullinertia = [inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]]
+
+
+def add_drives(spec: mujoco.MjSpec, robot: str, placement: Placement) -> None:
+    """Add an actuator for each joint: effort = clip(ctrl + b1·q + b2·q̇), which is the drive law."""
+    bias = drive_bias(placement.command_mode, *drive_gains(placement))
+    for joint, (b1, b2) in zip(placement.model.actuated_joints, bias, strict=True):
+        limited = np.isfinite(joint.limits.effort)
+        spec.add_actuator(
+            name=f"{robot}/{joint.name}",
+            trntype=mujoco.mjtTrn.mjTRN_JOINT,
+            target=f"{robot}/{joint.name}",
+            gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+            gainprm=[1.0] + [0.0] * 9,
+            biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+            biasprm=[0.0, b1, b2] + [0.0] * 7,
+            forcelimited=mujoco.mjtLimited.mjLIMITED_TRUE if limited else mujoco.mjtLimited.mjLIMITED_FALSE,
+            forcerange=(-joint.limits.effort, joint.limits.effort) if limited else (0.0, 0.0),
+        )
+
+
+def drive_gains(placement: Placement) -> tuple[np.ndarray, np.ndarray]:
+    """Return Kp and Kd of a robot's joints, (dof,) each."""
+    model, robot = placement.model, placement.robot
+    gains = robot.gains or default_gains(model, home_positions(model, robot.home))
+    pairs = [gains.of(joint) for joint in model.joint_names]
+    return np.array([kp for kp, _ in pairs]), np.array([kd for _, kd in pairs])
+
+
+def drive_bias(mode: CommandMode, stiffness: Floats, damping: Floats) -> Floats:
+    """Return the actuators' (b1, b2) that realise the drive law in a command mode, (…, dof, 2)."""
+    held = float(mode is CommandMode.POSITION), float(mode is not CommandMode.EFFORT)
+    return np.stack([-held[0] * stiffness, -held[1] * damping], axis=-1)
+
+
+def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int) -> None:
+    """Attach a robot from its own MJCF file, with the core's names and without its actuators."""
+    model = placement.model
+    try:
+        robot = mujoco.MjSpec.from_string(model.xml)  # names filled in, one root body, absolute paths
+    except ValueError as error:
+        raise ModelFileError(model.path, f"MuJoCo refuses the file: {' '.join(str(error).split())}") from error
+    for unwanted in (*robot.actuators, *robot.sensors, *robot.keys):
+        robot.delete(unwanted)
+    moving = [j for j in robot.joints if j.type in _JOINT_TYPES.values()]
+    named = [j for j in model.joints if j.type in _JOINT_TYPES]
+    for element, joint in zip(moving, named, strict=True):
+        element.name = joint.name
+    roots = list(_children(robot.worldbody))
+    if len(roots) != 1:
+        raise ModelFileError(model.path, f"a robot has one root body; this file has {len(roots)}.")
+    for joint in roots[0].joints:
+        if joint.type == mujoco.mjtJoint.mjJNT_FREE:
+            robot.delete(joint)
+    for geom in robot.geoms:
+        geom.group = group if geom.contype or geom.conaffinity else VISUAL_GROUP
+    frame = spec.worldbody.add_frame()
+    root = frame.attach_body(roots[0], f"{name}/", "")
+    root.pos, root.quat = placement.pose.pos, placement.pose.quat_wxyz
+    if placement.robot.base == "fixed":
+        root.mocap = True
+    else:
+        root.add_freejoint(name=f"{name}/base")
+
+
+def _children(body: mujoco.MjsBody) -> Iterator[mujoco.MjsBody]:
+    child = body.first_body()
+    while child is not None:
+        yield child
+        child = body.next_body(child)

@@ -1,0 +1,85 @@
+"""Shapes of robots and scenes as geoms, and the groups that tell what sees and touches them."""
+
+from __future__ import annotations
+
+import mujoco
+
+from frobs_core.errors import ConfigurationError
+from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Pose, Sphere
+from frobs_sim_mujoco.meshes import RobotMeshes
+
+SCENE_GROUP = 0
+"""Geom group of what the scene collides with: drawn, and seen by rays."""
+VISUAL_GROUP = 1
+"""Geom group of what is only drawn."""
+ROBOT_GROUPS = (2, 3, 4, 5)
+"""Geom groups of what each robot collides with: seen by rays, and left out of the robot's own."""
+
+
+def add_shape(
+    meshes: RobotMeshes,
+    element: mujoco.MjsBody,
+    geometry: Geometry,
+    origin: Pose,
+    group: int,
+    rgba: tuple[float, float, float, float] | None,
+    *,
+    collides: bool,
+) -> list[mujoco.MjsGeom]:
+    """Add a shape of a robot: one geom, or for the visual of a mesh one for each of its colours."""
+    if not isinstance(geometry, Mesh):
+        return [add_geom(element, geometry, origin, group, rgba, collides=collides)]
+    geoms = []
+    for name, own_rgba in meshes.hull(geometry) if collides else meshes.drawn(geometry):
+        geom = _add_plain_geom(element, origin, group, own_rgba or rgba, collides=collides)
+        geom.type, geom.meshname = mujoco.mjtGeom.mjGEOM_MESH, name
+        geoms.append(geom)
+    return geoms
+
+
+def add_geom(
+    element: mujoco.MjsBody,
+    geometry: Geometry,
+    origin: Pose,
+    group: int,
+    rgba: tuple[float, float, float, float] | None,
+    *,
+    collides: bool,
+) -> mujoco.MjsGeom:
+    """Add a geom of a simple shape.
+
+    Raises:
+        ConfigurationError: It is a mesh.
+    """
+    geom = _add_plain_geom(element, origin, group, rgba, collides=collides)
+    match geometry:
+        case Box(size):
+            geom.type, geom.size = mujoco.mjtGeom.mjGEOM_BOX, [edge / 2 for edge in size]
+        case Sphere(radius):
+            geom.type, geom.size = mujoco.mjtGeom.mjGEOM_SPHERE, [radius, 0, 0]
+        case Cylinder(radius, length):
+            geom.type, geom.size = mujoco.mjtGeom.mjGEOM_CYLINDER, [radius, length / 2, 0]
+        case Capsule(radius, length):
+            geom.type, geom.size = mujoco.mjtGeom.mjGEOM_CAPSULE, [radius, length / 2, 0]
+        case Mesh(path):
+            raise ConfigurationError(
+                f"the mesh {path} is no shape of a scene: boxes, spheres, cylinders, capsules are."
+            )
+    return geom
+
+
+def _add_plain_geom(
+    element: mujoco.MjsBody,
+    origin: Pose,
+    group: int,
+    rgba: tuple[float, float, float, float] | None,
+    *,
+    collides: bool,
+) -> mujoco.MjsGeom:
+    """Add a geom that has all but its shape."""
+    geom = element.add_geom(pos=origin.pos, quat=origin.quat_wxyz, group=group)
+    geom.contype = geom.conaffinity = int(collides)
+    geom.rgba = rgba or (0.7, 0.7, 0.72, 1.0)
+    if not collides:
+        geom.mass = 0.0
+    return geom

@@ -1,0 +1,131 @@
+"""What is not the robot: light, floor, bodies, cameras, and the contacts that a task wants to know of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import mujoco
+import numpy as np
+
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import Body, Camera, Contact, Placement, Scene
+from frobs_core.models import Pose
+from frobs_sim_mujoco.geoms import SCENE_GROUP, VISUAL_GROUP, add_geom
+
+_FRICTION = (0.005, 0.0001)  # torsional [m] and rolling [m]: MuJoCo's defaults
+
+
+def light_up(spec: mujoco.MjSpec) -> None:
+    """Make pictures pleasant: a sky, soft light, enough room for the frame."""
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=(0.86, 0.91, 0.96),
+        rgb2=(0.55, 0.65, 0.76),
+        width=64,
+        height=384,
+    )
+    spec.visual.global_.offwidth, spec.visual.global_.offheight = 1920, 1440
+    spec.visual.quality.shadowsize = 4096
+    spec.visual.headlight.ambient = (0.35, 0.35, 0.35)
+    spec.visual.headlight.diffuse = (0.35, 0.35, 0.35)
+    spec.visual.headlight.specular = (0.05, 0.05, 0.05)
+    spec.worldbody.add_light(
+        pos=(1.5, -1.5, 3.5),
+        dir=(-0.38, 0.38, -0.85),
+        diffuse=(0.6, 0.6, 0.6),
+        specular=(0.15, 0.15, 0.15),
+        castshadow=True,
+        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+    )
+
+
+def add_floor(spec: mujoco.MjSpec) -> None:
+    """Add a chequered plane at z = 0, without end."""
+    spec.add_texture(
+        name="floor",
+        type=mujoco.mjtTexture.mjTEXTURE_2D,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+        rgb1=(0.78, 0.80, 0.82),
+        rgb2=(0.72, 0.74, 0.77),
+        width=512,
+        height=512,
+    )
+    material = spec.add_material(name="floor", texrepeat=(4, 4), texuniform=True)
+    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
+    spec.worldbody.add_geom(
+        name="floor",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=(0, 0, 0.05),
+        material="floor",
+        group=SCENE_GROUP,
+        friction=(1.0, *_FRICTION),
+    )
+
+
+def add_body(spec: mujoco.MjSpec, name: str, body: Body) -> None:
+    """Add a body of the scene.
+
+    Raises:
+        ConfigurationError: It is kinematic and has a mass.
+    """
+    if body.mass is not None and body.kinematic:
+        raise ConfigurationError(f"scene body '{name}' is kinematic, so it has no mass; give one or the other.")
+    element = spec.worldbody.add_body(name=name, pos=body.pose.pos, quat=body.pose.quat_wxyz, mocap=body.kinematic)
+    if body.mass is not None:
+        element.add_freejoint(name=name)
+    group = SCENE_GROUP if body.collides else VISUAL_GROUP
+    geom = add_geom(element, body.geometry, Pose(), group, body.rgba, collides=body.collides)
+    geom.name = name
+    geom.friction = (body.friction, *_FRICTION)
+    if body.mass is not None:
+        geom.mass = body.mass
+
+
+def add_camera(spec: mujoco.MjSpec, name: str, camera: Camera) -> None:
+    """Add a camera.
+
+    Raises:
+        ConfigurationError: It is fixed to what is no body of the scene.
+    """
+    parent = spec.worldbody if camera.frame is None else spec.body(camera.frame)
+    if parent is None:
+        raise ConfigurationError(f"camera '{name}' is fixed to '{camera.frame}', which is no body of the scene.")
+    back = np.subtract(camera.pos, camera.target)
+    back = back / np.linalg.norm(back)
+    up = np.array([0.0, 1.0, 0.0]) if abs(back[2]) > 0.999 else np.array([0.0, 0.0, 1.0])
+    right = np.cross(up, back)
+    right /= np.linalg.norm(right)
+    quat = np.zeros(4)
+    mujoco.mju_mat2Quat(quat, np.stack([right, np.cross(back, right), back], axis=1).reshape(9))
+    parent.add_camera(name=name, pos=camera.pos, quat=quat, fovy=camera.fov_y)
+
+
+def add_contact(
+    spec: mujoco.MjSpec, name: str, contact: Contact, robots: Mapping[str, Placement], scene: Scene
+) -> None:
+    """Add a contact sensor: data found and force, of the one contact with the largest force."""
+
+    def side(which: str) -> tuple[mujoco.mjtObj, str]:
+        if which == "*":
+            return mujoco.mjtObj.mjOBJ_UNKNOWN, ""
+        if which == "floor" and scene.floor:
+            return mujoco.mjtObj.mjOBJ_GEOM, which
+        if which in robots:
+            return mujoco.mjtObj.mjOBJ_XBODY, f"{which}/{robots[which].model.root}"  # the whole subtree
+        if spec.body(which) is None:
+            known = [*scene.bodies, *robots, *(["floor"] if scene.floor else [])]
+            raise ConfigurationError(f"contact '{name}' names '{which}', which is none of {', '.join(known)}.")
+        return mujoco.mjtObj.mjOBJ_BODY, which
+
+    (first_type, first), (second_type, second) = side(contact.first), side(contact.second)
+    spec.add_sensor(
+        name=name,
+        type=mujoco.mjtSensor.mjSENS_CONTACT,
+        objtype=first_type,
+        objname=first,
+        reftype=second_type,
+        refname=second,
+        intprm=[3, 2, 1],  # bits found | force; reduced by the largest force; one slot
+    )
