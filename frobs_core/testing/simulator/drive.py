@@ -88,6 +88,7 @@ def a_new_mode_holds(subject: SimulatorUnderTest) -> Outcome:
     return None
 
 
+@verifies("contacts")
 def wheels_roll(subject: SimulatorUnderTest) -> Outcome:
     """A wheeled robot whose wheels turn at a velocity drives on the floor by their radius times it."""
     with subject.build(ROVER, mode=CommandMode.VELOCITY, pose=Pose(pos=(0.0, 0.0, 0.051))) as (sim, robot):

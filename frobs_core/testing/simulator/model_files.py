@@ -110,6 +110,7 @@ def two_robots_share_a_scene(subject: SimulatorUnderTest) -> Outcome:
     return None
 
 
+@verifies("contacts")
 def broken_meshes_are_refused(subject: SimulatorUnderTest) -> Outcome:
     """A broken mesh is a ModelFileError that names the file; no process and no temporary file is left behind."""
     model = model_of(ARM.model)
