@@ -26,11 +26,27 @@ from frobs_core.interfaces import (
     Scene,
     Simulation,
     Snapshot,
+    Translation,
 )
-from frobs_core.models import Joint, JointType, Pose, default_gains, default_tcp, home_positions
+from frobs_core.models import (
+    Joint,
+    JointType,
+    Pose,
+    RobotModel,
+    Treatment,
+    default_gains,
+    default_tcp,
+    elements,
+    home_positions,
+)
 from frobs_core.rotations import quat_conjugate, quat_from_axis_angle, quat_multiply, quat_rotate
 
 _MODES = tuple(CommandMode)
+_KEPT = (
+    *("moving_joints", "fixed_joints", "mimic_joints", "position_limits", "velocity_limits", "effort_limits"),
+    *("joint_damping", "armatures"),
+)
+"""What of a model file is simulated as it stands; inertias are only those that each joint carries at home."""
 
 
 class FreeBody:
@@ -90,12 +106,12 @@ class SceneBody(BodyHandle):
     @property
     def pose(self) -> tuple[Floats, Floats]:
         """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) in the world."""
-        return self.free.pos, self.free.quat
+        return _shown(self.free.pos), _shown(self.free.quat)
 
     @property
     def twist(self) -> tuple[Floats, Floats]:
         """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s]."""
-        return self.free.linear, self.free.angular
+        return _shown(self.free.linear), _shown(self.free.angular)
 
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
         """Put the body somewhere at once."""
@@ -145,17 +161,17 @@ class JointRobot(RobotHandle):
     @property
     def joint_positions(self) -> Floats:
         """(num_envs, dof) [rad or m]."""
-        return self._positions
+        return _shown(self._positions)
 
     @property
     def joint_velocities(self) -> Floats:
         """(num_envs, dof) [rad/s or m/s]."""
-        return self._velocities
+        return _shown(self._velocities)
 
     @property
     def joint_efforts(self) -> Floats:
         """(num_envs, dof) [N·m or N]: what the drives applied in the last physics step."""
-        return self._efforts
+        return _shown(self._efforts)
 
     def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
         """Put the joints somewhere at once."""
@@ -179,17 +195,17 @@ class JointRobot(RobotHandle):
 
     def drive_gains(self) -> tuple[Floats, Floats]:
         """Return Kp and Kd, (num_envs, dof) each."""
-        return self._kp, self._kd
+        return _shown(self._kp), _shown(self._kd)
 
     @property
     def base_pose(self) -> tuple[Floats, Floats]:
         """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the root link in the world."""
-        return self.base.pos, self.base.quat
+        return _shown(self.base.pos), _shown(self.base.quat)
 
     @property
     def base_twist(self) -> tuple[Floats, Floats]:
         """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link."""
-        return self.base.linear, self.base.angular
+        return _shown(self.base.linear), _shown(self.base.angular)
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
         """Put the root link somewhere at once."""
@@ -355,6 +371,7 @@ class MySimulator(Simulation):
         physics_timestep: float,
         num_threads: int = 0,
     ) -> None:
+        _check_scene(scene, robots)
         self.num_envs, self.physics_timestep = num_envs, physics_timestep
         self._gravity = np.array(scene.gravity)  # (3,) [m/s²]
         self._robots = {name: JointRobot(name, p, num_envs, self._gravity) for name, p in robots.items()}
@@ -362,6 +379,18 @@ class MySimulator(Simulation):
         self.robots, self.bodies = self._robots, self._bodies
         self._time: Floats = np.zeros(num_envs)
         self._diverged: Mask = np.zeros(num_envs, np.bool_)
+
+    @classmethod
+    def translation(cls, model: RobotModel) -> Sequence[Translation]:
+        """Say what becomes of a robot's model file; ``frobs doctor robot`` shows it."""
+        return [
+            Translation(element=element, treatment=Treatment.KEPT)
+            if element in _KEPT
+            else Translation(element=element, treatment=Treatment.APPROXIMATED, how="what each joint carries at home")
+            if element == "inertias"
+            else Translation(element=element, treatment=Treatment.DROPPED, how="joints move one by one, without it")
+            for element in elements(model)
+        ]
 
     @property
     def native(self) -> None:
@@ -371,7 +400,7 @@ class MySimulator(Simulation):
     @property
     def time(self) -> Floats:
         """(num_envs,) [s] since the reset."""
-        return self._time
+        return _shown(self._time)
 
     @property
     def diverged(self) -> Mask | None:
@@ -467,6 +496,26 @@ class MySimulator(Simulation):
 
 def _lacks(capability: str) -> NoReturn:
     raise CapabilityError("my_simulator", [("the caller", capability, "approximate", "unsupported")])
+
+
+def _check_scene(scene: Scene, robots: Mapping[str, Placement]) -> None:
+    """Refuse a scene that contradicts itself, or wants what is not here."""
+    for name, body in scene.bodies.items():
+        if body.kinematic and body.mass is not None:
+            raise ConfigurationError(f"scene body '{name}' is kinematic, so it has no mass; give one or the other.")
+    if scene.contacts:
+        raise ConfigurationError(f"the scene asks for the contacts {', '.join(scene.contacts)}; there are none here.")
+    for name, camera in scene.cameras.items():
+        robot, _, frame = (camera.frame or "").partition("/")
+        if robot and frame not in [link.name for link in (robots[robot].model.links if robot in robots else ())]:
+            raise ConfigurationError(f"camera '{name}' is fixed to '{camera.frame}', which is no link of a robot.")
+
+
+def _shown(array: Floats) -> Floats:
+    """Return an array that others may read, and not write."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 def _all(array: np.ndarray[Any, Any]) -> Mask:
