@@ -221,6 +221,81 @@ class RenderMoves(Point):
         return super().render()
 
 
+class ActionsFromOne(Point):
+    """What stable-baselines3 cannot do: a discrete space that does not begin at 0."""
+
+    def __init__(self, **keywords: Any) -> None:
+        super().__init__(**keywords)
+        self.action_space = gym.spaces.Discrete(3, start=1)
+
+    def step(self, action: Any) -> Any:
+        return super().step([float(action) - 2.0])
+
+
+class ClosesOnceWhenNew(Point):
+    closed, resets, steps = False, 0, 0
+
+    def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
+        self.resets += 1
+        return super().reset(seed=seed)
+
+    def step(self, action: Any) -> Any:
+        self.steps += 1
+        return super().step(action)
+
+    def close(self) -> None:
+        if self.closed and self.resets == 1 and not self.steps:
+            raise RuntimeError("closed already")
+        self.closed = True
+
+
+class WritesToTheLast(Point):
+    """Writes to an observation that it returned two steps before."""
+
+    def step(self, action: Any) -> Any:
+        observation, *rest = super().step(action)
+        self.kept = [*getattr(self, "kept", [])[-1:], observation]
+        self.kept[0][1] = self.v
+        return observation, *rest
+
+
+class TiresLate(Point):
+    """The second time that it is seeded, something is different late in the play."""
+
+    seeded, steps = 0, 0
+
+    def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
+        if seed is not None:
+            self.seeded, self.steps = self.seeded + 1, 0
+        return super().reset(seed=seed)
+
+    def step(self, action: Any) -> Any:
+        self.steps += 1
+        if self.seeded > 1 and self.steps > 45:
+            self.v += 1e-4
+        return super().step(action)
+
+
+class FewSeeds(Point):
+    def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
+        return super().reset(seed=None if seed is None else seed % 2**31)
+
+
+class RemembersPushes(Point):
+    """Warm from one episode to the next, when it was pushed as hard as can be for long."""
+
+    heat = 0
+
+    def step(self, action: Any) -> Any:
+        self.heat = min(self.heat + 1, 40) if np.abs(action).min() >= 1.0 else self.heat
+        return super().step(action)
+
+    def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
+        super().reset(seed=seed)
+        self.x += 1e-3 * (self.heat >= 20)
+        return self.observe(), {}
+
+
 class _Batch(gym.vector.SyncVectorEnv):
     """A batch of its own, as a package may bring: here with one fault."""
 
@@ -243,7 +318,7 @@ class FinalObservationLost(_Batch):
     def step(self, actions: Any) -> Any:
         observation, reward, terminated, truncated, info = super().step(actions)
         for i in np.flatnonzero(info.get("_final_obs", [])):
-            info["final_obs"][i] = observation[i]
+            info["final_obs"][i] = observation[i].copy()
         return observation, reward, terminated, truncated, info
 
 
@@ -262,6 +337,19 @@ class ResetStepCounts(_Batch):
         resetting = self._autoreset_envs.copy()
         observation, reward, terminated, truncated, info = super().step(actions)
         return observation, np.where(resetting, -0.5, reward), terminated, truncated, info
+
+
+class ResetStepCountsInNextStep(ResetStepCounts):
+    def step(self, actions: Any) -> Any:
+        if self.metadata["autoreset_mode"] is gym.vector.AutoresetMode.NEXT_STEP:
+            return super().step(actions)
+        return _Batch.step(self, actions)
+
+
+class EndsAreNumbers(_Batch):
+    def step(self, actions: Any) -> Any:
+        observation, reward, terminated, *rest = super().step(actions)
+        return observation, reward, terminated.astype(np.uint8), *rest
 
 
 class SharedBatchMemory(_Batch):

@@ -14,7 +14,7 @@ import pytest
 from frobs_core.errors import CheckpointError, UnknownParameterError
 from frobs_core.interfaces import Algorithm
 from frobs_core.specs import AlgorithmRecord
-from frobs_core.testing import NotApplicable, check_algorithm, pytest_checks
+from frobs_core.testing import NotApplicable, check_algorithm, pytest_checks, run_checks
 
 
 class Drift(Algorithm):
@@ -39,7 +39,8 @@ class Drift(Algorithm):
         while self.steps < steps:
             self.matrix += self.config["rate"] * self.rng.normal(size=(3, 1))
             self.steps += 100
-            monitor.on_progress(self.steps, {"drift/size": 1.0})
+            if not monitor.on_progress(self.steps, {"drift/size": 1.0}):
+                return
             monitor.offer_checkpoint(self.steps, self.save)
 
     def predict(
@@ -117,6 +118,13 @@ class ResolvesTwice(Drift):
         return {"rate": config.get("rate", 0.1) / 2}
 
 
+class Halves(Drift):
+    @classmethod
+    def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
+        resolved = super().resolve_config(config)
+        return {"rate": resolved["rate"] / 2}
+
+
 class Function(Drift):
     @classmethod
     def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
@@ -141,6 +149,33 @@ class DamageIsIgnored(Drift):
     def load(cls, folder: Path, env: Any = None) -> Any:
         self = cls.__new__(cls)
         self.matrix = np.zeros((3, 1))
+        return self
+
+
+class SpaceOfTheBatch(Drift):
+    def __init__(self, env: Any, config: Mapping[str, Any], seed: int) -> None:
+        super().__init__(env, config, seed)
+        self.observation_space = env.observation_space
+
+
+class NeverStops(Drift):
+    def train(self, steps: int, monitor: Any) -> None:
+        tell = monitor.on_progress
+        monitor.on_progress = lambda *told: tell(*told) or True
+        super().train(steps, monitor)
+
+
+class DependsOnTheBatch(Drift):
+    def predict(self, observation: Any, *arguments: Any, **keywords: Any) -> Any:
+        actions, state = super().predict(observation, *arguments, **keywords)
+        return (actions * np.float32(0.9 if len(observation) == 1 else 1.0)), state
+
+
+class ForgetsWithAnEnvironment(Drift):
+    @classmethod
+    def load(cls, folder: Path, env: Any = None) -> Any:
+        self = super().load(folder, env)
+        self.matrix = self.matrix if env is None else self.matrix * 0.5
         return self
 
 
@@ -176,6 +211,31 @@ def test_the_kit_catches(faulty: type, check: str, told: str) -> None:
     found = next(c for c in check_algorithm(record(faulty)) if c.name == check)
     with pytest.raises(CheckFailure, match=told):
         found.run()
+
+
+SEPARATE = [
+    (SpaceOfTheBatch, "spaces_are_kept"),
+    (LearnsNothingMore, "learns"),
+    (NeverStops, "stops_when_told"),
+    (DependsOnTheBatch, "predicts_in_the_space"),
+    (OneSeed, "same_seed_repeats"),
+    (ForgetsWithAnEnvironment, "load_equals_save"),
+    (AnythingGoes, "unknown_settings_refused"),
+    (Halves, "settings_resolve_once"),
+    (Pickles, "files_execute_nothing"),
+    (DamageIsAnyError, "missing_files_are_told"),
+]
+"""Faults that one check catches, and no other."""
+
+
+@pytest.mark.parametrize(("faulty", "check"), SEPARATE)
+def test_no_other_check_catches(faulty: type, check: str) -> None:
+    report = run_checks(check_algorithm(record(faulty)))
+    assert [result.name for result in report.failed] == [check]
+
+
+def test_every_check_has_a_fault_that_no_other_catches() -> None:
+    assert {check for _, check in SEPARATE} == {check.name for check in check_algorithm(record(Drift))}
 
 
 def test_other_action_spaces_need_an_environment() -> None:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import sys
+import weakref
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
 
+from frobs_core.capabilities import Level
 from frobs_core.interfaces import CommandMode, Controller
 from frobs_core.specs import ControllerRecord
-from frobs_core.testing import CheckFailure, check_controller, pytest_checks
+from frobs_core.testing import CheckFailure, check_controller, pytest_checks, run_checks
 
 
 class Step(Controller):
@@ -127,8 +129,37 @@ class ForgetsTarget(Step):
         pass
 
 
-def record(cls: type) -> ControllerRecord:
-    return ControllerRecord(name="mine", summary="", entry_point=f"{__name__}:{cls.__name__}")
+class ModeIsAWord(Step):
+    command_mode = "position"  # type: ignore[assignment]
+
+
+class MovesTheRobot(Step):
+    """Puts the joints where they are already, at rest: not its business."""
+
+    def apply(self, action: Any) -> Any:
+        target = super().apply(action)
+        self.robot.write_base_pose(*(part.copy() for part in self.robot.base_pose))
+        self.robot.command(target)
+        return target
+
+
+class SharedByAll(Step):
+    last: weakref.ref[Any] = weakref.ref(Controller)
+
+    def apply(self, action: Any) -> Any:
+        other = SharedByAll.last()
+        SharedByAll.last = weakref.ref(self)
+        distracted = isinstance(other, Step) and other is not self
+        return self.clip(super().apply(action) + 1e-3 * distracted)
+
+
+class SnapshotOfObjects(Step):
+    def snapshot(self) -> Any:
+        return {**super().snapshot(), "robot": np.array([None] * len(self.target))}
+
+
+def record(cls: type, **fields: Any) -> ControllerRecord:
+    return ControllerRecord(name="mine", summary="", entry_point=f"{__name__}:{cls.__name__}", **fields)
 
 
 @pytest.fixture(autouse=True)
@@ -152,6 +183,9 @@ test_a_sound_controller_passes = pytest_checks(check_controller(record(Step)), a
         (LimitIgnored, "commands_stay_in_limits"),
         (NotClipped, "actions_are_clipped"),
         (WritesActions, "apply_reads_only"),
+        (MovesTheRobot, "apply_reads_only"),
+        (SharedByAll, "controllers_share_nothing"),
+        (SnapshotOfObjects, "snapshots_continue"),
         (ResetsAll, "reset_honours_the_mask"),
         (ResetsNothing, "reset_honours_the_mask"),
         (MatrixProduct, "rows_equal_singles"),
@@ -162,3 +196,32 @@ def test_the_kit_catches(faulty: type, check: str) -> None:
     found = next(c for c in check_controller(record(faulty)) if c.name == check)
     with pytest.raises(CheckFailure):
         found.run()
+
+
+SEPARATE = [
+    (record(PositionalKeyword), "keywords_are_keyword_only"),
+    (record(Step, needs={"levitation": Level.EXACT}), "needs_are_capabilities"),
+    (record(LargeSpace), "actions_are_normalized"),
+    (record(ModeIsAWord), "commands_have_their_shape"),
+    (record(ActionIgnored), "actions_matter"),
+    (record(NeverRests), "zero_action_rests"),
+    (record(FromTheMeasured), "zero_action_does_not_drift"),
+    (record(LimitIgnored), "commands_stay_in_limits"),
+    (record(NotClipped), "actions_are_clipped"),
+    (record(WritesActions), "apply_reads_only"),
+    (record(ResetsNothing), "reset_honours_the_mask"),
+    (record(MatrixProduct), "rows_equal_singles"),
+    (record(SharedByAll), "controllers_share_nothing"),
+    (record(ForgetsTarget), "snapshots_continue"),
+]
+"""Faults that one check catches, and no other."""
+
+
+@pytest.mark.parametrize(("faulty", "check"), SEPARATE, ids=[check for _, check in SEPARATE])
+def test_no_other_check_catches(faulty: ControllerRecord, check: str) -> None:
+    report = run_checks(check_controller(faulty))
+    assert [result.name for result in report.failed] == [check]
+
+
+def test_every_check_has_a_fault_that_no_other_catches() -> None:
+    assert {check for _, check in SEPARATE} == {check.name for check in check_controller(record(Step))}

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from frobs_core.testing import Check, CheckFailure, Hollow, NotApplicable, check_env, pytest_checks
+from frobs_core.testing import Check, CheckFailure, Hollow, NotApplicable, check_env, pytest_checks, run_checks
 
 
 def find(name: str, check: str) -> Check:
@@ -57,6 +57,37 @@ test_a_sound_goal_environment_passes = pytest_checks(check_env("kit_environments
 def test_the_kit_catches(fault: str, check: str, told: str) -> None:
     with pytest.raises(CheckFailure, match=told):
         find(fault, check).run()
+
+
+SEPARATE = [
+    ("Warns", "gymnasium_checker"),
+    ("ActionsFromOne", "stable_baselines3_checker"),
+    ("Unpicklable", "spec_pickles"),
+    ("ClosesOnceWhenNew", "close_twice"),
+    ("DependsOnProcess", "fresh_process"),
+    ("EndsAreNumbers", "spaces_hold"),
+    ("NanInInfo", "values_finite"),
+    ("WritesToTheLast", "observations_share_no_memory"),
+    ("ConstantElement", "observation_elements_vary"),
+    ("TiresLate", "same_seed_repeats"),
+    ("FewSeeds", "seeds_differ"),
+    ("OneEpisode", "episodes_differ"),
+    ("RemembersPushes", "reset_forgets_history"),
+    ("RareSuccess", "success_in_every_step"),
+    ("GoalRewardsDistance", "compute_reward_equals_step"),
+    ("BlackPicture", "render_draws"),
+    ("FinalObservationLost", "same_step_equals_single"),
+    ("ResetStepCountsInNextStep", "next_step_equals_single"),
+    ("ResetsAll", "disabled_equals_single"),
+]
+"""Faults that one check catches, and no other; for the checks of our own environments, see the file about those."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("fault", "check"), SEPARATE)
+def test_no_other_check_catches(fault: str, check: str) -> None:
+    report = run_checks(check_env(f"kit_environments:kit/{fault}-v0"))
+    assert [result.name for result in report.failed] == [check]
 
 
 def test_an_unpicklable_spec_fails() -> None:

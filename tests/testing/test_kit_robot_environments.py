@@ -8,9 +8,11 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium.vector import AutoresetMode
 
 from frobs_core.env import RobotEnv
-from frobs_core.testing import Check, CheckFailure, Hollow, check_env
+from frobs_core.testing import Check, CheckFailure, Hollow, check_env, run_checks
+from frobs_core.testing.environment import vector
 from frobs_core.vector_env import RobotVectorEnv
 
 KEYWORDS = {"task": "reach", "robot": "irb120", "controller": "joint_delta_position"}
@@ -102,7 +104,7 @@ class ForgetsRandomState(RobotVectorEnv):
 class ThreadsMatter(RobotVectorEnv):
     def __init__(self, num_envs: int = 1, *, num_threads: int = 0, **keywords: Any) -> None:
         super().__init__(num_envs, num_threads=num_threads, **keywords)
-        self.noise = 1e-7 * (num_threads - 1)
+        self.noise = 1e-7 * (num_threads == 2)
 
     def step(self, actions: Any) -> Any:
         return super().step(actions + np.float32(self.noise))
@@ -114,7 +116,44 @@ class StatisticOverTheBatch(RobotVectorEnv):
         return observation, reward - reward.mean() + reward.mean(), *result
 
 
+class EndsAtRandom(RobotEnv):
+    """Says 'terminated' where it means 'truncated'."""
+
+    def step(self, action: Any) -> Any:
+        observation, reward, terminated, truncated, info = super().step(action)
+        return observation, reward, terminated or self.simulation.time[0] > 0.75, truncated, info
+
+
+class RewardOfTheStepBefore(RobotEnv):
+    before = 0.0
+
+    def step(self, action: Any) -> Any:
+        observation, reward, *result = super().step(action)
+        self.before, reward = reward, self.before
+        return observation, reward, *result
+
+
+class ObservationOfTheStepBefore(RobotEnv):
+    def reset(self, **keywords: Any) -> Any:
+        self.before, info = super().reset(**keywords)
+        return self.before.copy(), info
+
+    def step(self, action: Any) -> Any:
+        observation, *result = super().step(action)
+        self.before, observation = observation, self.before
+        return observation, *result
+
+
+class KeysOfAnybody(RobotEnv):
+    def step(self, action: Any) -> Any:
+        *result, info = super().step(action)
+        return *result, {**info, "distance": 0.5}
+
+
 FAULTS = {
+    "ends_have_their_reason": [EndsAtRandom],
+    "step_shows_its_action": [RewardOfTheStepBefore, ObservationOfTheStepBefore],
+    "info_keys_have_their_prefix": [KeysOfAnybody],
     "time_advances": [SlowClock, StepsTwice],
     "step_needs_reset": [StepsWithoutReset, StepsAfterEnd],
     "unknown_keyword_refused": [TakesAnything],
@@ -165,3 +204,57 @@ def test_a_message_says_what_there_is_and_what_should_be(find: Any) -> None:
         CheckFailure, match=r"a step of the batch before the first reset passes; it must raise ResetNeeded"
     ):
         find(StepsAfterEnd, "step_needs_reset").run()
+
+
+class SlowPictureClock(RobotEnv):
+    """Its time runs at another pace than it says."""
+
+    def __init__(self, **keywords: Any) -> None:
+        super().__init__(**keywords)
+        self.metadata = {**self.metadata, "render_fps": 60}
+
+
+class RandomizedRowsMix(RobotVectorEnv):
+    def step(self, actions: Any) -> Any:
+        observation, reward, *result = super().step(actions)
+        if self.randomization is not None and self.metadata["autoreset_mode"] is AutoresetMode.DISABLED:
+            reward = reward + 1e-9 * np.arange(len(reward))
+        return observation, reward, *result
+
+
+SEPARATE = {
+    "time_advances": SlowPictureClock,
+    "step_needs_reset": StepsAfterEnd,
+    "unknown_keyword_refused": TakesAnything,
+    "bad_actions_refused": NanPasses,
+    "reset_options_hold": UnknownOptionPasses,
+    "threads_agree": ThreadsMatter,
+    "randomized_equals_single": RandomizedRowsMix,
+}
+"""Faults that one check catches, and no other."""
+INSEPARABLE = {
+    "step_shows_its_action": "what is of the step before is, in a batch, not what the single environment says",
+    "ends_have_their_reason": "an end for no reason is one that the batch, whose task is asked, does not have",
+    "info_keys_have_their_prefix": "a key of one environment is not in the batch's info",
+    "terms_sum_to_reward": "a term of one environment is not that of the batch",
+    "snapshot_continues": "what a snapshot lacks, it lacks with randomisation too",
+    "randomized_state_is_complete": "with snapshot_continues, which it is with more in the state",
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("check", "faulty"), SEPARATE.items(), ids=SEPARATE)
+def test_no_other_check_catches(find: Any, monkeypatch: pytest.MonkeyPatch, check: str, faulty: type) -> None:
+    find(faulty, check)
+    monkeypatch.setattr(vector, "STEPS", 45)
+    # No other process knows an ID of this file: fresh_process has its own fault, on an environment that it can import.
+    checks = [one for one in check_env(f"kit/{faulty.__name__}-v0") if one.name != "fresh_process"]
+    assert [result.name for result in run_checks(checks).failed] == [check]
+
+
+def test_every_check_has_a_fault_that_no_other_catches() -> None:
+    from test_kit_environments import SEPARATE as OF_OTHERS
+
+    caught = {check for _, check in OF_OTHERS} | SEPARATE.keys()
+    assert not caught & INSEPARABLE.keys()
+    assert caught | INSEPARABLE.keys() == {check.name for check in check_env("CartPole-v1")}

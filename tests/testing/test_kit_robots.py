@@ -6,11 +6,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from frobs_core.errors import FrobsError
 from frobs_core.interfaces import DriveGains, Lidar, Robot
-from frobs_core.testing import check_robot, pytest_checks
+from frobs_core.models import JointLimits
+from frobs_core.testing import check_robot, pytest_checks, run_checks
+from frobs_core.testing.robot import subject
+from frobs_sim_mujoco.robot import MujocoRobot
 
 LINK = """<link name="{name}"><inertial><origin xyz="0.1 0 0"/><mass value="{mass}"/>
 <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="{izz}"/></inertial>
@@ -89,3 +93,71 @@ MODELS: dict[str, tuple[str, dict[str, Any]]] = {
 def test_the_kit_catches_a_model(tmp_path: Path, check: str, change: dict[str, Any]) -> None:
     with pytest.raises(FrobsError):
         outcome(arm(tmp_path, **change), check)
+
+
+def separate(tmp_path: Path, patch: pytest.MonkeyPatch, check: str) -> Robot:
+    """Return a robot with a fault, or a sound one in a simulator with one, that only a check catches."""
+    sound = arm(tmp_path)
+    if check == "model_has_joints":
+        floor = replace(arm(tmp_path, type="fixed", limit=""), base="wheeled")
+        patch.setattr(MujocoRobot, "base_pose", (np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0, 0.0]])))  # it stands
+        return floor
+    if check == "mujoco.frames_agree":
+        pose = MujocoRobot.frame_pose
+
+        def off(self: Any, frame: str, joint_positions: Any = None) -> Any:
+            pos, quat = pose(self, frame, joint_positions)
+            return (pos + 1e-4, quat) if frame == "link_2" else (pos, quat)
+
+        patch.setattr(MujocoRobot, "frame_pose", off)
+    if check == "mujoco.home_is_held":
+        velocities = MujocoRobot.joint_velocities.fget  # type: ignore[attr-defined]
+        patch.setattr(MujocoRobot, "joint_velocities", property(lambda self: velocities(self) + 0.1))
+    if check == "mujoco.joints_follow":
+        command = MujocoRobot.command
+        patch.setattr(MujocoRobot, "command", lambda self, values: command(self, values[..., ::-1]))
+        return replace(sound, home={"joint_0": -0.3, "joint_2": -0.3})
+    changes: dict[str, dict[str, Any]] = {
+        "tcp_moves": {"tcp": "link_0"},
+        "gains_are_positive": {"gains": DriveGains(stiffness=300.0, damping={"joint_0": 30.0})},
+        "parts_exist": {"base": "flying"},
+        "mujoco.home_is_free": {"home": {"joint_0": -1.2, "joint_1": 2.4, "joint_2": 2.4}},
+    }
+    if check == "notes_are_none":
+        return arm(tmp_path, izz=0.5)
+    return replace(sound, **changes.get(check, {}))
+
+
+INSEPARABLE = {
+    "limits_are_stated": "the reader of model files mends such limits and notes it; it guards other readers",
+    "home_is_inside_limits": "no simulator builds a robot whose home is outside of its limits",
+    "inertias_are_possible": "the reader of model files mends such inertias and notes it; it guards other readers",
+}
+SEPARATE = [check.name for check in check_robot("irb120", ["mujoco"]) if check.name not in INSEPARABLE]
+
+
+@pytest.mark.parametrize("check", SEPARATE)
+def test_no_other_check_catches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check: str) -> None:
+    report = run_checks(check_robot(separate(tmp_path, monkeypatch, check), ["mujoco"]))
+    assert [result.name for result in report.failed] == [check]
+
+
+@pytest.mark.parametrize(
+    ("check", "fields"),
+    [
+        ("limits_are_stated", {"limits": JointLimits(lower=1.0, upper=-1.0, velocity=3.0, effort=50.0)}),
+        ("limits_are_stated", {"limits": JointLimits(lower=-1.0, upper=1.0, velocity=0.0, effort=50.0)}),
+    ],
+)
+def test_the_kit_catches_what_another_reader_lets_pass(
+    sound: Robot, monkeypatch: pytest.MonkeyPatch, check: str, fields: dict[str, Any]
+) -> None:
+    read = subject.load_model
+
+    def careless(*args: Any, **kwargs: Any) -> Any:
+        model = read(*args, **kwargs)
+        return replace(model, joints=tuple(replace(joint, **fields) for joint in model.joints))
+
+    monkeypatch.setattr(subject, "load_model", careless)
+    with pytest.raises(FrobsError):
+        outcome(sound, check)

@@ -26,10 +26,11 @@ _COLOUR = re.compile(r"\x1b\[\d+m")  # Gymnasium's logger paints its warnings
 
 _CHILD = """
 import pickle, sys
+from copy import deepcopy
 import gymnasium
 id, kwargs, actions = pickle.load(sys.stdin.buffer)
 env = gymnasium.make(id, **kwargs)
-observations = [env.reset(seed=11)[0], *(env.step(action)[0] for action in actions)]
+observations = [deepcopy(env.reset(seed=11)[0]), *(deepcopy(env.step(action)[0]) for action in actions)]
 env.close()
 sys.stdout.buffer.write(b"observations:" + pickle.dumps(observations))
 """

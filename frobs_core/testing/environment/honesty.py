@@ -37,6 +37,8 @@ def step_shows_its_action(subject: EnvUnderTest) -> Outcome:
             steps = []
             for action in (first, second):
                 env.reset(seed=seed)
+                for before in draw_actions(space, 2, seed):  # what is late shows these, which are the same
+                    env.step(before)
                 steps.append(deepcopy(env.step(action)[:2]))
                 rewards |= {steps[-1][1], float(env.step(action)[1])}
             same_observation += difference(steps[0][0], steps[1][0]) is None
