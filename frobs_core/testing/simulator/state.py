@@ -12,7 +12,7 @@ from frobs_core.testing.checks import CheckFailure, Outcome
 from frobs_core.testing.compare import expect_close, expect_same
 from frobs_core.testing.simulator.motion import expect_state, move, state_of
 from frobs_core.testing.simulator.robots import ARM
-from frobs_core.testing.simulator.subject import BALL, TIMESTEP, SimulatorUnderTest, spread, verifies
+from frobs_core.testing.simulator.subject import BALL, TILTED, TIMESTEP, SimulatorUnderTest, spread, verifies
 
 FLOATING = Robot(model="kit_arm", name="kit_arm", tcp="tool", base="floating", gains=ARM.gains)
 
@@ -37,7 +37,7 @@ def joints_are_placed(subject: SimulatorUnderTest) -> Outcome:
 @verifies("teleport")
 def floating_bases_fly(subject: SimulatorUnderTest) -> Outcome:
     """A floating base keeps a twist that is written, falls by the closed form, and a fixed base refuses a twist."""
-    with subject.build(FLOATING, gravity=(0.0, 0.0, 0.0), floor=False) as (sim, robot):
+    with subject.build(FLOATING, pose=TILTED, gravity=(0.0, 0.0, 0.0), floor=False) as (sim, robot):
         n = sim.num_envs
         linear, angular = spread(-1, 1, (n, 3)), spread(-1, 1, (n, 3), seed=1)
         robot.write_base_twist(linear, angular)

@@ -1,0 +1,114 @@
+"""Faults that people make, planted in the built-in simulator, controllers, tasks and the environments that join them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from planting import Fault, replaced
+
+_ROBOT, _SIMULATION = "frobs_sim_mujoco.robot", "frobs_sim_mujoco.simulation"
+_DELTA, _JOINTS = "frobs_controllers.joint_delta_position", "frobs_controllers.joint_position"
+_VELOCITY, _DRIVE = "frobs_controllers.joint_velocity", "frobs_controllers.differential_drive"
+_REACH, _GOAL, _SAMPLING = "frobs_tasks_reach.reach", "frobs_tasks_reach.goal", "frobs_tasks_reach.sampling"
+_OBSERVATION, _MOTION = "frobs_tasks_reach.observation", "frobs_tasks_reach.motion"
+_VECTOR = "frobs_core.vector_env"
+
+_TABLE = (
+    # -- simulator --
+    ("a quaternion written scalar last", _ROBOT,
+     '"mocap_quat")[rows, self._mocap] = quat_wxyz', '"mocap_quat")[rows, self._mocap] = np.roll(quat_wxyz, -1, -1)'),
+    ("joints commanded in reverse order", _ROBOT,
+     "np.multiply(self._gain, values, out=self._ctrl)", "np.multiply(self._gain, values[:, ::-1], out=self._ctrl)"),
+    ("the effort limit not read", _ROBOT,
+     "expand([limit.effort for limit in limits])", "expand([np.inf for limit in limits])"),
+    ("the drives' two gains exchanged", _ROBOT,
+     "self._stiffness, self._damping = (expand", "self._damping, self._stiffness = (expand"),
+    ("gains written without what the drives hold", _ROBOT, "self._ctrl[rows] *= ratio", "pass"),
+    ("the velocity of the centre of mass for that of the frame", _ROBOT,
+     "return twist[:, 3:] + np.cross(twist[:, :3], arm), twist[:, :3]", "return twist[:, 3:], twist[:, :3]"),
+    ("an angular velocity in the body's frame", _ROBOT,
+     "quat_rotate(quat, np.broadcast_to(ang_vel_world, (len(quat), 3)))", "ang_vel_world"),
+    ("a lidar that sees its own robot", _ROBOT,
+     "*(group for group in ROBOT_GROUPS if group != self._group)", "*ROBOT_GROUPS"),
+    ("joints that do not move a frame in its Jacobian", _ROBOT,
+     "return jacobian if moved is None else jacobian * moved", "return jacobian"),
+    ("given joints without the place of the base", _ROBOT,
+     "return quat_rotate(base, pos) + np.array(pose.pos), quat_multiply(base, quat)", "return pos, quat"),
+    ("the joints' velocity forgotten in a write", _ROBOT,
+     "_put(self._qvel, rows, self.dofs, velocities)", "_put(self._qvel, rows, self.dofs, 0.0)"),
+    ("a mask of the reset ignored", _SIMULATION,
+     "ids = None if mask is None else np.flatnonzero(mask)\n        self.batch.reset",
+     "ids = None\n        self.batch.reset"),
+    ("readings a step old", _SIMULATION,
+     "self.batch.step(nstep=decimation, stage=_VEL)", "self.batch.step(nstep=decimation, stage=_NONE)"),
+    ("a reading that is not refreshed after a write", _SIMULATION,
+     "self._stale = mask.copy()", "self._stale = None"),
+    ("contacts of the last physics step only", _SIMULATION,
+     "(data[..., 0] > 0).any(axis=1)", "(data[..., 0] > 0)[:, -1]"),
+    ("a wrench that never ends", _SIMULATION, 'self.batch.bind("xfrc_applied")[:] = 0.0', "pass"),
+    ("a snapshot that is the state itself", _SIMULATION, "self.batch.state.copy(), ", "self.batch.state, "),
+    ("a snapshot without the physical parameters", _SIMULATION,
+     "return {**state, **parameters.snapshot(self)}",
+     "return {**state, **{k: v for k, v in parameters.snapshot(self).items() if not k.startswith('parameter/')}}"),
+    ("rays that miss at distance 0", _SIMULATION,
+     "np.where((distances < 0) | (distances > max_range), max_range, distances)",
+     "np.where(distances > max_range, max_range, np.maximum(distances, 0.0))"),
+    # -- controllers --
+    ("actions that are not clipped", _DELTA, "np.minimum(delta, self._ones, out=delta)", "pass"),
+    ("a joint limit ignored", _DELTA, "np.minimum(target, self._upper, out=target)", "pass"),
+    ("a reset of all controllers", _DELTA,
+     "self._target[rows(mask)] = self._robot.joint_positions[rows(mask)]",
+     "self._target[:] = self._robot.joint_positions"),
+    ("steps from the measured positions", _DELTA,
+     "np.add(target, delta, out=target)", "np.add(self._robot.joint_positions, delta, out=target)"),
+    ("a target that the snapshot does not have", _DELTA, 'self._target[:] = snapshot["target"]', "pass"),
+    ("a snapshot that goes on changing", _JOINTS, '{"target": self._target.copy()}', '{"target": self._target}'),
+    ("a velocity beyond the limit", _VELOCITY, "np.minimum(velocity, self._upper, out=velocity)", "pass"),
+    ("a reset that does not stop the wheels", _DRIVE, "self._velocity[rows(mask)] = 0.0", "pass"),
+    # -- tasks --
+    ("a seed ignored", _SAMPLING,
+     "candidates = rng.uniform(stream", "candidates = RandomSource(self._robot.num_envs).uniform(stream"),
+    ("random numbers of NumPy's own", _SAMPLING,
+     "candidates = rng.uniform(stream, self.lower, self.upper, (count, dof), open_rows)",
+     "candidates = np.random.default_rng().uniform(self.lower, self.upper, (int(open_rows.sum()), count, dof))"),
+    ("a reward of the step before", _REACH,
+     "        distance = self._distance * -self.distance_weight\n",
+     "        late, self._late = getattr(self, '_late', self._distance), self._distance.copy()\n"
+     "        distance = late * -self.distance_weight\n"),
+    ("a reward in single precision", _REACH, "return distance + precision", "return (distance + precision).astype(np.float32)"),
+    ("a reward term left out of the sum", _REACH, "return distance + precision", "return distance"),
+    ("a statistic over the batch", _REACH,
+     "return distance + precision", "return distance + precision - 1e-9 * precision.mean()"),
+    ("an observation that is never measured", _REACH,
+     '"""Measure where the tool is."""\n        self._measure()', '"""Measure where the tool is."""'),
+    ("a given start ignored", _REACH, "if given is not None:\n            robot.write", "if False:\n            robot.write"),
+    ("a goal that the snapshot does not bring back", _REACH,
+     'self._observation.values[:] = snapshot["observation"]', "pass"),
+    ("shared observation memory", _OBSERVATION,
+     "return self.values.astype(np.float32)",
+     "self._kept = getattr(self, '_kept', self.values.astype(np.float32))\n"
+     "        self._kept[...] = self.values\n        return self._kept"),
+    ("observations in double precision", _OBSERVATION, "return self.values.astype(np.float32)", "return self.values.copy()"),
+    ("columns that overlap", _OBSERVATION, "slice(start, start + len(term.low))\n            start +=",
+     "slice(max(start - 1, 0), start + len(term.low))\n            start +="),
+    ("a reward of goals that are not those of the step", _GOAL,
+     "return self._reward(_goal_distance(achieved_goal, desired_goal))",
+     "return self._reward(_goal_distance(achieved_goal, desired_goal) + 1e-3)"),
+    ("a reward of one goal for all", _GOAL,
+     "return self._reward(_goal_distance(achieved_goal, desired_goal))",
+     "return np.broadcast_to(np.sum(self._reward(_goal_distance(achieved_goal, desired_goal))), np.shape(achieved_goal)[:-1])"),
+    ("a moving goal that forgets its phase in a snapshot", _MOTION, '"goal_phase": self._phase.copy()',
+     '"goal_phase": 0.0 * self._phase'),
+    # -- environments --
+    ("terminated for truncated", _VECTOR,
+     "return observation, reward, terminated, truncated, info", "return observation, reward, truncated, terminated, info"),
+    ("a time limit one step late", _VECTOR,
+     "self._elapsed >= self.max_episode_steps", "self._elapsed > self.max_episode_steps"),
+    ("the last observation lost", _VECTOR, "merged = rows.copy()", "merged = rows"),
+)  # fmt: skip
+
+
+def faults() -> Iterator[Fault]:
+    """Yield them, in the order of the table."""
+    for name, module, old, new in _TABLE:
+        yield replaced(name, module, old, new)

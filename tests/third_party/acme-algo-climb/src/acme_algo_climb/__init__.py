@@ -1,0 +1,1 @@
+"""A learning algorithm: hill climbing."""

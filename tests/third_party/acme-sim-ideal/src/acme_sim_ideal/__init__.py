@@ -1,0 +1,1 @@
+"""A simulator whose drives are ideal: joints follow their commands, and nothing has weight."""

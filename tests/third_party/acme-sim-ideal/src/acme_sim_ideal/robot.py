@@ -1,0 +1,167 @@
+"""One robot: joint positions that follow commands."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import SimulationError
+from frobs_core.interfaces import CommandMode, DriveGains, Placement, RobotHandle
+from frobs_core.models import default_gains, default_tcp, home_positions
+from frobs_core.rotations import quat_multiply, quat_rotate
+
+_LAG = 0.02  # [s] in which an error falls to a third and a little
+_STEP = 1e-6  # [rad or m] of the differences that the Jacobian is made of
+
+
+class IdealRobot(RobotHandle):
+    """A robot in every environment; see :class:`frobs_core.interfaces.RobotHandle`."""
+
+    def __init__(self, name: str, placement: Placement, num_envs: int, timestep: float) -> None:
+        model = placement.model
+        self.name, self.robot, self.model, self.num_envs = name, placement.robot, model, num_envs
+        self.joint_names, self.dof = model.joint_names, len(model.joint_names)
+        self.tcp = placement.robot.tcp or default_tcp(model)
+        self.frame_name("tcp")
+        home = home_positions(model, placement.robot.home)
+        gains = placement.robot.gains or default_gains(model, home)
+        limits = [joint.limits for joint in model.actuated_joints]
+        self.home = self._rows(home)
+        self.position_lower = self._rows([limit.lower for limit in limits])
+        self.position_upper = self._rows([limit.upper for limit in limits])
+        self.velocity_limit = self._rows([limit.velocity for limit in limits])
+        self.effort_limit = self._rows([limit.effort for limit in limits])
+        self._gains = self._both(gains)
+        self._place = np.array(placement.pose.pos), np.array(placement.pose.quat_wxyz)
+        self._timestep, self._share = timestep, 1.0 - np.exp(-timestep / _LAG)
+        self._mode = placement.command_mode
+        self._positions, self._velocities = self.home.copy(), np.zeros_like(self.home)
+        self._held: Floats = np.zeros_like(self.home)
+        self._commands: Floats | None = None
+        self.go_home(slice(None))
+
+    def _rows(self, values: object) -> Floats:
+        return np.repeat(np.asarray(values, np.float64)[None], self.num_envs, axis=0)
+
+    def _both(self, gains: DriveGains) -> tuple[Floats, Floats]:
+        pairs = np.array([gains.of(name) for name in self.joint_names]).reshape(-1, 2)
+        return self._rows(pairs[:, 0]), self._rows(pairs[:, 1])
+
+    @property
+    def joint_positions(self) -> Floats:
+        """(num_envs, dof) [rad or m]."""
+        return self._positions.copy()
+
+    @property
+    def joint_velocities(self) -> Floats:
+        """(num_envs, dof) [rad/s or m/s]."""
+        return self._velocities.copy()
+
+    @property
+    def joint_efforts(self) -> Floats:
+        """(num_envs, dof): zero, as nothing has weight."""
+        return np.zeros_like(self._positions)
+
+    def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
+        """Put the joints somewhere at once."""
+        rows = slice(None) if mask is None else mask
+        self._positions[rows], self._velocities[rows] = positions, velocities
+
+    def go_home(self, rows: slice | Mask) -> None:
+        """Go home, at rest, and hold."""
+        self._positions[rows], self._velocities[rows] = self.home[rows], 0.0
+        self._held[rows] = self.home[rows] if self._mode is CommandMode.POSITION else 0.0
+        self._commands = None
+
+    @property
+    def command_mode(self) -> CommandMode:
+        """What commands mean."""
+        return self._mode
+
+    def set_command_mode(self, mode: CommandMode) -> None:
+        """Change what commands mean, and hold."""
+        self._mode, self._commands = mode, None
+        self._held = self._positions.copy() if mode is CommandMode.POSITION else np.zeros_like(self._positions)
+
+    def command(self, values: Floats) -> None:
+        """Set what the joints follow."""
+        self._commands = values.copy() if values.ndim == 3 else None
+        if values.ndim == 2:
+            self._held = np.array(values, np.float64)
+
+    def advance(self, decimation: int) -> None:
+        """Follow for some physics steps."""
+        rows, self._commands = self._commands, None
+        if rows is not None and rows.shape[1] != decimation:
+            raise SimulationError(f"a command has {rows.shape[1]} rows for {decimation} physics steps.")
+        for k in range(decimation):
+            if rows is not None:
+                self._held = rows[:, k].copy()
+            wanted = self._held if self._mode is CommandMode.VELOCITY else np.zeros_like(self._held)
+            if self._mode is CommandMode.POSITION:
+                wanted = (self._held - self._positions) * (self._share / self._timestep)
+            self._velocities = np.clip(wanted, -self.velocity_limit, self.velocity_limit)
+            self._positions = self._positions + self._timestep * self._velocities
+            inside = np.clip(self._positions, self.position_lower, self.position_upper)
+            self._velocities[inside != self._positions] = 0.0
+            self._positions = inside
+
+    def drive_gains(self) -> tuple[Floats, Floats]:
+        """Return those of the description; nothing follows from them here."""
+        return self._gains
+
+    @property
+    def base_pose(self) -> tuple[Floats, Floats]:
+        """Where the scene places it."""
+        return self._rows(self._place[0]), self._rows(self._place[1])
+
+    @property
+    def base_twist(self) -> tuple[Floats, Floats]:
+        """Zero: bases stand."""
+        return np.zeros((self.num_envs, 3)), np.zeros((self.num_envs, 3))
+
+    def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
+        """Refuse: the simulator does not claim 'teleport'."""
+        raise SimulationError("bases stand where the scene places them.")
+
+    def write_base_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
+        """Refuse: bases stand."""
+        raise SimulationError("bases stand where the scene places them.")
+
+    def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
+        """Return where a link is, or would be, in the world."""
+        given = self._positions if joint_positions is None else joint_positions
+        pos, quat = self.model.frame_pose(self.frame_name(frame), given)
+        base_pos, base_quat = (np.broadcast_to(part, (len(given), len(part))) for part in self._place)
+        return base_pos + quat_rotate(base_quat, pos), quat_multiply(base_quat, quat)
+
+    def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
+        """Return lin_vel_world [m/s] and ang_vel_world [rad/s]."""
+        twist = (self.frame_jacobian(frame) * self._velocities[:, None, :]).sum(-1)
+        return twist[:, :3], twist[:, 3:]
+
+    def frame_jacobian(self, frame: str) -> Floats:
+        """Return (num_envs, 6, dof), from differences."""
+        jacobian = np.zeros((self.num_envs, 6, self.dof))
+        for joint in range(self.dof):
+            step = _STEP * np.eye(self.dof)[joint]
+            (ahead, turned), (behind, before) = (
+                self.frame_pose(frame, self._positions + s * step) for s in (1.0, -1.0)
+            )
+            jacobian[:, :3, joint] = (ahead - behind) / (2.0 * _STEP)
+            turn = quat_multiply(turned, before * np.array([1.0, -1.0, -1.0, -1.0]))
+            jacobian[:, 3:, joint] = turn[:, 1:] * np.sign(turn[:, :1]) / _STEP
+        return jacobian
+
+    def lidar(self, name: str) -> Floats:
+        """Refuse: the simulator does not claim 'rays'."""
+        raise SimulationError("there are no rays here.")
+
+    def snapshot(self) -> dict[str, Floats]:
+        """Return the joints and what they follow."""
+        return {"positions": self._positions.copy(), "velocities": self._velocities.copy(), "held": self._held.copy()}
+
+    def restore(self, state: dict[str, Floats]) -> None:
+        """Return to a snapshot."""
+        self._positions, self._velocities = state["positions"].copy(), state["velocities"].copy()
+        self._held, self._commands = state["held"].copy(), None

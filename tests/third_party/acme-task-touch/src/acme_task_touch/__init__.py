@@ -1,0 +1,1 @@
+"""A task: touch a point on a table."""

@@ -1,0 +1,145 @@
+"""A plugin of each kind as others would write it: public names only, its own wheel, and it works with the others'."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import json
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from clean import HERE, PLUGINS, ROOT, Environment, build_wheels
+
+sys.path.insert(0, str(ROOT / "docs"))
+from generate import api
+
+WORDS = {
+    "acme-sim-ideal": (),
+    "acme-robot-scara": (),
+    "acme-controller-smooth": ("--simulator", "ideal"),
+    "acme-task-touch": (),
+    "acme-algo-climb": (),
+}
+
+
+def imports(path: Path) -> Iterator[tuple[str, str]]:
+    """Yield (module, name) of every import from the core, in a file."""
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("frobs"):
+            yield from ((node.module or "", alias.name) for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from ((alias.name, "") for alias in node.names if alias.name.startswith("frobs"))
+
+
+def is_public(module: str, name: str) -> bool:
+    """Return whether the documentation's reference lists a name of a module."""
+    package, _, part = module.partition(".")
+    if package != "frobs_core" or part not in {*api.modules(), "errors", "hookspecs", "specs"} or name.startswith("_"):
+        return False
+    found = importlib.import_module(module)
+    return name in (found.__all__ if hasattr(found, "__all__") else _defined(Path(found.__file__ or "")))
+
+
+def _defined(path: Path) -> set[str]:
+    """Return the names that a module defines itself."""
+    names: set[str] = set()
+    for node in ast.parse(path.read_text("utf-8")).body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            names.add(node.name)
+        elif isinstance(node, ast.Assign | ast.AnnAssign):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            names |= {target.id for target in targets if isinstance(target, ast.Name)}
+    return names
+
+
+@pytest.mark.parametrize("folder", PLUGINS, ids=lambda path: path.name)
+def test_plugins_import_public_names_only(folder: Path) -> None:
+    found = [(path.name, *one) for path in sorted(folder.rglob("*.py")) for one in imports(path)]
+    assert found
+    assert [one for one in found if not is_public(*one[1:])] == []
+
+
+def test_there_is_one_of_each_kind() -> None:
+    assert {path.name for path in PLUGINS} == WORDS.keys()
+
+
+@pytest.fixture(scope="module")
+def wheels(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Build all wheels, from copies: a build writes beside its sources."""
+    folder = tmp_path_factory.mktemp("wheels")
+    copies = [shutil.copytree(path, folder / "src" / path.name) for path in PLUGINS]
+    core = folder / "src" / "frobs-core"
+    core.mkdir()
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, core)
+    for name in ("frobs_core", "templates", "cookiecutter"):
+        if (ROOT / name).is_dir():
+            shutil.copytree(ROOT / name, core / name, ignore=shutil.ignore_patterns("__pycache__"))
+    return {path.name.split("-")[0].replace("_", "-"): path for path in build_wheels([core, *copies], folder / "dist")}
+
+
+@pytest.fixture(scope="module")
+def clean(wheels: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Environment:
+    environment = Environment(tmp_path_factory.mktemp("clean"))
+    environment.install(*wheels.values())
+    return environment
+
+
+@pytest.mark.slow
+def test_they_are_all_that_is_installed(clean: Environment) -> None:
+    done = clean.frobs("doctor", "plugins", "--json")
+    assert done.returncode == 0, done.stdout + done.stderr
+    found = {facts["distribution"]: facts for facts in json.loads(done.stdout)["plugins"]}
+    assert found.keys() == WORDS.keys()
+    assert [facts["findings"] for facts in found.values()] == [[]] * len(found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("distribution", WORDS)
+def test_each_passes_the_kit(clean: Environment, distribution: str) -> None:
+    done = clean.frobs("check", f"distribution:{distribution}", *WORDS[distribution], "--json")
+    assert done.stdout, done.stderr
+    report = json.loads(done.stdout)
+    assert [(check["name"], check["message"]) for check in report["checks"] if check["status"] == "failed"] == []
+    assert report["versions"][distribution] == "1.2.0"
+
+
+@pytest.mark.slow
+def test_they_work_together(clean: Environment) -> None:
+    trained = clean.frobs("train", "acme/ScaraTouch-v0", "--algorithm", "climb", "--steps", "2000", "--run-dir", "run")
+    assert trained.returncode == 0, trained.stdout + trained.stderr
+    evaluated = clean.frobs("evaluate", "run", "--episodes", "5", "--json")
+    assert evaluated.returncode == 0, evaluated.stderr
+    assert json.loads(evaluated.stdout)["episodes"] == 5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gone", WORDS)
+def test_without_any_one_of_them_the_others_work(clean: Environment, wheels: dict[str, Path], gone: str) -> None:
+    clean.uninstall(gone)
+    try:
+        listed = clean.frobs("plugins", "--json")
+        assert listed.returncode == 0, listed.stderr
+        reports = json.loads(listed.stdout)["plugins"]
+        assert {r["distribution"]: r["state"] for r in reports} == {d: "loaded" for d in WORDS if d != gone}
+        made = clean.run(
+            "-c", "import gymnasium as gym; env = gym.make('frobs_core:acme/ScaraTouch-v0'); env.reset(seed=0)"
+        )
+        if gone == "acme-algo-climb":
+            assert made.returncode == 0, made.stderr
+        else:
+            name = {"acme-sim-ideal": "ideal", "acme-robot-scara": "scara", "acme-controller-smooth": "smooth"}.get(
+                gone, "acme"
+            )
+            assert name in made.stderr.strip().splitlines()[-1], made.stderr  # one line that names what is missing
+    finally:
+        clean.install(wheels[gone])
+
+
+def test_the_folder_of_each_is_small() -> None:
+    for folder in PLUGINS:
+        lines = sum(len(path.read_text("utf-8").splitlines()) for path in folder.rglob("*.py"))
+        assert lines < 400, f"{folder.relative_to(HERE)} has {lines} lines"
