@@ -64,7 +64,7 @@ _TABLE = (
     ("a target that the snapshot does not have", _DELTA, 'self._target[:] = snapshot["target"]', "pass"),
     ("a snapshot that goes on changing", _JOINTS, '{"target": self._target.copy()}', '{"target": self._target}'),
     ("a velocity beyond the limit", _VELOCITY, "np.minimum(velocity, self._upper, out=velocity)", "pass"),
-    ("a reset that does not stop the wheels", _DRIVE, "self._velocity[rows(mask)] = 0.0", "pass"),
+    ("wheels beyond what was asked", _DRIVE, "np.minimum(wanted, self._ones, out=wanted)", "pass"),
     # -- tasks --
     ("a seed ignored", _SAMPLING,
      "candidates = rng.uniform(stream", "candidates = RandomSource(self._robot.num_envs).uniform(stream"),

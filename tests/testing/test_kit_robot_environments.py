@@ -214,6 +214,13 @@ class SlowPictureClock(RobotEnv):
         self.metadata = {**self.metadata, "render_fps": 60}
 
 
+class StepsAfterEndUnasked(RobotVectorEnv):
+    def step(self, actions: Any) -> Any:
+        if self.autoreset_mode is AutoresetMode.DISABLED:
+            self._ended[:] = False
+        return super().step(actions)
+
+
 class RandomizedRowsMix(RobotVectorEnv):
     def step(self, actions: Any) -> Any:
         observation, reward, *result = super().step(actions)
@@ -224,7 +231,7 @@ class RandomizedRowsMix(RobotVectorEnv):
 
 SEPARATE = {
     "time_advances": SlowPictureClock,
-    "step_needs_reset": StepsAfterEnd,
+    "step_needs_reset": StepsAfterEndUnasked,
     "unknown_keyword_refused": TakesAnything,
     "bad_actions_refused": NanPasses,
     "reset_options_hold": UnknownOptionPasses,

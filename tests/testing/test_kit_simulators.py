@@ -352,11 +352,6 @@ def followers_stay(original: Any, self: Any, positions: Any, velocities: Any = 0
         self._batch.bind("qpos")[:, 1:] = before[:, 1:]
 
 
-@pytest.mark.parametrize(("owner", "name", "check", "faulty"), FAULTS)
-def test_the_kit_catches(
-    monkeypatch: pytest.MonkeyPatch, owner: type, name: str, check: str, faulty: Callable[..., Any]
-
-
 @wrong(MujocoSimulation, "time", "arrays_have_their_shapes")
 def single_precision(original: Any, self: Any) -> Any:
     return original.fget(self).astype(np.float32)

@@ -144,7 +144,7 @@ def snapshots_continue(subject: ControllerUnderTest) -> Outcome:
     with subject.bind() as bound:
         for action in bound.actions(9, seed=8):
             bound.step(action)
-        state = deepcopy((bound.simulation.snapshot(), bound.controller.snapshot()))
+        state = deepcopy(bound.simulation.snapshot()), bound.controller.snapshot()  # the latter must be its own
         for name, array in state[1].items():
             found = f"{array.dtype}{list(array.shape)}"
             right = array.shape[:1] == (NUM_ENVS,) and array.dtype.kind != "O"
