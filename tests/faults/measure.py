@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import by_hand
 import mutator
 import survivors
-from planting import ROOT, Fault, ask
+from planting import ROOT, Fault, ask, source_of
 
 PAGE = ROOT / "docs" / "reference" / "planted-faults.md"
 SEED, DRAWN = 6, 45
@@ -28,6 +28,14 @@ def measure(faults: Iterable[Fault]) -> list[Row]:
         sys.stderr.write(f"{fault.module:40} {fault.name:60} {caught or 'SURVIVES'}  {fault.where}\n")
         rows.append((fault, caught))
     return rows
+
+
+def expect_sound(faults: Iterable[Fault]) -> None:
+    """Plant nothing in a module of each package, and see that nothing is caught: else every fault would be."""
+    modules = {fault.module.partition(".")[0]: fault.module for fault in faults}
+    for module in modules.values():
+        caught = ask(Fault("nothing", module, source_of(module), ""))
+        assert caught is None, f"{module}: '{caught}' fails without a fault"
 
 
 def page(hand: Sequence[Row], drawn: Sequence[Row]) -> str:
@@ -88,6 +96,7 @@ def main() -> None:
     options = parser.parse_args()
     chosen = [[fault for fault in faults if options.only in f"{fault.module} {fault.name}"]
               for faults in (by_hand.faults(), mutator.draw(options.drawn, options.seed))]  # fmt: skip
+    expect_sound(fault for faults in chosen for fault in faults)
     rows = [measure(faults) for faults in chosen]
     if not options.only:
         PAGE.write_text(page(*rows), "utf-8")

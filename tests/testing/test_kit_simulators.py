@@ -472,8 +472,37 @@ def upside_down(original: Any, self: Any, *args: Any, **kwargs: Any) -> Any:
     return original(self, *args, **kwargs)[:, ::-1]
 
 
+@wrong(MujocoSimulation, "translation", "elements_are_accounted_for")
+def an_element_is_not_told(original: Any, cls: Any, model: Any) -> Any:
+    return original(cls, model)[1:]
+
+
+@wrong(MujocoSimulation, "write_parameter", "frames_without_mass_refused")
+def a_mass_for_nothing(original: Any, self: Any, name: str, target: str, values: Any, mask: Any = None) -> None:
+    if target != "robot/tip":
+        original(self, name, target, values, mask)
+
+
+@wrong(MujocoSimulation, "__init__", "contradictions_are_refused")
+def contacts_of_nobody_are_dropped(original: Any, self: Any, robots: Any, scene: Any, **keywords: Any) -> None:
+    known = {name: contact for name, contact in scene.contacts.items() if contact.first != "no_such_body"}
+    original(self, robots, replace(scene, contacts=known), **keywords)
+
+
+@wrong(MujocoSimulation, "step", "overlapping_links_let_each_other_be")
+def overlapping_links_push(original: Any, self: Any, decimation: int) -> None:
+    original(self, decimation)
+    robot = self.robots["robot"]
+    if robot.model.name == "kit_pile":
+        robot.write_joint_state(robot.joint_positions + 1e-2)
+
+
 def plant(monkeypatch: pytest.MonkeyPatch, owner: type, name: str, faulty: Callable[..., Any]) -> None:
     original = owner.__dict__[name]
+    if isinstance(original, classmethod):
+        of_class = original.__func__
+        monkeypatch.setattr(owner, name, classmethod(lambda cls, *args: faulty(of_class, cls, *args)))
+        return
 
     def replaced(self: Any, *args: Any, **kwargs: Any) -> Any:
         return faulty(original, self, *args, **kwargs)
@@ -502,7 +531,11 @@ def test_no_other_check_catches(
     monkeypatch: pytest.MonkeyPatch, owner: type, name: str, check: str, faulty: Callable[..., Any]
 ) -> None:
     plant(monkeypatch, owner, name, faulty)
-    drawing = ("cameras_see", "pictures_are_true")  # seconds each; no fault but those of render reaches them
+    drawing = (
+        "cameras_see",
+        "pictures_are_true",
+        "depth_is_in_metres",
+    )  # seconds each; no fault but those of render reaches them
     found = [one for one in check_simulator("mujoco") if name == "render" or one.name not in drawing]
     report = run_checks(found)
     if check in [result.name for result in report.hollow]:

@@ -50,7 +50,6 @@ CHECKS = (
     model_files.mimics_follow,
     model_files.overlaps_are_told,
     model_files.overlapping_links_let_each_other_be,
-    model_files.two_robots_share_a_scene,
     model_files.broken_meshes_are_refused,
     contract.frames_of_floating_bases_move,
     drive.drives_follow_positions,

@@ -77,16 +77,21 @@ def robots_stand_apart(subject: SimulatorUnderTest) -> Outcome:
         ),
     }
     sim: Simulation = subject.record.load()(
-        placements, Scene(gravity=(0.0, 0.0, 0.0)), num_envs=1, physics_timestep=TIMESTEP, num_threads=1
+        placements, Scene(gravity=(0.0, 0.0, 0.0)), num_envs=subject.num_envs, physics_timestep=TIMESTEP, num_threads=1
     )
     try:
         sim.reset()
         expect(set(sim.robots) == set(placements), f"robots is {sorted(sim.robots)}, not {sorted(placements)}.")
-        arm, lift = sim.robots["robot"], sim.robots["other"]
-        expect_close([[3.0, 1.0, 0.0]], lift.base_pose[0], 1e-9, "base_pose of the second robot [m]")
-        lift.command(np.array([[0.1, 0.5]]))
+        n, arm, lift = sim.num_envs, sim.robots["robot"], sim.robots["other"]
+        expect_close(np.tile([3.0, 1.0, 0.0], (n, 1)), lift.base_pose[0], 1e-9, "base_pose of the second robot [m]")
+        lift.command(np.tile([0.1, 0.5], (n, 1)))
         sim.step(1500)
-        expect_close([[0.1, 0.5]], lift.joint_positions, 2e-3, "joint_positions of the second robot, commanded alone")
+        expect_close(
+            np.tile([0.1, 0.5], (n, 1)),
+            lift.joint_positions,
+            2e-3,
+            "joint_positions of the second robot, commanded alone",
+        )
         expect_close(arm.home, arm.joint_positions, 2e-3, "joint_positions of the first robot, which holds")
     finally:
         sim.close()

@@ -90,26 +90,6 @@ def overlapping_links_let_each_other_be(subject: SimulatorUnderTest) -> Outcome:
     return None
 
 
-def two_robots_share_a_scene(subject: SimulatorUnderTest) -> Outcome:
-    """Two robots of different joints stand in one scene, each with its own state and commands."""
-    placements = {
-        "robot": Placement(robot=ARM, model=model_of(ARM.model), command_mode=CommandMode.POSITION),
-        "other": Placement(robot=LIFT, model=model_of(LIFT.model), command_mode=CommandMode.POSITION),
-    }
-    sim = subject.record.load()(placements, Scene(), num_envs=subject.num_envs, physics_timestep=TIMESTEP)
-    try:
-        sim.reset()
-        arm, lift = sim.robots["robot"], sim.robots["other"]
-        lift.command(np.full((sim.num_envs, 2), 0.1))
-        sim.step(300)
-        tolerance = 0.05  # gravity, and approximate drives
-        expect_close(arm.home, arm.joint_positions, tolerance, "joints of a robot beside another that moves")
-        expect_close(np.full((sim.num_envs, 2), 0.1), lift.joint_positions, tolerance, "joints of the second robot")
-    finally:
-        sim.close()
-    return None
-
-
 @verifies("contacts")
 def broken_meshes_are_refused(subject: SimulatorUnderTest) -> Outcome:
     """A broken mesh is a ModelFileError that names the file; no process and no temporary file is left behind."""

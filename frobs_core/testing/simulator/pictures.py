@@ -8,7 +8,6 @@ from frobs_core.errors import RenderingUnavailableError
 from frobs_core.interfaces import Body, Camera
 from frobs_core.models import Box, Pose
 from frobs_core.testing.checks import Hollow, Outcome, expect
-from frobs_core.testing.compare import expect_close
 from frobs_core.testing.simulator.subject import WALL, SimulatorUnderTest, verifies
 
 _RED = Body(geometry=Box((0.1, 0.2, 0.2)), pose=Pose(pos=(1.5, 0.5, 1.4)), rgba=(1.0, 0.0, 0.0, 1.0), kinematic=True)
@@ -18,11 +17,12 @@ _SIZE = (48, 64)
 
 @verifies("cameras")
 def pictures_are_true(subject: SimulatorUnderTest) -> Outcome:
-    """A red box up and to the left is drawn up and to the left, red, with its depth [m] and a number of its own."""
+    """A red box up and to the left is drawn up and to the left, red, with a number of its own."""
     with subject.build(bodies={"wall": WALL, "red": _RED}, cameras={"front": _CAMERA}, num_threads=1) as (sim, _):
         mask = np.arange(sim.num_envs) == 0
         try:
-            drawn = {modality: sim.render(mask, "front", _SIZE, modality)[0] for modality in sim.render_modalities}
+            shown = [one for one in sim.render_modalities if one != "depth"]  # depth_is_in_metres has it
+            drawn = {modality: sim.render(mask, "front", _SIZE, modality)[0] for modality in shown}
         except RenderingUnavailableError as error:
             return Hollow(str(error))
         rgb = drawn["rgb"].astype(np.int64)
@@ -30,10 +30,6 @@ def pictures_are_true(subject: SimulatorUnderTest) -> Outcome:
         expect(red.any(), "no pixel is red, and a red box is in front of the camera.")
         up, left = np.argwhere(red).mean(0)
         expect(up < 20 and left < 24, f"the red box is drawn at row {up:.0f}, column {left:.0f}; it is up and left.")
-        if "depth" in drawn:
-            depth = drawn["depth"][..., 0]
-            expect_close(1.9, depth[24, 32], 0.02, "depth at the picture's middle, where the wall is [m]")
-            expect_close(1.45, np.median(depth[red]), 0.05, "depth of the red box [m]")
         if "segmentation" in drawn:
             numbers = drawn["segmentation"][..., 0]
             (values, counts) = np.unique(numbers[red], return_counts=True)
