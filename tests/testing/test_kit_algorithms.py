@@ -35,13 +35,15 @@ class Drift(Algorithm):
         return {"rate": 0.1, **config}
 
     def train(self, steps: int, monitor: Any) -> None:
-        self.env.reset()
+        if self.steps == 0:
+            self.env.reset()
         while self.steps < steps:
             self.matrix += self.config["rate"] * self.rng.normal(size=(3, 1))
             self.steps += 100
-            if not monitor.on_progress(self.steps, {"drift/size": 1.0}):
-                return
+            go_on = monitor.on_progress(self.steps, {"drift/size": 1.0})
             monitor.offer_checkpoint(self.steps, self.save)
+            if not go_on:
+                return
 
     def predict(
         self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = True
@@ -50,7 +52,8 @@ class Drift(Algorithm):
         return np.tanh((observation[:, :, None] * self.matrix).sum(1) + noise).astype(np.float32), None
 
     def save(self, folder: Path, previous: Path | None = None) -> None:
-        (folder / "drift.json").write_text(json.dumps({"matrix": self.matrix.tolist()}))
+        told = {"matrix": self.matrix.tolist(), "steps": self.steps, "config": self.config}
+        (folder / "drift.json").write_text(json.dumps({**told, "random": self.rng.bit_generator.state}))
 
     @classmethod
     def load(cls, folder: Path, env: Any = None) -> Any:
@@ -59,6 +62,10 @@ class Drift(Algorithm):
         except (OSError, ValueError) as error:
             raise CheckpointError(f"{folder} cannot be read: {error}") from error
         self = cls.__new__(cls)
+        self.env, self.steps, self.config = env, told.get("steps", 0), told.get("config", {})
+        self.rng = np.random.default_rng()
+        if "random" in told:
+            self.rng.bit_generator.state = told["random"]
         self.matrix = np.array(told["matrix"])
         return self
 
@@ -104,6 +111,27 @@ class OneSeed(Drift):
 class SavesInFloat16(Drift):
     def save(self, folder: Path, previous: Path | None = None) -> None:
         (folder / "drift.json").write_text(json.dumps({"matrix": self.matrix.astype(np.float16).tolist()}))
+
+
+class ForgetsItsGenerator(Drift):
+    @classmethod
+    def load(cls, folder: Path, env: Any = None) -> Any:
+        self = super().load(folder, env)
+        self.rng = np.random.default_rng()
+        return self
+
+
+class TellsTwice(Drift):
+    @classmethod
+    def load(cls, folder: Path, env: Any = None) -> Any:
+        self = super().load(folder, env)
+        self.steps -= 100 if env is not None else 0
+        return self
+
+
+class KeepsHalfOfThePolicy(Drift):
+    def save_policy(self, folder: Path) -> None:
+        (folder / "drift.json").write_text(json.dumps({"matrix": (self.matrix / 2).tolist()}))
 
 
 class AnythingGoes(Drift):
@@ -197,6 +225,9 @@ test_a_sound_algorithm_passes = pytest_checks(check_algorithm(record(Drift)), al
         (SeedIgnored, "same_seed_repeats", "again with the same seed"),
         (OneSeed, "same_seed_repeats", "two seeds learn the same"),
         (SavesInFloat16, "load_equals_save", "what was loaded"),
+        (ForgetsItsGenerator, "continues_exactly", "training that was continued"),
+        (TellsTwice, "continues_exactly", "training that was continued"),
+        (KeepsHalfOfThePolicy, "policy_alone_predicts", "kept alone"),
         (AnythingGoes, "unknown_settings_refused", "must raise UnknownParameterError"),
         (ResolvesTwice, "settings_resolve_once", "changes them"),
         (Function, "settings_resolve_once", "schedule"),

@@ -7,7 +7,7 @@ from typing import Any
 
 from frobs_core import plugins
 from frobs_core.specs import AlgorithmRecord
-from frobs_core.testing.algorithm import contract, learning, saving
+from frobs_core.testing.algorithm import continuing, contract, learning, saving
 from frobs_core.testing.algorithm.subject import AlgorithmUnderTest
 from frobs_core.testing.checks import Check, NotApplicable, collect
 
@@ -20,6 +20,8 @@ CHECKS = (
     learning.predicts_in_the_space,
     learning.same_seed_repeats,
     saving.load_equals_save,
+    continuing.policy_alone_predicts,
+    continuing.continues_exactly,
     learning.unknown_settings_refused,
     learning.settings_resolve_once,
     saving.files_execute_nothing,
