@@ -206,6 +206,11 @@ class ForgetsWithAnEnvironment(Drift):
         self.matrix = self.matrix if env is None else self.matrix * 0.5
         return self
 
+    def train(self, steps: int, monitor: Any) -> None:
+        if self.steps:
+            self.matrix = self.matrix * 2.0  # what was forgotten comes back
+        super().train(steps, monitor)
+
 
 def record(cls: type, **keywords: Any) -> AlgorithmRecord:
     return AlgorithmRecord(name="drift", summary="", entry_point=f"{__name__}:{cls.__name__}", **keywords)
@@ -251,6 +256,8 @@ SEPARATE = [
     (DependsOnTheBatch, "predicts_in_the_space"),
     (OneSeed, "same_seed_repeats"),
     (ForgetsWithAnEnvironment, "load_equals_save"),
+    (ForgetsItsGenerator, "continues_exactly"),
+    (KeepsHalfOfThePolicy, "policy_alone_predicts"),
     (AnythingGoes, "unknown_settings_refused"),
     (Halves, "settings_resolve_once"),
     (Pickles, "files_execute_nothing"),
