@@ -61,7 +61,7 @@ def resume(
             debris.unlink(missing_ok=True)
         checkpoint, state = _newest(run)
         done = 0 if state is None else state.steps
-        if steps is not None and steps < done:
+        if steps is not None and steps < min(done, run.config.steps):
             raise ConfigurationError(f"steps = {steps}: {run.path} has taken {done:,} already; ask for more.")
         if steps is None and state is not None and state.stopped is not None:
             _log.warning("%s is complete after %s steps: %s. More steps go on.", run.path, f"{done:,}", state.stopped)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import random
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -105,9 +106,19 @@ def test_a_kill_in_a_phase_of_a_checkpoint(
     check(injector, whole[0], tmp_path / "run", {"call": at + 1})
 
 
+def phases(calls: list[str]) -> list[int]:
+    """Return the calls that differ from the one before or behind: of many fsyncs in a row, the first and the last."""
+    names = ["", *(re.sub(r"\d+", "", call) for call in calls), ""]
+    return [i for i in range(1, len(calls) + 1) if names[i] != names[i - 1] or names[i] != names[i + 1]]
+
+
 @pytest.mark.slow
-def test_a_kill_before_every_call(injector: Any, whole: tuple[Path, list[str]], tmp_path: Path) -> None:
-    for call in range(1, len(whole[1]) + 1):
+@pytest.mark.parametrize("part", range(4))
+def test_a_kill_in_every_phase(part: int, injector: Any, whole: tuple[Path, list[str]], tmp_path: Path) -> None:
+    found = phases(whole[1])
+    half = len(found) // 2  # the second half writes checkpoints and removes old ones, too
+    chosen = [*random.Random(0).sample(found[:half], 12), *found[half:]]
+    for call in chosen[part::4]:
         check(injector, whole[0], tmp_path / f"run{call}", {"call": call})
 
 

@@ -141,7 +141,7 @@ def test_a_complete_run_is_left_as_it_is_and_more_steps_extend_it(
     assert rows(longer)[:10] == before
     assert [row[STEPS] for row in rows(longer)[10:]] == ["176", "192", "208", "224"]
     with pytest.raises(ConfigurationError, match="has taken 224 already"):
-        resume(run, steps=100)
+        resume(longer, steps=100)
 
 
 def test_progress_goes_on_where_it_was(tmp_path: Path) -> None:
