@@ -69,8 +69,8 @@ _TABLE = (
     ("a seed ignored", _SAMPLING,
      "candidates = rng.uniform(stream", "candidates = RandomSource(self._robot.num_envs).uniform(stream"),
     ("random numbers of NumPy's own", _SAMPLING,
-     "candidates = rng.uniform(stream, self.lower, self.upper, (count, dof), open_rows)",
-     "candidates = np.random.default_rng().uniform(self.lower, self.upper, (int(open_rows.sum()), count, dof))"),
+     "candidates = rng.uniform(stream, self.lower, self.upper, (count, dof), drawn_for)",
+     "candidates = np.random.default_rng().uniform(self.lower, self.upper, (int(drawn_for.sum()), count, dof))"),
     ("a reward of the step before", _REACH,
      "        distance = self._distance * -self.distance_weight\n",
      "        late, self._late = getattr(self, '_late', self._distance), self._distance.copy()\n"

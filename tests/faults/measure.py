@@ -93,10 +93,12 @@ def main() -> None:
     )
     parser.add_argument("--seed", type=int, default=SEED, help="of the faults that are drawn")
     parser.add_argument("--drawn", type=int, default=DRAWN, help="how many are drawn")
+    parser.add_argument("--quick", action="store_true", help="do not make sure first that sound modules pass")
     options = parser.parse_args()
     chosen = [[fault for fault in faults if options.only in f"{fault.module} {fault.name}"]
               for faults in (by_hand.faults(), mutator.draw(options.drawn, options.seed))]  # fmt: skip
-    expect_sound(fault for faults in chosen for fault in faults)
+    if not options.quick:
+        expect_sound(fault for faults in chosen for fault in faults)
     rows = [measure(faults) for faults in chosen]
     if not options.only:
         PAGE.write_text(page(*rows), "utf-8")

@@ -129,7 +129,8 @@ def no_saturation(original: Any, self: Any, values: Any) -> None:
 
 @wrong(MujocoRobot, "command", "drives_follow_velocities")
 def velocities_halved(original: Any, self: Any, values: Any) -> None:
-    original(self, 0.5 * values if self.command_mode == "velocity" else values)
+    slow = self.command_mode == "velocity" and self.robot.base == "fixed"
+    original(self, 0.5 * values if slow else values)
 
 
 @wrong(MujocoRobot, "joint_efforts", "drives_apply_efforts")
@@ -179,7 +180,8 @@ def joint_mask_ignored(original: Any, self: Any, positions: Any, velocities: Any
 
 @wrong(MujocoRobot, "base_twist", "floating_bases_fly")
 def twist_swapped(original: Any, self: Any) -> Any:
-    return original.fget(self)[::-1]
+    twist = original.fget(self)
+    return twist[::-1] if self.robot.base == "floating" else twist
 
 
 @wrong(MujocoRobot, "write_base_twist", "floating_bases_fly")
@@ -280,7 +282,7 @@ def depth_in_doubles(original: Any, self: Any, *args: Any, **kwargs: Any) -> Any
 def _ignores(name: str, check: str) -> None:
     def not_written(original: Any, self: Any, parameter: str, target: str, values: Any, mask: Any = None) -> None:
         kept = self.__dict__.setdefault("pretended", {})
-        if parameter == name and mask is None and target != "no_such_body":
+        if parameter == name and mask is None and target not in ("no_such_body", "robot/tip"):
             kept[parameter, target] = values
         else:
             original(self, parameter, target, values, mask)
@@ -305,6 +307,9 @@ def parameter_mask_ignored(original: Any, self: Any, name: str, target: str, val
 
 @wrong(MujocoSimulation, "write_parameter", "inertia_follows_mass")
 def inertia_of_what_was_before(original: Any, self: Any, name: str, target: str, values: Any, mask: Any = None) -> None:
+    if name != "mass" or target != "robot/fore":
+        original(self, name, target, values, mask)
+        return
     body = self.model.body(target).id
     share = np.asarray(values) / self.parameter(name, target)
     inertia = self.batch.expand("body_inertia")[:, body] * (0.5 + 0.5 * share)[:, None]
@@ -322,7 +327,7 @@ def target_scaled_by_gains(original: Any, self: Any, which: int, rows: Any, valu
 @wrong(MujocoRobot, "base_twist", "wheels_roll")
 def wheels_slip(original: Any, self: Any) -> Any:
     linear, angular = original.fget(self)
-    return 0.5 * linear, angular
+    return (0.5 if self.robot.base == "wheeled" else 1.0) * linear, angular
 
 
 @wrong(MujocoSimulation, "overlaps", "overlaps_are_told")

@@ -1,0 +1,94 @@
+"""A sample of the planted faults; ``measure.py`` plants all of them, and writes the page."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import by_hand
+import mutator
+import pytest
+import survivors
+from measure import DRAWN, PAGE, SEED
+from planting import Fault, source_of
+
+MEASURE = Path(__file__).with_name("measure.py")
+BY_HAND = list(by_hand.faults())
+SAMPLE = ("joints commanded in reverse order", "a joint limit ignored")
+"""Caught within seconds, each by a check of another kind."""
+
+
+def test_there_are_faults_of_every_part_and_each_compiles() -> None:
+    assert len(BY_HAND) >= 20
+    packages = {fault.module.partition(".")[0] for fault in BY_HAND}
+    assert packages == {"frobs_sim_mujoco", "frobs_controllers", "frobs_tasks_reach", "frobs_core"}
+    for fault in BY_HAND:
+        ast.parse(fault.source)
+        assert fault.source != source_of(fault.module)
+
+
+def test_the_same_seed_draws_the_same_and_changes_something() -> None:
+    drawn, again, others = (list(mutator.draw(30, seed)) for seed in (1, 1, 2))
+    assert drawn == again
+    assert drawn != others
+    for fault in drawn:
+        assert ast.unparse(ast.parse(fault.source)) != ast.unparse(ast.parse(source_of(fault.module))), fault
+
+
+@pytest.mark.parametrize(
+    ("before", "kind", "after"),
+    [
+        ("x + 1", "operator", "x - 1"),
+        ("x < 1", "comparison", "x <= 1"),
+        ("-x", "sign", "+x"),
+        ("np.minimum(x)", "function", "np.maximum(x)"),
+        ("a if c else b", "branch", "b if c else a"),
+    ],
+)
+def test_a_change_is_what_its_name_says(before: str, kind: str, after: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    source = f"def f():\n    return {before}\n"
+    monkeypatch.setattr(mutator, "source_of", lambda module: source)
+    places = [place for place in mutator._places(ast.parse(source)) if place[1] == kind]
+    assert mutator.mutate("m", *places[0]).source == f"def f():\n    return {after}"
+
+
+def test_the_page_says_that_enough_are_caught() -> None:
+    text = PAGE.read_text("utf-8")
+    by_hand_caught, hand, drawn_caught, drawn = map(
+        int, re.search(r"(\d+) of (\d+) that were written by hand, (\d+) of (\d+) that were drawn", text).groups()
+    )
+    assert by_hand_caught == hand == len(BY_HAND)
+    assert drawn == DRAWN
+    assert by_hand_caught + drawn_caught >= 0.9 * (hand + drawn)
+    assert f"(seed {SEED})" in text
+    assert "not looked at yet" not in text
+
+
+def test_reasons_are_of_faults_that_are_drawn() -> None:
+    drawn = list(mutator.draw(DRAWN, SEED))
+    unused = [key for key in survivors.REASONS if not any(f.module == key[0] and key[1] in f.where for f in drawn)]
+    assert unused == []
+
+
+@pytest.mark.parametrize("name", SAMPLE)
+def test_a_planted_fault_is_caught(name: str) -> None:
+    assert "SURVIVES" not in plant(name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", BY_HAND, ids=[fault.name for fault in BY_HAND])
+def test_every_fault_by_hand_is_caught(fault: Fault) -> None:
+    assert "SURVIVES" not in plant(fault.name)
+
+
+def plant(name: str) -> str:
+    """Plant faults whose names hold a text, in a process that has imported nothing of what is changed."""
+    command = [sys.executable, str(MEASURE), "--only", name, "--drawn", "0", "--quick"]
+    done = subprocess.run(command, text=True, capture_output=True, timeout=900)
+    assert done.returncode == 0, done.stderr
+    told = [line for line in done.stderr.splitlines() if name in line]
+    assert told, done.stderr
+    return "\n".join(told)
