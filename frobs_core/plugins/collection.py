@@ -142,11 +142,12 @@ class Plugins:
         candidates = self.candidates()
         off, unknown = match_disabled(candidates, self._disabled_words())
         reports: list[PluginReport] = []
-        for candidate in candidates:
-            if candidate.key in off:
-                reports.append(PluginReport.of(candidate, "disabled", cause=f"disabled by {DISABLE}"))
-            else:
-                reports.append(self._load_one(candidate, reports))
+        with _Watch(self._slow_seconds) as watch:
+            for candidate in candidates:
+                if candidate.key in off:
+                    reports.append(PluginReport.of(candidate, "disabled", cause=f"disabled by {DISABLE}"))
+                else:
+                    reports.append(self._load_one(candidate, reports, watch))
         offers: dict[str, dict[str, dict[str, PluginReport]]] = {kind: {} for kind in KINDS}
         for report in reports:
             for kind, records in report.records.items():
@@ -158,7 +159,7 @@ class Plugins:
             hint = f"; did you mean '{suggestion}'?" if suggestion else ""
             warn(f"{DISABLE} names '{word}', which is no installed plugin{hint}")
 
-    def _load_one(self, candidate: Candidate, others: Iterable[PluginReport]) -> PluginReport:
+    def _load_one(self, candidate: Candidate, others: Iterable[PluginReport], watch: _Watch) -> PluginReport:
         origin = f"{candidate.distribution} {candidate.version}"
         made_for = core_versions(candidate.requirements)
         start = perf_counter()
@@ -166,7 +167,7 @@ class Plugins:
         try:
             if candidate.problem:
                 raise PluginError(candidate.problem)
-            with self._told_when_slow(candidate, origin):
+            with watch.over(candidate, origin):
                 module = import_plugin(candidate.value)
                 seconds = perf_counter() - start
                 records = read_records(module, candidate.key)
@@ -196,22 +197,6 @@ class Plugins:
             candidate, "loaded", import_seconds=seconds, records=records, made_for=made_for, warning=warning
         )
 
-    @contextmanager
-    def _told_when_slow(self, candidate: Candidate, origin: str) -> Iterator[None]:
-        """Name the plugin on stderr when it takes long; an import that hangs cannot be stopped from inside."""
-        line = (
-            f"frobs: plugin '{candidate.name}' of {origin} is still loading after {self._slow_seconds:g} s; "
-            f"if it never ends, set {DISABLE}={candidate.key}\n"
-        )
-        timer = threading.Timer(self._slow_seconds, lambda: sys.stderr.write(line))
-        timer.daemon = True
-        timer.start()
-        try:
-            yield
-        finally:
-            timer.cancel()
-            timer.join()  # so that no thread is left when somebody forks
-
     def _is_strict(self) -> bool:
         if self._strict is not None:
             return self._strict
@@ -220,6 +205,50 @@ class Plugins:
     def _disabled_words(self) -> list[str]:
         words = os.environ.get(DISABLE, "").split(",") if self._disabled is None else self._disabled
         return [word.strip() for word in words if word.strip()]
+
+
+class _Watch:
+    """Names the plugin on stderr that takes long; an import that hangs cannot be stopped from inside.
+
+    One thread for all plugins: to start and join one for each costs more than their imports on a busy machine.
+
+    Args:
+        seconds: After how long [s].
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds = seconds
+        self._ended = threading.Event()
+        self._loading: tuple[float, str] | None = None  # since when, and what to say
+        self._thread = threading.Thread(target=self._look, daemon=True)
+
+    def __enter__(self) -> _Watch:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ended.set()
+        self._thread.join()  # so that no thread is left when somebody forks
+
+    @contextmanager
+    def over(self, candidate: Candidate, origin: str) -> Iterator[None]:
+        """Watch the loading of one plugin."""
+        line = (
+            f"frobs: plugin '{candidate.name}' of {origin} is still loading after {self._seconds:g} s; "
+            f"if it never ends, set {DISABLE}={candidate.key}\n"
+        )
+        self._loading = perf_counter(), line
+        try:
+            yield
+        finally:
+            self._loading = None
+
+    def _look(self) -> None:
+        while not self._ended.wait(min(0.25, self._seconds / 4)):
+            loading = self._loading
+            if loading is not None and perf_counter() - loading[0] >= self._seconds:
+                self._loading = None  # once is enough
+                sys.stderr.write(loading[1])
 
 
 def warn(line: str) -> None:

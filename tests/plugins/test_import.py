@@ -87,3 +87,48 @@ def test_workers_know_the_ids_by_their_self_importing_form_and_say_nothing_twice
     """)
     assert done.stdout == "['frobs/Irb120Reach-v0', 'frobs/Irb120ReachGoal-v0']\n"
     assert done.stderr == "plugin 'broken' of broken-dist 1.0 did not load: ZeroDivisionError: division by zero\n"
+
+
+def test_all_kinds_of_trouble_at_once_leave_the_good_ones_working(site):
+    core = ("frobs-core>=0.1,<0.2",)
+    site.add_robot("good-dist", "good", "good_arm", requires=core)
+    site.add_robot("late-dist", "late", "late_arm", requires=("frobs-core>=7,<8",))
+    site.add_robot("first-dist", "first", "twofold")
+    site.add_robot("second-dist", "second", "twofold")
+    site.add("broken-dist", {"broken.py": "1 / 0"}, requires=core)
+    site.add("exiting-dist", {"exiting.py": "raise SystemExit"}, requires=core)
+    rude = "import os, random, warnings\nprint('hello')\nos.environ['RUDE'] = '1'\nrandom.seed(0)\nraise ImportError('needs a licence')"
+    site.add("rude-dist", {"rude.py": rude}, requires=core)
+    done = site.python("""
+        import frobs_core, gymnasium
+        robots = frobs_core.plugins.records("robot")
+        print(sorted(name for name in robots if "arm" in name or "twofold" in name))
+        gymnasium.make("frobs/Irb120Reach-v0").close()
+        try:
+            frobs_core.plugins.get_record("robot", "twofold")
+        except frobs_core.plugins.collection.AmbiguousNameError as error:
+            print(error)
+    """)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines() == [
+        "hello",  # what a plugin prints cannot be kept from the terminal; the doctor names it
+        "['first-dist:twofold', 'good_arm', 'late_arm', 'second-dist:twofold']",
+        "robot 'twofold' is offered by first-dist 1.0 and by second-dist 1.0; "
+        "ask for 'first-dist:twofold' or 'second-dist:twofold', or uninstall one of them.",
+    ]
+    told = done.stderr.splitlines()
+    assert [line.split("'")[1] for line in told] == ["broken", "exiting", "late", "rude"]
+
+
+@pytest.mark.slow
+def test_fifty_plugins_stay_within_the_budget(site):
+    for i in range(50):
+        site.add_robot(f"dist-{i}", f"plugin_{i}", f"arm_{i}", requires=("frobs-core>=0.1,<0.2", "numpy>=2"))
+    code = """
+        import time, gymnasium
+        start = time.process_time()
+        import frobs_core
+        print(time.process_time() - start)
+    """
+    seconds = min(float(site.python(code).stdout) for _ in range(3))  # of the processor: others may keep it busy
+    assert seconds <= 0.3
