@@ -7,8 +7,11 @@ a block ``venv="own"`` installs something: the tests run it in an environment of
 
 from __future__ import annotations
 
+import importlib
+import site
 import subprocess
 import sys
+import sysconfig
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +25,9 @@ def run(block: Block, namespace: dict[str, Any]) -> None:
         done = subprocess.run(["bash", "-euo", "pipefail", "-c", block.text], stdin=subprocess.DEVNULL)
         if done.returncode:
             raise SystemExit(f"{where}: exit code {done.returncode}\n{block.text}")
+        if sys.prefix != sys.base_prefix:  # what the block has installed is for the next one, too
+            site.addsitedir(sysconfig.get_path("purelib"))
+            importlib.invalidate_caches()
     elif block.language == "python":
         exec(compile("\n" * block.line + block.text, str(block.page), "exec"), namespace)
     elif "file" in block.attributes:
