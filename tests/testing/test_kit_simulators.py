@@ -240,7 +240,7 @@ def body_mask_ignored(original: Any, self: Any, pos: Any, quat: Any = None, mask
     original(self, pos, quat)
 
 
-@wrong(MujocoBody, "write_pose", "rays_measure")
+@wrong(MujocoBody, "write_pose", "rays_measure", others=True)
 def body_quaternion_scalar_last(original: Any, self: Any, pos: Any, quat: Any = None, mask: Any = None) -> None:
     original(self, pos, None if quat is None else xyzw(quat), mask)
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +12,7 @@ import pytest
 
 from frobs_core import plugins
 from frobs_core.errors import ConfigurationError
-from frobs_core.testing import CheckFailure, check_env, check_task
+from frobs_core.testing import CheckFailure, check_env, check_task, run_checks
 from frobs_core.testing.environment import vector
 from frobs_tasks_reach.reach import Reach
 
@@ -56,17 +58,67 @@ def goal_of_its_own_generator(original: Any, self: Any, mask: Any, rng: Any, opt
     original(self, mask, rng, {**options, "joint_positions": np.random.default_rng(n).uniform(-0.1, 0.1, (n, 6))})
 
 
-@pytest.mark.parametrize(("name", "check", "faulty"), FAULTS)
-def test_the_kit_catches(monkeypatch: pytest.MonkeyPatch, name: str, check: str, faulty: Callable[..., Any]) -> None:
-    monkeypatch.setattr(vector, "STEPS", 12)  # the fault shows at once
+def plant(monkeypatch: pytest.MonkeyPatch, name: str, faulty: Callable[..., Any]) -> None:
     original = getattr(Reach, name)
 
     def replaced(self: Any, *args: Any, **kwargs: Any) -> Any:
         return faulty(original, self, *args, **kwargs)
 
-    if name == "__init__":
+    if faulty.__name__ == "positional_keyword":
         replaced = lambda self, goal_tolerance=0.05: original(self)  # noqa: E731 - its signature is the fault
     monkeypatch.setattr(Reach, name, replaced)
+
+
+def sparse_is_the_distance(original: Any, self: Any) -> Any:
+    reward = original(self)
+    if self.reward_type != "sparse":
+        return reward
+    self._reward_terms = {"outside": -self._distance}
+    return -self._distance
+
+
+def marks_of_one(original: Any, self: Any) -> Any:
+    return [replace(mark, pos=mark.pos[0]) for mark in original(self)]
+
+
+def a_column_without_a_name(original: Any, self: Any) -> Any:
+    return dict(list(original(self).items())[:-1])
+
+
+def looking_moves_the_goal(original: Any, self: Any) -> Any:
+    self._goal += 1e-6
+    return original(self)
+
+
+OWN: dict[str, tuple[str, Callable[..., Any]]] = {
+    "record_is_sound": ("__init__", lambda original, self, **keywords: original(self, **keywords)),
+    "reward_types_work": ("reward", sparse_is_the_distance),
+    "batch_has_its_shapes": ("markers", marks_of_one),
+    "columns_fit_the_observation": ("observation_columns", a_column_without_a_name),
+    "reading_changes_nothing": ("markers", looking_moves_the_goal),
+}
+"""The checks of a task that are not an environment's, each with a fault that it alone catches."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("check", OWN)
+def test_no_other_check_catches(monkeypatch: pytest.MonkeyPatch, check: str) -> None:
+    monkeypatch.setattr(vector, "STEPS", 20)
+    name, faulty = OWN[check]
+    signature = inspect.signature(Reach.__init__)
+    plant(monkeypatch, name, faulty)
+    if name == "__init__":  # all else is sound, but for a parameter that is not keyword-only
+        own, *keywords = signature.parameters.values()
+        positional = inspect.Parameter("x", inspect.Parameter.POSITIONAL_OR_KEYWORD, default=0)
+        planted: Any = Reach.__init__
+        planted.__signature__ = signature.replace(parameters=[own, positional, *keywords])
+    assert [result.name for result in run_checks(check_task("reach")).failed] == [check]
+
+
+@pytest.mark.parametrize(("name", "check", "faulty"), FAULTS)
+def test_the_kit_catches(monkeypatch: pytest.MonkeyPatch, name: str, check: str, faulty: Callable[..., Any]) -> None:
+    monkeypatch.setattr(vector, "STEPS", 12)  # the fault shows at once
+    plant(monkeypatch, name, faulty)
     with pytest.raises(CheckFailure):
         next(c for c in check_task("reach") if c.name == check).run()
 
@@ -74,12 +126,10 @@ def test_the_kit_catches(monkeypatch: pytest.MonkeyPatch, name: str, check: str,
 def test_the_checks_of_the_environment_are_among_those_of_the_task() -> None:
     of_environment = {check.name for check in check_env("frobs/Irb120Reach-v0")}
     own = [check.name for check in check_task("reach") if check.name not in of_environment]
-    assert own == ["record_is_sound", "reward_types_work", "batch_has_its_shapes"]
+    assert own == list(OWN)
 
 
 def test_a_task_without_an_id_needs_a_robot(monkeypatch: pytest.MonkeyPatch) -> None:
-    from dataclasses import replace
-
     record = replace(plugins.get_record("task", "reach"), environments=())
     monkeypatch.setattr(plugins, "get_record", lambda kind, name: record)
     with pytest.raises(ConfigurationError, match="give check_task robot="):

@@ -36,6 +36,9 @@ def bodies_are_placed(subject: SimulatorUnderTest) -> Outcome:
         expect_close(np.array(TILTED.quat_wxyz), ball.pose[1][0], 1e-6, "quat_wxyz, which was not written")
         expect_close(np.zeros(3), ball.twist[0][0], 0.0, "lin_vel_world of the ball that was written to")
         expect_close(falling[1:], ball.twist[0][1:], 0.0, "lin_vel_world of the balls that were not written to")
+        turned = _QUARTER_TURN.repeat(n, axis=0)
+        ball.write_pose(np.tile([0.5, 0.6, 0.7], (n, 1)), turned)
+        expect_close(turned, ball.pose[1], 1e-9, "quat_wxyz of the balls that were turned")
         bar = sim.bodies["bar"]
         bar.write_pose(np.array([[0.0, -2.0, 1.0]]))
         sim.step(10)
