@@ -37,6 +37,7 @@ PARTED: dict[str, tuple[str, ...]] = {
     "example-robot-data/talos_data/robots/talos_reduced.urdf": ("links touch",),
     "example-robot-data/talos_data/robots/talos_reduced_box.urdf": ("links touch",),
     "example-robot-data/talos_data/robots/talos_reduced_corrected.urdf": ("links touch",),
+    "example-robot-data/tiago_pro_description/robots/tiago_pro.urdf": ("joints mimic",),
     "example-robot-data/z1_description/urdf/z1.urdf": ("links touch",),
     "pybullet_data/franka_panda/panda.urdf": ("links touch",),
     "pybullet_data/quadruped/spirit40newer.urdf": ("links touch",),

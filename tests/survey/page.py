@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from importlib.metadata import version
 from multiprocessing import get_context
 from pathlib import Path
@@ -26,8 +25,8 @@ PACKAGES = ("example-robot-data", "pybullet", "pin", "trimesh", "mujoco")
 def main() -> None:
     """Compare all, each file in a process for itself, and write the page."""
     simulators = sorted(plugins.records("simulator"))
-    with ProcessPoolExecutor(mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
-        found = list(pool.map(examine, files().items()))
+    with get_context("spawn").Pool(maxtasksperchild=1) as pool:
+        found = pool.map(examine, list(files().items()), chunksize=1)
     results = {name: result for name, result, _ in found}
     motions = {name: motion for name, _, motion in found if motion is not None}
     PAGE.write_text(page(results, motions, simulators), encoding="utf-8")
