@@ -71,7 +71,7 @@ class RunConfig(BaseModel):
             of their own; the best policy is kept. None: never.
         evaluation_episodes: Of each of those evaluations.
         stop_at_success: The training ends when an evaluation finds this share of successes, in (0, 1]; None: never.
-        threads: Who gets how many; see :func:`frobs_core.runs.threads.decide_threads`.
+        threads: Who gets how many; see :func:`frobs_core.runs.decide_threads`.
         wrappers: Gymnasium's wrappers around the environment, the innermost first: each with ``name`` and its keywords.
         callbacks: Subclasses of :class:`frobs_core.runs.TrainingCallback`: each with ``name`` and its keywords.
     """

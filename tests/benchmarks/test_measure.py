@@ -10,6 +10,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import measure
 
 
+@pytest.mark.slow
 def test_the_page_says_what_was_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("pybullet")
     monkeypatch.setattr(measure, "STEPS", {1: 20, 8: 10})

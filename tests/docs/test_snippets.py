@@ -3,8 +3,10 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 from pages import PAGES, RUN, blocks, name
@@ -14,6 +16,17 @@ DRIVER = Path(__file__).with_name("run_blocks.py")
 RUNNABLE = [page for page in PAGES if any(b.language in RUN and "skip" not in b.attributes for b in blocks(page))]
 INSTALLING = [page for page in RUNNABLE if any("venv" in block.attributes for block in blocks(page))]
 """Pages that install something, and so are run in an environment of their own."""
+
+FIRST = ("README.md", "docs/tutorials/first-robot.md")
+"""Pages that are run in the fast tests although they train: what newcomers read."""
+
+
+def snippets() -> Iterator[Any]:
+    for page in RUNNABLE:
+        if page not in INSTALLING:
+            trains = any("train" in block.text or "tune" in block.text for block in blocks(page))
+            slow = trains and name(page) not in FIRST
+            yield pytest.param(page, id=name(page), marks=[pytest.mark.slow] if slow else [])
 
 
 @cache
@@ -25,7 +38,7 @@ def can_draw() -> bool:
     return subprocess.run([sys.executable, "-c", code], capture_output=True).returncode == 0
 
 
-@pytest.mark.parametrize("page", [page for page in RUNNABLE if page not in INSTALLING], ids=name)
+@pytest.mark.parametrize("page", list(snippets()))
 def test_snippets_run_in_the_order_of_their_page(page: Path, tmp_path: Path) -> None:
     command = [sys.executable, "-W", "error", str(DRIVER), str(page), *(["--draw"] if can_draw() else [])]
     environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}

@@ -1,4 +1,4 @@
-"""A sample of the planted faults; ``measure.py`` plants all of them, and writes the page."""
+"""A sample of the planted faults; ``plant.py`` plants all of them, and writes the page."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ import by_hand
 import mutator
 import pytest
 import survivors
-from measure import DRAWN, PAGE, SEED
+from plant import DRAWN, PAGE, SEED
 from planting import Fault, source_of
 
-MEASURE = Path(__file__).with_name("measure.py")
+MEASURE = Path(__file__).with_name("plant.py")
 BY_HAND = list(by_hand.faults())
 SAMPLE = ("joints commanded in reverse order", "a joint limit ignored")
 """Caught within seconds, each by a check of another kind."""

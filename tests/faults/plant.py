@@ -1,4 +1,4 @@
-"""Plant all faults, ask the kit, and write ``docs/reference/planted-faults.md``: ``python tests/faults/measure.py``."""
+"""Plant all faults, ask the kit, and write ``docs/reference/planted-faults.md``: ``python tests/faults/plant.py``."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def page(hand: Sequence[Row], drawn: Sequence[Row]) -> str:
         "# Planted faults",
         "",
         "What the conformance kit is worth: faults are planted in the built-in simulator, controllers, tasks and "
-        "environments, and the kit is asked. `python tests/faults/measure.py` writes this page.",
+        "environments, and the kit is asked. `python tests/faults/plant.py` writes this page.",
         "",
         f"**{caught} of {len(rows)} are caught ({caught / len(rows):.0%})**: "
         f"{sum(found is not None for _, found in hand)} of {len(hand)} that were written by hand, "
