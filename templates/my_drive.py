@@ -25,6 +25,9 @@ def in_frame(quat_wxyz: Floats, vector: Floats) -> Floats:
     return quat_rotate(quat_conjugate(quat_wxyz), vector)
 
 
+_BOUND = 1000.0  # [m, m/s, rad/s] more than a rover can be away, or as fast
+
+
 class MyDrive(Task):
     """Drive to a goal on the floor. The episode ends there.
 
@@ -70,7 +73,7 @@ class MyDrive(Task):
         """Prepare for a simulation: keep the robot's handle, and make buffers."""
         self._robot = robot = simulation.robots["robot"]
         self._start = [part.copy() for part in robot.base_pose]  # pos (num_envs, 3), quat_wxyz (num_envs, 4)
-        self.observation_space = gym.spaces.Box(-np.inf, np.inf, (5,), np.float32)
+        self.observation_space = gym.spaces.Box(-_BOUND, _BOUND, (5,), np.float32)
         self._goal: Floats = np.zeros((robot.num_envs, 3))
         self._way: Floats = np.zeros((robot.num_envs, 3))
         self._distance: Floats = np.zeros(robot.num_envs)

@@ -46,9 +46,9 @@ class Climb(Algorithm):
 
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
         """Climb until ``steps`` environment steps were taken."""
-        observation, _ = self._env.reset()
         going = True
         while going and self._steps < steps:
+            observation, _ = self._env.reset()  # each try begins anew, so that nothing is lost between two of them
             tried = self._best + self.config["step"] * self._rng.standard_normal(self._best.shape)
             earned = 0.0
             for _ in range(self.config["steps_per_try"]):

@@ -9,7 +9,7 @@ import numpy as np
 
 from acme_sim_ideal.robot import IdealRobot
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import RenderingUnavailableError, SimulationError, UnknownNameError
+from frobs_core.errors import ConfigurationError, RenderingUnavailableError, SimulationError, UnknownNameError
 from frobs_core.interfaces import Body, BodyHandle, Marker, Placement, Scene, Simulation, Snapshot
 
 
@@ -48,6 +48,7 @@ class IdealSimulation(Simulation):
         physics_timestep: float,
         num_threads: int = 0,
     ) -> None:
+        _check(scene, robots)
         self.num_envs, self.physics_timestep = num_envs, physics_timestep
         self.robots = {name: IdealRobot(name, one, num_envs, physics_timestep) for name, one in robots.items()}
         self.bodies = {name: IdealBody(name, body, num_envs) for name, body in scene.bodies.items()}
@@ -136,3 +137,15 @@ class IdealSimulation(Simulation):
 
     def close(self) -> None:
         """There is nothing to release."""
+
+
+def _check(scene: Scene, robots: Mapping[str, Placement]) -> None:
+    for name, body in scene.bodies.items():
+        if body.kinematic and body.mass is not None:
+            raise ConfigurationError(f"body '{name}' is kinematic, and has a mass; give one of them.")
+    if scene.contacts:
+        raise ConfigurationError(f"there are no contacts here, and the scene wants {', '.join(scene.contacts)}.")
+    for name, camera in scene.cameras.items():
+        robot, _, link = (camera.frame or "").partition("/")
+        if robot and (robot not in robots or link not in [one.name for one in robots[robot].model.links]):
+            raise ConfigurationError(f"camera '{name}' is fixed to '{camera.frame}', which is not here.")
