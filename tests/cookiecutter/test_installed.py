@@ -45,6 +45,9 @@ def together(tmp_path_factory: pytest.TempPathFactory, isolated_plugins: Any) ->
             for row in ROWS:
                 answers = {**row, **({"robot_file": str(ARM)} if row.get("robot_file") == FILE else {})}
                 made.append(render(resolve(answers), shared / _folder(row)))
+            (rover,) = distributions(made[0])
+            for file in shared.rglob("pyproject.toml"):  # the rover of this process is the one that is installed there
+                file.write_text(file.read_text().replace("isolated-plugins", rover.name))
             sandbox.install([place for folder in made for place in distributions(folder)])
             done.touch()
     return sandbox, shared
