@@ -49,6 +49,14 @@ Controller = Annotated[
     typer.Option(metavar="NAME", show_default="the environment's own", help="One of 'frobs list controllers'."),
 ]
 
+Algorithm = Annotated[
+    str | None, typer.Option(metavar="NAME", show_default="ppo", help="One of 'frobs list algorithms'.")
+]
+
+NumEnvs = Annotated[
+    int | None, typer.Option(metavar="N", min=1, show_default=False, help="Environments stepped together.")
+]
+
 Randomized = Annotated[
     bool,
     typer.Option("--randomized", help="Randomise the models as in the training; else they are the nominal ones."),

@@ -8,16 +8,14 @@ from typing import Annotated
 import typer
 
 from frobs_core.cli.catalogue import find_spec
-from frobs_core.cli.options import Controller, EnvId, Json, Robot, Seed, Simulator, Tcp
+from frobs_core.cli.options import Algorithm, Controller, EnvId, Json, NumEnvs, Robot, Seed, Simulator, Tcp
 from frobs_core.cli.output import only_json
 from frobs_core.cli.training_report import describe_training, report_training
 
 
 def train(
     env_id: EnvId,
-    algorithm: Annotated[
-        str | None, typer.Option(metavar="NAME", show_default="ppo", help="One of 'frobs list algorithms'.")
-    ] = None,
+    algorithm: Algorithm = None,
     config: Annotated[
         Path | None,
         typer.Option(metavar="FILE", exists=True, dir_okay=False, show_default=False, help="YAML with settings."),
@@ -26,9 +24,7 @@ def train(
     tcp: Tcp = None,
     simulator: Simulator = None,
     controller: Controller = None,
-    num_envs: Annotated[
-        int | None, typer.Option(metavar="N", min=1, show_default=False, help="Environments stepped together.")
-    ] = None,
+    num_envs: NumEnvs = None,
     steps: Annotated[
         int | None, typer.Option(metavar="N", min=1, show_default=False, help="Environment steps, over all of them.")
     ] = None,

@@ -12,7 +12,7 @@ import typer
 from frobs_core.cli.catalogue import find_spec
 from frobs_core.cli.compare import Metric
 from frobs_core.cli.facts import print_facts, text
-from frobs_core.cli.options import Controller, EnvId, Json, Robot, Simulator, Tcp
+from frobs_core.cli.options import Algorithm, Controller, EnvId, Json, NumEnvs, Robot, Simulator, Tcp
 from frobs_core.cli.output import console, only_json, print_json, print_note, print_table
 from frobs_core.cli.progress import duration
 
@@ -46,9 +46,7 @@ def tune(
         int,
         typer.Option(metavar="N", min=1, help="Trials that the study shall have in all, earlier ones included."),
     ] = 50,
-    algorithm: Annotated[
-        str | None, typer.Option(metavar="NAME", show_default="ppo", help="One of 'frobs list algorithms'.")
-    ] = None,
+    algorithm: Algorithm = None,
     space: Annotated[
         Path | None,
         typer.Option(
@@ -69,9 +67,7 @@ def tune(
     tcp: Tcp = None,
     simulator: Simulator = None,
     controller: Controller = None,
-    num_envs: Annotated[
-        int | None, typer.Option(metavar="N", min=1, show_default=False, help="Environments stepped together.")
-    ] = None,
+    num_envs: NumEnvs = None,
     steps: Annotated[
         int | None, typer.Option(metavar="N", min=1, show_default=False, help="Environment steps of each run.")
     ] = None,
