@@ -15,6 +15,8 @@ from frobs_core.errors import ConfigurationError, InvalidTimestepError, UnknownP
 from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Simulation, Task
 from frobs_core.models import load_model
 from frobs_core.randomization import CAPABILITY, Randomization, read_settings
+from frobs_core.sensors.contacts import with_contacts
+from frobs_core.sensors.settings import apply_settings
 from frobs_core.specs import ControllerRecord, Record, SimulatorRecord, TaskRecord
 
 _Record = TypeVar("_Record", bound=Record)
@@ -50,6 +52,7 @@ def compose(
     package_paths: Mapping[str, str],
     home: Mapping[str, float],
     tcp: str | None,
+    sensors: Mapping[str, Any] | None,
     num_threads: int,
     randomize: Mapping[str, Any] | None,
     task_parameters: Mapping[str, Any],
@@ -86,13 +89,18 @@ def compose(
     decimation = count_physics_steps(control, physics)
 
     scene = the_task.scene()
-    description = describe(robot, tcp=tcp, robot_args=robot_args, package_paths=package_paths, home=home)
+    description = describe(
+        robot, tcp=tcp, robot_args=robot_args, package_paths=package_paths, home=home, sensors=sensors
+    )
     model = load_model(description.model, xacro_args=description.xacro_args, package_paths=description.package_paths)
     placement = Placement(
         robot=description, model=model, pose=scene.robot_pose, command_mode=the_controller.command_mode
     )
+    robots = {"robot": placement, **scene.robots}
+    if simulator_record.capabilities.get("contacts", Level.UNSUPPORTED) != Level.UNSUPPORTED:
+        scene = with_contacts(scene, robots)
     simulation: Simulation = simulator_record.load()(
-        {"robot": placement, **scene.robots},
+        robots,
         scene,
         num_envs=num_envs,
         physics_timestep=physics,
@@ -165,6 +173,7 @@ def describe(
     robot_args: Mapping[str, str] | None = None,
     package_paths: Mapping[str, str] | None = None,
     home: Mapping[str, float] | None = None,
+    sensors: Mapping[str, Any] | None = None,
 ) -> Robot:
     """Return a robot's description from its name, the path of its model file, or itself.
 
@@ -174,10 +183,11 @@ def describe(
         robot_args: Go before the arguments of its xacro file.
         package_paths: Go before its folders of ROS packages.
         home: Go before its joint positions at home [rad or m].
+        sensors: What is other about its sensors; see :mod:`frobs_core.sensors.settings`.
 
     Raises:
-        UnknownNameError: No plugin offers the name.
-        ConfigurationError: No robot is given.
+        UnknownNameError: No plugin offers the name, or the robot has no such sensor.
+        ConfigurationError: No robot is given, or a sensor cannot be so.
     """
     if isinstance(robot, Robot):
         description = robot
@@ -195,6 +205,8 @@ def describe(
     for field, given in (("xacro_args", robot_args), ("package_paths", package_paths), ("home", home)):
         if given:
             changes[field] = {**getattr(description, field), **given}
+    if sensors:
+        changes["sensors"] = apply_settings(description.sensors, sensors)
     return replace(description, **changes)
 
 

@@ -40,6 +40,8 @@ class RobotEnv(gym.Env[Any, Any]):
         package_paths: Folders of the ROS packages that the robot's file names, by package name.
         home: Rest configuration by joint name [rad or m]; what is left out is the robot's own.
         tcp: Link that the task talks about; None: the robot's own.
+        sensors: What is other about the robot's sensors, by name: ``{"lidar": {"rays": 36, "noise": 0.01}}``; see
+            :mod:`frobs_core.sensors.settings`.
         num_threads: For the engine; 0: one for each processor.
         randomize: What differs between environments and episodes; see :mod:`frobs_core.randomization`.
         task_parameters: Keywords of the task.
@@ -74,6 +76,7 @@ class RobotEnv(gym.Env[Any, Any]):
         package_paths: Mapping[str, str] | None = None,
         home: Mapping[str, float] | None = None,
         tcp: str | None = None,
+        sensors: Mapping[str, Any] | None = None,
         num_threads: int = 0,
         randomize: Mapping[str, Any] | None = None,
         **task_parameters: Any,
@@ -93,6 +96,7 @@ class RobotEnv(gym.Env[Any, Any]):
             package_paths=package_paths or {},
             home=home or {},
             tcp=tcp,
+            sensors=sensors,
             num_threads=num_threads,
             randomize=randomize,
             task_parameters=task_parameters,

@@ -20,7 +20,7 @@ MY_ROVER = Robot(
         max_linear_velocity=0.8,  # [m/s] of an action of 1
         max_angular_velocity=2.5,  # [rad/s]
     ),
-    # lidars={"scan": Lidar(frame="base_link", …)}: read with simulation.robots["robot"].lidar("scan")
+    # sensors={"scan": Lidar(frame="base_link", …)}: a task reads them with frobs_core.sensors.Sensors
 )
 
 if __name__ == "__main__":  # python my_rover.py: is it a sound robot?

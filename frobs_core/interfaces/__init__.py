@@ -3,8 +3,9 @@
 from frobs_core.interfaces.algorithm import Algorithm, TrainingMonitor
 from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.controller import Controller
-from frobs_core.interfaces.robot import DifferentialDrive, DriveGains, Lidar, Robot
+from frobs_core.interfaces.robot import DifferentialDrive, DriveGains, Robot
 from frobs_core.interfaces.scene import Body, Camera, Contact, Marker, Placement, Scene
+from frobs_core.interfaces.sensor import Bumper, Imu, Lidar, Sensor
 from frobs_core.interfaces.simulation import BareEngine, BodyHandle, RobotHandle, Simulation, Snapshot
 from frobs_core.interfaces.task import GoalTask, ResetOptions, Task
 from frobs_core.interfaces.translation import Overlap, Translation, TranslationTable, translate
@@ -14,6 +15,7 @@ __all__ = [
     "BareEngine",
     "Body",
     "BodyHandle",
+    "Bumper",
     "Camera",
     "CommandMode",
     "Contact",
@@ -21,6 +23,7 @@ __all__ = [
     "DifferentialDrive",
     "DriveGains",
     "GoalTask",
+    "Imu",
     "Lidar",
     "Marker",
     "Overlap",
@@ -29,6 +32,7 @@ __all__ = [
     "Robot",
     "RobotHandle",
     "Scene",
+    "Sensor",
     "Simulation",
     "Snapshot",
     "Task",

@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-import numpy as np
-
-from frobs_core.arrays import Floats
+from frobs_core.interfaces.sensor import Lidar, Sensor
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,35 +28,6 @@ class DriveGains:
             return gain.get(joint, 0.0) if isinstance(gain, Mapping) else gain
 
         return pick(self.stiffness), pick(self.damping)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Lidar:
-    """A planar laser scanner: rays in the xy plane of ``frame``, counter-clockwise from ``angle_min``.
-
-    Attributes:
-        frame: Link that it is fixed to.
-        rays: How many, the first at ``angle_min``, the last at ``angle_max``.
-        angle_min: [rad]
-        angle_max: [rad]
-        range_min: [m] what is nearer reads as ``range_min``.
-        range_max: [m] what is farther, or nothing, reads as ``range_max``.
-        offset: Where the rays start, in ``frame`` [m].
-    """
-
-    frame: str
-    rays: int
-    angle_min: float
-    angle_max: float
-    range_min: float
-    range_max: float
-    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-    @cached_property
-    def directions(self) -> Floats:
-        """(rays, 3) where the rays point, in ``frame``."""
-        angles = np.linspace(self.angle_min, self.angle_max, self.rays)
-        return np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=-1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,7 +66,7 @@ class Robot:
         tcp: Link that a task talks about; None: the last link of the longest chain.
         gains: Of the drive law; None: computed from the inertia, critically damped.
         base: ``"fixed"``, ``"floating"`` or ``"wheeled"``; the last two move freely in the world.
-        lidars: By sensor name.
+        sensors: By name.
         differential_drive: For wheeled robots that turn by it.
         self_collision: Whether links collide that are not neighbours.
     """
@@ -110,6 +79,11 @@ class Robot:
     tcp: str | None = None
     gains: DriveGains | None = None
     base: str = "fixed"
-    lidars: Mapping[str, Lidar] = field(default_factory=dict)
+    sensors: Mapping[str, Sensor] = field(default_factory=dict)
     differential_drive: DifferentialDrive | None = None
     self_collision: bool = True
+
+    @cached_property
+    def lidars(self) -> Mapping[str, Lidar]:
+        """Those of the sensors that are lidars."""
+        return {name: sensor for name, sensor in self.sensors.items() if isinstance(sensor, Lidar)}

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from frobs_core.arrays import Floats
+from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.robot import Robot
 from frobs_core.models.model import Geometry, Pose, RobotModel
@@ -44,10 +45,24 @@ class Contact:
     Attributes:
         first: One side.
         second: The other side.
+        ignore: Sides that ``"*"`` is not to mean; only with it. Such a contact has no force.
     """
 
     first: str
     second: str = "*"
+    ignore: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse to leave something out of a side that is one thing.
+
+        Raises:
+            ConfigurationError: ``second`` is not ``"*"``.
+        """
+        if self.ignore and self.second != "*":
+            raise ConfigurationError(
+                f"a contact of '{self.first}' with '{self.second}' ignores {', '.join(self.ignore)}; only one with '*' "
+                "can leave something out."
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

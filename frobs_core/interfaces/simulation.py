@@ -17,8 +17,9 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import UnknownNameError
 from frobs_core.interfaces.command import CommandMode
-from frobs_core.interfaces.robot import Lidar, Robot
+from frobs_core.interfaces.robot import Robot
 from frobs_core.interfaces.scene import Marker, Placement, Scene
+from frobs_core.interfaces.sensor import Lidar
 from frobs_core.interfaces.translation import Overlap, Translation
 from frobs_core.models.model import RobotModel
 from frobs_core.rotations import quat_rotate
@@ -321,13 +322,20 @@ class Simulation(ABC):
     def contact(self, name: str) -> Mask:
         """(num_envs,) bool: whether a contact that the scene declares was there in any physics step of the last ``step``.
 
+        After a reset there is none, until the next ``step``.
+
         Raises:
             UnknownNameError: The scene declares no such contact.
         """
 
     @abstractmethod
     def contact_force(self, name: str) -> Floats:
-        """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``."""
+        """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``.
+
+        Raises:
+            UnknownNameError: The scene declares no such contact.
+            ConfigurationError: The contact ignores something, so that its force is not told.
+        """
 
     @abstractmethod
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:

@@ -63,8 +63,6 @@ def _scanner(subject: Subject) -> tuple[str, Lidar]:
     return _OWN, Lidar(
         frame=subject.placement.model.root,
         rays=_RAYS,
-        angle_min=-math.pi,
-        angle_max=math.pi - 2.0 * math.pi / _RAYS,
         range_min=0.05,
         range_max=_RANGE,
         offset=(0.0, 0.0, _HEIGHT),
@@ -92,7 +90,7 @@ def _scan(subject: Subject) -> dict[str, Floats]:
     """Return the ranges, (rays,) [m], by when they were measured."""
     name, scanner = _scanner(subject)
     alone = subject.alone()
-    placement = replace(alone, robot=replace(alone.robot, lidars={name: scanner}))
+    placement = replace(alone, robot=replace(alone.robot, sensors={name: scanner}))
     with subject.simulate(placement, _bodies(subject), floor=True) as (simulation, robot):
         found = {"as built": robot.lidar(name)[0].copy()}
         if subject.level("teleport"):
@@ -103,7 +101,7 @@ def _scan(subject: Subject) -> dict[str, Floats]:
 
 
 def _panels(subjects: Sequence[Subject], scans: Sequence[Mapping[str, Floats]], scanner: Lidar) -> tuple[Panel, ...]:
-    angles = np.linspace(scanner.angle_min, scanner.angle_max, scanner.rays)
+    angles = scanner.angles
     moment = list(scans[0])[-1]
     points, errors = [], []
     for i, (subject, found) in enumerate(zip(subjects, scans, strict=True)):

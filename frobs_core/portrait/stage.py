@@ -61,7 +61,7 @@ class Stage:
     def __init__(self, robot: Robot, model: RobotModel, shots: Sequence[Shot], simulator: str | None) -> None:
         self.model = model
         self.tcp = robot.tcp or default_tcp(model)
-        self._robot = replace(robot, base="fixed", lidars={})
+        self._robot = replace(robot, base="fixed", sensors={})
         self._record = _choose(simulator)
         points = drawn_points(model, np.array([shot.joint_positions for shot in shots]))
         clouds = np.concatenate(list(points.values()), axis=1)  # (shots, n, 3)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from frobs_core.errors import FrobsError
-from frobs_core.interfaces import DriveGains, Lidar, Robot
+from frobs_core.interfaces import DriveGains, Imu, Lidar, Robot
 from frobs_core.models import JointLimits
 from frobs_core.testing import check_robot, pytest_checks, run_checks
 from frobs_core.testing.robot import subject
@@ -66,8 +66,8 @@ DESCRIPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "gains_of_no_joint": ("gains_are_positive", {"gains": DriveGains(stiffness=300.0, damping={"elbow": 3.0})}),
     "unknown_base": ("parts_exist", {"base": "flying"}),
     "lidar_on_no_link": (
-        "parts_exist",
-        {"lidars": {"scan": Lidar(frame="mast", rays=8, angle_min=-1, angle_max=1, range_min=0.1, range_max=5)}},
+        "sensors_are_fixed",
+        {"sensors": {"scan": Lidar(frame="mast", rays=8, angle_min=-1, angle_max=1, range_min=0.1, range_max=5)}},
     ),
     "folded": ("mujoco.home_is_free", {"home": {"joint_0": 2.9, "joint_1": 2.9, "joint_2": 0.0}}),
     "weak_drives": ("mujoco.home_is_held", {"gains": DriveGains(stiffness=1e-3, damping=1e-3)}),
@@ -121,6 +121,7 @@ def separate(tmp_path: Path, patch: pytest.MonkeyPatch, check: str) -> Robot:
         "tcp_moves": {"tcp": "link_0"},
         "gains_are_positive": {"gains": DriveGains(stiffness=300.0, damping={"joint_0": 30.0})},
         "parts_exist": {"base": "flying"},
+        "sensors_are_fixed": {"sensors": {"imu": Imu(frame="mast")}},
         "mujoco.home_is_free": {"home": {"joint_0": -1.2, "joint_1": 2.4, "joint_2": 2.4}},
     }
     if check == "notes_are_none":

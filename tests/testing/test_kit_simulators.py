@@ -395,6 +395,19 @@ def links_are_not_told_apart(original: Any, self: Any, name: str) -> Any:
     return original(self, "robot") if name == "pair" else original(self, name)
 
 
+@wrong(MujocoSimulation, "contact", "contacts_can_ignore")
+def nothing_is_ignored(original: Any, self: Any, name: str) -> Any:
+    told = original(self, name)
+    return self.contact("but the floor") if name == "but floor and kerb" else told
+
+
+@wrong(MujocoSimulation, "reset", "contacts_end_with_a_reset")
+def contacts_outlive_a_reset(original: Any, self: Any, mask: Any = None) -> None:
+    told = self._contacts and tuple(array.copy() for array in self._contacts)
+    original(self, mask)
+    self._contacts = told
+
+
 @wrong(MujocoRobot, "frame_velocity", "frames_of_floating_bases_move")
 def twist_of_the_base_forgotten(original: Any, self: Any, frame: str) -> Any:
     if self.robot.base != "floating" or frame == "base":

@@ -20,6 +20,7 @@ DESCRIPTION_CHECKS = (
     description.notes_are_none,
     description.gains_are_positive,
     description.parts_exist,
+    description.sensors_are_fixed,
 )
 """Every check of a robot that needs no simulator."""
 

@@ -8,6 +8,7 @@ from frobs_core.interfaces import Simulation
 from frobs_core.specs import SimulatorRecord
 from frobs_core.testing.checks import Check, Outcome, collect, expect
 from frobs_core.testing.simulator import (
+    contacts,
     contract,
     drive,
     kinematics,
@@ -77,7 +78,9 @@ CHECKS = (
     world.rays_measure,
     world.lidars_measure,
     world.contacts_are_told,
-    contract.contacts_of_robots_are_told,
+    contacts.contacts_of_robots_are_told,
+    contacts.contacts_can_ignore,
+    contacts.contacts_end_with_a_reset,
     world.wrenches_push,
     world.cameras_see,
     world.depth_is_in_metres,

@@ -13,7 +13,7 @@ from frobs_core.interfaces import CommandMode, Contact, Placement, RobotHandle, 
 from frobs_core.models import Pose
 from frobs_core.testing.checks import CheckFailure, NotApplicable, Outcome, expect
 from frobs_core.testing.compare import expect_close, expect_same
-from frobs_core.testing.simulator.robots import ARM, LIFT, ROVER, model_of
+from frobs_core.testing.simulator.robots import ARM, LIFT, model_of
 from frobs_core.testing.simulator.state import FLOATING
 from frobs_core.testing.simulator.subject import BALL, TIMESTEP, WALL, SimulatorUnderTest, spread, verifies
 
@@ -139,28 +139,6 @@ def unknown_targets_refused(subject: SimulatorUnderTest) -> Outcome:
         except FrobsError:
             return None
     raise CheckFailure("a command of 5 rows passes in a step of 3; it must be refused.")
-
-
-@verifies("contacts")
-def contacts_of_robots_are_told(subject: SimulatorUnderTest) -> Outcome:
-    """A contact's side can be a robot, one of its links, or anything; the links are told apart."""
-    contacts = {
-        "left": Contact(first="robot/left_wheel", second="floor"),
-        "robot": Contact(first="robot"),
-        "pair": Contact(first="robot/left_wheel", second="ball"),
-    }
-    place = Pose(pos=(0.0, 0.0, 0.05))
-    with subject.build(
-        ROVER, pose=place, mode=CommandMode.VELOCITY, bodies={"ball": BALL}, contacts=contacts, num_threads=1
-    ) as (
-        sim,
-        _,
-    ):
-        sim.step(20)
-        for name, wanted in (("left", True), ("robot", True), ("pair", False)):
-            told = sim.contact(name)
-            expect((told == wanted).all(), f"contact('{name}') of a rover that stands on the floor is {told}.")
-    return None
 
 
 @verifies("teleport")

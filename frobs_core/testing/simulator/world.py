@@ -76,7 +76,7 @@ def lidars_measure(subject: SimulatorUnderTest) -> Outcome:
     """A lidar turns with its link, counts counter-clockwise, keeps its range, and does not see its own robot."""
     lidar = Lidar(frame="hull", rays=3, angle_min=-0.5 * np.pi, angle_max=0.5 * np.pi, range_min=0.2, range_max=6.0)
     bodies = {"wall": WALL, "bar": replace(BAR, pose=Pose(pos=(0.0, -3.0, 0.05)))}
-    with subject.build(replace(ROVER, lidars={"scan": lidar}), bodies=bodies, pose=Pose(pos=(0.0, 0.0, 0.05))) as (
+    with subject.build(replace(ROVER, sensors={"scan": lidar}), bodies=bodies, pose=Pose(pos=(0.0, 0.0, 0.05))) as (
         sim,
         robot,
     ):

@@ -69,7 +69,7 @@ ROBOTS = {
         tcp="hull",
         base="wheeled",
         gains=DriveGains(stiffness=0.0, damping=2.0),
-        lidars={
+        sensors={
             "lidar": Lidar(frame="hull", rays=8, angle_min=-3.1415, angle_max=2.3561, range_min=0.1, range_max=30.0)
         },
         differential_drive=DifferentialDrive(

@@ -10,9 +10,10 @@ import mujoco
 from frobs_core.errors import ModelFileError
 from frobs_core.interfaces import Placement, Scene
 from frobs_sim_mujoco.articulation import add_drives, add_robot, attach_mjcf
+from frobs_sim_mujoco.contacts import add_contact
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS
 from frobs_sim_mujoco.overlaps import overlaps_at_home
-from frobs_sim_mujoco.scenery import add_body, add_camera, add_contact, add_floor, light_up
+from frobs_sim_mujoco.scenery import add_body, add_camera, add_floor, light_up
 
 
 def build_model(

@@ -1,14 +1,12 @@
-"""What is not the robot: light, floor, bodies, cameras, and the contacts that a task wants to know of."""
+"""What is not the robot: light, floor, bodies and cameras."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping
 
 import mujoco
 import numpy as np
 
 from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import Body, Camera, Contact, Placement, Scene
+from frobs_core.interfaces import Body, Camera
 from frobs_core.models import Pose
 from frobs_sim_mujoco.geoms import SCENE_GROUP, VISUAL_GROUP, add_geom
 
@@ -100,32 +98,3 @@ def add_camera(spec: mujoco.MjSpec, name: str, camera: Camera) -> None:
     quat = np.zeros(4)
     mujoco.mju_mat2Quat(quat, np.stack([right, np.cross(back, right), back], axis=1).reshape(9))
     parent.add_camera(name=name, pos=camera.pos, quat=quat, fovy=camera.fov_y)
-
-
-def add_contact(
-    spec: mujoco.MjSpec, name: str, contact: Contact, robots: Mapping[str, Placement], scene: Scene
-) -> None:
-    """Add a contact sensor: data found and force, of the one contact with the largest force."""
-
-    def side(which: str) -> tuple[mujoco.mjtObj, str]:
-        if which == "*":
-            return mujoco.mjtObj.mjOBJ_UNKNOWN, ""
-        if which == "floor" and scene.floor:
-            return mujoco.mjtObj.mjOBJ_GEOM, which
-        if which in robots:
-            return mujoco.mjtObj.mjOBJ_XBODY, f"{which}/{robots[which].model.root}"  # the whole subtree
-        if spec.body(which) is None:
-            known = [*scene.bodies, *robots, *(["floor"] if scene.floor else [])]
-            raise ConfigurationError(f"contact '{name}' names '{which}', which is none of {', '.join(known)}.")
-        return mujoco.mjtObj.mjOBJ_BODY, which
-
-    (first_type, first), (second_type, second) = side(contact.first), side(contact.second)
-    spec.add_sensor(
-        name=name,
-        type=mujoco.mjtSensor.mjSENS_CONTACT,
-        objtype=first_type,
-        objname=first,
-        reftype=second_type,
-        refname=second,
-        intprm=[3, 2, 1],  # bits found | force; reduced by the largest force; one slot
-    )

@@ -16,6 +16,7 @@ from frobs_core.models import RobotModel
 from frobs_sim_mujoco import parameters
 from frobs_sim_mujoco.body import MujocoBody
 from frobs_sim_mujoco.building import build_model
+from frobs_sim_mujoco.contacts import ContactReader
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, SCENE_GROUP
 from frobs_sim_mujoco.overlaps import find_overlaps
 from frobs_sim_mujoco.rendering import Renderer, Viewer
@@ -97,6 +98,7 @@ class MujocoSimulation(Simulation):
         self._derived: dict[str, Floats] = {}
         self._pushed = False
         self._rows: Floats | None = None
+        self._contact_reader = ContactReader(self.model, scene)
         self._contacts: tuple[Mask, Floats] | None = None
         self._renderer: Renderer | None = None
         self._viewer: Viewer | None = None
@@ -141,6 +143,9 @@ class MujocoSimulation(Simulation):
         self.batch.reset(ids, stage=_NONE)
         rows = slice(None) if ids is None else ids
         self.batch.state[rows] = self._initial[rows]
+        if self._contacts is not None:
+            for told in self._contacts:
+                told[rows] = 0
         for robot in self.robots.values():
             if robot.gains_written:  # the initial controls are those of the gains as built
                 robot.hold_home(rows)
@@ -173,8 +178,8 @@ class MujocoSimulation(Simulation):
         self.batch.forward(stage=_VEL)
         self._stale = None
         if self.scene.contacts:
-            data = recorded["sensordata"].reshape(self.num_envs, decimation, -1, 4)  # found, normal force, two more
-            self._contacts = (data[..., 0] > 0).any(axis=1), np.abs(data[..., 1]).max(axis=1)
+            data = recorded["sensordata"].reshape(self.num_envs, decimation, -1)
+            self._contacts = self._contact_reader.read(data)
 
     def contact(self, name: str) -> Mask:
         """(num_envs,) bool: whether a declared contact was there in any physics step of the last ``step``."""
@@ -182,7 +187,10 @@ class MujocoSimulation(Simulation):
 
     def contact_force(self, name: str) -> Floats:
         """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``."""
-        return self._contact_column(name)[1]
+        force = self._contact_column(name)[1]
+        if self.scene.contacts[name].ignore:
+            raise ConfigurationError(f"contact '{name}' ignores something, so its force is not told; declare others.")
+        return force
 
     def _contact_column(self, name: str) -> tuple[Mask, Floats]:
         names = list(self.scene.contacts)
@@ -226,7 +234,7 @@ class MujocoSimulation(Simulation):
         """Return the state rows, and the parameters that differ between environments."""
         state: Snapshot = {"state": self.batch.state.copy(), "warning": self.batch.warning.copy()}
         if self._contacts is not None:
-            state["contact"], state["contact_force"] = self._contacts
+            state["contact"], state["contact_force"] = (told.copy() for told in self._contacts)
         return {**state, **parameters.snapshot(self)}
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -234,7 +242,8 @@ class MujocoSimulation(Simulation):
         parameters.restore(self, snapshot)
         self.batch.state[:] = snapshot["state"]
         self.batch.warning[:] = snapshot["warning"]
-        self._contacts = (snapshot["contact"], snapshot["contact_force"]) if "contact" in snapshot else None
+        told = "contact" in snapshot
+        self._contacts = (snapshot["contact"].copy(), snapshot["contact_force"].copy()) if told else None
         self.mark_stale(None)
 
     def render(

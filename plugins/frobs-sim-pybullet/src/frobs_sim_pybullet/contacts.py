@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TypeAlias
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Contact, Placement, Scene
@@ -22,7 +23,7 @@ def check_contacts(robots: Mapping[str, Placement], scene: Scene) -> None:
     """
     links = {f"{name}/{link.name}" for name, placement in robots.items() for link in placement.model.links}
     for name, contact in scene.contacts.items():
-        for side in (contact.first, contact.second):
+        for side in (contact.first, contact.second, *contact.ignore):
             known = [*scene.bodies, *robots, *(["floor"] if scene.floor else [])]
             if side != "*" and side not in known and side not in links:
                 raise ConfigurationError(f"contact '{name}' names '{side}', which is none of {', '.join(known)}.")
@@ -40,8 +41,28 @@ def check_cameras(robots: Mapping[str, Placement], scene: Scene) -> None:
             raise ConfigurationError(f"camera '{name}' is fixed to '{camera.frame}', which is no body of the scene.")
 
 
-def question(contact: Contact, sides: Mapping[str, Side]) -> tuple[int, int, int, int] | None:
-    """Return bodyA, bodyB, linkA, linkB of ``getContactPoints``; None: one side has no shape.
+@dataclass(frozen=True)
+class Question:
+    """What Bullet is asked for one contact.
+
+    Attributes:
+        arguments: bodyA, bodyB, linkA, linkB of ``getContactPoints``.
+        ignored: What may be the other side and does not count, ``ANY`` link of a body included.
+    """
+
+    arguments: tuple[int, int, int, int]
+    ignored: frozenset[Side]
+
+    def counts(self, point: Sequence[Any]) -> bool:
+        """Return whether a contact point is one; ``getContactPoints`` puts what was asked for first."""
+        force, distance = point[9], point[8]
+        if not (force > 0.0 or distance <= 0.0):
+            return False
+        return not self.ignored or ((point[2], point[4]) not in self.ignored and (point[2], -2) not in self.ignored)
+
+
+def question(contact: Contact, sides: Mapping[str, Side]) -> Question | None:
+    """Return what Bullet is asked for a contact; None: one side has no shape.
 
     Args:
         contact: What the scene declares.
@@ -53,4 +74,5 @@ def question(contact: Contact, sides: Mapping[str, Side]) -> tuple[int, int, int
     first, second = known[contact.first], known[contact.second]
     if first == ANY:
         first, second = second, first
-    return first[0], second[0], first[1], second[1]
+    ignored = frozenset(known[side] for side in contact.ignore if side in known)
+    return Question((first[0], second[0], first[1], second[1]), ignored)

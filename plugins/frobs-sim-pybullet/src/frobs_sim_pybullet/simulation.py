@@ -144,6 +144,8 @@ class PybulletSimulation(Simulation):
     def contact_force(self, name: str) -> Floats:
         """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``."""
         force: Floats = self.arrays["contact_force"][:, self._contact(name)]
+        if self.scene.contacts[name].ignore:
+            raise ConfigurationError(f"contact '{name}' ignores something, so its force is not told; declare others.")
         return force
 
     def _contact(self, name: str) -> int:

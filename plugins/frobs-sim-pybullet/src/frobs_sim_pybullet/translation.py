@@ -21,7 +21,7 @@ _BOTH: TranslationTable = {
     "joint_friction": (_APPROXIMATED, "as MuJoCo has it: soft, a joint at rest creeps under load"),
     "mimic_joints": (_KEPT, "exactly in free motion; in contact a gear holds it"),
     "colours": (_KEPT, ""),
-    "sensors": (_DROPPED, "declare lidars in the robot's description"),
+    "sensors": (_DROPPED, "declare them in the robot's description"),
     "unknown_elements": (_DROPPED, "not known to the reader"),
 }
 _URDF: TranslationTable = {

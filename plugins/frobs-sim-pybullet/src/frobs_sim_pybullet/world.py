@@ -199,8 +199,8 @@ class World:
         for i, asked in enumerate(self._contacts):
             if asked is None:
                 continue
-            for point in p.getContactPoints(*asked, self.client):
-                if point[9] > 0.0 or point[8] <= 0.0:  # normal force, distance
+            for point in p.getContactPoints(*asked.arguments, self.client):
+                if asked.counts(point):
                     self._row["contact"][i] = True
                     self._row["contact_force"][i] = max(self._row["contact_force"][i], point[9])
 

@@ -1,0 +1,40 @@
+"""Bumpers: contacts that the simulation watches over the whole control step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.interfaces import Contact, RobotHandle, Scene, Sensor, Simulation
+from frobs_core.sensors.instrument import Instrument
+
+
+class BumperInstrument(Instrument):
+    """Tells whether one of its links touched something, as 0.0 or 1.0."""
+
+    def __init__(
+        self, name: str, sensor: Sensor, simulation: Simulation, robot: RobotHandle, control_timestep: float
+    ) -> None:
+        super().__init__(name, sensor, simulation, robot, control_timestep)
+        self._contacts = [_contact(name, link, robot.name) for link in sensor.frames]
+
+    @classmethod
+    def contacts(cls, name: str, sensor: Any, robot: str, scene: Scene) -> Mapping[str, Contact]:
+        """Return one contact for each link; where there is no floor there is none to ignore."""
+        there = tuple(side for side in sensor.ignore if side != "floor" or scene.floor)
+        return {_contact(name, link, robot): Contact(first=f"{robot}/{link}", ignore=there) for link in sensor.frames}
+
+    def measure(self) -> Floats:
+        """Return (num_envs, 1)."""
+        touched = self.simulation.contact(self._contacts[0])
+        for name in self._contacts[1:]:
+            touched = touched | self.simulation.contact(name)
+        return touched[:, None].astype(np.float64)
+
+
+def _contact(name: str, link: str, robot: str) -> str:
+    """Return the name of the contact that one link of a bumper needs."""
+    return f"{robot}/{name}/{link}"

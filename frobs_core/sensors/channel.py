@@ -1,0 +1,112 @@
+"""From the truth to what a sensor with faults reads."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.interfaces import Sensor, Snapshot
+from frobs_core.random import RandomSource
+
+
+class Channel:
+    """What one sensor has read, and what of it has arrived.
+
+    Samples are taken in a reset and every ``period`` control steps after it; each is read ``delay`` steps later. Before
+    the first one of an episode has arrived it is read all the same, as if the robot had long stood there.
+
+    Args:
+        stream: Of the random source; no two sensors share one.
+        sensor: Its description.
+        num_envs: ≥ 1.
+        period: Control steps between two samples.
+        delay: Control steps until a sample is read.
+    """
+
+    def __init__(self, stream: str, sensor: Sensor, num_envs: int, period: int, delay: int) -> None:
+        self._noise_stream, self._dropout_stream = f"{stream}/noise", f"{stream}/dropout"
+        self._sensor, self._period = sensor, period
+        (self._low, self._high), self._lost = sensor.bounds, sensor.lost
+        self._noise, self._resolution = np.asarray(sensor.noise), np.asarray(sensor.resolution)
+        # The resolution by which an element can be divided; where there is none the quotient is not used.
+        self._grain = np.where(self._resolution > 0.0, self._resolution, 1.0)
+        self._samples: Floats = np.zeros((delay + 1, num_envs, sensor.width))  # a ring of the last control steps
+        self._newest = 0
+        self._everywhere = np.ones(num_envs, np.bool_)
+
+    @property
+    def reading(self) -> Floats:
+        """(num_envs, width): the sample that arrives now."""
+        found: Floats = self._samples[(self._newest + 1) % len(self._samples)]
+        return found
+
+    def due(self, rng: RandomSource) -> Mask:
+        """Return which environments take a sample in this step; (num_envs,) bool."""
+        if self._period == 1:
+            return self._everywhere
+        due: Mask = rng.steps % np.uint64(self._period) == 0
+        return due
+
+    def reset(self, rng: RandomSource, true: Floats, mask: Mask) -> None:
+        """Take the first sample of an episode where ``mask`` says.
+
+        Args:
+            rng: Of the task's reset.
+            true: (num_envs, width)
+            mask: The environments.
+        """
+        sample = self._spoil(rng, true[mask], mask)
+        if self._sensor.dropout and self._lost is not None:
+            sample = self._lose(rng, sample, mask)
+        self._samples[:, mask] = sample
+
+    def advance(self, rng: RandomSource, true: Floats | None, due: Mask) -> None:
+        """Go on by one control step, and take a sample where one is due.
+
+        Args:
+            rng: Of the task's step.
+            true: (num_envs, width); None where no environment takes a sample.
+            due: The environments that take one.
+        """
+        last = self._samples[self._newest]
+        self._newest = (self._newest + 1) % len(self._samples)
+        now = self._samples[self._newest]
+        if len(self._samples) > 1:
+            now[:] = last
+        if true is None:
+            return
+        sample = self._spoil(rng, true[due], due)
+        if self._sensor.dropout:
+            if self._lost is None:
+                kept = rng.uniform(self._dropout_stream, mask=due) >= self._sensor.dropout
+                sample = np.where(kept[:, None], sample, last[due])
+            else:
+                sample = self._lose(rng, sample, due)
+        now[due] = sample
+
+    def _spoil(self, rng: RandomSource, true: Floats, mask: Mask) -> Floats:
+        """Return samples (n, width) with noise, in the resolution and in the range."""
+        if not self._noise.any() and not self._resolution.any():
+            return true
+        sample = true
+        if self._noise.any():
+            sample = sample + self._noise * rng.normal(self._noise_stream, shape=(self._sensor.width,), mask=mask)
+        if self._resolution.any():
+            sample = np.where(self._resolution > 0.0, np.rint(sample / self._grain) * self._grain, sample)
+        sample = np.clip(sample, self._low, self._high)
+        return sample if self._lost is None else np.where(true == self._lost, true, sample)
+
+    def _lose(self, rng: RandomSource, sample: Floats, mask: Mask) -> Floats:
+        """Return samples (n, width) of which each element is lost by itself."""
+        kept = rng.uniform(self._dropout_stream, shape=(self._sensor.width,), mask=mask) >= self._sensor.dropout
+        return np.where(kept, sample, np.asarray(self._lost, np.float64))
+
+    def snapshot(self) -> Snapshot:
+        """Return the samples that are on their way, (num_envs, delay + 1, width), the newest first."""
+        order = (self._newest - np.arange(len(self._samples))) % len(self._samples)
+        return {"samples": self._samples[order].swapaxes(0, 1).copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._newest = len(self._samples) - 1
+        self._samples[:] = snapshot["samples"].swapaxes(0, 1)[::-1]

@@ -1,0 +1,28 @@
+"""The contacts that a simulation watches for the sensors of its robots."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from frobs_core.interfaces import Placement, Scene
+from frobs_core.sensors.instrument import instrument_of
+
+
+def with_contacts(scene: Scene, robots: Mapping[str, Placement]) -> Scene:
+    """Return a scene that declares what the sensors of its robots need to know of.
+
+    Args:
+        scene: As the task has it.
+        robots: By name.
+
+    Raises:
+        PluginError: A sensor's instrument cannot be imported.
+    """
+    needed = {
+        contact: declared
+        for robot, placement in robots.items()
+        for name, sensor in placement.robot.sensors.items()
+        for contact, declared in instrument_of(sensor).contacts(name, sensor, robot, scene).items()
+    }
+    return replace(scene, contacts={**scene.contacts, **needed}) if needed else scene

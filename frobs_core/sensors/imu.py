@@ -1,0 +1,63 @@
+"""Inertial measurement units: what velocities of the link tell."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.interfaces import RobotHandle, Sensor, Simulation, Snapshot
+from frobs_core.rotations import quat_conjugate, quat_rotate
+from frobs_core.sensors.instrument import Instrument
+
+
+class ImuInstrument(Instrument):
+    """Measures angular velocity [rad/s] and specific force [m/s²], in the frame of the link."""
+
+    def __init__(
+        self, name: str, sensor: Sensor, simulation: Simulation, robot: RobotHandle, control_timestep: float
+    ) -> None:
+        super().__init__(name, sensor, simulation, robot, control_timestep)
+        imu: Any = sensor
+        self._frame: str = imu.frame
+        self._offset: Floats = np.tile(np.asarray(imu.offset, np.float64), (robot.num_envs, 1))  # (num_envs, 3)
+        self._moved = bool(self._offset.any())
+        self._velocity: Floats = np.zeros((robot.num_envs, 3))  # [m/s] of the sensor, in the world
+        self._acceleration: Floats = np.zeros((robot.num_envs, 3))  # [m/s²] in the world
+
+    def reset(self, mask: Mask | None) -> None:
+        """Forget the velocity before: nothing accelerates in a reset."""
+        rows = slice(None) if mask is None else mask
+        self._velocity[rows] = self._measure_velocity()[rows]
+        self._acceleration[rows] = 0.0
+
+    def advance(self) -> None:
+        """Take the change of velocity over the control step."""
+        velocity = self._measure_velocity()
+        self._acceleration = (velocity - self._velocity) / self.control_timestep
+        self._velocity = velocity
+
+    def measure(self) -> Floats:
+        """Return (num_envs, 6): ang_vel and specific force, both (3,) in the link's frame."""
+        _, quat = self.robot.frame_pose(self._frame)
+        _, ang_vel_world = self.robot.frame_velocity(self._frame)
+        into = quat_conjugate(quat)
+        force = self._acceleration - self.simulation.parameter("gravity")
+        return np.concatenate([quat_rotate(into, ang_vel_world), quat_rotate(into, force)], axis=1)
+
+    def _measure_velocity(self) -> Floats:
+        """Return lin_vel_world of the sensor, (num_envs, 3) [m/s], an array of its own."""
+        lin_vel_world, ang_vel_world = self.robot.frame_velocity(self._frame)
+        if not self._moved:
+            return lin_vel_world.copy()
+        arm = quat_rotate(self.robot.frame_pose(self._frame)[1], self._offset)
+        return lin_vel_world + np.cross(ang_vel_world, arm)
+
+    def snapshot(self) -> Snapshot:
+        """Return the last velocity and acceleration."""
+        return {"velocity": self._velocity.copy(), "acceleration": self._acceleration.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._velocity, self._acceleration = snapshot["velocity"].copy(), snapshot["acceleration"].copy()

@@ -1,0 +1,14 @@
+"""Lidars: the simulation casts their rays."""
+
+from __future__ import annotations
+
+from frobs_core.arrays import Floats
+from frobs_core.sensors.instrument import Instrument
+
+
+class LidarInstrument(Instrument):
+    """Measures the distance along each ray [m]."""
+
+    def measure(self) -> Floats:
+        """Return (num_envs, rays) [m]."""
+        return self.robot.lidar(self.name)

@@ -1,0 +1,147 @@
+"""All sensors of a robot, as a task uses them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import UnknownNameError
+from frobs_core.interfaces import Sensor, Simulation, Snapshot
+from frobs_core.random import RandomSource
+from frobs_core.sensors.channel import Channel
+from frobs_core.sensors.instrument import Instrument, instrument_of
+from frobs_core.sensors.timing import count_delay, count_period
+
+
+class Sensors:
+    """The sensors of a robot, batched: environment *i* reads the same in a vector and alone.
+
+    A task makes it in ``bind``, calls :meth:`reset` at the end of its own reset, when everything is in its place,
+    :meth:`advance` in its own advance, and hands its snapshot on. A reading belongs to the last of these calls; read
+    before you move anything.
+
+    A sensor that is ideal (no noise, resolution, delay or dropout, a sample in each control step) costs nothing but the
+    simulation's own reading, and that only where it is read.
+
+    Args:
+        simulation: That is measured in.
+        control_timestep: [s]
+        robot: Name of the robot in the simulation.
+        names: The sensors that the task reads; None: all that the robot has.
+
+    Raises:
+        UnknownNameError: There is no such robot or sensor.
+        ConfigurationError: The rate or the delay of a sensor does not fit the control step.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        control_timestep: float,
+        robot: str = "robot",
+        names: Sequence[str] | None = None,
+    ) -> None:
+        if robot not in simulation.robots:
+            raise UnknownNameError("robot of the simulation", robot, simulation.robots)
+        handle = simulation.robots[robot]
+        there = handle.robot.sensors
+        self._num_envs = simulation.num_envs
+        self._sensors: dict[str, Sensor] = {}
+        for name in there if names is None else names:
+            if name not in there:
+                raise UnknownNameError(f"sensor of robot '{handle.robot.name}'", name, there)
+            self._sensors[name] = there[name]
+        self._instruments = {
+            name: instrument_of(sensor)(name, sensor, simulation, handle, control_timestep)
+            for name, sensor in self._sensors.items()
+        }
+        self._channels: dict[str, Channel] = {}
+        for name, sensor in self._sensors.items():
+            period = count_period(name, sensor, control_timestep)
+            delay = count_delay(name, sensor, control_timestep)
+            if period > 1 or not sensor.is_ideal:
+                self._channels[name] = Channel(f"sensor/{robot}/{name}", sensor, self._num_envs, period, delay)
+        self._parts: dict[str, Instrument | Channel] = {**self._instruments}
+        self._parts |= {f"{name}/read": channel for name, channel in self._channels.items()}
+        self._readings: dict[str, Floats] = {}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The sensors that can be read."""
+        return tuple(self._sensors)
+
+    def space(self, name: str) -> gym.spaces.Box:
+        """Return the space of a sensor's reading in one environment: (width,) float32, in its unit.
+
+        Raises:
+            UnknownNameError: No sensor is named so.
+        """
+        sensor = self._sensor(name)
+        low, high = sensor.bounds
+        return gym.spaces.Box(np.float32(low), np.float32(high), (sensor.width,), np.float32)
+
+    def reset(self, mask: Mask | None, rng: RandomSource) -> None:
+        """Take the first samples of an episode; the robot and the scene are in their places.
+
+        Args:
+            mask: The environments.
+            rng: Of the task's reset.
+        """
+        self._readings.clear()
+        rows = np.ones(self._num_envs, np.bool_) if mask is None else mask
+        for name, instrument in self._instruments.items():
+            instrument.reset(mask)
+            if name in self._channels:
+                self._channels[name].reset(rng, instrument.measure(), rows)
+
+    def advance(self, rng: RandomSource) -> None:
+        """Go on by one control step, once the simulation has.
+
+        Args:
+            rng: Of the task's step.
+        """
+        self._readings.clear()
+        for name, instrument in self._instruments.items():
+            instrument.advance()
+            if name in self._channels:
+                channel = self._channels[name]
+                due = channel.due(rng)
+                channel.advance(rng, instrument.measure() if due.any() else None, due)
+
+    def read(self, name: str) -> Floats:
+        """Return what a sensor reads, (num_envs, width) float64 in its unit: current, read-only, valid until the next step.
+
+        Raises:
+            UnknownNameError: No sensor is named so.
+        """
+        found = self._readings.get(name)
+        if found is None:
+            self._sensor(name)
+            channel = self._channels.get(name)
+            found = (self._instruments[name].measure() if channel is None else channel.reading).view()
+            found.flags.writeable = False
+            self._readings[name] = found
+        return found
+
+    def _sensor(self, name: str) -> Sensor:
+        if name not in self._sensors:
+            raise UnknownNameError("sensor", name, self._sensors)
+        return self._sensors[name]
+
+    def snapshot(self) -> Snapshot:
+        """Return what the sensors keep between steps; a task puts it into its own snapshot."""
+        return {
+            f"sensor/{name}/{key}": value
+            for name, part in self._parts.items()
+            for key, value in part.snapshot().items()
+        }
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot; what in it is not the sensors' is passed over."""
+        self._readings.clear()
+        for name, part in self._parts.items():
+            start = f"sensor/{name}/"
+            part.restore({key.removeprefix(start): value for key, value in snapshot.items() if key.startswith(start)})

@@ -1,0 +1,95 @@
+"""What users write under ``sensors``: other numbers for the sensors of a robot, or sensors that it lacks.
+
+::
+
+    sensors:
+      lidar: {rays: 36, noise: 0.01}                  # of the robot's own sensor, these fields are others
+      bumper: null                                    # it has none
+      scan: {type: lidar, frame: base_link, rays: 8, range_min: 0.1, range_max: 5.0}   # a further one
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import MISSING, fields, replace
+from typing import Any
+
+from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameError, UnknownParameterError
+from frobs_core.interfaces import Sensor
+from frobs_core.interfaces.sensor import SENSORS
+from frobs_core.yaml import find_origin
+
+
+def apply_settings(sensors: Mapping[str, Sensor], given: Mapping[str, Any]) -> dict[str, Sensor]:
+    """Return the sensors of a robot with what a user changed.
+
+    Args:
+        sensors: The robot's own.
+        given: By name: fields that take the place of the sensor's own, with ``type`` those of a new sensor, or a whole
+            :class:`frobs_core.interfaces.Sensor`; None: the robot goes without it. Where it is a
+            :class:`frobs_core.yaml.ConfigMapping`, errors name file and line.
+
+    Raises:
+        UnknownNameError: The robot has no such sensor; the nearest is named.
+        UnknownParameterError: A sensor has no such field; the nearest is named.
+        ConfigurationError: A value cannot be used.
+        ConfigFileError: One of the last two, where it was read from a file.
+    """
+    if not isinstance(given, Mapping):
+        raise ConfigurationError(f"sensors is {given!r}; write them by name, as in {{'lidar': {{'noise': 0.01}}}}.")
+    found = dict(sensors)
+    for name, setting in given.items():
+        try:
+            sensor = _apply(str(name), sensors, setting)
+        except ConfigurationError as error:
+            key = error.name if isinstance(error, UnknownParameterError) else None
+            origin = find_origin(given, [name] if key is None else [name, key])
+            if origin is None:
+                raise
+            raise ConfigFileError(*origin, str(error)) from None
+        if sensor is None:
+            found.pop(name, None)
+        else:
+            found[name] = sensor
+    return found
+
+
+def _apply(name: str, sensors: Mapping[str, Sensor], setting: Any) -> Sensor | None:
+    if isinstance(setting, Sensor):
+        return setting
+    if setting is not None and not isinstance(setting, Mapping):
+        raise ConfigurationError(f"sensors.{name} is {setting!r}; write what is to be other, as in {{'noise': 0.01}}.")
+    if setting is not None and "type" in setting:
+        return _new(name, setting)
+    if name not in sensors:
+        raise UnknownNameError("sensor of the robot (a new one says its type: lidar, bumper, imu)", name, sensors)
+    if setting is None:
+        return None
+    _check_fields(name, type(sensors[name]), setting)
+    try:
+        return replace(sensors[name], **setting)
+    except ConfigurationError as error:
+        raise ConfigurationError(f"sensors.{name}: {error}") from None
+
+
+def _new(name: str, setting: Mapping[str, Any]) -> Sensor:
+    types = {cls.type: cls for cls in SENSORS}
+    if setting["type"] not in types:
+        raise UnknownNameError("type of sensor", str(setting["type"]), types)
+    cls = types[setting["type"]]
+    given = {key: value for key, value in setting.items() if key != "type"}
+    _check_fields(name, cls, given)
+    missing = [field.name for field in fields(cls) if field.default is MISSING and field.name not in given]
+    if missing:
+        raise ConfigurationError(f"sensors.{name}: a new {cls.type} needs {', '.join(missing)}.")
+    try:
+        return cls(**given)
+    except ConfigurationError as error:
+        raise ConfigurationError(f"sensors.{name}: {error}") from None
+
+
+def _check_fields(name: str, cls: type[Sensor], given: Mapping[str, Any]) -> None:
+    known = [field.name for field in fields(cls)]
+    for key in given:
+        if key not in known:
+            raise UnknownParameterError(f"sensor '{name}' (a {cls.type})", str(key), known)
