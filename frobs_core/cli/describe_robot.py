@@ -58,9 +58,9 @@ def describe_robot(robot: Robot) -> dict[str, Any]:
         "dof": len(model.actuated_joints),
         "links": len(model.links),
         "mass": f"{sum(link.inertial.mass for link in model.links if link.inertial):.6g} kg",
-        "sensors": [f"{name} ({lidar.rays} rays)" for name, lidar in robot.lidars.items()],
         "notes": [{"about": note.element, "line": note.line, "note": note.text} for note in model.notes],
         "joints": joints(model, robot.home),
+        "sensors": sensors(robot),
     }
     return facts
 
@@ -84,6 +84,26 @@ def joints(model: RobotModel, home: Mapping[str, float]) -> list[dict[str, Any]]
             }
         )
     return rows
+
+
+def sensors(robot: Robot) -> list[dict[str, Any]]:
+    """Return a row for each sensor: what it measures, in which unit, and how well. None: a fault that it has not."""
+    return [
+        {
+            "sensor": name,
+            "type": sensor.type,
+            "frame": sensor.frame,
+            "width": sensor.width,
+            "unit": sensor.unit,
+            "rate": None if sensor.rate is None else f"{sensor.rate:g} Hz",
+            "noise": sensor.noise or None,
+            "resolution": sensor.resolution or None,
+            "delay": f"{sensor.delay:g} s" if sensor.delay else None,
+            "dropout": sensor.dropout or None,
+            "measures": sensor.summary,
+        }
+        for name, sensor in robot.sensors.items()
+    ]
 
 
 def load(robot: Robot) -> RobotModel:

@@ -33,6 +33,7 @@ class Sensor:
         type: What configurations call this type of sensor.
         instrument: ``"module:attribute"`` of the :class:`frobs_core.sensors.Instrument` that measures.
         unit: Of a reading.
+        needs: Capability of the simulator that it cannot be read without; empty: none.
         lost: What an element reads that is lost, by itself; so does one that has nothing to measure, and has no noise.
             None: the whole sample is lost, and the last one stays; the first after a reset never is.
     """
@@ -40,6 +41,7 @@ class Sensor:
     type: ClassVar[str] = ""
     instrument: ClassVar[str] = ""
     unit: ClassVar[str] = ""
+    needs: ClassVar[str] = ""
 
     frame: str
     rate: float | None = None
@@ -139,6 +141,7 @@ class Lidar(Sensor):
     type: ClassVar[str] = "lidar"
     instrument: ClassVar[str] = "frobs_core.sensors.lidar:LidarInstrument"
     unit: ClassVar[str] = "m"
+    needs: ClassVar[str] = "rays"
 
     rays: int
     angle_min: float = -math.pi
@@ -207,6 +210,7 @@ class Bumper(Sensor):
     type: ClassVar[str] = "bumper"
     instrument: ClassVar[str] = "frobs_core.sensors.bumper:BumperInstrument"
     unit: ClassVar[str] = "0 or 1"
+    needs: ClassVar[str] = "contacts"
 
     links: tuple[str, ...] = ()
     ignore: tuple[str, ...] = ("floor",)

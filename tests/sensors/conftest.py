@@ -1,7 +1,9 @@
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +16,8 @@ from frobs_core.sensors import Sensors
 from frobs_core.sensors.contacts import with_contacts
 from frobs_core.testing.simulator.robots import ROVER, model_of
 from frobs_sim_mujoco.simulation import MujocoSimulation
+
+sys.path.insert(0, str(Path(__file__).parent))  # where seeing.py is
 
 STEP = 0.02  # [s] of control
 WALL = Body(geometry=Box((0.2, 4.0, 1.0)), pose=Pose(pos=(2.0, 0.0, 0.5)))  # its near face is 1.9 m away

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from frobs_core.errors import FrobsError
-from frobs_core.interfaces import DriveGains, Imu, Lidar, Robot
+from frobs_core.interfaces import Bumper, DriveGains, Imu, Lidar, Robot
 from frobs_core.models import JointLimits
 from frobs_core.testing import check_robot, pytest_checks, run_checks
 from frobs_core.testing.robot import subject
@@ -56,6 +56,9 @@ def test_a_sound_robot_passes(sound: Robot) -> None:
 
 test_the_irb120_passes = pytest_checks(check_robot("irb120"), allow_hollow=False)
 
+# The floor is nearer to the third joint than the lidar can tell, which turns with it.
+BLIND = Lidar(frame="link_2", rays=8, range_min=2.0, range_max=5.0)
+
 DESCRIPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "home_outside": ("home_is_inside_limits", {"home": {"joint_0": 3.0}}),
     "home_of_no_joint": ("home_is_inside_limits", {"home": {"joint_9": 0.0}}),
@@ -69,6 +72,9 @@ DESCRIPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
         "sensors_are_fixed",
         {"sensors": {"scan": Lidar(frame="mast", rays=8, angle_min=-1, angle_max=1, range_min=0.1, range_max=5)}},
     ),
+    "bumper_on_no_link": ("sensors_are_fixed", {"sensors": {"bumper": Bumper(frame="link_0", links=("skirt",))}}),
+    "no_sensor": ("sensors_are_fixed", {"sensors": {"scan": "lidar"}}),
+    "blind_lidar": ("mujoco.sensors_read", {"sensors": {"scan": BLIND}}),
     "folded": ("mujoco.home_is_free", {"home": {"joint_0": 2.9, "joint_1": 2.9, "joint_2": 0.0}}),
     "weak_drives": ("mujoco.home_is_held", {"gains": DriveGains(stiffness=1e-3, damping=1e-3)}),
 }
@@ -122,6 +128,7 @@ def separate(tmp_path: Path, patch: pytest.MonkeyPatch, check: str) -> Robot:
         "gains_are_positive": {"gains": DriveGains(stiffness=300.0, damping={"joint_0": 30.0})},
         "parts_exist": {"base": "flying"},
         "sensors_are_fixed": {"sensors": {"imu": Imu(frame="mast")}},
+        "mujoco.sensors_read": {"sensors": {"scan": BLIND}},
         "mujoco.home_is_free": {"home": {"joint_0": -1.2, "joint_1": 2.4, "joint_2": 2.4}},
     }
     if check == "notes_are_none":

@@ -14,6 +14,7 @@ from frobs_core.testing.environment import (
     randomization,
     rewards,
     seeding,
+    sensors,
     state,
     vector,
 )
@@ -51,6 +52,7 @@ CHECKS = (
     vector.threads_agree,
     randomization.randomized_equals_single,
     randomization.randomized_state_is_complete,
+    sensors.sensors_may_be_bad,
     pictures.render_draws,
 )
 """Every check of an environment, in the order in which they run."""

@@ -8,7 +8,7 @@ from frobs_core import plugins
 from frobs_core.interfaces import Robot
 from frobs_core.specs import SimulatorRecord
 from frobs_core.testing.checks import Check, collect
-from frobs_core.testing.robot import description, standing
+from frobs_core.testing.robot import description, sensors, standing
 from frobs_core.testing.robot.subject import RobotUnderTest
 
 DESCRIPTION_CHECKS = (
@@ -20,7 +20,7 @@ DESCRIPTION_CHECKS = (
     description.notes_are_none,
     description.gains_are_positive,
     description.parts_exist,
-    description.sensors_are_fixed,
+    sensors.sensors_are_fixed,
 )
 """Every check of a robot that needs no simulator."""
 
@@ -29,6 +29,7 @@ SIMULATION_CHECKS = (
     standing.home_is_held,
     standing.joints_follow,
     standing.home_is_free,
+    sensors.sensors_read,
 )
 """Every check of a robot in a simulator."""
 

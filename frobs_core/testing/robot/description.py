@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.interfaces import Robot, Sensor
+from frobs_core.interfaces import Robot
 from frobs_core.models import JointType
 from frobs_core.models.defaults import default_tcp, home_positions
 from frobs_core.models.inertia import inertia_matrix
@@ -108,14 +108,4 @@ def parts_exist(subject: RobotUnderTest) -> Outcome:
         expect(drive.left and drive.right and not unknown, f"differential_drive names {unknown or 'no wheel'}.")
         numbers = (drive.separation, drive.wheel_radius, drive.max_linear_velocity, drive.max_angular_velocity)
         expect(min(numbers) > 0, f"differential_drive has a number that is not positive: {drive}.")
-    return None
-
-
-def sensors_are_fixed(subject: RobotUnderTest) -> Outcome:
-    """Sensors are descriptions of sensors, fixed to links that there are."""
-    links = [link.name for link in subject.model.links]
-    for name, sensor in subject.robot.sensors.items():
-        expect(isinstance(sensor, Sensor), f"sensor '{name}' is {sensor!r}, no Sensor.")
-        for frame in sensor.frames:
-            expect(frame in links, f"sensor '{name}' is fixed to '{frame}', which is no link: {', '.join(links)}.")
     return None

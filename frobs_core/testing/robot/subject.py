@@ -6,9 +6,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from frobs_core.capabilities import Level
 from frobs_core.interfaces import CommandMode, DriveGains, Placement, Robot, RobotHandle, Scene, Simulation
 from frobs_core.models import RobotModel, load_model
 from frobs_core.models.defaults import default_gains, home_positions
+from frobs_core.sensors.contacts import with_contacts
 from frobs_core.specs import SimulatorRecord
 
 TIMESTEP = 0.002
@@ -42,8 +44,11 @@ class RobotUnderTest:
         """Build a simulation of one, reset; it is closed at the end of the ``with`` block."""
         assert self.simulator is not None
         placement = Placement(robot=self.robot, model=self.model, command_mode=CommandMode.POSITION)
+        scene = scene or Scene()
+        if self.simulator.capabilities.get("contacts", Level.UNSUPPORTED):
+            scene = with_contacts(scene, {"robot": placement})
         simulation: Simulation = self.simulator.load()(
-            {"robot": placement}, scene or Scene(), num_envs=1, physics_timestep=TIMESTEP
+            {"robot": placement}, scene, num_envs=1, physics_timestep=TIMESTEP
         )
         try:
             simulation.reset()
