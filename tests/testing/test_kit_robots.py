@@ -37,7 +37,8 @@ def arm(folder: Path, *, mass: float = 1.0, izz: float = 0.01, type: str = "revo
     path.write_text(f'<robot name="arm">{"".join(links + joints)}</robot>')
     home = {"joint_0": -0.4, "joint_1": -0.2} if type != "fixed" else {}
     gains = DriveGains(stiffness=2000.0, damping=100.0)
-    return Robot(model=str(path), tcp="link_3", home=home, gains=gains)
+    sensors = {"imu": Imu(frame="link_3"), "bumper": Bumper(frame="link_2")}
+    return Robot(model=str(path), tcp="link_3", home=home, gains=gains, sensors=sensors)
 
 
 @pytest.fixture(scope="module")
