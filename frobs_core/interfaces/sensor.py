@@ -259,6 +259,7 @@ class Imu(Sensor):
     type: ClassVar[str] = "imu"
     instrument: ClassVar[str] = "frobs_core.sensors.imu:ImuInstrument"
     unit: ClassVar[str] = "rad/s, m/s²"
+    needs: ClassVar[str] = "randomize_gravity"  # by which a simulator also tells what gravity is
 
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 

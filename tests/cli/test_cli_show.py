@@ -5,6 +5,9 @@ import pytest
 from typer.testing import Result
 
 from frobs_core import plugins, registry
+from frobs_core.cli.describe_robot import describe_file
+from frobs_core.cli.facts import print_facts
+from frobs_core.interfaces import Bumper, Lidar, Robot
 from frobs_core.specs import KINDS
 
 Frobs = Callable[..., Result]
@@ -36,6 +39,23 @@ def test_a_robot_shows_its_joints(facts: Facts) -> None:
     [found] = facts("show", "irb120")
     assert [joint["joint"] for joint in found["joints"]] == [f"joint_{i}" for i in range(1, 7)]
     assert all(joint["lower"] < joint["home"] < joint["upper"] for joint in found["joints"])
+
+
+def test_a_robot_shows_its_sensors_with_their_units(capsys: pytest.CaptureFixture[str]) -> None:
+    sensors = {
+        "scan": Lidar(frame="link_6", rays=8, angle_min=0.0, range_min=0.1, range_max=5.0, noise=0.01, rate=10.0),
+        "bumper": Bumper(frame="link_6"),
+    }
+    robot = Robot(model="frobs_robots_abb:models/irb120.urdf.xacro", name="irb120", sensors=sensors)
+    found = describe_file(robot)
+    scan, bumper = found["sensors"]
+    assert (scan["type"], scan["unit"], scan["rate"], scan["noise"]) == ("lidar", "m", "10 Hz", 0.01)
+    assert (bumper["unit"], bumper["noise"], bumper["delay"]) == ("0 or 1", None, None)
+    print_facts(found)
+    shown = capsys.readouterr().out
+    assert "8 rays, 0° to 315°, 0.1 to 5 m" in shown
+    assert "contacts of link_6, but with floor" in shown
+    assert "dropout" not in shown  # none has any
 
 
 def test_a_task_shows_its_parameters_with_defaults_and_meaning(facts: Facts) -> None:
