@@ -183,7 +183,7 @@ def describe(
         robot_args: Go before the arguments of its xacro file.
         package_paths: Go before its folders of ROS packages.
         home: Go before its joint positions at home [rad or m].
-        sensors: What is other about its sensors; see :mod:`frobs_core.sensors.settings`.
+        sensors: What is other about its sensors; see :mod:`frobs_core.sensors`.
 
     Raises:
         UnknownNameError: No plugin offers the name, or the robot has no such sensor.

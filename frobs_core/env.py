@@ -41,7 +41,7 @@ class RobotEnv(gym.Env[Any, Any]):
         home: Rest configuration by joint name [rad or m]; what is left out is the robot's own.
         tcp: Link that the task talks about; None: the robot's own.
         sensors: What is other about the robot's sensors, by name: ``{"lidar": {"rays": 36, "noise": 0.01}}``; see
-            :mod:`frobs_core.sensors.settings`.
+            :mod:`frobs_core.sensors`.
         num_threads: For the engine; 0: one for each processor.
         randomize: What differs between environments and episodes; see :mod:`frobs_core.randomization`.
         task_parameters: Keywords of the task.

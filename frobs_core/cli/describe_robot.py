@@ -91,7 +91,7 @@ def sensors(robot: Robot) -> list[dict[str, Any]]:
     return [
         {
             "sensor": name,
-            "type": sensor.type,
+            "type": sensor.type_name,
             "frame": sensor.frame,
             "width": sensor.width,
             "unit": sensor.unit,

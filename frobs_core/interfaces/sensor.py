@@ -30,15 +30,13 @@ class Sensor:
         resolution: What a reading is a whole multiple of, in its unit; 0: any number. One, or one for each element.
         delay: [s] from when a sample is taken until it is read.
         dropout: Probability that a sample is lost, in [0, 1]; see :attr:`lost`.
-        type: What configurations call this type of sensor.
+        type_name: What configurations call this type of sensor.
         instrument: ``"module:attribute"`` of the :class:`frobs_core.sensors.Instrument` that measures.
         unit: Of a reading.
         needs: Capability of the simulator that it cannot be read without; empty: none.
-        lost: What an element reads that is lost, by itself; so does one that has nothing to measure, and has no noise.
-            None: the whole sample is lost, and the last one stays; the first after a reset never is.
     """
 
-    type: ClassVar[str] = ""
+    type_name: ClassVar[str] = ""
     instrument: ClassVar[str] = ""
     unit: ClassVar[str] = ""
     needs: ClassVar[str] = ""
@@ -88,7 +86,11 @@ class Sensor:
 
     @property
     def lost(self) -> float | None:
-        """What is read where nothing was measured; None: the last sample."""
+        """What is read where nothing was measured.
+
+        A number: each element is lost by itself and reads it; one that meets nothing reads it too, and has no noise.
+        None: the whole sample is lost, and the last one stays; the first after a reset never is.
+        """
         return None
 
     @property
@@ -99,7 +101,7 @@ class Sensor:
     @property
     def summary(self) -> str:
         """What it measures, in a few words."""
-        return self.type
+        return self.type_name
 
     def _check(
         self, name: str, number: float, low: float = -math.inf, high: float = math.inf, above: float = -math.inf
@@ -119,7 +121,7 @@ class Sensor:
         object.__setattr__(self, "offset", tuple(offset))
 
     def _error(self, reason: str) -> ConfigurationError:
-        return ConfigurationError(f"a {self.type or type(self).__name__} on '{self.frame}': {reason}.")
+        return ConfigurationError(f"a {self.type_name or type(self).__name__} on '{self.frame}': {reason}.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,7 +140,7 @@ class Lidar(Sensor):
         offset: Where the rays start, in ``frame`` [m].
     """
 
-    type: ClassVar[str] = "lidar"
+    type_name: ClassVar[str] = "lidar"
     instrument: ClassVar[str] = "frobs_core.sensors.lidar:LidarInstrument"
     unit: ClassVar[str] = "m"
     needs: ClassVar[str] = "rays"
@@ -207,7 +209,7 @@ class Bumper(Sensor):
         ignore: What does not close it: ``"floor"``, names of scene bodies, ``"robot"`` for the robot itself.
     """
 
-    type: ClassVar[str] = "bumper"
+    type_name: ClassVar[str] = "bumper"
     instrument: ClassVar[str] = "frobs_core.sensors.bumper:BumperInstrument"
     unit: ClassVar[str] = "0 or 1"
     needs: ClassVar[str] = "contacts"
@@ -256,7 +258,7 @@ class Imu(Sensor):
         offset: Where it sits, in ``frame`` [m].
     """
 
-    type: ClassVar[str] = "imu"
+    type_name: ClassVar[str] = "imu"
     instrument: ClassVar[str] = "frobs_core.sensors.imu:ImuInstrument"
     unit: ClassVar[str] = "rad/s, m/s²"
     needs: ClassVar[str] = "randomize_gravity"  # by which a simulator also tells what gravity is

@@ -1,12 +1,4 @@
-"""What users write under ``sensors``: other numbers for the sensors of a robot, or sensors that it lacks.
-
-::
-
-    sensors:
-      lidar: {rays: 36, noise: 0.01}                  # of the robot's own sensor, these fields are others
-      bumper: null                                    # it has none
-      scan: {type: lidar, frame: base_link, rays: 8, range_min: 0.1, range_max: 5.0}   # a further one
-"""
+"""What users write under ``sensors``, applied to the sensors of a robot; see :mod:`frobs_core.sensors`."""
 
 from __future__ import annotations
 
@@ -73,7 +65,7 @@ def _apply(name: str, sensors: Mapping[str, Sensor], setting: Any) -> Sensor | N
 
 
 def _new(name: str, setting: Mapping[str, Any]) -> Sensor:
-    types = {cls.type: cls for cls in SENSORS}
+    types = {cls.type_name: cls for cls in SENSORS}
     if setting["type"] not in types:
         raise UnknownNameError("type of sensor", str(setting["type"]), types)
     cls = types[setting["type"]]
@@ -81,7 +73,7 @@ def _new(name: str, setting: Mapping[str, Any]) -> Sensor:
     _check_fields(name, cls, given)
     missing = [field.name for field in fields(cls) if field.default is MISSING and field.name not in given]
     if missing:
-        raise ConfigurationError(f"sensors.{name}: a new {cls.type} needs {', '.join(missing)}.")
+        raise ConfigurationError(f"sensors.{name}: a new {cls.type_name} needs {', '.join(missing)}.")
     try:
         return cls(**given)
     except ConfigurationError as error:
@@ -92,4 +84,4 @@ def _check_fields(name: str, cls: type[Sensor], given: Mapping[str, Any]) -> Non
     known = [field.name for field in fields(cls)]
     for key in given:
         if key not in known:
-            raise UnknownParameterError(f"sensor '{name}' (a {cls.type})", str(key), known)
+            raise UnknownParameterError(f"sensor '{name}' (a {cls.type_name})", str(key), known)
