@@ -28,7 +28,7 @@ def limits(model: RobotModel) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_the_record_leads_to_the_robot():
-    (record,) = frobs_robots()
+    record, _ = frobs_robots()
     assert record.load() is IRB120
 
 

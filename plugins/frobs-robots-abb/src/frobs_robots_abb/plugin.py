@@ -4,14 +4,19 @@ from frobs_core.hookspecs import hookimpl
 from frobs_core.specs import RobotRecord
 
 
+def _record(name: str, summary: str) -> RobotRecord:
+    return RobotRecord(
+        name=name,
+        summary=summary,
+        entry_point=f"frobs_robots_abb.{name}:{name.upper()}",
+        install_hint="pip install frobs-robots-abb",
+    )
+
+
 @hookimpl
 def frobs_robots() -> list[RobotRecord]:
     """Offer the arms."""
     return [
-        RobotRecord(
-            name="irb120",
-            summary="ABB IRB 120: six axes, 3 kg payload, 0.58 m reach",
-            entry_point="frobs_robots_abb.irb120:IRB120",
-            install_hint="pip install frobs-robots-abb",
-        )
+        _record("irb120", "ABB IRB 120: six axes, 3 kg payload, 0.58 m reach"),
+        _record("irb140", "ABB IRB 140: six axes, 6 kg payload, 0.81 m reach"),
     ]

@@ -1,0 +1,17 @@
+"""Records of this distribution."""
+
+from frobs_core.hookspecs import hookimpl
+from frobs_core.specs import RobotRecord
+
+
+@hookimpl
+def frobs_robots() -> list[RobotRecord]:
+    """Offer the arms."""
+    return [
+        RobotRecord(
+            name="ur5",
+            summary="Universal Robots UR5: six axes, 5 kg payload, 0.85 m reach",
+            entry_point="frobs_robots_ur.ur5:UR5",
+            install_hint="pip install frobs-robots-ur",
+        )
+    ]
