@@ -57,11 +57,11 @@ def test_the_tool_is_where_denavit_and_hartenberg_put_it(model):
     rows = zip((D1, 0, 0, D4, D5, D6), (0, A2, A3, 0, 0, 0), (90, 0, 0, 90, -90, 0), strict=True)
     table = [(d, a, math.radians(alpha)) for d, a, alpha in rows]
     for q, pos in zip(positions, forward_kinematics(model, "tool0", positions)[0], strict=True):
-        T = np.eye(4)
+        pose = np.eye(4)
         for angle, (d, a, alpha) in zip(q, table, strict=True):
             c, s, ca, sa = math.cos(angle), math.sin(angle), math.cos(alpha), math.sin(alpha)
-            T = T @ [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
-        np.testing.assert_allclose(pos, T[:3, 3] * (-1, -1, 1), rtol=0, atol=1e-9)
+            pose = pose @ [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
+        np.testing.assert_allclose(pos, pose[:3, 3] * (-1, -1, 1), rtol=0, atol=1e-9)
 
 
 def test_kinematics_are_pinocchios(model):

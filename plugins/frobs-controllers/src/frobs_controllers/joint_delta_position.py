@@ -14,10 +14,11 @@ class JointDeltaPosition(Controller):
     """Moves the commanded joint positions by an action in [−1, 1], times a step.
 
     Steps add up on the *commanded* positions, not on the measured ones: gravity lets the joints hang a little
-    below what is commanded, and an arm that starts each step from there would sink.
+    below what is commanded, and an arm that starts each step from there would sink. No step is longer than the velocity
+    limits allow in a control step: a command that runs ahead of the joint is none that an arm could follow.
 
     Args:
-        max_delta: Step of an action of 1 [rad or m].
+        max_delta: Step of an action of 1, where the joint may move so far in a control step [rad or m].
         full_range: As FRobs_RL does it: an action in [−1, 1] stands for the joint limits, and what it stands for is
             added to the *measured* positions. ``max_delta`` then means nothing, and 0 only means to stay where the
             limits are symmetric.
@@ -42,7 +43,7 @@ class JointDeltaPosition(Controller):
             self._middle, self._scale = (self._upper + self._lower) / 2, (self._upper - self._lower) / 2
         else:
             self._lower, self._upper = robot.position_lower.copy(), robot.position_upper.copy()
-            self._scale = np.full(shape, self.max_delta)
+            self._scale = np.minimum(self.max_delta, robot.velocity_limit * control_timestep)
         self._ones, self._minus_ones = np.ones(shape), -np.ones(shape)
         self._delta, self._target = np.zeros(shape), np.zeros(shape)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (robot.dof,), np.float32)

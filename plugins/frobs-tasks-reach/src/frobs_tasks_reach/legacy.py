@@ -19,14 +19,12 @@ from frobs_tasks_reach.observation import ObservationTerm
 from frobs_tasks_reach.reach import Reach
 from frobs_tasks_reach.sampling import JointSampler
 
-_LIMIT_MARGIN = 1e-4  # [rad] FRobs_RL: how near a limit a joint is at it
-
 
 class ReachLegacy(Reach):
-    """The IRB 120 reacher of FRobs_RL, for those who compare with it or port from it.
+    """The reachers of FRobs_RL by joint positions, for those who compare with them or port from them.
 
-    Its action is the whole way of each joint, and was carried out by a motion that the step waited for. So the ID
-    has the controller ``joint_delta_position`` with ``full_range=True``, and the control timestep is 0.5 s: the
+    Their action is the whole way of each joint, and was carried out by a motion that the step waited for. So the IDs
+    have the controller ``joint_delta_position`` with ``full_range=True``, and the control timestep is 0.5 s: the
     drives get to the commanded positions in it, whatever the action, if nothing is in the way. What is
     not as it was: the way there (no planned path, no speed limit), goals (forward kinematics of random joint
     vectors instead of points that a planner accepts), and the arm collides.
@@ -41,9 +39,10 @@ class ReachLegacy(Reach):
     An episode terminates when the goal is reached, unless the goal moves (``pos_dynamic``).
 
     Args:
-        config_file: FRobs_RL's task YAML, unchanged, with the root key ``irb120``; what it leaves out, or all if
-            None, has FRobs_RL's own values, which ``reacher_task.yaml`` in this package lists. The keywords that
-            follow have the names of its keys, and go before it.
+        profile: Whose values count where nothing else is said: ``"irb120"``, ``"irb140"`` or ``"ur5"``; None: the first.
+        config_file: FRobs_RL's task YAML of that reacher, unchanged, with the arm's name as the root key; what it
+            leaves out, or all if None, has FRobs_RL's own values, which ``legacy_tasks/`` in this package lists. The
+            keywords that follow have the names of its keys, and go before it.
         min_joint_pos: Lowest joint positions, one for each joint [rad].
         max_joint_pos: Highest joint positions, one for each joint [rad].
         position_goal_min: Lowest corner of the goal box in the world [m].
@@ -60,14 +59,18 @@ class ReachLegacy(Reach):
     Raises:
         ConfigFileError: The file has an unknown key or an unusable value.
         ConfigurationError: A value is out of range.
+        UnknownNameError: There is no such profile.
     """
 
     reward_types: ClassVar[Sequence[str]] = ("dense",)
     control_timestep: ClassVar[float] = 0.5
+    usual_profile: ClassVar[str] = "irb120"
+    limit_margin: ClassVar[float] = 1e-4  # [rad] FRobs_RL's: how near a limit a joint is at it
 
     def __init__(
         self,
         *,
+        profile: str | None = None,
         config_file: str | Path | None = None,
         min_joint_pos: Sequence[float] | None = None,
         max_joint_pos: Sequence[float] | None = None,
@@ -83,6 +86,7 @@ class ReachLegacy(Reach):
         joint_limits_reward: float | None = None,
     ) -> None:
         self.config = legacy_config.read(
+            self.usual_profile if profile is None else profile,
             config_file,
             {
                 "min_joint_pos": min_joint_pos,
@@ -129,7 +133,7 @@ class ReachLegacy(Reach):
     def reward(self) -> Floats:
         """Return the reward, (num_envs,)."""
         config, outside = self.config, ~self.is_success()
-        at_limits = terms.at_limits(self._joint_positions, self._sampler.lower, self._sampler.upper, _LIMIT_MARGIN)
+        at_limits = terms.at_limits(self._joint_positions, self._sampler.lower, self._sampler.upper, self.limit_margin)
         self._reward_terms = {
             "reached_goal": ~outside * config["reached_goal_reward"],
             "distance": outside * self._distance * -config["multiplier_dist_reward"],

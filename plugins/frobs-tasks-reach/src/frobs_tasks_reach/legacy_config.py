@@ -1,4 +1,4 @@
-"""Reading the task YAML of FRobs_RL's reacher."""
+"""Reading the task YAML of FRobs_RL's reachers."""
 
 from __future__ import annotations
 
@@ -7,12 +7,17 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from frobs_core.errors import ConfigFileError, ConfigurationError, nearest
+from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameError, nearest
 from frobs_core.yaml import load_yaml, load_yaml_text
 from frobs_tasks_reach.parameters import boolean, finite, non_negative, number_list, positive
 
-ROOT = "irb120"
-"""The key under which FRobs_RL's file has everything."""
+PROFILES: Mapping[str, str] = {
+    "irb120": "irb120",
+    "irb140": "irb140",
+    "irb140_velocity": "irb140",
+    "ur5": "ur5",
+}
+"""FRobs_RL's reachers, each with the key under which its file has everything; ``legacy_tasks/`` has their values."""
 
 IGNORED = (
     "n_actions",
@@ -24,6 +29,9 @@ IGNORED = (
     "time_step",
     "update_rate_multiplier",
     "goal_ee_pos",
+    "limit_joint_vel",
+    "tolerance_goal_ori",
+    "multiplier_ori_reward",
 )
 """Keys that FRobs_RL's files have and that change nothing here."""
 
@@ -72,32 +80,37 @@ USED: Mapping[str, Callable[[str, Any], Any]] = {
 """Keys that mean something, with what checks and reads their values."""
 
 
-def read(config_file: str | Path | None, keywords: Mapping[str, Any]) -> dict[str, Any]:
+def read(profile: str, config_file: str | Path | None, keywords: Mapping[str, Any]) -> dict[str, Any]:
     """Return a value for each key of :data:`USED`: a keyword's, else the file's, else FRobs_RL's own.
 
     Args:
+        profile: Which of its reachers, one of :data:`PROFILES`.
         config_file: A task YAML of FRobs_RL, unchanged; None: none.
         keywords: By key; those that are None are not given.
 
     Raises:
         ConfigFileError: The file cannot be read, or has an unknown key or an unusable value; names file and line.
         ConfigurationError: A keyword has an unusable value.
+        UnknownNameError: There is no such profile.
     """
-    source = files("frobs_tasks_reach") / "reacher_task.yaml"
-    values = _checked(load_yaml_text(source.read_text("utf-8"), str(source)), str(source))
+    if profile not in PROFILES:
+        raise UnknownNameError("profile of FRobs_RL's reachers", profile, PROFILES)
+    source = files("frobs_tasks_reach") / "legacy_tasks" / f"{profile}.yaml"
+    root = PROFILES[profile]
+    values = _checked(load_yaml_text(source.read_text("utf-8"), str(source)), str(source), root)
     if config_file is not None:
-        values |= _checked(load_yaml(config_file), config_file)
+        values |= _checked(load_yaml(config_file), config_file, root)
     return values | {name: USED[name](name, value) for name, value in keywords.items() if value is not None}
 
 
-def _checked(document: Mapping[str, Any], path: str | Path) -> dict[str, Any]:
+def _checked(document: Mapping[str, Any], path: str | Path, root: str) -> dict[str, Any]:
     """Return the values that mean something, and refuse what is unknown."""
     for key in document:
-        if key != ROOT:
-            raise ConfigFileError(path, _line(document, key), f"unknown key '{key}'; the file must hold '{ROOT}:'.")
-    section = document.get(ROOT)
+        if key != root:
+            raise ConfigFileError(path, _line(document, key), f"unknown key '{key}'; the file must hold '{root}:'.")
+    section = document.get(root)
     if not isinstance(section, Mapping):
-        raise ConfigFileError(path, _line(document, ROOT), f"must hold a mapping under '{ROOT}:'.")
+        raise ConfigFileError(path, _line(document, root), f"must hold a mapping under '{root}:'.")
     values = {}
     for key, value in section.items():
         if key in USED:

@@ -1,6 +1,6 @@
 """Records of this distribution."""
 
-from collections.abc import Mapping
+from dataclasses import dataclass
 
 from frobs_core.capabilities import Level
 from frobs_core.hookspecs import hookimpl
@@ -8,23 +8,71 @@ from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-reach"
 _NEEDS = {"teleport": Level.APPROXIMATE}
-_IRB120_GOALS = {"goal_low": (-0.5, -0.5, 0.0), "goal_high": (0.5, 0.5, 1.0)}  # [m] FRobs_RL's
 
 
-def _irb120(
-    id: str,
-    summary: str,
-    max_episode_steps: int = 50,
-    goal_box: Mapping[str, object] = _IRB120_GOALS,
-    **parameters: object,
-) -> EnvironmentRecord:
-    return EnvironmentRecord(
-        id=id,
+@dataclass(frozen=True, kw_only=True)
+class _Arm:
+    """An arm, and where its goals lie.
+
+    Attributes:
+        id: How its IDs begin.
+        robot: Its name.
+        title: Its name in sentences.
+        goal_low: Lowest corner of its goal box [m].
+        goal_high: Highest corner of its goal box [m].
+    """
+
+    id: str
+    robot: str
+    title: str
+    goal_low: tuple[float, float, float]
+    goal_high: tuple[float, float, float]
+
+    def environment(
+        self,
+        what: str,
+        summary: str,
+        *,
+        max_episode_steps: int = 50,
+        controller: str = "joint_delta_position",
+        legacy: bool = False,
+        **parameters: object,
+    ) -> EnvironmentRecord:
+        """Return the record of ``frobs/{id}{what}-v0``; a legacy profile has a goal box of its own."""
+        goal_box = {} if legacy else {"goal_low": self.goal_low, "goal_high": self.goal_high}
+        return EnvironmentRecord(
+            id=f"frobs/{self.id}{what}-v0",
+            summary=f"{self.title} {summary}",
+            robot=self.robot,
+            controller=controller,
+            max_episode_steps=max_episode_steps,
+            parameters={**goal_box, **parameters},
+        )
+
+
+# The goal boxes are FRobs_RL's; that of the IRB 140 (±1, ±1, 0 to 2 m) is cut to what the arm reaches of it.
+_IRB120 = _Arm(id="Irb120", robot="irb120", title="IRB 120", goal_low=(-0.5, -0.5, 0.0), goal_high=(0.5, 0.5, 1.0))
+_IRB140 = _Arm(id="Irb140", robot="irb140", title="IRB 140", goal_low=(-0.9, -0.9, 0.0), goal_high=(0.9, 0.9, 1.2))
+_UR5 = _Arm(id="Ur5", robot="ur5", title="UR5", goal_low=(0.0, -0.5, 0.2), goal_high=(0.7, 0.5, 1.0))
+_ARMS = (_IRB120, _IRB140, _UR5)
+
+_ANY_ARM = EnvironmentRecord(
+    id="frobs/Reach-v0",
+    summary="any arm, named or a model file, holds its tool at a goal: give it with robot=…",
+    robot="",
+    controller="tcp_delta_position",
+    max_episode_steps=100,
+)
+
+
+def _task(name: str, cls: str, summary: str, *environments: EnvironmentRecord) -> TaskRecord:
+    return TaskRecord(
+        name=name,
         summary=summary,
-        robot="irb120",
-        controller="joint_delta_position",
-        max_episode_steps=max_episode_steps,
-        parameters={**goal_box, **parameters},
+        entry_point=f"frobs_tasks_reach.{cls}",
+        install_hint=_INSTALL,
+        needs=_NEEDS,
+        environments=environments,
     )
 
 
@@ -32,53 +80,58 @@ def _irb120(
 def frobs_tasks() -> list[TaskRecord]:
     """Offer the reaching tasks."""
     return [
-        TaskRecord(
-            name="reach",
-            summary="hold the tool centre point at a goal that stands still",
-            entry_point="frobs_tasks_reach.reach:Reach",
-            install_hint=_INSTALL,
-            needs=_NEEDS,
-            environments=(
-                _irb120("frobs/Irb120Reach-v0", "IRB 120 holds its tool at a goal"),
-                EnvironmentRecord(
-                    id="frobs/Reach-v0",
-                    summary="any arm, named or a model file, holds its tool at a goal: give it with robot=…",
-                    robot="",
-                    controller="tcp_delta_position",
+        _task(
+            "reach",
+            "reach:Reach",
+            "hold the tool centre point at a goal that stands still",
+            *(arm.environment("Reach", "holds its tool at a goal") for arm in _ARMS),
+            *(
+                arm.environment(
+                    "ReachVelocity", "holds its tool at a goal, by joint velocities", controller="joint_velocity"
+                )
+                for arm in _ARMS
+            ),
+            _ANY_ARM,
+        ),
+        _task(
+            "reach_dynamic",
+            "dynamic:ReachDynamic",
+            "keep the tool centre point at a goal that moves",
+            *(arm.environment("ReachDynamic", "follows a moving goal", max_episode_steps=100) for arm in _ARMS),
+        ),
+        _task(
+            "reach_goal",
+            "goal:ReachGoal",
+            "reach, goal-conditioned: for hindsight experience replay",
+            *(arm.environment("ReachGoal", "reach, goal-conditioned") for arm in _ARMS),
+        ),
+        _task(
+            "reach_legacy",
+            "legacy:ReachLegacy",
+            "reach as FRobs_RL had it: its observation, reward and ends, and its task YAML",
+            *(
+                arm.environment(
+                    "ReachLegacy",
+                    "reach as FRobs_RL had it",
                     max_episode_steps=100,
-                ),
+                    legacy=True,
+                    controller_kwargs={"full_range": True},
+                    profile=arm.robot,
+                )
+                for arm in _ARMS
             ),
         ),
-        TaskRecord(
-            name="reach_dynamic",
-            summary="keep the tool centre point at a goal that moves",
-            entry_point="frobs_tasks_reach.dynamic:ReachDynamic",
-            install_hint=_INSTALL,
-            needs=_NEEDS,
-            environments=(_irb120("frobs/Irb120ReachDynamic-v0", "IRB 120 follows a moving goal", 100),),
-        ),
-        TaskRecord(
-            name="reach_goal",
-            summary="reach, goal-conditioned: for hindsight experience replay",
-            entry_point="frobs_tasks_reach.goal:ReachGoal",
-            install_hint=_INSTALL,
-            needs=_NEEDS,
-            environments=(_irb120("frobs/Irb120ReachGoal-v0", "IRB 120 reach, goal-conditioned"),),
-        ),
-        TaskRecord(
-            name="reach_legacy",
-            summary="reach as FRobs_RL had it: its observation, reward and ends, and its task YAML",
-            entry_point="frobs_tasks_reach.legacy:ReachLegacy",
-            install_hint=_INSTALL,
-            needs=_NEEDS,
-            environments=(
-                _irb120(
-                    "frobs/Irb120ReachLegacy-v0",
-                    "IRB 120 reach as FRobs_RL had it",
-                    100,
-                    goal_box={},
-                    controller_kwargs={"full_range": True},
-                ),
+        _task(
+            "reach_legacy_velocity",
+            "legacy_velocity:ReachLegacyVelocity",
+            "reach by joint velocities as FRobs_RL had it",
+            _IRB140.environment(
+                "ReachVelocityLegacy",
+                "reach by joint velocities as FRobs_RL had it",
+                max_episode_steps=100,
+                controller="joint_velocity",
+                legacy=True,
+                controller_kwargs={"max_velocity": 0.2},
             ),
         ),
     ]
