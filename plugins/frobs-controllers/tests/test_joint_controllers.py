@@ -53,6 +53,12 @@ def test_joint_delta_position_moves_each_joint_by_its_step(fake_arm, bound):
     assert np.allclose(controller.apply(action) - robot.home, [[0.1, -0.1, 0.05, 0.0, 0.1, -0.1]])
 
 
+def test_joint_delta_position_goes_no_faster_than_the_velocity_limits(fake_arm, bound):
+    robot = fake_arm()
+    controller = bound(JointDeltaPosition(max_delta=9.0), robot)
+    assert np.allclose(controller.apply(np.ones((1, 6))) - robot.home, 0.04 * robot.velocity_limit)
+
+
 def test_joint_delta_position_does_not_sink_where_the_joints_hang_below_the_command(fake_arm, bound):
     robot = fake_arm(sag=0.01)
     controller = bound(JointDeltaPosition(), robot)

@@ -2,16 +2,23 @@ from __future__ import annotations
 
 import re
 from importlib.resources import files
+from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigFileError, ConfigurationError
+from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameError
 from frobs_tasks_reach.legacy import ReachLegacy
+from frobs_tasks_reach.legacy_config import PROFILES, USED
+from frobs_tasks_reach.legacy_velocity import ReachLegacyVelocity
 
 LEGACY = "frobs/Irb120ReachLegacy-v0"
-SHIPPED = files("frobs_tasks_reach") / "reacher_task.yaml"
+VELOCITY = "frobs/Irb140ReachVelocityLegacy-v0"
+SHIPPED = Path(str(files("frobs_tasks_reach"))) / "legacy_tasks" / "irb120.yaml"
+IRB140_LOWER = np.array([-3.14159, -1.5708, -4.01426, -3.49066, -2.0071, -6.98132])
+IRB140_UPPER = np.array([3.14159, 1.91986, 0.872665, 3.49066, 2.0071, 6.98132])
+LEGACY_RANGE = (IRB140_UPPER + IRB140_LOWER) / 2, (IRB140_UPPER - IRB140_LOWER) / 2
 LOWER = np.array([-2.87979, -1.91986, -1.91986, -2.79253, -2.094395, -6.98132])
 UPPER = np.array([2.87979, 1.91986, 1.22173, 2.79253, 2.094395, 6.98132])
 STILL = (-(UPPER + LOWER) / (UPPER - LOWER)).astype(np.float32)  # what stands for a delta of 0
@@ -129,6 +136,71 @@ def test_the_shipped_file_is_the_default():
 def test_a_mistake_in_the_file_is_named_with_its_line(config_file, find, put, message):
     with pytest.raises(ConfigFileError, match=message):
         ReachLegacy(config_file=config_file((find, put)))
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_each_reacher_of_frobs_rl_has_its_values_and_reads_its_file(profile):
+    file = SHIPPED.with_name(f"{profile}.yaml")
+    cls = ReachLegacyVelocity if profile == "irb140_velocity" else ReachLegacy
+    assert cls(profile=profile).config == cls(profile=profile, config_file=str(file)).config
+    assert set(cls(profile=profile).config) == set(USED)
+
+
+def test_a_file_of_another_arm_is_refused():
+    with pytest.raises(ConfigFileError, match=r"ur5.yaml:2: unknown key 'ur5'; the file must hold 'irb140:'"):
+        ReachLegacy(profile="irb140", config_file=str(SHIPPED.with_name("ur5.yaml")))
+
+
+def test_an_unknown_profile_suggests_the_nearest():
+    with pytest.raises(UnknownNameError, match="irb140"):
+        ReachLegacy(profile="irb_140")
+
+
+def test_the_irb140_pays_what_frobs_rl_paid(make):
+    env = make("frobs/Irb140ReachLegacy-v0")
+    env.reset(seed=0, options={"joint_positions": np.zeros(6), "goal": (-0.3, 0.1, 0.4)})
+    middle, half = LEGACY_RANGE
+    _, reward, terminated, _, _ = env.step((-middle / half).astype(np.float32))
+    task = env.unwrapped.task
+    np.testing.assert_allclose(reward, -100.0 * task.distance[0] - 1.0, rtol=1e-9)
+    assert (terminated, task.tolerance) == (False, 0.1)
+
+
+def test_the_ur5_draws_goals_in_its_own_box(make):
+    env = make("frobs/Ur5ReachLegacy-v0", 64)
+    env.reset(seed=0)
+    goal = env.unwrapped.task.goal
+    assert ((goal >= (0.0, -0.5, 0.2)) & (goal <= (0.7, 0.5, 1.0))).all()
+
+
+def test_by_velocities_an_action_is_a_fifth_of_a_radian_per_second(make):
+    env = make(VELOCITY)
+    joints = np.array([0.0, 0.2, 0.1, 0.0, 1.2, 0.0])
+    env.reset(seed=0, options={"joint_positions": joints})
+    for _ in range(10):
+        env.step(np.array([1.0, 0, 0, 0, 0, 0], np.float32))
+    np.testing.assert_allclose(env.unwrapped.robot.joint_positions[0, 0], 0.2, rtol=0.05)
+
+
+def test_by_velocities_the_observation_begins_with_the_joints(make):
+    env = make(VELOCITY)
+    joints = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+    observation, _ = env.reset(seed=0, options={"goal": (0.3, 0.1, 0.4), "joint_positions": joints})
+    offset = np.array([0.3, 0.1, 0.4]) - env.unwrapped.robot.frame_pose("tcp")[0][0]
+    np.testing.assert_allclose(observation, [*joints, 0.3, 0.1, 0.4, *offset / np.linalg.norm(offset)], atol=1e-6)
+
+
+def test_by_velocities_limits_cost_ten_from_afar_and_nothing_terminates(make):
+    env = make(VELOCITY, pos_dynamic=False)
+    near = np.array([0.0, 0.0, 0.0, 0.0, 2.0071 - 0.05, 0.0])
+    env.reset(seed=0, options={"joint_positions": near, "goal": (-0.3, 0.1, 0.4)})
+    _, reward, terminated, _, info = env.step(np.zeros(6, np.float32))
+    np.testing.assert_allclose(reward, -env.unwrapped.task.distance[0] - 10.0, rtol=1e-9)
+    assert info["frobs/reward/joint_limits"] == -10.0
+    tool = env.unwrapped.robot.frame_pose("tcp")[0][0].copy()
+    env.reset(options={"joint_positions": near, "goal": tool})
+    _, reward, terminated, _, info = env.step(np.zeros(6, np.float32))
+    assert (reward, terminated, info["is_success"]) == (90.0, False, 1.0)
 
 
 def test_joint_positions_of_another_arm_are_refused():

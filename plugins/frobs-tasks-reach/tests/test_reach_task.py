@@ -8,7 +8,15 @@ from frobs_core.errors import ConfigurationError, UnknownParameterError
 from frobs_tasks_reach.reach import Reach
 
 REACH = "frobs/Irb120Reach-v0"
-IDS = [REACH, "frobs/Irb120ReachDynamic-v0", "frobs/Irb120ReachGoal-v0", "frobs/Irb120ReachLegacy-v0"]
+IDS = [
+    REACH,
+    "frobs/Irb120ReachDynamic-v0",
+    "frobs/Irb120ReachGoal-v0",
+    "frobs/Irb120ReachLegacy-v0",
+    "frobs/Irb140ReachVelocity-v0",
+    "frobs/Irb140ReachVelocityLegacy-v0",
+    "frobs/Ur5ReachDynamic-v0",
+]
 
 
 def parts(observation):
@@ -165,6 +173,20 @@ def test_bad_parameters_are_refused(parameters, message):
 def test_an_unknown_parameter_suggests_the_nearest():
     with pytest.raises(UnknownParameterError, match="tolerance"):
         gym.make(REACH, tolerence=0.1)
+
+
+@pytest.mark.parametrize("id", ["frobs/Irb140Reach-v0", "frobs/Ur5Reach-v0", REACH])
+def test_the_camera_sees_where_goals_are(make, id):
+    env = make(id, 64)
+    env.reset(seed=0)
+    camera = env.unwrapped.task.scene().cameras["overview"]
+    eye, target = np.array(camera.pos), np.array(camera.target)
+    forward = (target - eye) / np.linalg.norm(target - eye)
+    right = np.cross(forward, (0.0, 0.0, 1.0))
+    up = np.cross(right / np.linalg.norm(right), forward)
+    to_goal = env.unwrapped.task.goal - eye
+    height = np.abs((to_goal * up).sum(axis=1) / (to_goal * forward).sum(axis=1))
+    assert (height < np.tan(np.radians(camera.fov_y / 2))).mean() > 0.95
 
 
 def test_markers_show_goal_and_tool(make):

@@ -107,8 +107,13 @@ class Reach(Task):
         self.reward_type = self.reward_types[0]
 
     def scene(self) -> Scene:
-        """Return a floor, and a camera that sees the whole goal box of an arm at the origin."""
-        return Scene(cameras={"overview": Camera(pos=(1.35, -1.35, 1.05), target=(0.0, 0.0, 0.4), fov_y=42.0)})
+        """Return a floor, and a camera that sees the arm at the origin and its goals: the farther, the larger the box."""
+        scale = 1.0
+        if self._given_low is not None and self._given_high is not None:
+            x, y, z = np.maximum(np.abs(self._given_low), np.abs(self._given_high)).tolist()
+            scale = max(1.0, max(x, y) / 0.6, z)
+        eye = (1.35 * scale, -1.35 * scale, 1.05 * scale)
+        return Scene(cameras={"overview": Camera(pos=eye, target=(0.0, 0.0, 0.4 * scale), fov_y=42.0)})
 
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
         """Prepare for a simulation.
