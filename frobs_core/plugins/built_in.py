@@ -6,7 +6,12 @@ from collections.abc import Mapping
 
 BUILT_IN: Mapping[str, Mapping[str, str]] = {
     "simulator": {"mujoco": "frobs-sim-mujoco", "pybullet": "frobs-sim-pybullet", "gazebo": "frobs-sim-gazebo"},
-    "robot": {"irb120": "frobs-robots-abb", "kobuki": "frobs-robots-kobuki"},
+    "robot": {
+        "irb120": "frobs-robots-abb",
+        "irb140": "frobs-robots-abb",
+        "ur5": "frobs-robots-ur",
+        "kobuki": "frobs-robots-kobuki",
+    },
     "task": {"reach": "frobs-tasks-reach", "navigation": "frobs-tasks-navigation"},
     "controller": {
         "joint_position": "frobs-controllers",

@@ -20,6 +20,7 @@ class _Arm:
         title: Its name in sentences.
         goal_low: Lowest corner of its goal box [m].
         goal_high: Highest corner of its goal box [m].
+        legacy_timestep: What its drives need for a whole move of FRobs_RL's [s].
     """
 
     id: str
@@ -27,6 +28,7 @@ class _Arm:
     title: str
     goal_low: tuple[float, float, float]
     goal_high: tuple[float, float, float]
+    legacy_timestep: float = 0.5
 
     def environment(
         self,
@@ -53,7 +55,14 @@ class _Arm:
 # The goal boxes are FRobs_RL's; that of the IRB 140 (±1, ±1, 0 to 2 m) is cut to what the arm reaches of it.
 _IRB120 = _Arm(id="Irb120", robot="irb120", title="IRB 120", goal_low=(-0.5, -0.5, 0.0), goal_high=(0.5, 0.5, 1.0))
 _IRB140 = _Arm(id="Irb140", robot="irb140", title="IRB 140", goal_low=(-0.9, -0.9, 0.0), goal_high=(0.9, 0.9, 1.2))
-_UR5 = _Arm(id="Ur5", robot="ur5", title="UR5", goal_low=(0.0, -0.5, 0.2), goal_high=(0.7, 0.5, 1.0))
+_UR5 = _Arm(
+    id="Ur5",
+    robot="ur5",
+    title="UR5",
+    goal_low=(0.0, -0.5, 0.2),
+    goal_high=(0.7, 0.5, 1.0),
+    legacy_timestep=1.0,
+)
 _ARMS = (_IRB120, _IRB140, _UR5)
 
 _ANY_ARM = EnvironmentRecord(
@@ -116,6 +125,7 @@ def frobs_tasks() -> list[TaskRecord]:
                     max_episode_steps=100,
                     legacy=True,
                     controller_kwargs={"full_range": True},
+                    control_timestep=arm.legacy_timestep,
                     profile=arm.robot,
                 )
                 for arm in _ARMS
