@@ -7,12 +7,18 @@ from dataclasses import replace
 from importlib.util import find_spec
 from typing import Any
 
+import pytest
+
 from frobs_core import registry
 from frobs_core.registry import COMPOSITIONAL_ID
 from frobs_core.testing import Check, check_env, pytest_checks
 
 SHORTER = {"control_timestep": 0.1}
 """Of the legacy IDs, whose control steps are long: the laws are the same in a fifth of the time."""
+
+ROBOTS = {id: record.robot for id, (_, record) in registry.environments().items()}
+FIRST = tuple({robot: id for id, robot in reversed(ROBOTS.items())}.values())
+"""The first ID of each robot: PyBullet steps one environment at a time, and all IDs of all robots take it long."""
 
 BATCHES = ("same_step_equals_single", "snapshot_continues", "threads_agree", "spaces_hold")
 ON_PYBULLET = ("spaces_hold", "same_seed_repeats", "reset_forgets_history", "snapshot_continues", "render_draws")
@@ -45,12 +51,11 @@ def on_pybullet(id: str, robot: str) -> Iterator[Check]:
 
 
 test_environment = pytest_checks(
-    check
-    for id, (_, record) in registry.environments().items()
-    for check in named(id, id, **keywords_of(id, record.robot))
+    check for id, robot in ROBOTS.items() for check in named(id, id, **keywords_of(id, robot))
 )
-test_on_pybullet = pytest_checks(
-    check for id, (_, record) in registry.environments().items() for check in on_pybullet(id, record.robot)
+test_on_pybullet = pytest_checks(check for id in FIRST for check in on_pybullet(id, ROBOTS[id]))
+test_all_others_on_pybullet = pytest.mark.slow(
+    pytest_checks(check for id in ROBOTS if id not in FIRST for check in on_pybullet(id, ROBOTS[id]))
 )
 test_composed_with_discrete_actions = pytest_checks(composed("discrete"))
 test_composed_with_tool_actions = pytest_checks(composed("tcp_delta_pose", *BATCHES))

@@ -5,6 +5,10 @@ from frobs_core.specs import AlgorithmRecord
 
 _MODEL_FILES = {".zip": "frobs_algos_sb3.model_files.policy:open_policy"}
 
+_STILL_GOALS = ("Irb140Reach", "Ur5Reach", "Irb120ReachVelocity", "Irb140ReachVelocity", "Ur5ReachVelocity")
+_MOVING_GOALS = ("Irb120ReachDynamic", "Irb140ReachDynamic", "Ur5ReachDynamic")
+_CONDITIONED = ("Irb120ReachGoal", "Irb140ReachGoal", "Ur5ReachGoal")
+
 _ANY = ("Box", "Discrete", "MultiDiscrete", "MultiBinary")
 
 
@@ -53,6 +57,8 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
             _ANY,
             Irb120Reach="ppo_irb120_reach.yaml",
             Reach="ppo_reach.yaml",
+            **dict.fromkeys(_STILL_GOALS, "ppo_reach_arm.yaml"),
+            **dict.fromkeys(_MOVING_GOALS, "ppo_reach_dynamic.yaml"),
         ),
         _record("a2c", "A2C", "advantage actor-critic", _ANY),
         _record("ddpg", "DDPG", "deep deterministic policy gradient", ("Box",)),
@@ -63,7 +69,7 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
             "soft actor-critic",
             ("Box",),
             Irb120Reach="sac_irb120_reach.yaml",
-            Irb120ReachGoal="sac_irb120_reach_goal.yaml",
+            **dict.fromkeys(_CONDITIONED, "sac_reach_goal.yaml"),
         ),
         _record(
             "td3",
