@@ -39,7 +39,8 @@ class ReachLegacy(Reach):
     An episode terminates when the goal is reached, unless the goal moves (``pos_dynamic``).
 
     Args:
-        profile: Whose values count where nothing else is said: ``"irb120"``, ``"irb140"`` or ``"ur5"``; None: the first.
+        profile: Whose values count where nothing else is said: ``"irb120"``, ``"irb140"``, ``"irb140_velocity"`` or ``"ur5"``;
+            None: ``"irb120"``, and by joint velocities ``"irb140_velocity"``.
         config_file: FRobs_RL's task YAML of that reacher, unchanged, with the arm's name as the root key; what it
             leaves out, or all if None, has FRobs_RL's own values, which ``legacy_tasks/`` in this package lists. The
             keywords that follow have the names of its keys, and go before it.
