@@ -1,0 +1,215 @@
+"""Whether a robot touches itself, the floor or the scene at given joint positions, and on the way between two."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from itertools import combinations
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from frobs_controllers_planning.kinematics import Kinematics, se3
+from frobs_controllers_planning.shapes import bounding_radius, to_coal
+from frobs_core.arrays import Floats
+from frobs_core.models import Collision, JointType
+
+FLOOR = "floor"
+"""Name of the floor among the obstacles."""
+
+_LEAST_SPACING = 0.005  # [m] between checks where next to no clearance is asked for
+
+
+class CollisionChecker:
+    """Keeps the pairs of shapes that must not come nearer to each other than a clearance.
+
+    As in the simulators, links that one joint connects, or none, may overlap, and so may what is in each other at
+    home. Links that no joint moves are not looked at beside the scene: no motion would change it.
+
+    Args:
+        kinematics: The robot's; all poses are in the frame of its root link.
+        obstacles: Shapes of the scene by the name of their body, each in that body's frame.
+        floor: Whether there is a floor; it is then an obstacle too, :data:`FLOOR`, below the xy plane of its frame.
+        self_collision: Whether the links of the robot can touch each other.
+        clearance: [m]
+
+    Attributes:
+        reach: (dof,) how far [m] a part of the robot goes, at most, for each unit [rad or m] that a joint moves.
+    """
+
+    def __init__(
+        self,
+        kinematics: Kinematics,
+        obstacles: Mapping[str, Sequence[Collision]],
+        *,
+        floor: bool,
+        self_collision: bool,
+        clearance: float,
+    ) -> None:
+        self._kinematics = kinematics
+        self._clearance = clearance
+        self._spacing = max(2.0 * clearance, _LEAST_SPACING)
+        self.reach = _reach(kinematics)
+        self._geometry = pin.GeometryModel()
+        self._links = self._add_links()
+        self._obstacles = self._add_obstacles(obstacles, floor)
+        shapes, parents = self._geometry.geometryObjects, kinematics.model.parents
+        for these, those in combinations(self._links.values(), 2):
+            first, second = shapes[these[0]].parentJoint, shapes[those[0]].parentJoint
+            if self_collision and first != second and parents[first] != second and parents[second] != first:
+                self._add_pairs(these, those)
+        for these in self._links.values():
+            if shapes[these[0]].parentJoint != 0:
+                for those in self._obstacles.values():
+                    self._add_pairs(these, those)
+        self._data = pin.GeometryData(self._geometry)
+        self._margins = np.full(len(self._geometry.collisionPairs), clearance)  # (pairs,) [m]
+
+    def _add_links(self) -> dict[str, list[int]]:
+        """Add the shapes of the robot's links; return their numbers by link."""
+        numbers: dict[str, list[int]] = {}
+        for link in self._kinematics.robot.links:
+            joint, placement = self._kinematics.links[link.name]
+            for collision in link.collisions:
+                shape = self._add_shape(joint, placement * se3(collision.origin), to_coal(collision.geometry))
+                numbers.setdefault(link.name, []).append(shape)
+        return numbers
+
+    def _add_obstacles(self, obstacles: Mapping[str, Sequence[Collision]], floor: bool) -> dict[str, list[int]]:
+        """Add the shapes of the scene; return their numbers by body."""
+        self._origins: dict[int, Any] = {}
+        numbers: dict[str, list[int]] = {}
+        for name, collisions in obstacles.items():
+            for collision in collisions:
+                number = self._add_shape(0, se3(collision.origin), to_coal(collision.geometry))
+                self._origins[number] = se3(collision.origin)
+                numbers.setdefault(name, []).append(number)
+        if floor:
+            number = self._add_shape(0, pin.SE3.Identity(), coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0))
+            self._origins[number] = pin.SE3.Identity()
+            numbers[FLOOR] = [number]
+        return numbers
+
+    def _add_shape(self, joint: int, placement: Any, shape: Any) -> int:
+        name = f"shape {self._geometry.ngeoms}"
+        return int(self._geometry.addGeometryObject(pin.GeometryObject(name, joint, placement, shape)))
+
+    def _add_pairs(self, these: Sequence[int], those: Sequence[int]) -> None:
+        for first in these:
+            for second in those:
+                self._geometry.addCollisionPair(pin.CollisionPair(first, second))
+
+    def let_overlap(self, home: Floats) -> None:
+        """Let pass what is in each other at home: links, and a link and the floor; call it when the floor is placed.
+
+        Pairs of these that are merely near each other at home may come half as near again.
+
+        Args:
+            home: (dof,) [rad or m]
+        """
+        owners = {number: ("link", name) for name, numbers in self._links.items() for number in numbers}
+        owners.update({number: ("link", FLOOR) for number in self._obstacles.get(FLOOR, ())})
+        distances, pairs = self._distances(home), list(self._geometry.collisionPairs)
+        own = [{owners.get(pair.first, ()), owners.get(pair.second, ())} for pair in pairs]
+        allowed = [both for both, distance in zip(own, distances, strict=True) if () not in both and distance <= 0.0]
+        kept = [both not in allowed for both in own]
+        for pair, keep in zip(pairs, kept, strict=True):
+            if not keep:
+                self._geometry.removeCollisionPair(pair)
+        near = np.where([() in both for both in own], np.inf, 0.5 * distances)
+        self._margins = np.minimum(self._clearance, near)[kept]
+        self._data = pin.GeometryData(self._geometry)
+        self._require(self._margins)
+
+    def place(self, poses: Mapping[str, Any]) -> None:
+        """Put obstacles somewhere.
+
+        Args:
+            poses: SE3 in the frame of the robot's root link, by the name of the body.
+        """
+        shapes = self._geometry.geometryObjects
+        for name, pose in poses.items():
+            for number in self._obstacles.get(name, ()):
+                shapes[number].placement = pose * self._origins[number]
+
+    def begin_at(self, joint_positions: Floats) -> bool:
+        """Accept where a motion begins: what is nearer than the clearance there may come half as near again.
+
+        Args:
+            joint_positions: (dof,) [rad or m]
+
+        Returns:
+            False: something touches there.
+        """
+        self._require(self._margins)
+        if self.is_free(joint_positions):
+            return True
+        distances = self._distances(joint_positions)
+        self._require(np.minimum(self._margins, np.maximum(0.5 * distances, 0.0)))
+        return bool((distances > 0.0).all())
+
+    def is_free(self, joint_positions: Floats) -> bool:
+        """Return whether nothing is nearer to anything than it may be; (dof,) [rad or m]."""
+        kinematics = self._kinematics
+        q = kinematics.configuration(joint_positions)
+        return not pin.computeCollisions(kinematics.model, kinematics.data, self._geometry, self._data, q, True)
+
+    def is_way_free(self, start: Floats, end: Floats) -> bool:
+        """Return whether the straight line between two joint vectors (dof,) is free; its ends are not looked at.
+
+        It is checked so often that no part of the robot moves by more than twice the clearance in between: whatever
+        comes no nearer than the clearance at the checks touches nothing on the whole line.
+        """
+        count = self.count_checks(np.abs(end - start))
+        return all(self.is_free(start + share * (end - start)) for share in _shares(count))
+
+    def count_checks(self, change: Floats) -> int:
+        """Return in how many parts a motion has to be looked at in which each joint moves by ``change`` (dof,)."""
+        return max(1, math.ceil(float(change @ self.reach) / self._spacing))
+
+    def _distances(self, joint_positions: Floats) -> Floats:
+        """Return how far the shapes of each pair are from each other, (pairs,) [m]; negative where they overlap."""
+        kinematics = self._kinematics
+        q = kinematics.configuration(joint_positions)
+        pin.computeDistances(kinematics.model, kinematics.data, self._geometry, self._data, q)
+        return np.array([result.min_distance for result in self._data.distanceResults])
+
+    def _require(self, margins: Floats) -> None:
+        for request, margin in zip(self._data.collisionRequests, margins.tolist(), strict=True):
+            request.security_margin = margin
+
+
+@lru_cache(maxsize=1024)
+def _shares(count: int) -> tuple[float, ...]:
+    """Return the inner ones of ``count`` equal parts of [0, 1], the middle first: an obstacle is found soon."""
+    bits = max(count - 1, 1).bit_length()
+    order = sorted(range(1, count), key=lambda number: f"{number:0{bits}b}"[::-1])
+    return tuple(number / count for number in order)
+
+
+def _reach(kinematics: Kinematics) -> Floats:
+    """Return how far [m] a part of the robot goes, at most, for each unit that a joint moves, (dof,)."""
+    robot = kinematics.robot
+    above = {joint.child: joint for joint in robot.joints}
+    reach = np.zeros(len(robot.joint_names))
+    for link in robot.links:
+        radii = [np.linalg.norm(c.origin.pos) + bounding_radius(c.geometry) for c in link.collisions]
+        if not radii:
+            continue
+        radius, name, total = float(max(radii)), link.name, np.zeros(len(reach))
+        while name in above:
+            joint = above[name]
+            leader = joint.name if joint.mimic is None else joint.mimic.joint
+            if leader in robot.joint_names:
+                slides = joint.type is JointType.PRISMATIC
+                share = 1.0 if joint.mimic is None else abs(joint.mimic.multiplier)
+                total[robot.joint_names.index(leader)] += share * (1.0 if slides else radius)
+                travel = max(abs(joint.limits.lower), abs(joint.limits.upper)) if slides else 0.0
+                radius += travel if math.isfinite(travel) else 0.0
+            radius += float(np.linalg.norm(joint.origin.pos))
+            name = joint.parent
+        reach = np.maximum(reach, total)
+    return reach

@@ -1,0 +1,92 @@
+"""Joint positions that put the tool somewhere: damped least squares from several starts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pinocchio as pin
+
+from frobs_controllers_planning.kinematics import Kinematics
+from frobs_core.arrays import Floats
+
+POSITION_TOLERANCE = 1e-4
+"""[m]"""
+ROTATION_TOLERANCE = 1e-3
+"""[rad]"""
+
+_ITERATIONS = 60
+_LARGEST_STEP = 0.5  # [rad or m] of any joint in an iteration
+_DAMPING = 1e-3  # times the error: large far away, next to nothing at the goal
+_STALLED = 25  # iterations without getting nearer by a tenth
+
+
+class InverseKinematics:
+    """Solves for the joint positions of an arm, inside its limits.
+
+    Args:
+        kinematics: The robot's.
+        tcp: Name of the tool's link.
+        lower: (dof,) [rad or m], finite.
+        upper: (dof,) [rad or m], finite.
+    """
+
+    def __init__(self, kinematics: Kinematics, tcp: str, lower: Floats, upper: Floats) -> None:
+        self._kinematics, self._tcp = kinematics, tcp
+        self._lower, self._upper = lower, upper
+
+    def solutions(
+        self, pos: Floats, rotation: Floats | None, start: Floats, rng: np.random.Generator, tries: int
+    ) -> Iterator[Floats]:
+        """Yield joint positions (dof,) [rad or m] that reach a goal: from ``start`` first, then from random ones.
+
+        Args:
+            pos: (3,) [m] of the tool in the frame of the root link.
+            rotation: (3, 3) of the tool; None: any.
+            start: (dof,) [rad or m]
+            rng: Random starts are drawn from it.
+            tries: How many starts.
+        """
+        for attempt in range(tries):
+            guess = start if attempt == 0 else rng.uniform(self._lower, self._upper)
+            found = self._solve(pos, rotation, np.clip(guess, self._lower, self._upper))
+            if found is not None:
+                yield found
+
+    def _solve(self, pos: Floats, rotation: Floats | None, joint_positions: Floats) -> Floats | None:
+        """Return a solution near where it starts, or None."""
+        best, stalled = np.inf, 0
+        rows = 3 if rotation is None else 6
+        for _ in range(_ITERATIONS):
+            pose, jacobian = self._kinematics.frame_jacobian(self._tcp, joint_positions)
+            error = pos - pose.translation
+            distance = float(np.linalg.norm(error))
+            reached = distance < POSITION_TOLERANCE
+            if rotation is not None:
+                turn = pin.log3(rotation @ pose.rotation.T)
+                angle = float(np.linalg.norm(turn))
+                reached = reached and angle < ROTATION_TOLERANCE
+                error, distance = np.concatenate([error, turn]), distance + angle
+            if reached:
+                return joint_positions
+            stalled = 0 if distance < 0.9 * best else stalled + 1
+            best = min(best, distance)
+            if stalled > _STALLED:
+                return None
+            joint_positions = self._step(jacobian[:rows], error, joint_positions)
+        return None
+
+    def _step(self, jacobian: Floats, error: Floats, joint_positions: Floats) -> Floats:
+        """Return joint positions nearer to the goal; joints that a limit stops leave their part to the others."""
+        damping = (_DAMPING * float(np.linalg.norm(error)) + 1e-8) * np.eye(len(error))
+        free = np.ones(len(joint_positions), bool)
+        for _ in range(2):
+            used = jacobian * free
+            step = used.T @ np.linalg.solve(used @ used.T + damping, error)
+            stopped = ((joint_positions <= self._lower) & (step < 0)) | ((joint_positions >= self._upper) & (step > 0))
+            if not (stopped & free).any():
+                break
+            free &= ~stopped
+            step = step * free
+        step *= min(1.0, _LARGEST_STEP / max(float(np.abs(step).max()), 1e-12))
+        return np.clip(joint_positions + step, self._lower, self._upper)

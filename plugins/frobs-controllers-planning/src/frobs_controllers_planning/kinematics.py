@@ -1,0 +1,83 @@
+"""A robot for Pinocchio, made from the model that the simulators build from, not from its file again."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from frobs_core.arrays import Floats
+from frobs_core.models import JointType, Pose, RobotModel
+from frobs_core.models.tree import outward
+
+_ANGULAR = (JointType.REVOLUTE, JointType.CONTINUOUS)
+
+
+class Kinematics:
+    """A robot's joints, in the frame of its root link.
+
+    Every joint that moves is one of Pinocchio's, those that mimic others too; floating and planar joints stay at zero.
+
+    Args:
+        robot: The robot's model.
+
+    Attributes:
+        robot: The robot's model.
+        model: Pinocchio's.
+        data: Pinocchio's.
+        links: For each link, the number of the joint that carries it (0: the root), and its pose in that joint's frame.
+    """
+
+    def __init__(self, robot: RobotModel) -> None:
+        self.robot = robot
+        self.model = pin.Model()
+        self.links: dict[str, tuple[int, Any]] = {robot.root: (0, pin.SE3.Identity())}
+        columns, multipliers, offsets = [], [], []
+        for joint in outward(robot):
+            parent, placement = self.links[joint.parent]
+            placement = placement * se3(joint.origin)
+            if joint.type in _ANGULAR or joint.type is JointType.PRISMATIC:
+                kind = pin.JointModelRevoluteUnaligned if joint.type in _ANGULAR else pin.JointModelPrismaticUnaligned
+                parent = self.model.addJoint(parent, kind(np.array(joint.axis, float)), placement, joint.name)
+                placement = pin.SE3.Identity()
+                leader = joint.name if joint.mimic is None else joint.mimic.joint
+                columns.append(robot.joint_names.index(leader))
+                multipliers.append(1.0 if joint.mimic is None else joint.mimic.multiplier)
+                offsets.append(0.0 if joint.mimic is None else joint.mimic.offset)
+            self.links[joint.child] = parent, placement
+        self._columns = np.array(columns, np.intp)
+        self._multipliers, self._offsets = np.array(multipliers, float), np.array(offsets, float)
+        self.data = self.model.createData()
+
+    def configuration(self, joint_positions: Floats) -> Floats:
+        """Return Pinocchio's configuration for joint positions (dof,) [rad or m]."""
+        return joint_positions[self._columns] * self._multipliers + self._offsets
+
+    def frame_pose(self, link: str, joint_positions: Floats) -> Any:
+        """Return where a link is in the root link's frame, as Pinocchio's SE3."""
+        pin.forwardKinematics(self.model, self.data, self.configuration(joint_positions))
+        joint, placement = self.links[link]
+        return self.data.oMi[joint] * placement
+
+    def frame_jacobian(self, link: str, joint_positions: Floats) -> tuple[Any, Floats]:
+        """Return a link's pose as SE3, and (6, dof) its Jacobian in the axes of the root link: linear, then angular."""
+        pose = self.frame_pose(link, joint_positions)  # the next line does not compute it
+        joint, placement = self.links[link]
+        columns = pin.computeJointJacobian(self.model, self.data, self.configuration(joint_positions), joint)
+        local = placement.toActionMatrixInverse() @ columns
+        turned = np.concatenate([pose.rotation @ local[:3], pose.rotation @ local[3:]])
+        jacobian = np.zeros((6, len(self.robot.joint_names)))
+        np.add.at(jacobian.T, self._columns, (turned * self._multipliers).T)
+        return pose, jacobian
+
+
+def se3(pose: Pose) -> Any:
+    """Return a pose as Pinocchio's SE3."""
+    return to_se3(np.array(pose.pos), np.array(pose.quat_wxyz))
+
+
+def to_se3(pos: Floats, quat_wxyz: Floats) -> Any:
+    """Return a position (3,) [m] and a quaternion (4,), scalar first, as Pinocchio's SE3."""
+    w, x, y, z = np.asarray(quat_wxyz, float) / np.linalg.norm(quat_wxyz)
+    return pin.SE3(pin.Quaternion(w, x, y, z), np.asarray(pos, float))

@@ -1,0 +1,66 @@
+"""A way through joint space: straight lines whose corners are rounded off."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+
+
+class RoundedPath:
+    """Straight lines between way-points, with a parabola at each corner: no jump of direction on the way.
+
+    Its parameter is the length in joint space, less what the rounding saves; the second derivative is constant on each
+    of its pieces.
+
+    Args:
+        waypoints: (n, dof) [rad or m], no two in a row the same; n ≥ 2.
+        radii: (n − 2,) how far before and after each corner it leaves the lines, in joint space; above 0, and
+            together no longer than the line between two corners.
+
+    Attributes:
+        breaks: (m + 1,) where the m pieces begin and end; the first is 0.
+    """
+
+    def __init__(self, waypoints: Floats, radii: Floats) -> None:
+        steps = np.diff(waypoints, axis=0)
+        lengths = np.linalg.norm(steps, axis=1)
+        directions = steps / lengths[:, None]
+        cut = np.concatenate([[0.0], radii, [0.0]])
+        breaks, starts, slopes, bends = [0.0], [], [], []
+
+        def add(length: float, start: Floats, slope: Floats, bend: Floats) -> None:
+            if length > 1e-12:
+                breaks.append(breaks[-1] + length)
+                starts.append(start)
+                slopes.append(slope)
+                bends.append(bend)
+
+        for i, direction in enumerate(directions):
+            begin = waypoints[i] + cut[i] * direction
+            add(lengths[i] - cut[i] - cut[i + 1], begin, direction, np.zeros_like(direction))
+            if i + 1 < len(directions):
+                corner, radius = waypoints[i + 1], cut[i + 1]
+                bend = (directions[i + 1] - direction) / (2.0 * radius)
+                add(2.0 * radius, corner - radius * direction, direction, bend)
+        self.breaks = np.array(breaks)
+        self._starts, self._slopes, self._bends = np.array(starts), np.array(slopes), np.array(bends)
+
+    @property
+    def length(self) -> float:
+        """Where it ends."""
+        return float(self.breaks[-1])
+
+    def evaluate(self, at: Floats, piece: Floats | None = None) -> tuple[Floats, Floats, Floats]:
+        """Return positions, first and second derivatives, (k, dof) each.
+
+        Args:
+            at: (k,) parameters in [0, length].
+            piece: (k,) the piece that each counts to; None: the later of two that meet.
+        """
+        if piece is None:
+            piece = np.searchsorted(self.breaks, at, side="right") - 1
+        piece = np.clip(piece, 0, len(self._starts) - 1)
+        s = (at - self.breaks[piece])[:, None]
+        start, slope, bend = self._starts[piece], self._slopes[piece], self._bends[piece]
+        return start + s * (slope + 0.5 * s * bend), slope + s * bend, bend

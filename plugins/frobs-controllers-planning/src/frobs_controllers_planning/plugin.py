@@ -1,0 +1,19 @@
+"""Records of this distribution."""
+
+from frobs_core.capabilities import Level
+from frobs_core.hookspecs import hookimpl
+from frobs_core.specs import ControllerRecord
+
+
+@hookimpl
+def frobs_controllers() -> list[ControllerRecord]:
+    """Offer the controller."""
+    return [
+        ControllerRecord(
+            name="trajectory",
+            summary="an action is one whole motion, planned around what is in the way",
+            entry_point="frobs_controllers_planning.trajectory:Trajectory",
+            install_hint="pip install frobs-controllers-planning",
+            needs={"drive": Level.APPROXIMATE},
+        )
+    ]

@@ -1,0 +1,158 @@
+"""Finding a way around what is in the way: RRT-Connect, then shortcuts, then rounded corners."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import numpy as np
+from ompl import base, geometric, util
+
+from frobs_controllers_planning.collision import CollisionChecker
+from frobs_controllers_planning.path import RoundedPath
+from frobs_core.arrays import Floats
+
+_RANGE = 0.5
+"""[m] longest step of a tree, measured as how far the robot's parts move."""
+
+_SHORTCUTS = 60
+_HALVINGS = 12
+_LARGEST_CUT = 0.45  # of the line before or after a corner: a piece of every line stays straight
+
+_OMPL = threading.Lock()  # its random numbers have one seed for all
+
+
+class Search:
+    """Looks for ways between two joint vectors.
+
+    The same arguments give the same way: the numbers are drawn from a seed, and the effort is bounded by steps, not by
+    seconds.
+
+    Args:
+        checker: Says what is free.
+        lower: (dof,) [rad or m], finite.
+        upper: (dof,) [rad or m], finite.
+        max_steps: Of the growing trees, before the search gives up.
+        seed: ≥ 1.
+    """
+
+    def __init__(
+        self, checker: CollisionChecker, lower: Floats, upper: Floats, *, max_steps: int, seed: int
+    ) -> None:
+        self._checker, self._lower, self._upper = checker, lower, upper
+        self._max_steps, self._seed = max_steps, seed
+        self._scale = np.maximum(checker.reach, 0.05)  # [m] for each unit of a joint, so that distances are comparable
+
+    def find(self, start: Floats, goal: Floats) -> Floats | None:
+        """Return way-points (n, dof) from start to goal, both free; None: no way was found."""
+        if self._checker.is_way_free(start, goal):
+            return np.stack([start, goal])
+        found = self._connect(start, goal)
+        return None if found is None else self._shorten(found)
+
+    def _connect(self, start: Floats, goal: Floats) -> Floats | None:
+        """Grow a tree from either end until they meet."""
+        with _OMPL:
+            util.setLogLevel(util.LogLevel.LOG_NONE)
+            util.RNG.setSeed(self._seed)  # counts for what is made from here on
+            space = base.RealVectorStateSpace(len(start))
+            bounds = base.RealVectorBounds(len(start))
+            for i, (low, high) in enumerate(zip(self._lower * self._scale, self._upper * self._scale, strict=True)):
+                bounds.setLow(i, float(low))
+                bounds.setHigh(i, float(high))
+            space.setBounds(bounds)
+            information = base.SpaceInformation(space)
+            information.setStateValidityChecker(lambda state: self._checker.is_free(self._joints(state)))
+            validator = _Lines(information, self)
+            information.setMotionValidator(validator)
+            information.setup()
+            problem = base.ProblemDefinition(information)
+            problem.setStartAndGoalStates(self._state(space, start), self._state(space, goal), 1e-9)
+            planner = geometric.RRTConnect(information)
+            planner.setRange(_RANGE)
+            planner.setProblemDefinition(problem)
+            planner.setup()
+            steps = iter(range(self._max_steps))
+            planner.solve(base.PlannerTerminationCondition(lambda: next(steps, None) is None))
+            if not problem.hasExactSolution():
+                return None
+            states = problem.getSolutionPath().getStates()
+            return np.stack([start, *[self._joints(state) for state in states[1:-1]], goal])
+
+    def _joints(self, state: Any) -> Floats:
+        return np.array([state[i] for i in range(len(self._scale))]) / self._scale
+
+    def _state(self, space: Any, joint_positions: Floats) -> Any:
+        state = space.allocState()
+        for i, value in enumerate((joint_positions * self._scale).tolist()):
+            state[i] = value
+        return state
+
+    def is_line_free(self, first: Any, second: Any) -> bool:
+        """Return whether the line between two of ompl's states is free, the second included."""
+        start, end = self._joints(first), self._joints(second)
+        return self._checker.is_free(end) and self._checker.is_way_free(start, end)
+
+    def _shorten(self, waypoints: Floats) -> Floats:
+        """Cut corners between random points of the way as long as that leaves it free."""
+        rng = np.random.default_rng(self._seed)
+        for _ in range(_SHORTCUTS):
+            if len(waypoints) == 2:
+                break
+            lengths = np.linalg.norm(np.diff(waypoints, axis=0) * self._scale, axis=1)
+            ends = np.concatenate([[0.0], np.cumsum(lengths)])
+            first, second = np.sort(rng.uniform(0.0, ends[-1], 2))
+            if rng.random() < 0.3:  # from one way-point to another: fewer of them
+                first, second = ends[np.sort(rng.choice(len(ends), 2, replace=False))]
+            i, j = (int(np.clip(np.searchsorted(ends, at, side="right") - 1, 0, len(lengths) - 1)) for at in (first, second))
+            if i == j:
+                continue
+            a, b = (
+                waypoints[k] + (at - ends[k]) / max(lengths[k], 1e-12) * (waypoints[k + 1] - waypoints[k])
+                for k, at in ((i, first), (j, second))
+            )
+            if self._checker.is_way_free(a, b) and self._checker.is_free(a) and self._checker.is_free(b):
+                waypoints = _distinct(np.concatenate([waypoints[: i + 1], [a, b], waypoints[j + 1 :]]))
+        return waypoints
+
+    def round_off(self, waypoints: Floats) -> RoundedPath | None:
+        """Return the way with its corners rounded off as far as that leaves it free; None: not even a little."""
+        lengths = np.linalg.norm(np.diff(waypoints, axis=0), axis=1)
+        radii = _LARGEST_CUT * np.minimum(lengths[:-1], lengths[1:])
+        for i in range(len(radii)):
+            for _ in range(_HALVINGS):
+                if self._is_corner_free(waypoints[i : i + 3], radii[i]):
+                    break
+                radii[i] *= 0.5
+            else:
+                return None
+        return RoundedPath(waypoints, radii)
+
+    def _is_corner_free(self, waypoints: Floats, radius: float) -> bool:
+        """Return whether a corner, given as three way-points, is free when it is rounded off."""
+        steps = np.diff(waypoints, axis=0)
+        directions = steps / np.linalg.norm(steps, axis=1, keepdims=True)
+        ends = np.stack([waypoints[1] - radius * directions[0], waypoints[1], waypoints[1] + radius * directions[1]])
+        corner = RoundedPath(ends, np.array([radius]))
+        count = self._checker.count_checks(2.0 * radius * np.abs(directions).max(axis=0))
+        positions = corner.evaluate(np.linspace(0.0, corner.length, count + 1))[0]
+        return all(self._checker.is_free(q) for q in positions)
+
+
+class _Lines(base.MotionValidator):
+    """Lets ompl ask whether the line between two states is free."""
+
+    def __init__(self, information: Any, search: Search) -> None:
+        super().__init__(information)
+        self._search = search
+
+    def checkMotion(self, first: Any, second: Any, *_: Any) -> bool:  # noqa: N802 - ompl's name
+        return self._search.is_line_free(first, second)
+
+
+def _distinct(waypoints: Floats) -> Floats:
+    """Return way-points without those that repeat the one before; start and goal stay."""
+    moves = np.abs(np.diff(waypoints, axis=0)).max(axis=1) > 1e-6
+    kept = waypoints[np.concatenate([[True], moves])]
+    kept[-1] = waypoints[-1]
+    return kept

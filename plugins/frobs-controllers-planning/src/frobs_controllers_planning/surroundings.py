@@ -1,0 +1,30 @@
+"""What stands around a robot: the shapes of a scene, and where they are."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from frobs_controllers_planning.kinematics import Kinematics, se3
+from frobs_core.interfaces import Scene
+from frobs_core.models import Collision, home_positions
+
+
+def shapes(scene: Scene) -> dict[str, list[Collision]]:
+    """Return what a robot can touch in a scene, by body; the links of further robots as ``"robot/link"``."""
+    found = {name: [Collision(body.geometry)] for name, body in scene.bodies.items() if body.collides}
+    for name, placement in scene.robots.items():
+        for link in placement.model.links:
+            if link.collisions:
+                found[f"{name}/{link.name}"] = list(link.collisions)
+    return found
+
+
+def poses(scene: Scene) -> dict[str, Any]:
+    """Return where all that is at reset, in the world, as Pinocchio's SE3: further robots stand at home."""
+    found = {name: se3(body.pose) for name, body in scene.bodies.items() if body.collides}
+    for name, placement in scene.robots.items():
+        kinematics, home = Kinematics(placement.model), home_positions(placement.model, placement.robot.home)
+        for link in placement.model.links:
+            if link.collisions:
+                found[f"{name}/{link.name}"] = se3(placement.pose) * kinematics.frame_pose(link.name, home)
+    return found

@@ -1,0 +1,165 @@
+"""How fast a path can be followed: toppra's time-optimal profile, kept inside the limits at every instant."""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+from toppra.algorithm import TOPPRA
+from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint
+from toppra.interpolator import AbstractGeometricPath
+
+from frobs_controllers_planning.path import RoundedPath
+from frobs_core.arrays import Floats
+
+LIMIT_SHARE = 0.995
+"""Share of the limits that toppra is given; what it goes beyond between its points stays inside the rest."""
+
+_INTERVALS = 80  # along the whole path; a corner has at least _CORNER_INTERVALS of its own
+_CORNER_INTERVALS = 8
+
+
+class Trajectory:
+    """A path with a time for each of its points: at rest at both ends, and held afterwards.
+
+    Args:
+        path: The way.
+        at: (n + 1,) parameters of the path; each of its breaks is one of them.
+        squares: (n + 1,) square of the parameter's rate of change [1/s²] there; in between it changes linearly.
+        stretch: Everything takes so many times as long.
+
+    Attributes:
+        duration: [s]
+    """
+
+    def __init__(self, path: RoundedPath, at: Floats, squares: Floats, stretch: float = 1.0) -> None:
+        self._path, self._at, self._stretch = path, at, stretch
+        self._speeds = np.sqrt(squares)
+        self._accelerations = 0.5 * np.diff(squares) / np.diff(at)
+        steps = 2.0 * np.diff(at) / (self._speeds[:-1] + self._speeds[1:])
+        self._times = np.concatenate([[0.0], np.cumsum(steps)])
+        self._pieces = np.searchsorted(path.breaks, 0.5 * (at[:-1] + at[1:]), side="right") - 1
+        self.duration = float(self._times[-1]) * stretch
+
+    def sample(self, times: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return where the joints are, how fast, and how that changes.
+
+        Args:
+            times: (k,) [s]; before 0 and after the duration they rest at the ends.
+
+        Returns:
+            positions [rad or m], velocities [rad/s or m/s] and accelerations [rad/s² or m/s²], (k, dof) each.
+        """
+        times = np.asarray(times, float) / self._stretch
+        cell = np.clip(np.searchsorted(self._times, times, side="right") - 1, 0, len(self._accelerations) - 1)
+        elapsed = np.clip(times, 0.0, self._times[-1]) - self._times[cell]
+        rate = self._speeds[cell] + elapsed * self._accelerations[cell]
+        at = self._at[cell] + elapsed * (self._speeds[cell] + 0.5 * elapsed * self._accelerations[cell])
+        positions, slopes, bends = self._path.evaluate(np.clip(at, 0.0, self._path.length), self._pieces[cell])
+        velocities = slopes * rate[:, None] / self._stretch
+        accelerations = (bends * rate[:, None] ** 2 + slopes * self._accelerations[cell][:, None]) / self._stretch**2
+        rests = (times <= 0.0) | (times >= self._times[-1])
+        velocities[rests], accelerations[rests] = 0.0, 0.0
+        return positions, velocities, accelerations
+
+    def extremes(self) -> tuple[Floats, Floats]:
+        """Return the largest velocity [rad/s or m/s] and acceleration [rad/s² or m/s²] of each joint, (dof,) each.
+
+        Between two of its points an acceleration changes linearly, so that it is largest at one of them.
+        """
+        n = len(self._accelerations)
+        velocities, accelerations = [], []
+        for side in (0, 1):
+            _, slopes, bends = self._path.evaluate(self._at[side : n + side], self._pieces)
+            rate = self._speeds[side : n + side, None]
+            velocities.append(np.abs(slopes * rate))
+            accelerations.append(np.abs(bends * rate**2 + slopes * self._accelerations[:, None]))
+        return (
+            np.max(velocities, axis=(0, 1)) / self._stretch,
+            np.max(accelerations, axis=(0, 1)) / self._stretch**2,
+        )
+
+    def stretched(self, factor: float) -> Trajectory:
+        """Return the same in ``factor`` times the time."""
+        return Trajectory(self._path, self._at, self._speeds**2, self._stretch * factor)
+
+
+class Rest:
+    """The trajectory of a robot that is already there.
+
+    Args:
+        joint_positions: (dof,) [rad or m]
+
+    Attributes:
+        duration: 0 [s].
+    """
+
+    duration = 0.0
+
+    def __init__(self, joint_positions: Floats) -> None:
+        self._joint_positions = joint_positions.copy()
+
+    def sample(self, times: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return the same positions for all times, and zeros, as :meth:`Trajectory.sample` does."""
+        positions = np.tile(self._joint_positions, (len(times), 1))
+        return positions, np.zeros_like(positions), np.zeros_like(positions)
+
+
+class Timing:
+    """Finds the fastest way to follow paths.
+
+    Args:
+        max_velocity: (dof,) [rad/s or m/s], finite.
+        max_acceleration: (dof,) [rad/s² or m/s²], finite.
+    """
+
+    def __init__(self, max_velocity: Floats, max_acceleration: Floats) -> None:
+        self._max_velocity, self._max_acceleration = max_velocity, max_acceleration
+        limits = [LIMIT_SHARE * np.stack([-limit, limit], axis=-1) for limit in (max_velocity, max_acceleration)]
+        self._constraints = [JointVelocityConstraint(limits[0]), JointAccelerationConstraint(limits[1])]
+        logging.getLogger("toppra").setLevel(logging.ERROR)  # it warns of each rounding error that it makes up for
+
+    def follow(self, path: RoundedPath) -> Trajectory | None:
+        """Return the fastest way to follow a path, from rest to rest; None: none was found."""
+        grid = _grid(path)
+        _, speeds, _ = TOPPRA(self._constraints, _ForToppra(path), grid, "seidel").compute_parameterization(0.0, 0.0)
+        if speeds is None or not np.isfinite(speeds).all() or (speeds[:-1] + speeds[1:] <= 0.0).any():
+            return None
+        trajectory = Trajectory(path, grid, speeds**2)
+        velocity, acceleration = trajectory.extremes()
+        excess = max((velocity / self._max_velocity).max(), np.sqrt((acceleration / self._max_acceleration).max()))
+        return trajectory.stretched(float(excess)) if excess > 1.0 else trajectory
+
+
+def _grid(path: RoundedPath) -> Floats:
+    """Return where toppra looks: (n + 1,) parameters, with every break among them."""
+    parts = [np.zeros(1)]
+    for begin, end in zip(path.breaks[:-1], path.breaks[1:], strict=True):
+        count = max(_CORNER_INTERVALS, round(_INTERVALS * (end - begin) / path.length))
+        parts.append(np.linspace(begin, end, count + 1)[1:])
+    return np.concatenate(parts)
+
+
+class _ForToppra(AbstractGeometricPath):
+    """A path as toppra asks for it. Where a line and a corner meet, the corner's bend counts for both."""
+
+    def __init__(self, path: RoundedPath) -> None:
+        self._path = path
+
+    def __call__(self, path_positions: Floats, order: int = 0) -> Floats:
+        at = np.atleast_1d(np.asarray(path_positions, float))
+        result = self._path.evaluate(at)[order]
+        if order == 2:
+            before = np.clip(np.searchsorted(self._path.breaks, at, side="left") - 1, 0, len(self._path.breaks) - 2)
+            earlier = self._path.evaluate(at, before)[2]
+            bent = np.abs(earlier).sum(axis=1) > np.abs(result).sum(axis=1)
+            result = np.where(bent[:, None], earlier, result)
+        return result if np.ndim(path_positions) else result[0]
+
+    @property
+    def dof(self) -> int:
+        return int(self._path.evaluate(np.zeros(1))[0].shape[1])
+
+    @property
+    def path_interval(self) -> Floats:
+        return np.array([0.0, self._path.length])
