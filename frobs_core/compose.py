@@ -84,6 +84,8 @@ def compose(
     the_controller: Controller = build(f"controller '{controller}'", controller_record.load(), controller_kwargs)
     the_task.reward_type = _reward_type(task, the_task, reward_type)
 
+    if control_timestep is None:
+        control_timestep = controller_record.control_timestep
     control = the_task.control_timestep if control_timestep is None else control_timestep
     physics = the_task.physics_timestep if physics_timestep is None else physics_timestep
     decimation = count_physics_steps(control, physics)
@@ -108,6 +110,7 @@ def compose(
     )
     try:
         handle = simulation.robots["robot"]
+        the_controller.bind_scene(scene, simulation)
         the_controller.bind(handle, control, decimation)
         the_task.bind(simulation, the_controller, control)
         randomization = None if settings is None else Randomization(settings, simulation, the_task, control)

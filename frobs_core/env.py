@@ -21,8 +21,8 @@ from frobs_core.specs import ControllerRecord, SimulatorRecord, TaskRecord
 class RobotEnv(gym.Env[Any, Any]):
     """One robot with one task.
 
-    ``info`` holds ``is_success`` (0.0 or 1.0) and ``frobs/reward/<term>`` in every step, and ``frobs/diverged`` when
-    the engine gave the state up; the episode is then truncated.
+    ``info`` holds ``is_success`` (0.0 or 1.0) and ``frobs/reward/<term>`` in every step, what the controller tells
+    (``frobs/…``), and ``frobs/diverged`` when the engine gave the state up; the episode is then truncated.
 
     Args:
         task: Name of the task, or a record that is not installed yet.
@@ -33,7 +33,7 @@ class RobotEnv(gym.Env[Any, Any]):
         render_mode: ``"rgb_array"``, ``"human"`` or None.
         camera: Of the pictures; None: the scene's first.
         render_size: (height, width) of the pictures [pixels].
-        control_timestep: Between two actions [s]; None: the task's own.
+        control_timestep: Between two actions [s]; None: the controller's own, if it has one, or the task's.
         physics_timestep: Of one engine step [s]; None: the task's own.
         controller_kwargs: Keywords of the controller.
         robot_args: Arguments of the robot's xacro file.
@@ -180,6 +180,8 @@ class RobotEnv(gym.Env[Any, Any]):
         info: dict[str, Any] = {"is_success": float(task.is_success().item())}
         for term, values in task.reward_terms().items():
             info[loop.key(term)] = values.item()
+        if loop.controller_tells:
+            info |= {f"frobs/{name}": values.item() for name, values in self.controller.info().items()}
         diverged = self.simulation.diverged is not None
         if diverged:
             info["frobs/diverged"] = True

@@ -11,7 +11,7 @@ import numpy as np
 from frobs_core.arrays import Mask
 from frobs_core.compose import Parts
 from frobs_core.errors import ConfigurationError, InvalidActionError, UnknownParameterError
-from frobs_core.interfaces import Snapshot
+from frobs_core.interfaces import Controller, Snapshot
 from frobs_core.interfaces.task import Observation
 from frobs_core.random import RandomSource
 
@@ -38,6 +38,8 @@ class Loop:
         self.randomization = parts.randomization
         self.discrete = not isinstance(parts.controller.action_space, gym.spaces.Box)
         self.term_keys: dict[str, str] = {}
+        told = parts.controller.info
+        self.controller_tells = getattr(told, "__func__", None) is not Controller.info
 
     def begin(self, mask: Mask | None, options: Mapping[str, Any]) -> Observation:
         """Begin an episode where ``mask`` says, and observe all environments."""

@@ -65,9 +65,11 @@ class ControllerRecord(Record):
 
     Attributes:
         needs: Lowest level of each capability that it needs.
+        control_timestep: Between two of its actions where nobody says [s]; None: the task's own.
     """
 
     needs: Mapping[str, Level] = field(default_factory=dict)
+    control_timestep: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

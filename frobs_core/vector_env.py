@@ -253,6 +253,9 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         info: dict[str, Any] = {"is_success": task.is_success().astype(np.float64), "_is_success": self._all}
         for term, values in task.reward_terms().items():
             info[key(term)], info["_" + key(term)] = values.copy(), self._all
+        if self._loop.controller_tells:
+            for name, values in self.controller.info().items():
+                info[f"frobs/{name}"], info[f"_frobs/{name}"] = values.copy(), self._all
         return info
 
     def _check(self, actions: Any) -> Action:

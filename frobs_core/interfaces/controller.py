@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import gymnasium as gym
+import numpy as np
 
 from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.interfaces.command import CommandMode
-from frobs_core.interfaces.simulation import RobotHandle, Snapshot
+from frobs_core.interfaces.scene import Scene
+from frobs_core.interfaces.simulation import RobotHandle, Simulation, Snapshot
 
 
 class Controller(ABC):
@@ -25,6 +28,14 @@ class Controller(ABC):
 
     command_mode: ClassVar[CommandMode]
     action_space: gym.Space  # type: ignore[type-arg]
+
+    def bind_scene(self, scene: Scene, simulation: Simulation) -> None:
+        """Keep what stands around the robot; called once, just before :meth:`bind`. Most controllers need none of it.
+
+        Args:
+            scene: As the task describes it.
+            simulation: Tells where its bodies and further robots are now. It is read, never written or stepped.
+        """
 
     @abstractmethod
     def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
@@ -55,6 +66,14 @@ class Controller(ABC):
             (num_envs, dof), or (num_envs, decimation, dof) with a row for each physics step. The array may be
             one that the controller uses again.
         """
+
+    def info(self) -> Mapping[str, np.ndarray[Any, Any]]:
+        """Return what the last :meth:`apply` has to say, as numbers (num_envs,) by name, with the same names each time.
+
+        ``"plan_success"`` is ``"frobs/plan_success"`` in the step's info. A name that ends in ``_time`` is what a clock
+        measured: it alone need not repeat with the seed. A controller that does not override this costs a step nothing.
+        """
+        return {}
 
     @property
     def max_action_change(self) -> Floats | None:

@@ -16,6 +16,7 @@ CHECKS = (
     contract.needs_are_capabilities,
     contract.actions_are_normalized,
     contract.commands_have_their_shape,
+    contract.info_has_its_shape,
     motion.actions_matter,
     motion.zero_action_rests,
     motion.zero_action_does_not_drift,

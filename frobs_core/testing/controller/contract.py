@@ -12,7 +12,7 @@ from frobs_core.capabilities import CAPABILITIES, Level
 from frobs_core.interfaces import CommandMode, Controller
 from frobs_core.testing.checks import NotApplicable, Outcome, expect
 from frobs_core.testing.compare import expect_same
-from frobs_core.testing.controller.subject import DECIMATION, NUM_ENVS, ControllerUnderTest
+from frobs_core.testing.controller.subject import NUM_ENVS, ControllerUnderTest
 
 
 def keywords_are_keyword_only(subject: ControllerUnderTest) -> Outcome:
@@ -47,13 +47,31 @@ def commands_have_their_shape(subject: ControllerUnderTest) -> Outcome:
     with subject.bind() as bound:
         expect(isinstance(bound.controller.command_mode, CommandMode), "command_mode is no CommandMode.")
         n, dof = NUM_ENVS, bound.robot.dof
-        for action in bound.actions(20, seed=1):
+        for action in bound.actions(subject.count(20), seed=1):
             command = np.array(bound.controller.apply(action))
-            right = command.shape in ((n, dof), (n, DECIMATION, dof))
-            expect(right, f"a command has shape {command.shape}, neither {(n, dof)} nor {(n, DECIMATION, dof)}.")
+            right = command.shape in ((n, dof), (n, bound.decimation, dof))
+            expect(right, f"a command has shape {command.shape}, neither {(n, dof)} nor {(n, bound.decimation, dof)}.")
             expect(np.isfinite(command).all(), f"a command is not finite: {command}.")
             bound.robot.command(command)
-            bound.simulation.step(DECIMATION)
+            bound.simulation.step(bound.decimation)
+    return None
+
+
+def info_has_its_shape(subject: ControllerUnderTest) -> Outcome:
+    """What it tells of a step are finite numbers, (num_envs,) each, with the same names in each step."""
+    if subject.record.load().info is Controller.info:
+        return NotApplicable("it tells nothing")
+    with subject.bind() as bound:
+        known: set[str] | None = None
+        for action in bound.actions(subject.count(5), seed=13):
+            bound.step(action)
+            told = bound.controller.info()
+            expect(known in (None, set(told)), f"info() has the names {sorted(told)} after {sorted(known or ())}.")
+            known = set(told)
+            for name, values in told.items():
+                right = isinstance(values, np.ndarray) and values.shape == (NUM_ENVS,) and values.dtype.kind in "fiub"
+                expect(right, f"info()['{name}'] is no array of numbers of shape ({NUM_ENVS},): {values!r}.")
+                expect(bool(np.isfinite(values).all()), f"info()['{name}'] is not finite: {values}.")
     return None
 
 
@@ -73,7 +91,7 @@ def actions_are_clipped(subject: ControllerUnderTest) -> Outcome:
 def apply_reads_only(subject: ControllerUnderTest) -> Outcome:
     """``apply`` leaves the actions that it is given, and the simulation, as they are."""
     with subject.bind() as bound:
-        for action in bound.actions(5, seed=6):
+        for action in bound.actions(subject.count(5), seed=6):
             given = 3 * action if isinstance(bound.controller.action_space, gym.spaces.Box) else action
             copy = given.copy()
             state = deepcopy(bound.simulation.snapshot())
@@ -81,7 +99,7 @@ def apply_reads_only(subject: ControllerUnderTest) -> Outcome:
             expect_same(copy, given, "the array of actions after apply()")
             expect_same(state, bound.simulation.snapshot(), "the simulation after apply()")
             bound.robot.command(command)
-            bound.simulation.step(DECIMATION)
+            bound.simulation.step(bound.decimation)
     return None
 
 
@@ -96,10 +114,10 @@ def needs_are_capabilities(subject: ControllerUnderTest) -> Outcome:
 def controllers_share_nothing(subject: ControllerUnderTest) -> Outcome:
     """A second controller, at work in between, changes nothing for the first."""
     with subject.bind() as bound:
-        actions = bound.actions(8, seed=11)
+        actions = bound.actions(subject.count(8), seed=11)
         expected = [bound.step(action) for action in actions]
     with subject.bind() as bound, subject.bind() as other:
-        others = other.actions(8, seed=12)
+        others = other.actions(subject.count(8), seed=12)
         for k, (action, distraction) in enumerate(zip(actions, others, strict=True)):
             other.step(distraction)
             expect_same(expected[k], bound.step(action), f"command {k + 1} while another controller works")
@@ -110,12 +128,12 @@ def reset_honours_the_mask(subject: ControllerUnderTest) -> Outcome:
     """A reset forgets for the environments of its mask, and for no others."""
     mask = np.arange(NUM_ENVS) == 0
     with subject.bind() as bound, subject.bind() as other, subject.bind() as fresh:
-        history = bound.actions(12, seed=4)
+        history = bound.actions(subject.count(12), seed=4)
         for one in (bound, other):
             for action in history:
                 one.step(action)
         bound.begin(mask)
-        for action in bound.actions(5, seed=5):
+        for action in bound.actions(subject.count(5), seed=5):
             found, kept, anew = bound.step(action), other.step(action), fresh.step(action)
             expect_same(kept[1:], found[1:], "commands of environments that were not reset")
             expect_same(anew[0], found[0], "commands of the environment that was reset, against a fresh controller")
@@ -125,7 +143,7 @@ def reset_honours_the_mask(subject: ControllerUnderTest) -> Outcome:
 def rows_equal_singles(subject: ControllerUnderTest) -> Outcome:
     """Environment i of a batch is commanded as a single environment is that has the same actions."""
     with subject.bind() as bound:
-        actions = bound.actions(25, seed=7)
+        actions = bound.actions(subject.count(25), seed=7)
         expected = [bound.step(action) for action in actions]
     for i in range(NUM_ENVS):
         with subject.bind(num_envs=1) as bound:
@@ -142,14 +160,14 @@ def rows_equal_singles(subject: ControllerUnderTest) -> Outcome:
 def snapshots_continue(subject: ControllerUnderTest) -> Outcome:
     """A controller that is restored, with its simulation, commands as before."""
     with subject.bind() as bound:
-        for action in bound.actions(9, seed=8):
+        for action in bound.actions(subject.count(9), seed=8):
             bound.step(action)
         state = deepcopy(bound.simulation.snapshot()), bound.controller.snapshot()  # the latter must be its own
         for name, array in state[1].items():
             found = f"{array.dtype}{list(array.shape)}"
             right = array.shape[:1] == (NUM_ENVS,) and array.dtype.kind != "O"
             expect(right, f"snapshot()['{name}'] is {found}, not numbers of the form (num_envs, …).")
-        actions = bound.actions(9, seed=9)
+        actions = bound.actions(subject.count(9), seed=9)
         expected = [bound.step(action) for action in actions]
         bound.simulation.restore(deepcopy(state[0]))
         bound.controller.restore(deepcopy(state[1]))

@@ -31,7 +31,7 @@ def actions_matter(subject: ControllerUnderTest) -> Outcome:
         traces = []
         for action in (first, second):
             bound.begin()
-            traces.append([bound.step(action) for _ in range(10)])
+            traces.append([bound.step(action) for _ in range(subject.count(10))])
         expect(not np.array_equal(traces[0], traces[1]), "the smallest and the largest action give the same commands.")
         return None if np.abs(bound.robot.joint_positions - start).max() > 1e-4 else Hollow("nothing moved")
 
@@ -41,7 +41,7 @@ def zero_action_rests(subject: ControllerUnderTest) -> Outcome:
     with subject.bind() as bound:
         if not _has_zero(bound):
             return NotApplicable("the action space has no zero")
-        for _ in range(75):
+        for _ in range(subject.count(75)):
             bound.step(bound.constant(0.0))
         at_rest = np.zeros_like(bound.robot.joint_velocities)
         expect_close(at_rest, bound.robot.joint_velocities, 0.02, "joint velocities after 3 s of zero actions")
@@ -53,10 +53,10 @@ def zero_action_does_not_drift(subject: ControllerUnderTest) -> Outcome:
     with subject.bind(gravity=(0.0, 0.0, -9.81)) as bound:
         if not _has_zero(bound) or bound.controller.command_mode != CommandMode.POSITION:
             return NotApplicable("not a position controller with a zero action")
-        for _ in range(50):
+        for _ in range(subject.count(50)):
             bound.step(bound.constant(0.0))
         before = bound.robot.joint_positions.copy()
-        for _ in range(50):
+        for _ in range(subject.count(50)):
             bound.step(bound.constant(0.0))
         expect_close(before, bound.robot.joint_positions, 2e-3, "joint positions after 4 s, against those after 2 s")
     return None
@@ -73,10 +73,10 @@ def commands_stay_in_limits(subject: ControllerUnderTest) -> Outcome:
             CommandMode.EFFORT: robot.effort_limit,
         }[mode]
         lower = robot.position_lower if mode is CommandMode.POSITION else -upper
-        extremes: list[Any] = bound.actions(60, seed=3)
+        extremes: list[Any] = bound.actions(subject.count(60), seed=3)
         if isinstance(space, gym.spaces.Box):
             corners = [space.low, space.high, np.where(np.arange(space.low.size) % 2, space.low, space.high)]
-            extremes = [bound.constant(corner) for corner in corners for _ in range(50)]
+            extremes = [bound.constant(corner) for corner in corners for _ in range(subject.count(50))]
         for action in extremes:
             command = bound.step(action).reshape(NUM_ENVS, -1, robot.dof)
             inside = (command >= lower[:, None] - 1e-9) & (command <= upper[:, None] + 1e-9)

@@ -11,7 +11,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.compose import build
+from frobs_core.compose import build, count_physics_steps
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Scene, Simulation
 from frobs_core.models import Pose, RobotModel, load_model
@@ -20,9 +20,9 @@ from frobs_core.testing.environment.rollout import draw_actions
 from frobs_core.testing.simulator.robots import ARM, ROVER, model_of
 
 NUM_ENVS = 3
-DECIMATION = 20
 
 _PHYSICS_TIMESTEP = 0.002  # [s]
+_CONTROL_TIMESTEP = 0.04  # [s] where the record does not say
 _WEIGHTLESS = (0.0, 0.0, 0.0)
 
 
@@ -33,12 +33,13 @@ class Bound:
     simulation: Simulation
     robot: RobotHandle
     controller: Controller
+    decimation: int
 
     def step(self, action: Any) -> Floats:
         """Apply actions and advance by a control step; returns the command."""
         command = np.array(self.controller.apply(action))
         self.robot.command(command)
-        self.simulation.step(DECIMATION)
+        self.simulation.step(self.decimation)
         return command
 
     def begin(self, mask: Mask | None = None) -> None:
@@ -74,6 +75,15 @@ class ControllerUnderTest:
     simulator: SimulatorRecord
     robot: Robot | None = None
     kwargs: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def control_timestep(self) -> float:
+        """Between two actions [s]."""
+        return self.record.control_timestep or _CONTROL_TIMESTEP
+
+    def count(self, steps: int) -> int:
+        """Return how many control steps a check takes: fewer, at least 3, where they are longer than usual."""
+        return min(steps, max(3, round(steps * _CONTROL_TIMESTEP / self.control_timestep)))
 
     @contextmanager
     def bind(self, num_envs: int = NUM_ENVS, gravity: tuple[float, float, float] = _WEIGHTLESS) -> Iterator[Bound]:
@@ -111,11 +121,13 @@ class ControllerUnderTest:
         )
         try:
             handle = simulation.robots["robot"]
-            controller.bind(handle, _PHYSICS_TIMESTEP * DECIMATION, DECIMATION)
+            decimation = count_physics_steps(self.control_timestep, _PHYSICS_TIMESTEP)
+            controller.bind_scene(scene, simulation)
+            controller.bind(handle, self.control_timestep, decimation)
         except BaseException:
             simulation.close()
             raise
-        bound = Bound(simulation, handle, controller)
+        bound = Bound(simulation, handle, controller, decimation)
         bound.begin()
         return bound
 

@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from frobs_controllers_planning.kinematics import Kinematics
 from frobs_core.arrays import Floats
+from frobs_core.models import longest_reach
 
 POSITION_TOLERANCE = 1e-4
 """[m]"""
@@ -18,7 +19,8 @@ ROTATION_TOLERANCE = 1e-3
 _ITERATIONS = 60
 _LARGEST_STEP = 0.5  # [rad or m] of any joint in an iteration
 _DAMPING = 1e-3  # times the error: large far away, next to nothing at the goal
-_STALLED = 25  # iterations without getting nearer by a tenth
+_HOPELESS = 12  # starts that lead nowhere: from half of them or more a goal in reach is usually found
+_STALLED = 10  # iterations without getting nearer by a tenth
 
 
 class InverseKinematics:
@@ -34,11 +36,14 @@ class InverseKinematics:
     def __init__(self, kinematics: Kinematics, tcp: str, lower: Floats, upper: Floats) -> None:
         self._kinematics, self._tcp = kinematics, tcp
         self._lower, self._upper = lower, upper
+        self._reach = longest_reach(kinematics.robot, tcp)
 
     def solutions(
         self, pos: Floats, rotation: Floats | None, start: Floats, rng: np.random.Generator, tries: int
     ) -> Iterator[Floats]:
         """Yield joint positions (dof,) [rad or m] that reach a goal: from ``start`` first, then from random ones.
+
+        A goal that the first of them do not lead to is given up.
 
         Args:
             pos: (3,) [m] of the tool in the frame of the root link.
@@ -47,10 +52,16 @@ class InverseKinematics:
             rng: Random starts are drawn from it.
             tries: How many starts.
         """
+        if float(np.linalg.norm(pos)) > self._reach:
+            return
+        found_any = False
         for attempt in range(tries):
+            if attempt == _HOPELESS and not found_any:
+                return
             guess = start if attempt == 0 else rng.uniform(self._lower, self._upper)
             found = self._solve(pos, rotation, np.clip(guess, self._lower, self._upper))
             if found is not None:
+                found_any = True
                 yield found
 
     def _solve(self, pos: Floats, rotation: Floats | None, joint_positions: Floats) -> Floats | None:

@@ -22,6 +22,7 @@ from frobs_core.compose import describe
 from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.interfaces import Robot, Scene
 from frobs_core.models import RobotModel, default_tcp, home_positions, load_model
+from frobs_core.random import RandomSource
 from frobs_core.rotations import matrix_from_quat
 
 Pose = tuple[Floats, Floats]
@@ -30,6 +31,7 @@ Pose = tuple[Floats, Floats]
 _WAYS = 3  # are looked for to joint positions of a tool goal, the nearest first
 _SOLUTIONS = 4  # that are free, from which these are chosen
 _TRIES = 30  # of inverse kinematics
+_POSTURES = 4096  # that tell where the tool can be
 _STILL = 1e-6  # [rad or m]: a motion this short is none
 _LIMIT_TOLERANCE = 1e-3  # [rad or m] that a measured joint may be beyond its limit
 
@@ -92,7 +94,7 @@ class Planner:
         links = [link.name for link in model.links]
         if self._tcp not in links:
             raise UnknownNameError("link", self._tcp, links)
-        self.joint_names = model.joint_names
+        self._model, self.joint_names = model, model.joint_names
         self.home = home_positions(model, description.home)
         self.lower, self.upper = limits.ranges(model)
         velocity_scaling = limits.number("velocity_scaling", velocity_scaling, "1", largest=1.0)
@@ -138,6 +140,24 @@ class Planner:
         """Put everything where it is in the frame of the robot's root link."""
         into_base = self._base.inverse()
         self._checker.place({FLOOR: into_base, **{name: into_base * pose for name, pose in self._poses.items()}})
+
+    @property
+    def obstacles(self) -> tuple[str, ...]:
+        """Names of what the robot can touch beside the floor, as :meth:`place` takes them."""
+        return tuple(self._poses)
+
+    def workspace(self) -> tuple[Floats, Floats]:
+        """Return the lowest and the highest corner (3,) [m] of where the tool mostly is, in the root link's frame.
+
+        Along each axis, nine in ten of the points lie between them where random joint vectors put the tool.
+        """
+        drawn = RandomSource(1).uniform("workspace", self.lower, self.upper, (_POSTURES, len(self.lower)))[0]
+        low, high = np.percentile(self._model.frame_pose(self._tcp, drawn)[0], (5.0, 95.0), axis=0)
+        return low, np.maximum(high, low)
+
+    def in_world(self, pos: Floats) -> Floats:
+        """Return where a point (3,) [m] of the root link's frame is in the world, (3,) [m]."""
+        return np.asarray(self._base.act(pos))
 
     def plan(self, start: npt.ArrayLike, goal: npt.ArrayLike | ToolGoal) -> Plan:
         """Plan a motion from rest to rest.

@@ -12,8 +12,9 @@ def frobs_controllers() -> list[ControllerRecord]:
         ControllerRecord(
             name="trajectory",
             summary="an action is one whole motion, planned around what is in the way",
-            entry_point="frobs_controllers_planning.trajectory:Trajectory",
+            entry_point="frobs_controllers_planning.controller:TrajectoryController",
             install_hint="pip install frobs-controllers-planning",
             needs={"drive": Level.APPROXIMATE},
+            control_timestep=4.0,
         )
     ]

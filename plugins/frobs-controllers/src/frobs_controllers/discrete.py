@@ -55,6 +55,7 @@ class Discrete(Controller):
         self._name = record.name
         self.inner: Controller = build(f"controller '{record.name}'", record.load(), controller_kwargs or {})
         self.command_mode = self.inner.command_mode  # type: ignore[misc] # of the one that it wraps
+        self.bind_scene, self.info = self.inner.bind_scene, self.inner.info  # type: ignore[method-assign]
 
     def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
         """Prepare for a robot.
