@@ -96,7 +96,7 @@ class TrajectoryController(Controller):
         self._target = np.zeros((robot.num_envs, robot.dof))
         self._rows = np.zeros((robot.num_envs, decimation, robot.dof))
         self._told = {
-            name: np.zeros(robot.num_envs) for name in ("plan_success", "plan_reason", "plan_time", "motion_duration")
+            name: np.zeros(robot.num_envs) for name in ("plan_success", "plan_reason", "plan_time", "plan_waypoints", "motion_duration")
         }
         self.action_space = gym.spaces.Box(-1.0, 1.0, (robot.dof if self.target == "joint" else 3,), np.float32)
         self.reset(None)
@@ -154,13 +154,15 @@ class TrajectoryController(Controller):
         told["plan_success"][i] = float(plan.success)
         told["plan_reason"][i] = float(plan.reason)
         told["plan_time"][i] = plan.seconds
+        told["plan_waypoints"][i] = 0.0 if plan.path is None else len(plan.path)
         told["motion_duration"][i] = 0.0 if plan.trajectory is None else plan.trajectory.duration
 
     def info(self) -> Mapping[str, np.ndarray[Any, Any]]:
         """Return how the last motions were planned, (num_envs,) each.
 
         ``plan_success`` (0 or 1), ``plan_reason`` (a number of :class:`~frobs_controllers_planning.plan.Reason`),
-        ``plan_time`` [s] that planning took, ``motion_duration`` [s] of the motion, 0 where the robot stays.
+        ``plan_time`` [s] that planning took, ``plan_waypoints`` of the way (2: a straight line in joint space; 0: none),
+        ``motion_duration`` [s] of the motion, 0 where the robot stays.
         """
         return self._told
 

@@ -155,6 +155,11 @@ class Planner:
         low, high = np.percentile(self._model.frame_pose(self._tcp, drawn)[0], (5.0, 95.0), axis=0)
         return low, np.maximum(high, low)
 
+    def tool_pos(self, joint_positions: npt.ArrayLike) -> Floats:
+        """Return where the tool centre point is in the world, (3,) [m], for joint positions (dof,) [rad or m]."""
+        position = self._vector("joint_positions", joint_positions, len(self.home))
+        return self.in_world(self._model.frame_pose(self._tcp, position[None])[0][0])
+
     def in_world(self, pos: Floats) -> Floats:
         """Return where a point (3,) [m] of the root link's frame is in the world, (3,) [m]."""
         return np.asarray(self._base.act(pos))

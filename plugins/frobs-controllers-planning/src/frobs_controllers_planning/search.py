@@ -15,7 +15,7 @@ from frobs_core.arrays import Floats
 _RANGE = 0.5
 """[m] longest step of a tree, measured as how far the robot's parts move."""
 
-_SHORTCUTS = 60
+_SHORTCUTS = 40
 _HALVINGS = 12
 _LARGEST_CUT = 0.45  # of the line before or after a corner: a piece of every line stays straight
 

@@ -1,0 +1,220 @@
+"""Measure the controller ``trajectory``: an arm among boxes is sent to random goals, and the engine judges what touches.
+
+Writes ``docs/explanation/trajectories-measured.md``; some minutes::
+
+    python tests/benchmarks/trajectories.py
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from argparse import ArgumentParser
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing
+from datetime import date
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import numpy as np
+from frobs_controllers_planning.controller import TrajectoryController
+from frobs_controllers_planning.plan import Reason
+
+from frobs_core import plugins
+from frobs_core.arrays import Floats
+from frobs_core.compose import describe
+from frobs_core.interfaces import Body, Contact, Placement, Scene
+from frobs_core.models import Box, Pose, load_model
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "explanation" / "trajectories-measured.md"
+
+ROBOT = "irb120"
+POSTS: Sequence[tuple[float, float, float]] = (
+    (0.38, 0.30, 0.55),
+    (0.42, -0.28, 0.35),
+    (0.02, 0.45, 0.40),
+    (-0.05, -0.42, 0.60),
+    (-0.40, 0.10, 0.30),
+)
+"""Where posts of 10 × 10 cm stand around the arm: x, y and height [m]."""
+SHELF = Body(geometry=Box((0.30, 0.30, 0.04)), pose=Pose((0.45, 0.0, 0.75)))
+
+PHYSICS_TIMESTEP, CONTROL_TIMESTEP = 0.002, 8.0
+SETTLE = 0.4  # [s] after a motion
+_CHUNK = 25  # physics steps between two looks at the joints
+PLANNING_BUDGET = 0.1  # [s] median
+
+
+def scene() -> Scene:
+    """Return the boxes, and the contacts that the engine looks for."""
+    posts = {
+        f"post_{i}": Body(geometry=Box((0.1, 0.1, height)), pose=Pose((x, y, height / 2)))
+        for i, (x, y, height) in enumerate(POSTS)
+    }
+    bodies = {**posts, "shelf": SHELF}
+    touched = {name: Contact(first="robot", second=name) for name in (*bodies, "floor", "robot")}
+    return Scene(bodies=bodies, contacts=touched)
+
+
+def measure(target: str, goals: int, seed: int = 0) -> dict[str, Any]:
+    """Send the arm from goal to goal.
+
+    Args:
+        target: Of the controller.
+        goals: How many; each is where joint positions lead that are drawn until nothing touches there.
+        seed: Of the goals.
+
+    Returns:
+        ``target``, ``goals``, ``reached``, ``straight`` (ways that are one line), ``collisions`` (motions in which
+        something touched), ``reasons`` (of failures), ``plan_times``, ``processor_times`` and ``durations`` [s], ``velocity_share`` and
+        ``acceleration_share`` of the limits that commands use, ``real_velocity_share`` of the joints themselves, ``lag``
+        [rad] of the joints behind the command, ``joint_error`` [rad] and ``tcp_error`` [m] at the ends, each the largest.
+    """
+    description = describe(ROBOT)
+    model = load_model(description.model, xacro_args=description.xacro_args, package_paths=description.package_paths)
+    controller = TrajectoryController(target=target)
+    placement = Placement(robot=description, model=model, command_mode=controller.command_mode)
+    mujoco = plugins.get_record("simulator", "mujoco").load()
+    surroundings = scene()
+    found: dict[str, Any] = {"target": target, "goals": goals, "reached": 0, "straight": 0, "collisions": 0}
+    found |= {"plan_times": [], "processor_times": [], "durations": [], "reasons": Counter()}
+    largest = dict.fromkeys(
+        ("velocity_share", "acceleration_share", "real_velocity_share", "lag", "joint_error", "tcp_error"), 0.0
+    )
+
+    def note(**values: float) -> None:
+        for name, value in values.items():
+            largest[name] = max(largest[name], float(value))
+
+    with closing(mujoco({"robot": placement}, surroundings, num_envs=1, physics_timestep=PHYSICS_TIMESTEP)) as simulation:
+        robot = simulation.robots["robot"]
+        simulation.reset()
+        controller.bind_scene(surroundings, simulation)
+        controller.bind(robot, CONTROL_TIMESTEP, round(CONTROL_TIMESTEP / PHYSICS_TIMESTEP))
+        planner = controller.planner
+        held = robot.joint_positions[0].copy()
+        for action, pos in _goals(controller, goals, seed):
+            begin = process_time()
+            rows = controller.apply(action[None]).copy()
+            found["processor_times"].append(process_time() - begin)
+            told = {name: float(values[0]) for name, values in controller.info().items()}
+            found["plan_times"].append(told["plan_time"])
+            if not told["plan_success"]:
+                found["reasons"][Reason(int(told["plan_reason"])).name.lower()] += 1
+                continue
+            found["durations"].append(told["motion_duration"])
+            found["straight"] += told["plan_waypoints"] == 2
+            velocities = np.diff(np.concatenate([held[None], rows[0]]), axis=0) / PHYSICS_TIMESTEP
+            accelerations = np.diff(np.concatenate([np.zeros((1, robot.dof)), velocities]), axis=0) / PHYSICS_TIMESTEP
+            note(
+                velocity_share=(np.abs(velocities) / planner.max_velocity).max(),
+                acceleration_share=(np.abs(accelerations) / planner.max_acceleration).max(),
+            )
+            touched = False
+            steps = round((told["motion_duration"] + SETTLE) / PHYSICS_TIMESTEP / _CHUNK)
+            for k in range(steps):
+                part = rows[:, k * _CHUNK : (k + 1) * _CHUNK]
+                robot.command(part)
+                simulation.step(_CHUNK)
+                touched = touched or any(bool(simulation.contact(name)[0]) for name in surroundings.contacts)
+                note(
+                    real_velocity_share=(np.abs(robot.joint_velocities[0]) / planner.max_velocity).max(),
+                    lag=np.abs(part[0, -1] - robot.joint_positions[0]).max(),
+                )
+            found["collisions"] += touched
+            held = rows[0, -1]
+            tcp_error = float(np.linalg.norm(robot.frame_pose("tcp")[0][0] - pos))
+            note(joint_error=np.abs(held - robot.joint_positions[0]).max(), tcp_error=tcp_error)
+            found["reached"] += not touched and tcp_error < 0.05
+    return {**found, **largest}
+
+
+def _goals(controller: TrajectoryController, goals: int, seed: int) -> Iterator[tuple[Floats, Floats]]:
+    """Yield actions, and where they should bring the tool (3,) [m]."""
+    planner, rng = controller.planner, np.random.default_rng(seed)
+    low, high = controller.workspace
+    while goals:
+        action = rng.uniform(-1.0, 1.0, len(planner.home))
+        joint_positions = planner.lower + 0.5 * (planner.upper - planner.lower) * (action + 1.0)
+        pos = planner.tool_pos(joint_positions)
+        if not planner.is_free(joint_positions):
+            continue
+        if controller.target == "tcp":
+            action = 2.0 * (pos - low) / (high - low) - 1.0
+            if np.abs(action).max() > 1.0:
+                continue
+        goals -= 1
+        yield action, pos
+
+
+def report(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Return the page."""
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, text=True, capture_output=True).stdout
+    lines = [
+        "# Planned motions, measured",
+        "",
+        f"By `tests/benchmarks/trajectories.py`, {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}: an "
+        f"IRB 120 in MuJoCo among {len(POSTS)} posts, under a shelf and above the floor, sent by the controller "
+        "`trajectory`, as it is by default, from goal to goal. A goal is where joint positions lead that were drawn "
+        "uniformly inside the limits, and drawn again while anything touches there or comes nearer than the clearance. "
+        "What touches is what the engine says, in every physics step: the arm and a box, the floor or itself. A goal counts "
+        f"as reached if nothing touched on the way, and the tool ended within 5 cm. Wanted: no collision, and a median of "
+        f"at most {PLANNING_BUDGET * 1000:.0f} ms of planning. Times depend on the machine.",
+        "",
+        "| | " + " | ".join(f"`target=\"{row['target']}\"`" for row in rows) + " |",
+        "|---|" + "---:|" * len(rows),
+    ]
+
+    def line(name: str, values: Sequence[str]) -> None:
+        lines.append(f"| {name} | " + " | ".join(values) + " |")
+
+    def milliseconds(row: Mapping[str, Any], percentile: float, times: str = "plan_times") -> str:
+        return f"{np.percentile(row[times], percentile) * 1000:.0f} ms"
+
+    line("goals", [f"{row['goals']:,}" for row in rows])
+    line("reached", [f"{row['reached']:,} ({row['reached'] / row['goals']:.1%})" for row in rows])
+    line("motions with a collision", [f"{row['collisions']}" for row in rows])
+    line("no plan", [", ".join(f"{n} × {why}" for why, n in row["reasons"].items()) or "none" for row in rows])
+    line("ways that are not one straight line", [f"{len(row['durations']) - row['straight']:,}" for row in rows])
+    line("planning, median", [milliseconds(row, 50) for row in rows])
+    line("planning, median of the processor's time", [milliseconds(row, 50, "processor_times") for row in rows])
+    line("planning, 95 % within", [milliseconds(row, 95) for row in rows])
+    line("planning, longest", [milliseconds(row, 100) for row in rows])
+    line("a motion takes, median", [f"{np.median(row['durations']):.1f} s" for row in rows])
+    line("a motion takes, longest", [f"{np.max(row['durations']):.1f} s" for row in rows])
+    for name, what in (
+        ("velocity_share", "largest velocity of the command, of the limit"),
+        ("acceleration_share", "largest acceleration of the command, of the limit"),
+        ("real_velocity_share", "largest velocity of a joint itself, of the limit"),
+    ):
+        line(what, [f"{row[name]:.2%}" for row in rows])
+    line("farthest that a joint lags behind the command", [f"{row['lag'] * 1000:.0f} mrad" for row in rows])
+    line("farthest that a joint ends from its goal", [f"{row['joint_error'] * 1000:.0f} mrad" for row in rows])
+    line("farthest that the tool ends from its goal", [f"{row['tcp_error'] * 1000:.0f} mm" for row in rows])
+    lines += [
+        "",
+        "Limits are those that the controller was told to keep: half of the model file's velocities, and half of the "
+        "accelerations that reach these within half a second. Velocities and accelerations of the command are differences of "
+        "the positions in consecutive physics steps. The drives follow a command by their gains alone, without "
+        "feed-forward: a joint lags by about 2·q̇/ω, where ω is its drive's bandwidth, and gravity bends the arm. Both are "
+        "what the clearance of 2 cm is for, and why a joint itself may go a little faster than its command.",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Measure, and write the page."""
+    parser = ArgumentParser(description=__doc__)
+    parser.add_argument("--goals", type=int, default=1000, help="in all, half of them for each target")
+    given = parser.parse_args()
+    rows = [measure(target, given.goals // 2, seed) for seed, target in enumerate(("joint", "tcp"))]
+    page = report(rows)
+    sys.stdout.write(page)
+    PAGE.write_text(page, "utf-8")
+
+
+if __name__ == "__main__":
+    main()
