@@ -135,6 +135,10 @@ class CollisionChecker:
             for number in self._obstacles.get(name, ()):
                 shapes[number].placement = pose * self._origins[number]
 
+    def begin_anywhere(self) -> None:
+        """Forget where the last motion began."""
+        self._require(self._margins)
+
     def begin_at(self, joint_positions: Floats) -> bool:
         """Accept where a motion begins: what is nearer than the clearance there may come half as near again.
 
@@ -144,7 +148,7 @@ class CollisionChecker:
         Returns:
             False: something touches there.
         """
-        self._require(self._margins)
+        self.begin_anywhere()
         if self.is_free(joint_positions):
             return True
         distances = self._distances(joint_positions)

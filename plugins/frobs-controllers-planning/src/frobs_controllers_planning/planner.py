@@ -189,8 +189,9 @@ class Planner:
     def is_free(self, joint_positions: npt.ArrayLike) -> bool:
         """Return whether the robot could be told to go there: joint positions (dof,) [rad or m]."""
         position = self._vector("joint_positions", joint_positions, len(self.home))
+        self._checker.begin_anywhere()
         within = bool(((position >= self.lower) & (position <= self.upper)).all())
-        return within and self._checker.begin_at(self.home) and self._checker.is_free(position)
+        return within and self._checker.is_free(position)
 
     def _plan(self, start: Floats, goal: Floats | ToolGoal) -> Plan:
         inside = np.clip(start, self.lower, self.upper)
