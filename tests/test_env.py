@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import closing
+
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -19,7 +21,8 @@ from frobs_core.errors import (
     UnknownNameError,
     UnknownParameterError,
 )
-from frobs_core.specs import SimulatorRecord
+from frobs_core.interfaces import CommandMode, Controller
+from frobs_core.specs import ControllerRecord, SimulatorRecord
 from frobs_core.vector_env import RobotVectorEnv
 
 ID = "frobs_core:frobs/Irb120Reach-v0"
@@ -262,3 +265,71 @@ def test_pictures_are_of_the_size_that_was_asked_for():
     silent.reset(seed=0)
     assert silent.render() is None
     silent.close()
+
+
+class Telling(Controller):
+    """Holds the robot, and tells how often it was asked in the episode."""
+
+    command_mode = CommandMode.POSITION
+
+    def bind_scene(self, scene, simulation):
+        self.seen = scene, simulation
+
+    def bind(self, robot, control_timestep, decimation):
+        assert self.seen[1].robots["robot"] is robot
+        self.robot, self.control_timestep = robot, control_timestep
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
+        self.asked = np.zeros(robot.num_envs)
+
+    def reset(self, mask):
+        self.asked[slice(None) if mask is None else mask] = 0.0
+
+    def apply(self, action):
+        self.asked += 1.0
+        return self.robot.home
+
+    def info(self):
+        return {"asked": self.asked}
+
+
+TELLING = ControllerRecord(
+    name="telling", summary="", entry_point=f"{__name__}:{Telling.__name__}", control_timestep=0.1
+)
+
+
+@pytest.fixture
+def telling(monkeypatch):
+    monkeypatch.setattr(ControllerRecord, "load", lambda record: Telling)
+    return {**PARTS, "controller": TELLING}
+
+
+def test_what_a_controller_tells_is_in_the_info(telling):
+    with closing(RobotEnv(**telling)) as env:
+        env.reset(seed=0)
+        env.step(np.zeros(1))
+        assert env.step(np.zeros(1))[-1]["frobs/asked"] == 2.0
+
+
+def test_what_a_controller_tells_of_an_ended_episode_is_in_the_final_info(telling):
+    with closing(RobotVectorEnv(3, max_episode_steps=2, **telling)) as env:
+        env.reset(seed=0)
+        info = env.step(np.zeros((3, 1)))[-1]
+        assert info["frobs/asked"].tolist() == [1.0] * 3
+        assert info["_frobs/asked"].all()
+        info = env.step(np.zeros((3, 1)))[-1]
+        assert info["final_info"]["frobs/asked"].tolist() == [2.0] * 3  # not 0, although the controller was reset since
+        assert info["final_info"]["_frobs/asked"].all()
+        assert not info["_frobs/asked"].any()
+
+
+def test_a_controller_may_say_how_long_its_steps_are(telling):
+    with closing(RobotEnv(**telling)) as env:
+        assert env.control_timestep == env.controller.control_timestep == 0.1
+    with closing(RobotEnv(**telling, control_timestep=0.02)) as env:
+        assert env.control_timestep == 0.02
+
+
+def test_a_controller_that_tells_nothing_is_not_asked(env, monkeypatch):
+    monkeypatch.setattr(Controller, "info", lambda self: pytest.fail("asked"))
+    env.reset(seed=0)
+    env.step(env.action_space.sample())

@@ -34,6 +34,8 @@ SHORT: dict[str, dict[str, Any]] = {
 
 # PyBullet has no wheel for a Python above 3.11; what needs it cannot be checked there.
 MISSING = set() if find_spec("pybullet") else {"pybullet", "sim_pybullet"}
+if not all(find_spec(name) for name in ("ompl", "pinocchio", "toppra")):
+    MISSING |= {"trajectory", "controllers_planning"}
 
 
 def every(kind: str, check: Callable[[str], list[Check]]) -> Iterator[Check]:

@@ -158,6 +158,19 @@ class SnapshotOfObjects(Step):
         return {**super().snapshot(), "robot": np.array([None] * len(self.target))}
 
 
+class TellsForOne(Step):
+    def info(self) -> Any:
+        return {"planned": np.ones(1)}
+
+
+class TellsInTurns(Step):
+    turn = False
+
+    def info(self) -> Any:
+        self.turn = not self.turn
+        return {"left" if self.turn else "right": np.ones(len(self.target))}
+
+
 def record(cls: type, **fields: Any) -> ControllerRecord:
     return ControllerRecord(name="mine", summary="", entry_point=f"{__name__}:{cls.__name__}", **fields)
 
@@ -177,6 +190,8 @@ test_a_sound_controller_passes = pytest_checks(check_controller(record(Step)), a
         (LargeSpace, "actions_are_normalized"),
         (OneRowTooMany, "commands_have_their_shape"),
         (Nan, "commands_have_their_shape"),
+        (TellsForOne, "info_has_its_shape"),
+        (TellsInTurns, "info_has_its_shape"),
         (ActionIgnored, "actions_matter"),
         (NeverRests, "zero_action_rests"),
         (FromTheMeasured, "zero_action_does_not_drift"),
@@ -203,6 +218,7 @@ SEPARATE = [
     (record(Step, needs={"levitation": Level.EXACT}), "needs_are_capabilities"),
     (record(LargeSpace), "actions_are_normalized"),
     (record(ModeIsAWord), "commands_have_their_shape"),
+    (record(TellsForOne), "info_has_its_shape"),
     (record(ActionIgnored), "actions_matter"),
     (record(NeverRests), "zero_action_rests"),
     (record(FromTheMeasured), "zero_action_does_not_drift"),
