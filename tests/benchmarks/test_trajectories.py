@@ -14,6 +14,11 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import trajectories
 
+from frobs_core.compose import describe
+from frobs_core.interfaces import CommandMode, Placement
+from frobs_core.models import load_model
+from frobs_sim_mujoco.simulation import MujocoSimulation
+
 
 @pytest.mark.parametrize("target", ["joint", "tcp"])
 def test_goals_among_boxes_are_reached_within_the_limits_and_without_a_touch(target: str) -> None:
@@ -28,7 +33,14 @@ def test_goals_among_boxes_are_reached_within_the_limits_and_without_a_touch(tar
 
 def test_the_page_says_what_was_measured() -> None:
     found = trajectories.measure("joint", goals=1)
-    known = {**found, "goals": 500, "reached": 499, "plan_times": [0.01, 0.02, 0.06], "processor_times": [0.01], "velocity_share": 0.995}
+    known = {
+        **found,
+        "goals": 500,
+        "reached": 499,
+        "plan_times": [0.01, 0.02, 0.06],
+        "processor_times": [0.01],
+        "velocity_share": 0.995,
+    }
     known |= {"reasons": {"no_way_found": 1}, "durations": np.ones(499), "straight": 300}
     page = trajectories.report([known])
     assert '| | `target="joint"` |' in page
@@ -37,3 +49,22 @@ def test_the_page_says_what_was_measured() -> None:
     assert "| ways that are not one straight line | 199 |" in page
     assert "| planning, median | 20 ms |" in page
     assert "| largest velocity of the command, of the limit | 99.50% |" in page
+
+
+def test_the_judge_sees_what_touches() -> None:
+    described = describe(trajectories.ROBOT)
+    placement = Placement(robot=described, model=load_model(described.model), command_mode=CommandMode.POSITION)
+    simulation = MujocoSimulation({"robot": placement}, trajectories.scene(), num_envs=1, physics_timestep=0.002)
+
+    def touched(*joint_positions: float) -> set[str]:
+        simulation.reset()
+        simulation.robots["robot"].write_joint_state(np.array([joint_positions]))
+        simulation.robots["robot"].command(np.array([joint_positions]))
+        simulation.step(1)
+        return {name for name in trajectories.scene().contacts if simulation.contact(name)[0]}
+
+    assert touched(0.0, 0.2, 0.2, 0.0, 1.17, 0.0) == set()
+    assert touched(0.0, 1.9, 0.2, 0.0, 0.0, 0.0) == {"floor"}
+    assert "post_0" in touched(0.67, 0.7, 0.2, 0.0, 0.5, 0.0)
+    assert touched(0.19, 1.2, 1.21, -0.83, -1.38, -1.51) == {"robot"}
+    simulation.close()

@@ -19,9 +19,9 @@ from time import process_time
 from typing import Any
 
 import numpy as np
+
 from frobs_controllers_planning.controller import TrajectoryController
 from frobs_controllers_planning.plan import Reason
-
 from frobs_core import plugins
 from frobs_core.arrays import Floats
 from frobs_core.compose import describe
@@ -89,7 +89,9 @@ def measure(target: str, goals: int, seed: int = 0) -> dict[str, Any]:
         for name, value in values.items():
             largest[name] = max(largest[name], float(value))
 
-    with closing(mujoco({"robot": placement}, surroundings, num_envs=1, physics_timestep=PHYSICS_TIMESTEP)) as simulation:
+    with closing(
+        mujoco({"robot": placement}, surroundings, num_envs=1, physics_timestep=PHYSICS_TIMESTEP)
+    ) as simulation:
         robot = simulation.robots["robot"]
         simulation.reset()
         controller.bind_scene(surroundings, simulation)
@@ -164,7 +166,7 @@ def report(rows: Sequence[Mapping[str, Any]]) -> str:
         f"as reached if nothing touched on the way, and the tool ended within 5 cm. Wanted: no collision, and a median of "
         f"at most {PLANNING_BUDGET * 1000:.0f} ms of planning. Times depend on the machine.",
         "",
-        "| | " + " | ".join(f"`target=\"{row['target']}\"`" for row in rows) + " |",
+        "| | " + " | ".join(f'`target="{row["target"]}"`' for row in rows) + " |",
         "|---|" + "---:|" * len(rows),
     ]
 

@@ -11,7 +11,6 @@ pytest.importorskip("pinocchio")
 
 from frobs_controllers_planning.plan import Reason, ToolGoal
 from frobs_controllers_planning.planner import Planner
-
 from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.interfaces import Body, Scene
 from frobs_core.models import Box, Pose
@@ -159,9 +158,8 @@ def test_bodies_that_have_moved_are_where_they_are():
 
 
 def test_a_motion_may_begin_nearer_than_the_clearance(free):
-    low = np.array([0.0, 1.0, 0.55, 0.0, 0.0, 0.0])
-    heights = [low + [0.0, bend, 0.0, 0.0, 0.0, 0.0] for bend in np.linspace(0.0, 0.9, 400)]
-    near = [q for q in heights if not free.is_free(q)][0]  # within 2 cm of the floor, and not in it
+    bent = [np.array([0.0, bend, 0.55, 0.0, 0.0, 0.0]) for bend in np.linspace(1.0, 1.9, 400)]
+    near = next(q for q in bent if not free.is_free(q))  # within 2 cm of the floor, and not in it
     plan = free.plan(near, free.home)
     assert plan.success
 

@@ -111,7 +111,7 @@ class CollisionChecker:
             home: (dof,) [rad or m]
         """
         owners = {number: ("link", name) for name, numbers in self._links.items() for number in numbers}
-        owners.update({number: ("link", FLOOR) for number in self._obstacles.get(FLOOR, ())})
+        owners.update(dict.fromkeys(self._obstacles.get(FLOOR, ()), ("link", FLOOR)))
         distances, pairs = self._distances(home), list(self._geometry.collisionPairs)
         own = [{owners.get(pair.first, ()), owners.get(pair.second, ())} for pair in pairs]
         allowed = [both for both, distance in zip(own, distances, strict=True) if () not in both and distance <= 0.0]

@@ -96,7 +96,8 @@ class TrajectoryController(Controller):
         self._target = np.zeros((robot.num_envs, robot.dof))
         self._rows = np.zeros((robot.num_envs, decimation, robot.dof))
         self._told = {
-            name: np.zeros(robot.num_envs) for name in ("plan_success", "plan_reason", "plan_time", "plan_waypoints", "motion_duration")
+            name: np.zeros(robot.num_envs)
+            for name in ("plan_success", "plan_reason", "plan_time", "plan_waypoints", "motion_duration")
         }
         self.action_space = gym.spaces.Box(-1.0, 1.0, (robot.dof if self.target == "joint" else 3,), np.float32)
         self.reset(None)

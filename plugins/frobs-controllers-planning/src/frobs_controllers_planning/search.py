@@ -36,9 +36,7 @@ class Search:
         seed: ≥ 1.
     """
 
-    def __init__(
-        self, checker: CollisionChecker, lower: Floats, upper: Floats, *, max_steps: int, seed: int
-    ) -> None:
+    def __init__(self, checker: CollisionChecker, lower: Floats, upper: Floats, *, max_steps: int, seed: int) -> None:
         self._checker, self._lower, self._upper = checker, lower, upper
         self._max_steps, self._seed = max_steps, seed
         self._scale = np.maximum(checker.reach, 0.05)  # [m] for each unit of a joint, so that distances are comparable
@@ -104,7 +102,9 @@ class Search:
             first, second = np.sort(rng.uniform(0.0, ends[-1], 2))
             if rng.random() < 0.3:  # from one way-point to another: fewer of them
                 first, second = ends[np.sort(rng.choice(len(ends), 2, replace=False))]
-            i, j = (int(np.clip(np.searchsorted(ends, at, side="right") - 1, 0, len(lengths) - 1)) for at in (first, second))
+            i, j = (
+                int(np.clip(np.searchsorted(ends, at, side="right") - 1, 0, len(lengths) - 1)) for at in (first, second)
+            )
             if i == j:
                 continue
             a, b = (
