@@ -180,6 +180,8 @@ def _problem(environment: EnvironmentRecord) -> str:
     for name in ("robot", "controller", "simulator"):
         if not isinstance(getattr(environment, name), str):
             return f"{name} is {getattr(environment, name)!r}, not a name"
+    if not isinstance(environment.pretrained, str):
+        return f"pretrained is {environment.pretrained!r}, not 'package:path.frobs'"
     if not isinstance(environment.parameters, Mapping):
         return "its parameters are no mapping"
     for name, value in environment.parameters.items():

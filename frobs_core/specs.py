@@ -84,6 +84,8 @@ class EnvironmentRecord:
         max_episode_steps: Control steps before truncation.
         simulator: Name of the simulator.
         parameters: Further keywords of :class:`frobs_core.env.RobotEnv`.
+        pretrained: A policy bundle that comes with it, as ``frobs export`` writes one: ``"package:path.frobs"``; empty:
+            there is none.
     """
 
     id: str
@@ -93,6 +95,7 @@ class EnvironmentRecord:
     max_episode_steps: int
     simulator: str = "mujoco"
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    pretrained: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)

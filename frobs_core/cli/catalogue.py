@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import gymnasium as gym
 from gymnasium.envs.registration import EnvSpec
 
 from frobs_core import plugins, registry
-from frobs_core.errors import UnknownNameError
+from frobs_core.errors import FrobsError, UnknownNameError
 from frobs_core.specs import KINDS, EnvironmentRecord, Record, TaskRecord
 
 ENVIRONMENT = "environment"
@@ -76,6 +77,18 @@ def source_of(kind: str, record: Record) -> str:
 def environments() -> Mapping[str, tuple[TaskRecord, EnvironmentRecord]]:
     """Return the environments that the installed tasks register, by ID."""
     return registry.environments()
+
+
+def pretrained(env_id: str, environment: EnvironmentRecord) -> dict[str, Any] | None:
+    """Return what is known of the trained policy that comes with an ID; a file that cannot be used is ``error``."""
+    if not environment.pretrained:
+        return None
+    from frobs_core.pretrained import describe_pretrained, read_pretrained
+
+    try:
+        return describe_pretrained(read_pretrained(env_id))
+    except FrobsError as error:
+        return {"error": str(error)}
 
 
 def bare_id(env_id: str) -> str:

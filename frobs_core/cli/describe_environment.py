@@ -15,6 +15,7 @@ from frobs_core.capabilities import Level, check_capabilities
 from frobs_core.cli import catalogue
 from frobs_core.cli.describe_record import task_facts
 from frobs_core.cli.parameters import parameters
+from frobs_core.cli.progress import duration, percent
 from frobs_core.errors import CapabilityError, FrobsError
 from frobs_core.specs import AlgorithmRecord, ControllerRecord, EnvironmentRecord, SimulatorRecord, TaskRecord
 
@@ -52,7 +53,34 @@ def describe_environment(spec: EnvSpec) -> dict[str, Any]:
         if isinstance(item.record, AlgorithmRecord) and spec.id in item.record.tuned
     ]
     facts["simulators"] = _simulators(task, environment)
+    facts["pretrained"] = catalogue.pretrained(spec.id, environment)
     return facts
+
+
+def readable_environment(facts: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the facts about an ID, from :func:`describe_environment`, as people read them."""
+    found = facts.get("pretrained")
+    if not found or "error" in found:
+        return {**facts}
+    shown = {"try it": f"frobs play {facts['name']} --pretrained"}
+    if found["success_rate"] is not None:
+        low, high = found["success_interval"]
+        shown["success"] = (
+            f"{percent(found['success_rate'])} of {found['episodes']:,} episodes of seed {found['evaluation_seed']}  "
+            f"(95 % interval: {percent(low)} to {percent(high)})"
+        )
+    if found["tracking_error"] is not None:
+        shown["tracking error"] = f"{1e3 * found['tracking_error']:.1f} mm"
+    shown["trained"] = f"{found['algorithm']}, {found['steps']:,} steps"
+    if found["seconds"] is not None:
+        shown["trained"] += f" in {duration(found['seconds'])}"
+    if found["command"]:
+        shown["by"] = found["command"]
+    shown["license"] = found["license"] or "none given"
+    shown["file"] = f"{found['file']}, {found['bytes'] / 1e3:,.0f} kB, SHA-256 {found['sha256']}"
+    if found["commit"]:
+        shown["commit"] = found["commit"]
+    return {**facts, "pretrained": shown}
 
 
 def _spaces(spec: EnvSpec) -> dict[str, Any]:

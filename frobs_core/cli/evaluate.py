@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from frobs_core.cli.facts import print_facts
-from frobs_core.cli.opened import ModelAlgorithm, ModelPath, ModelSettings, RunOrId, Trust, open_run
+from frobs_core.cli.opened import ModelAlgorithm, ModelPath, ModelSettings, Pretrained, RunOrId, Trust, open_run
 from frobs_core.cli.options import CheckpointName, Json, Randomized, Seed, Simulator
 from frobs_core.cli.output import console, only_json, print_json
 from frobs_core.cli.progress import number, percent
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 def evaluate(
     run: RunOrId,
+    pretrained: Pretrained = False,
     model: ModelPath = None,
     algorithm: ModelAlgorithm = None,
     settings: ModelSettings = None,
@@ -34,6 +35,7 @@ def evaluate(
     Example:
         $ frobs evaluate runs/first
         $ frobs evaluate reach.frobs
+        $ frobs evaluate frobs/Irb120Reach-v0 --pretrained
         $ frobs evaluate runs/first --simulator pybullet
         $ frobs evaluate runs/first --randomized
         $ frobs evaluate frobs/Irb120Reach-v0 --model trained_model.zip
@@ -42,7 +44,7 @@ def evaluate(
     from frobs_core.runs import evaluate as evaluate_run
 
     with only_json(json):
-        opened = open_run(run, model, algorithm, settings, trust)
+        opened = open_run(run, model, algorithm, settings, trust, pretrained)
         with console(stderr=True).status(f"playing {episodes:,} episodes"):
             found = evaluate_run(
                 opened, episodes, simulator=simulator, randomize=randomized, seed=seed, checkpoint=checkpoint
@@ -50,8 +52,8 @@ def evaluate(
     if json:
         print_json({"run" if model is None else "model": model or opened.path, **found.to_dict()})
     else:
-        kind = "run" if model is None else "model file"
-        print_facts({"name": str(model or opened.path), "kind": kind, **summary(found)})
+        kind = "trained policy" if pretrained else "run" if model is None else "model file"
+        print_facts({"name": str(run if pretrained else model or opened.path), "kind": kind, **summary(found)})
 
 
 def summary(found: Evaluation) -> dict[str, object]:
@@ -65,6 +67,8 @@ def summary(found: Evaluation) -> dict[str, object]:
     if found.success_by_octant:
         name, worst = min(found.success_by_octant.items(), key=lambda item: item[1].success_rate)
         facts["worst_octant"] = f"{percent(worst.success_rate)}  ({name}: {worst.episodes:,} episodes)"
+    if found.tracking_error is not None:
+        facts["tracking_error"] = f"{1e3 * found.tracking_error:.1f} mm on the mean, in the second half of the episodes"
     facts["reward"] = f"{number(found.mean_reward)} per episode"
     facts["length"] = f"{number(found.mean_length)} steps per episode"
     facts["episodes"] = f"{found.episodes:,}, after {found.steps:,} steps of training"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 import typer
@@ -10,6 +11,7 @@ from frobs_core import plugins
 from frobs_core.cli import catalogue
 from frobs_core.cli.options import Json
 from frobs_core.cli.output import only_json, print_json, print_line, print_note, print_table, print_title
+from frobs_core.cli.progress import percent
 from frobs_core.specs import KINDS
 
 
@@ -72,6 +74,7 @@ def _environments() -> list[dict[str, Any]]:
             "controller": environment.controller,
             "simulator": environment.simulator,
             "max_episode_steps": environment.max_episode_steps,
+            "pretrained": catalogue.pretrained(env_id, environment),
             "summary": environment.summary,
         }
         for env_id, (task, environment) in catalogue.environments().items()
@@ -81,8 +84,20 @@ def _environments() -> list[dict[str, Any]]:
 def _print(kind: str, facts: list[dict[str, Any]]) -> None:
     if kind == catalogue.ENVIRONMENT:
         keys = ("id", "robot", "controller", "simulator", "max_episode_steps", "summary")
-        headings = ("ID", "robot", "controller", "simulator", "steps", "summary")
-        print_table(headings, [[str(fact[key]) for key in keys] for fact in facts])
+        headings = ("ID", "pretrained", "robot", "controller", "simulator", "steps", "summary")
+        print_table(
+            headings, [[fact["id"], _pretrained(fact), *(str(fact[key]) for key in keys[1:])] for fact in facts]
+        )
     else:
         rows = [[fact["name"], f"{fact['distribution']} {fact['version']}", fact["summary"]] for fact in facts]
         print_table(("name", "from", "summary"), rows)
+
+
+def _pretrained(fact: Mapping[str, Any]) -> str:
+    """Return the success rate of the trained policy that comes with an ID."""
+    found = fact["pretrained"]
+    if found is None:
+        return ""
+    if "error" in found:
+        return "damaged"
+    return "yes" if found["success_rate"] is None else percent(found["success_rate"])

@@ -18,7 +18,8 @@ RunOrId = Annotated[
     typer.Argument(
         metavar="RUN",
         show_default=False,
-        help="The folder that 'frobs train' wrote, or the bundle that 'frobs export' wrote; with --model, a Gymnasium ID.",
+        help="The folder that 'frobs train' wrote, or the bundle that 'frobs export' wrote; with --model or "
+        "--pretrained, a Gymnasium ID.",
     ),
 ]
 
@@ -30,6 +31,11 @@ ModelPath = Annotated[
         show_default=False,
         help="A trained model's file, as its library wrote it, instead of a run.",
     ),
+]
+
+Pretrained = Annotated[
+    bool,
+    typer.Option("--pretrained", help="Take the trained policy that comes with the ID; 'frobs list envs' says which."),
 ]
 
 ModelAlgorithm = Annotated[
@@ -55,17 +61,26 @@ Trust = Annotated[
 ]
 
 
-def open_run(run: Path, model: Path | None, algorithm: str | None, settings: Sequence[str] | None, trust: bool) -> Run:
-    """Open a run, a bundle or a model file.
+def open_run(
+    run: Path,
+    model: Path | None,
+    algorithm: str | None,
+    settings: Sequence[str] | None,
+    trust: bool,
+    pretrained: bool = False,
+) -> Run:
+    """Open a run, a bundle, a model file or the policy that comes with an ID.
 
     Raises:
         ConfigurationError: A flag that belongs to ``--model`` stands alone, or a setting cannot be used.
-        RunError: The folder is no run.
+        RunError: The folder is no run, or no policy comes with the ID.
         BundleError: The file is no bundle.
     """
-    from frobs_core.runs import ModelFile
+    from frobs_core.runs import ModelFile, open_pretrained
     from frobs_core.runs.bundle import open_run_or_bundle
 
+    if model is not None and pretrained:
+        raise ConfigurationError("--model and --pretrained exclude each other; choose one.")
     if model is not None:
         return ModelFile(model, str(run), algorithm, settings or (), trust)
     for flag, given in (("--algorithm", algorithm), ("--set", settings), ("--trust", trust)):
@@ -73,4 +88,4 @@ def open_run(run: Path, model: Path | None, algorithm: str | None, settings: Seq
             raise ConfigurationError(
                 f"{flag} belongs to --model FILE; a run knows how it was trained, and needs no trust."
             )
-    return open_run_or_bundle(run)
+    return open_pretrained(str(run)) if pretrained else open_run_or_bundle(run)

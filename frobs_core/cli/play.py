@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from frobs_core.cli.opened import ModelAlgorithm, ModelPath, ModelSettings, RunOrId, Trust, open_run
+from frobs_core.cli.opened import ModelAlgorithm, ModelPath, ModelSettings, Pretrained, RunOrId, Trust, open_run
 from frobs_core.cli.options import CheckpointName, Randomized
 from frobs_core.cli.output import console, print_line
 from frobs_core.errors import ConfigurationError, RenderingUnavailableError, RunError
@@ -15,6 +15,7 @@ from frobs_core.errors import ConfigurationError, RenderingUnavailableError, Run
 
 def play(
     run: RunOrId,
+    pretrained: Pretrained = False,
     model: ModelPath = None,
     algorithm: ModelAlgorithm = None,
     settings: ModelSettings = None,
@@ -31,6 +32,7 @@ def play(
     """Watch what a run has learned, or how a model file acts: in a window, or as a video.
 
     Example:
+        $ frobs play frobs/Irb120Reach-v0 --pretrained
         $ frobs play runs/first
         $ frobs play runs/first --video first.mp4
         $ frobs play frobs/Irb120Reach-v0 --model trained_model.zip
@@ -39,12 +41,14 @@ def play(
         raise ConfigurationError("--video and --viewer exclude each other; choose one.")
     from frobs_core.runs import record_video, view
 
-    opened = open_run(run, model, algorithm, settings, trust)
+    opened = open_run(run, model, algorithm, settings, trust, pretrained)
     if video is None:
         try:
             view(opened, randomized=randomized, checkpoint=checkpoint)
         except RenderingUnavailableError as error:
-            raise RunError(f"{error} Without a window: frobs play {run} --video FILE") from error
+            raise RunError(
+                f"{error} Without a window: frobs play {run}{' --pretrained' if pretrained else ''} --video FILE"
+            ) from error
         return
     with console(stderr=True).status(f"recording {episodes} episodes"):
         path = record_video(opened, video, episodes=episodes, randomized=randomized, checkpoint=checkpoint)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,7 +12,7 @@ import typer
 
 from frobs_core import plugins
 from frobs_core.cli import catalogue
-from frobs_core.cli.describe_environment import describe_environment
+from frobs_core.cli.describe_environment import describe_environment, readable_environment
 from frobs_core.cli.describe_record import describe_record
 from frobs_core.cli.describe_robot import describe_file, is_model_file, load, robot_of
 from frobs_core.cli.describe_run import describe_run, is_run, readable_run
@@ -77,10 +77,16 @@ def show(
         if facts["kind"] == "run" and config:
             sys.stdout.write(dump_yaml(facts["config"]))
         else:
-            print_facts(readable_run(facts) if facts["kind"] == "run" else facts)
+            print_facts(_READABLE.get(facts["kind"], dict)(facts))
     if len(found) > 1:
         ways = ", ".join(f"'{facts['kind']}:{name}'" for facts in found)
         print_note(f"'{name}' is several things; for one of them: {ways}")
+
+
+_READABLE: Mapping[str, Callable[[Facts], Facts]] = {
+    "run": readable_run,
+    catalogue.ENVIRONMENT: readable_environment,
+}
 
 
 def _draw(robot: Robot | None, name: str, picture: Path) -> None:

@@ -3,6 +3,7 @@
 Imported by those who train, never by ``import frobs_core``: it needs pydantic.
 """
 
+from frobs_core.runs.bundle import open_pretrained
 from frobs_core.runs.callbacks import TrainingCallback
 from frobs_core.runs.checkpoints import Checkpoint
 from frobs_core.runs.compare import Comparison, compare
@@ -47,6 +48,7 @@ __all__ = [
     "decide_threads",
     "default_run_dir",
     "evaluate",
+    "open_pretrained",
     "plot_comparison",
     "plot_runs",
     "record_video",

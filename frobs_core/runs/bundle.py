@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NoReturn, Self
 
@@ -14,8 +14,10 @@ from frobs_core.deploy import Bundle, Policy, read_bundle
 from frobs_core.errors import BundleError, BundleMismatchError, RunError
 from frobs_core.interfaces.algorithm import Algorithm, TrainingMonitor
 from frobs_core.interfaces.task import Observation
+from frobs_core.pretrained import read_pretrained
 from frobs_core.runs.config import RunConfig
-from frobs_core.runs.export_facts import spaces_facts
+from frobs_core.runs.environments import make_vector_env
+from frobs_core.runs.export_facts import environment_facts, spaces_facts
 from frobs_core.runs.run import Run
 from frobs_core.validation import validate
 
@@ -126,6 +128,48 @@ class BundlePolicy(Algorithm):
             RunError: Always.
         """
         _refuse()
+
+
+def open_pretrained(environment: str) -> BundleRun:
+    """Open the trained policy that comes with an ID, to be evaluated and played as a run is.
+
+    Args:
+        environment: The ID; the form ``frobs_core:frobs/…`` is understood.
+
+    Raises:
+        UnknownNameError: No such ID.
+        RunError: Nothing comes with it.
+        BundleError: The file is missing, damaged, or of another ID.
+        ConfigurationError: The configuration in it is damaged.
+    """
+    return BundleRun(read_pretrained(environment))
+
+
+def changes_since(run: BundleRun) -> list[str]:
+    """Return what the environment says otherwise now than when the policy was exported: nothing, if it fits.
+
+    Robot, controller, action, observation, timestep, keywords and limit are compared, as :mod:`the bundle
+    <frobs_core.deploy>` tells of them; a policy that was trained with others may still act, and fail.
+
+    Raises:
+        ConfigurationError: The environment cannot be built.
+    """
+    env = make_vector_env(run.config.environment, 1, run.config.keywords(randomize=False), run.config.wrappers)
+    try:
+        now = environment_facts(env, run.config)
+    finally:
+        env.close()
+    return list(_changes(run.bundle.manifest, now))
+
+
+def _changes(then: Any, now: Any, name: str = "") -> Iterator[str]:
+    """Yield a line for each thing that ``now`` has and that is another than ``then``."""
+    if isinstance(then, Mapping) and isinstance(now, Mapping):
+        for key in now:
+            if key in then:  # a field that the export did not know yet tells nothing
+                yield from _changes(then[key], now[key], f"{name}.{key}" if name else str(key))
+    elif then != now:
+        yield f"{name} was {then}, and is {now} now"
 
 
 def open_run_or_bundle(path: Path | str) -> Run:

@@ -34,6 +34,8 @@ class Evaluation:
         success_interval: Wilson's 95 % interval of it.
         mean_reward: Undiscounted, per episode.
         mean_length: [control steps]
+        tracking_error: Mean over the second half of each episode, when the robot has had time to get there [m]; None
+            where the task has none.
         episodes: How many.
         success_by_octant: By the signs of the goal relative to the middle of the goal box (``"+x-y+z"``); None where
             the task has no goal positions.
@@ -49,6 +51,7 @@ class Evaluation:
     success_interval: tuple[float, float] | None
     mean_reward: float
     mean_length: float
+    tracking_error: float | None = None
     episodes: int
     success_by_octant: Mapping[str, OctantResult] | None
     environment: str
@@ -116,6 +119,7 @@ def evaluate(
         success_interval=wilson_interval(int(sum(successes)), len(successes)) if successes else None,
         mean_reward=float(np.mean(counter.rewards)),
         mean_length=float(np.mean(counter.lengths)),
+        tracking_error=counter.tracking_error,
         episodes=len(counter.rewards),
         success_by_octant=counter.by_octant(),
         environment=config.environment,

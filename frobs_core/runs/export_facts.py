@@ -20,12 +20,15 @@ from frobs_core.deploy.spaces import space_to_json
 from frobs_core.errors import ConfigurationError, PluginError
 from frobs_core.interfaces import RobotHandle
 from frobs_core.models import JointType, fingerprint
+from frobs_core.runs.command import training_command
 from frobs_core.runs.config import RunConfig
+from frobs_core.runs.progress import STEPS, read_progress
 from frobs_core.runs.run import Run
 from frobs_core.runs.versions import versions
 
 _SPDX = re.compile(r"[A-Za-z0-9][A-Za-z0-9.+-]*( (AND|OR|WITH) [A-Za-z0-9][A-Za-z0-9.+-]*)*")
 _PARTS = ("task", "robot", "controller", "simulator")
+_CURVE = 60  # points of a learning curve: as many as can be told apart in a small picture
 _NO_LICENSE = "No licence was given with this policy; ask whoever trained it before you pass it on.\n"
 
 
@@ -46,6 +49,7 @@ def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfi
         "environment": {
             "id": config.environment,
             "keywords": plain(config.environment_kwargs),
+            "parameters": plain(_parameters(config)),
             "task": names.get("task"),
             "simulator": names.get("simulator"),
             "wrappers": plain([wrapper.model_dump() for wrapper in config.wrappers]),
@@ -88,14 +92,18 @@ def spaces_facts(observation_space: gym.Space[Any], action_space: gym.Space[Any]
 
 
 def training_facts(run: Run, steps: int) -> dict[str, Any]:
-    """Return where the policy comes from: algorithm, configuration, seed, results and versions."""
+    """Return where the policy comes from: algorithm, configuration, seed, time, results and versions."""
     config = plain(run.config.model_dump())
     trained = run.path / "versions.json"
+    curve = learning_curve(run, steps)
     return {
         "training": {
             "algorithm": run.config.algorithm,
             "steps": steps,
             "seed": run.config.seed,
+            "seconds": curve["seconds"][-1] if curve["seconds"] else None,
+            "command": training_command(run.config),
+            "curve": curve,
             "config": config,
             "config_sha256": hashlib.sha256(json.dumps(config, sort_keys=True).encode()).hexdigest(),
             "versions": json.loads(trained.read_text("utf-8")) if trained.is_file() else None,
@@ -103,6 +111,27 @@ def training_facts(run: Run, steps: int) -> dict[str, Any]:
         },
         "export": {"versions": versions(), "commit": _commit(run.path)},
     }
+
+
+def learning_curve(run: Run, steps: int) -> dict[str, list[Any]]:
+    """Return the log up to a checkpoint in few points: ``steps``, ``seconds``, and means of ``reward`` and ``success``.
+
+    Args:
+        run: The run.
+        steps: Of the checkpoint.
+    """
+    path = run.path / "progress.csv"
+    columns = {name: np.array(values) for name, values in (read_progress(path) if path.is_file() else {}).items()}
+    rows = np.flatnonzero(columns.get(STEPS, np.empty(0)) <= steps)
+    curve: dict[str, list[Any]] = {"steps": [], "seconds": [], "reward": [], "success": []}
+    for part in np.array_split(rows, min(len(rows), _CURVE)) if len(rows) else []:
+        curve["steps"].append(int(columns[STEPS][part[-1]]))
+        curve["seconds"].append(round(float(columns["time/elapsed"][part[-1]]), 2))
+        for name in ("reward", "success"):
+            values = columns[f"episode/{name}"][part] if f"episode/{name}" in columns else np.empty(0)
+            known = values[np.isfinite(values)]
+            curve[name].append(float(f"{known.mean():.5g}") if len(known) else None)
+    return curve
 
 
 def license_text(license: str | None) -> str:
@@ -149,10 +178,15 @@ def _keyword(config: RunConfig, name: str) -> Any:
     """Return a keyword of the environment: what was given, or else the ID's own."""
     if name in config.environment_kwargs:
         return config.environment_kwargs[name]
+    return _parameters(config).get(name)
+
+
+def _parameters(config: RunConfig) -> Mapping[str, Any]:
+    """Return the keywords that the ID itself has; none where it is another package's."""
     try:
-        return registry.find_environment(config.environment.rpartition(":")[2])[1].parameters.get(name)
+        return registry.find_environment(config.environment.rpartition(":")[2])[1].parameters
     except PluginError:
-        return None
+        return {}
 
 
 def _robot(robot: RobotHandle, names: Mapping[str, Any], config: RunConfig) -> dict[str, Any]:

@@ -39,7 +39,7 @@ def play_episodes(
         seed: Of the first environment.
         deterministic: Take the mode of the policy, or else sample.
     """
-    counter = EpisodeCounter(env.num_envs, episodes, goal_reader(env))
+    counter = EpisodeCounter(env.num_envs, episodes, goal_reader(env), error_reader(env))
     recorder = EpisodeRecorder(env, counter.add)
     observation, _ = recorder.reset(seed=seed)
     counter.begin()
@@ -54,12 +54,27 @@ def play_episodes(
 
 
 class EpisodeCounter:
-    """Takes the first so many episodes of each environment."""
+    """Takes the first so many episodes of each environment.
 
-    def __init__(self, num_envs: int, episodes: int, goals: tuple[Callable[[], Floats], Floats] | None) -> None:
+    Args:
+        num_envs: How many there are.
+        episodes: Of all of them together.
+        goals: What :func:`goal_reader` returns.
+        errors: What :func:`error_reader` returns.
+    """
+
+    def __init__(
+        self,
+        num_envs: int,
+        episodes: int,
+        goals: tuple[Callable[[], Floats], Floats] | None = None,
+        errors: tuple[Callable[[], Floats], int] | None = None,
+    ) -> None:
         self._left = np.full(num_envs, episodes // num_envs)
         self._left[: episodes % num_envs] += 1
-        self._goals = goals
+        self._goals, self._errors = goals, errors
+        self._steps = np.zeros(num_envs, np.int64)  # into the episode
+        self._error_sum, self._error_count = 0.0, 0
         self._begun: Floats = np.empty((num_envs, 3))  # goals at the episodes' starts
         self._ended: list[Floats] = []
         self._finished: FinishedEpisodes | None = None
@@ -89,11 +104,24 @@ class EpisodeCounter:
         self._finished = finished
 
     def after_step(self) -> None:
-        """Remember the goals of the episodes that have begun in the step."""
+        """Remember the goals of the episodes that have begun in the step, and the errors of those that go on."""
+        if self._errors is not None:
+            self._steps += 1
+            if self._finished is not None:
+                self._steps[self._finished.env_ids] = 0
+            late = (self._steps > self._errors[1] // 2) & (self._left > 0)
+            if late.any():
+                self._error_sum += float(self._errors[0]()[late].sum())
+                self._error_count += int(late.sum())
         if self._goals is not None and self._finished is not None:
             ids = self._finished.env_ids
             self._begun[ids] = self._goals[0]()[ids]
         self._finished = None
+
+    @property
+    def tracking_error(self) -> float | None:
+        """Mean over the second halves of the episodes [m]; None where there is none."""
+        return self._error_sum / self._error_count if self._error_count else None
 
     def by_octant(self) -> dict[str, OctantResult] | None:
         """Return the success in each octant that had a goal."""
@@ -119,3 +147,16 @@ def goal_reader(env: gym.vector.VectorEnv[Any, Any, Any]) -> tuple[Callable[[], 
     if low is None or high is None or not hasattr(task, "goal") or np.shape(task.goal) != (env.num_envs, 3):
         return None
     return lambda: np.array(task.goal, np.float64), (np.asarray(low, np.float64) + np.asarray(high)) / 2.0
+
+
+def error_reader(env: gym.vector.VectorEnv[Any, Any, Any]) -> tuple[Callable[[], Floats], int] | None:
+    """Return how to read the tracking errors, (num_envs,) [m], and how many steps an episode may have.
+
+    None where the task has no ``tracking_error``, or nothing limits the episodes.
+    """
+    task: Any = getattr(env.unwrapped, "task", None)
+    error: Any = getattr(task, "tracking_error", None)
+    limit = env.spec.max_episode_steps if env.spec is not None else None
+    if limit is None or np.shape(error) != (env.num_envs,):
+        return None
+    return lambda: np.array(task.tracking_error, np.float64), limit
