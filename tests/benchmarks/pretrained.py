@@ -1,0 +1,67 @@
+"""Make the trained policies anew that come with IDs: train, evaluate, export, and copy into the task's package.
+
+``EnvironmentRecord.pretrained`` says which IDs have one and where it lies; so no file is made by hand::
+
+    python tests/benchmarks/pretrained.py
+    python tests/benchmarks/pretrained.py --only frobs/Irb120Reach-v0 --seed 1
+
+What ``tasks.py`` has trained of the same seed is taken.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from argparse import ArgumentParser
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import tasks  # noqa: E402 - beside this file
+
+from frobs_core import registry  # noqa: E402
+from frobs_core.pretrained import pretrained_ids, pretrained_path  # noqa: E402
+from frobs_core.runs import Run  # noqa: E402
+from frobs_core.runs.export import export  # noqa: E402
+
+LICENSE = "MIT"
+
+
+def make(
+    case: tasks.Case, seed: int, episodes: int = tasks.EPISODES, steps: int | None = None, kept: Path = tasks.KEPT
+) -> Path:
+    """Train, evaluate and export.
+
+    Args:
+        case: What to train.
+        seed: Of the training.
+        episodes: Of each evaluation.
+        steps: Of the training; None: as tuned.
+        kept: The folder where finished seeds are kept.
+
+    Returns:
+        The bundle, beside the run.
+    """
+    run = Run.open(kept / tasks.measure(case, seed, episodes, steps, kept)["run"])
+    return export(run, run.path.parent / f"{case.slug}.frobs", license=LICENSE).path
+
+
+def main() -> None:
+    """Make the bundles, and then copy them: the commit that they tell of is of a clean tree."""
+    parser = ArgumentParser(description=__doc__)
+    parser.add_argument("--only", nargs="+", choices=pretrained_ids(), metavar="ID")
+    parser.add_argument("--seed", type=int, default=0)
+    given = parser.parse_args()
+    wanted = given.only or pretrained_ids()
+    made = {case.id: make(case, given.seed) for case in tasks.cases() if case.id in wanted}
+    for id in wanted:
+        if id not in made:
+            sys.exit(f"{id}: nothing is tuned for it; add a file to the algorithm's record.")
+        target = pretrained_path(registry.environments()[id][1])
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(made[id], target)
+        sys.stdout.write(f"{target}\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,315 @@
+"""Measure how each ID is learned that something is tuned for: ``docs/explanation/tasks-measured.md``.
+
+Trains three seeds of each, evaluates them on MuJoCo and on PyBullet, and sets the worst beside FRobs_RL's own logs. What
+is done is kept in ``build/benchmarks/tasks``, so that the script goes on where it was interrupted::
+
+    python tests/benchmarks/tasks.py
+    python tests/benchmarks/tasks.py --only frobs/Irb120Reach-v0 --seeds 0
+
+``--fresh`` forgets what was kept; a row that was kept says at which commit it was made.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from argparse import ArgumentParser
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import date
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from statistics import median
+from typing import Any, cast
+
+import yaml
+
+from frobs_core import plugins, registry
+from frobs_core.runs import Run, plot_runs
+from frobs_core.specs import AlgorithmRecord
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "explanation" / "tasks-measured.md"
+PICTURES = ROOT / "docs" / "images" / "tasks"
+KEPT = ROOT / "build" / "benchmarks" / "tasks"
+LOGS = Path(__file__).with_name("frobs_rl_logs.yaml")
+TARGETS = Path(__file__).with_name("task_targets.yaml")
+SEEDS, EPISODES = (0, 1, 2), 1000
+OTHER_SIMULATOR = "pybullet"
+KEPT_SHARE = 0.95
+"""What must be left of the success on the other simulator; below it the parity certificate is asked why."""
+LONGEST = 30 * 60
+"""[s] that a training may take."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is trained.
+
+    Attributes:
+        id: Gymnasium ID.
+        algorithm: Name of the algorithm.
+    """
+
+    id: str
+    algorithm: str
+
+    @property
+    def slug(self) -> str:
+        """For names of files."""
+        return self.id.rpartition("/")[2].lower()
+
+
+def cases() -> list[Case]:
+    """Return the IDs with a robot of their own for which something is tuned, each with its algorithm.
+
+    Where several are tuned for an ID it is PPO, or else the first by name.
+    """
+    records = cast("Mapping[str, AlgorithmRecord]", plugins.records("algorithm"))
+    found = []
+    for id, (_, environment) in registry.environments().items():
+        tuned = sorted((name for name, record in records.items() if id in record.tuned), key=lambda n: (n != "ppo", n))
+        if tuned and environment.robot:
+            found.append(Case(id, tuned[0]))
+    return found
+
+
+def measure(
+    case: Case, seed: int, episodes: int = EPISODES, steps: int | None = None, kept: Path = KEPT
+) -> dict[str, Any]:
+    """Train a seed and evaluate it, each in processes of their own; or return what was found before.
+
+    Args:
+        case: What to train.
+        seed: Of the training.
+        episodes: Of each evaluation.
+        steps: Of the training; None: as tuned.
+        kept: The folder where finished seeds are kept.
+
+    Returns:
+        ``id``, ``algorithm``, ``seed``, ``run`` (the folder), ``steps``, ``seconds`` of the training, ``machine``,
+        ``commit``, and under ``mujoco`` and ``pybullet`` what ``frobs evaluate`` found (None: it is not installed).
+    """
+    folder = kept / f"{case.slug}-{case.algorithm}-seed{seed}"
+    result = folder / "result.json"
+    if result.is_file():
+        return cast("dict[str, Any]", json.loads(result.read_text("utf-8")))
+    shutil.rmtree(folder, ignore_errors=True)  # of a training that was interrupted
+    commit = current_commit()
+    budget = () if steps is None else ("--steps", steps)
+    run = folder / "run"
+    trained = frobs("train", case.id, "--algorithm", case.algorithm, "--seed", seed, "--run-dir", run, *budget)
+    found = frobs("evaluate", run, "--episodes", episodes)
+    other = None
+    if find_spec(OTHER_SIMULATOR) is not None:
+        other = frobs("evaluate", run, "--episodes", episodes, "--simulator", OTHER_SIMULATOR)
+    row = {
+        "id": case.id,
+        "algorithm": case.algorithm,
+        "seed": seed,
+        "run": str(run.relative_to(kept)),
+        "steps": trained["steps"],
+        "seconds": trained["seconds"],
+        "machine": machine(),
+        "commit": commit,
+        "mujoco": found,
+        "pybullet": other,
+    }
+    result.write_text(json.dumps(row, indent=1), "utf-8")
+    rate = found["success_rate"]
+    sys.stderr.write(f"{case.id}, {case.algorithm}, seed {seed}: {rate:.1%} after {trained['seconds']:.0f} s\n")
+    return row
+
+
+def explain_drop(case: Case, kept: Path = KEPT) -> str:
+    """Return what the parity certificate finds over its tolerance between the two simulators."""
+    folder = kept / f"{case.slug}-parity"
+    if not (folder / "certificate.json").is_file():
+        names = f"mujoco,{OTHER_SIMULATOR}"
+        command = [sys.executable, "-m", "frobs_core.cli", "parity", case.id, "--simulators", names, "--out", folder]
+        subprocess.run(command, stdout=subprocess.DEVNULL, check=False)  # 1: something is over its tolerance
+    if not (folder / "certificate.json").is_file():
+        return "no certificate could be made"
+    certificate = json.loads((folder / "certificate.json").read_text("utf-8"))
+    failed = [m["title"].lower() for m in certificate["measurements"] if m["status"] == "failed"]
+    return f"`frobs parity`: {certificate['verdict']}" + (
+        f"; over the tolerance: {', '.join(failed)}" if failed else ""
+    )
+
+
+def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str, str], episodes: int) -> str:
+    """Return the page.
+
+    Args:
+        rows: What :func:`measure` found for each seed.
+        drops: By ID, why the other simulator's success is lower.
+        episodes: Of each evaluation.
+    """
+    targets, logs = _yaml(TARGETS), _yaml(LOGS)
+    machines = sorted({row["machine"] for found in rows.values() for row in found})
+    lines = [
+        "# The tasks, measured",
+        "",
+        f"By `tests/benchmarks/tasks.py`, {date.today():%d %B %Y}, on {'; '.join(machines)}. Each seed is "
+        "`frobs train ID --algorithm NAME --seed S` with what is tuned for the ID, and then `frobs evaluate`: the "
+        f"deterministic policy on {episodes:,} episodes that the training has never seen. The table shows the worst "
+        "seed with its 95 % interval; the time is that of the slowest training, checkpoints included.",
+        "",
+        "| ID | algorithm | steps | training | worst success | 95 % interval | median | tracking error | wanted | "
+        "on PyBullet, worst | FRobs_RL |",
+        "|---|---|---:|---:|---:|---|---:|---:|---:|---:|---|",
+    ]
+    lines += [_summary(case, found, targets.get(case.id, {}), logs["runs"]) for case, found in rows.items()]
+    lines += [
+        "",
+        f"{logs['about']} The tracking error is the mean distance from tool to goal over the second half of each "
+        f"episode, of the worst seed. A training may take {LONGEST // 60} minutes.",
+    ]
+    for case, found in rows.items():
+        lines += ["", f"## {case.id}", ""]
+        if case.id in drops:
+            lines += [f"Less than {KEPT_SHARE:.0%} of the success is left on PyBullet. {drops[case.id]}.", ""]
+        lines += _seeds(found)
+        if (PICTURES / f"{case.slug}.png").is_file():
+            picture = f"../images/tasks/{case.slug}.png"
+            lines += ["", f"![The learning curves of {case.id}: success and reward over the steps]({picture})"]
+    return "\n".join(lines) + "\n"
+
+
+def _summary(
+    case: Case, found: Sequence[Mapping[str, Any]], target: Mapping[str, float], logs: Sequence[Mapping[str, Any]]
+) -> str:
+    worst = min(found, key=lambda row: row["mujoco"]["success_rate"])["mujoco"]
+    errors = [row["mujoco"]["tracking_error"] for row in found if row["mujoco"].get("tracking_error") is not None]
+    others = [row["pybullet"]["success_rate"] for row in found if row["pybullet"]]
+    seconds = max(row["seconds"] for row in found)
+    missed = seconds > LONGEST
+    wanted = []
+    if "success" in target:
+        wanted.append(f"≥ {target['success']:.0%}")
+        missed |= worst["success_rate"] < target["success"]
+    if "tracking_error" in target:
+        wanted.append(f"≤ {100 * target['tracking_error']:.0f} cm")
+        missed |= not errors or max(errors) > target["tracking_error"]
+    cells = [
+        f"[`{case.id}`](#{case.id.lower().replace('/', '')})",
+        f"`{case.algorithm}`",
+        f"{found[0]['steps']:,}",
+        _duration(seconds),
+        f"{worst['success_rate']:.1%}",
+        "{:.1%} to {:.1%}".format(*worst["success_interval"]),
+        f"{median(row['mujoco']['success_rate'] for row in found):.1%}",
+        f"{100 * max(errors):.1f} cm" if errors else "–",
+        (", ".join(wanted) or "–") + (" (missed)" if missed else ""),
+        f"{min(others):.1%}" if others else "–",
+        "; ".join(_log(log) for log in logs if case.id in log["ids"]) or "–",
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+def _log(log: Mapping[str, Any]) -> str:
+    if log.get("success") is None:
+        said = f"return {log['return']:g}"
+    else:
+        said = f"{log['success']:.0%}"
+    return f"{log['algorithm']}: {said} after {log['seconds'] / 3600:.0f} h"
+
+
+def _seeds(found: Sequence[Mapping[str, Any]]) -> list[str]:
+    lines = [
+        "| seed | steps | training | success | 95 % interval | reward | length | on PyBullet | commit |",
+        "|---:|---:|---:|---:|---|---:|---:|---:|---|",
+    ]
+    for row in found:
+        ours, other = row["mujoco"], row["pybullet"]
+        low, high = ours["success_interval"]
+        lines.append(
+            f"| {row['seed']} | {row['steps']:,} | {_duration(row['seconds'])} | {ours['success_rate']:.1%} | {low:.1%} to "
+            f"{high:.1%} | {ours['mean_reward']:.2f} | {ours['mean_length']:.0f} | "
+            f"{format(other['success_rate'], '.1%') if other else '–'} | {row['commit']} |"
+        )
+    return lines
+
+
+def draw(case: Case, found: Sequence[Mapping[str, Any]], kept: Path = KEPT) -> None:
+    """Draw the learning curves of the seeds."""
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    plot_runs([Run.open(kept / row["run"]) for row in found], PICTURES / f"{case.slug}.png")
+
+
+def dropped(found: Sequence[Mapping[str, Any]]) -> bool:
+    """Return whether a seed keeps too little of its success on the other simulator."""
+    return any(
+        row["pybullet"] and row["pybullet"]["success_rate"] < KEPT_SHARE * row["mujoco"]["success_rate"]
+        for row in found
+    )
+
+
+def frobs(*arguments: object) -> dict[str, Any]:
+    """Run a command and return its facts."""
+    command = [sys.executable, "-m", "frobs_core.cli", *map(str, arguments), "--json"]
+    return cast(
+        "dict[str, Any]", json.loads(subprocess.run(command, check=True, text=True, stdout=subprocess.PIPE).stdout)
+    )
+
+
+def current_commit() -> str:
+    """Return the commit of the source, with a ``+`` where something differs from it."""
+    command = ["git", "describe", "--always", "--abbrev=7", "--exclude=*", "--dirty=+"]
+    return subprocess.run(command, cwd=ROOT, text=True, capture_output=True).stdout.strip() or "unknown"
+
+
+@cache
+def machine() -> str:
+    """Return processor, number of cores and Python."""
+    names = [line for line in _lines(Path("/proc/cpuinfo")) if line.startswith("model name")]
+    processor = names[0].partition(":")[2].strip() if names else platform.machine()
+    return f"{processor}, {os.cpu_count()} cores, Python {platform.python_version()}"
+
+
+def main() -> None:
+    """Measure, and write the page."""
+    parser = ArgumentParser(description=__doc__)
+    known = {case.id: case for case in cases()}
+    parser.add_argument(
+        "--only", nargs="+", choices=sorted(known), metavar="ID", help="these alone; no page is written"
+    )
+    parser.add_argument("--seeds", nargs="+", type=int, default=list(SEEDS))
+    parser.add_argument("--episodes", type=int, default=EPISODES, help="of each evaluation")
+    parser.add_argument("--fresh", action="store_true", help="forget what was kept")
+    given = parser.parse_args()
+    chosen = [known[id] for id in given.only or known]
+    if given.fresh:
+        for case in chosen:
+            for folder in KEPT.glob(f"{case.slug}-*"):
+                shutil.rmtree(folder)
+    rows = {case: [measure(case, seed, given.episodes) for seed in given.seeds] for case in chosen}
+    drops = {case.id: explain_drop(case) for case, found in rows.items() if dropped(found)}
+    for case, found in rows.items():
+        draw(case, found)
+    page = report(rows, drops, given.episodes)
+    if given.only:  # a part is no page
+        sys.stdout.write(page)
+    else:
+        PAGE.write_text(page, "utf-8")
+
+
+def _yaml(path: Path) -> dict[str, Any]:
+    return cast("dict[str, Any]", yaml.safe_load(path.read_text("utf-8")))
+
+
+def _lines(path: Path) -> list[str]:
+    return path.read_text("utf-8").splitlines() if path.is_file() else []
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.1f} min"
+
+
+if __name__ == "__main__":
+    main()
