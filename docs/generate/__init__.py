@@ -23,7 +23,7 @@ PAGES = {
 def write_reference(folder: Path) -> None:
     """Write all pages; a page that is up to date keeps its time, so that it is not built again."""
     pages = {name: page() for name, page in PAGES.items()}
-    pages |= environments.pages() | api.pages()
+    pages |= environments.pages(folder) | api.pages()
     wanted = {folder / f"{name}.rst": text for name, text in pages.items()}
     for stale in set(folder.rglob("*.rst")) - set(wanted):
         stale.unlink()

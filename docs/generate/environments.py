@@ -1,12 +1,21 @@
-"""A page for each environment ID: what ``frobs show ID`` says, and what its task says about itself."""
+"""A page for each environment ID: what ``frobs show ID`` says, what its task says about itself, and how it looks."""
+
+from collections.abc import Iterator
+from pathlib import Path
 
 import gymnasium as gym
 
 from frobs_core import registry
-from frobs_core.cli.describe_environment import describe_environment
+from frobs_core.cli.describe_environment import describe_environment, readable_environment
 from frobs_core.errors import FrobsError
+from frobs_core.pretrained import read_pretrained
+from frobs_core.runs.bundle import BundleRun
 from generate import facts
+from generate.pictures import draw_curve, draw_episode
 from generate.rst import code, directive, escape, heading, label, literal, table, toctree
+
+_AT_A_GLANCE = ("robot", "controller", "simulator", "task", "from")
+_IN_SECTIONS = ("pretrained", "success", "reward_terms", "action_space", "observation_space", "max_episode_steps")
 
 
 def slug(env_id: str) -> str:
@@ -21,6 +30,7 @@ def page() -> str:
         (
             f":doc:`{env_id} <environments/{slug(env_id)}>`",
             *map(escape, (record.summary, record.robot or "any", task.name)),
+            "yes" if record.pretrained else "",
         )
         for env_id, (task, record) in found.items()
     ]
@@ -28,9 +38,9 @@ def page() -> str:
     text += (
         "Each ID is a task with a robot, and what both are given by default. All take ``simulator=``, ``controller=``, "
         "``reward_type=``, ``render_mode=`` and the parameters of their task as keywords. ``frobs show ID`` prints "
-        "the same facts.\n\n"
+        "the same facts, and ``frobs play ID --pretrained`` shows the trained policy that comes with an ID.\n\n"
     )
-    text += table(["ID", "what it is", "robot", "task"], rows)
+    text += table(["ID", "what it is", "robot", "task", "trained policy"], rows)
     text += (
         "Any other combination is ``frobs_core:frobs/Env-v0``, which is told all of its parts, here with a limit of 100 "
         "control steps:\n\n"
@@ -43,41 +53,145 @@ def page() -> str:
     return text + toctree((f"environments/{slug(env_id)}" for env_id in found), hidden="")
 
 
-def pages() -> dict[str, str]:
-    """Return a page for each ID."""
-    return {f"environments/{slug(env_id)}": _page(env_id) for env_id in registry.environments()}
+def pages(folder: Path | None = None) -> dict[str, str]:
+    """Return a page for each ID.
+
+    Args:
+        folder: Where the pages will lie: their pictures are drawn there; None: no pictures.
+    """
+    return {f"environments/{slug(env_id)}": _page(env_id, folder) for env_id in registry.environments()}
 
 
-def _page(env_id: str) -> str:
+def _page(env_id: str, folder: Path | None) -> str:
     task, record = registry.environments()[env_id]
     found = describe_environment(gym.spec(env_id))
+    run = _pretrained(env_id)
     given = "" if record.robot else ', robot="path/to/arm.urdf", tcp="LINK"'
-    text = heading(env_id) + f"{escape(record.summary)}.\n\n"
+    text = label(f"environment-{slug(env_id)}") + heading(env_id) + f"{escape(record.summary)}.\n\n"
+    if folder is not None and record.robot:
+        text += _picture(env_id, folder / "environments" / f"{slug(env_id)}.png", run)
     text += literal(f'env = gym.make("frobs_core:{env_id}"{given})', "python")
+    if run is not None:
+        text += literal(f"frobs play {env_id} --pretrained", "bash")
     if "error" in found:
         text += f".. warning::\n\n   {escape(found['error'])}\n\n"
-    text += facts.scalars(found) + _observation(env_id) + facts.tables(found)
+    text += "".join(_sections(env_id, found, run, folder))
     text += heading("The task", "-") + f"{code(task.name)}: {escape(task.summary)}.\n\n"
     module, _, name = task.entry_point.partition(":")
     return text + directive("autoclass", f"{module}.{name}", no_members="", no_index="")
 
 
-def _observation(env_id: str) -> str:
-    """Return a table of what the columns of the observation are, where the task says so."""
+def _sections(env_id: str, found: dict, run: BundleRun | None, folder: Path | None) -> Iterator[str]:
+    """Yield what ``frobs show`` says, a section for each question."""
+    task, record = registry.environments()[env_id]
     try:
-        env = gym.make(env_id, disable_env_checker=True)
+        env = gym.make(env_id, disable_env_checker=True) if record.robot else None
     except (FrobsError, gym.error.Error):
+        env = None
+    yield facts.scalars({key: found[key] for key in _AT_A_GLANCE if found.get(key)})
+    yield heading("Spaces", "-")
+    yield _action(found, record.controller)
+    yield from _observation(env, found)
+    yield heading("Reward", "-") + _reward(env_id, task, record.robot)
+    yield heading("Success and end", "-") + _end(env, found)
+    if env is not None:
+        env.close()
+    if run is not None:
+        yield heading("The trained policy", "-") + _policy(env_id, found, run, folder)
+    yield heading("What can be set", "-")
+    rest = {key: value for key, value in found.items() if key not in (*_AT_A_GLANCE, *_IN_SECTIONS)}
+    yield facts.scalars(rest) + facts.tables(rest)
+
+
+def _picture(env_id: str, path: Path, run: BundleRun | None) -> str:
+    if not draw_episode(env_id, path, run):
         return ""
-    terms = getattr(env.unwrapped.task, "observation_terms", {})
-    env.close()
+    said = "The trained policy at the start, on the way, and at the end of an episode" if run else "An episode begins"
+    return directive("figure", path.name, alt=f"{said}, in {env_id}").rstrip() + f"\n\n   {said}.\n\n"
+
+
+def _action(found: dict, controller: str) -> str:
+    where = f":ref:`{controller} <controller-{controller.replace('_', '-')}>`"
+    return (
+        f"An **action** is {code(found.get('action_space', ''))}, which the controller {where} turns into motion.\n\n"
+    )
+
+
+def _observation(env: gym.Env | None, found: dict) -> Iterator[str]:
+    """Yield what is observed: each part of it, and its columns where the task says what they are."""
+    if env is None:
+        yield f"The **observation** has {escape(found.get('observation_space', 'the columns that its task says'))}.\n\n"
+        return
+    space, terms = env.observation_space, getattr(env.unwrapped.task, "observation_terms", {})
+    parts = space.spaces if isinstance(space, gym.spaces.Dict) else {"": space}
+    rows = [(code(key or "observation"), code(part.shape), code(part.dtype)) for key, part in parts.items()]
+    yield "The **observation**:\n\n" + table(["part", "shape", "type"], rows)
     rows, start = [], 0
     for name, term in terms.items():
-        columns = f"{start} … {start + len(term.low) - 1}"
+        last = start + len(term.low) - 1
+        columns = str(start) if last == start else f"{start} … {last}"
         rows.append((columns, code(name), escape(term.unit), _numbers(term.low), _numbers(term.high)))
-        start += len(term.low)
-    if not rows:
-        return ""
-    return ".. rubric:: Observation\n\n" + table(["columns", "what", "unit", "lowest", "highest"], rows)
+        start = last + 1
+    if rows:
+        owner = "Its columns" if "" in parts else "Columns of ``observation``"
+        yield f"{owner}:\n\n" + table(["columns", "what", "unit", "lowest", "highest"], rows)
+
+
+def _reward(env_id: str, task, robot: str) -> str:
+    """Return the terms of each kind of reward, as a step tells them."""
+    cls = task.load()
+    text = ""
+    for reward_type in cls.reward_types:
+        names = _term_names(env_id, reward_type) if robot else list(cls.reward_meanings)
+        default = ", the default" if len(cls.reward_types) > 1 and reward_type == cls.reward_types[0] else ""
+        shown = f"{code(f'reward_type={reward_type!r}')}{default}" if robot else "Depending on ``reward_type``"
+        rows = [(code(name), escape(cls.reward_meanings.get(name, ""))) for name in names]
+        text += f"{shown}" + (" is the sum of\n\n" + table(["term", "what it is"], rows) if rows else ".\n\n")
+        if not robot:
+            break
+    return text + "Each step's ``info`` has the terms as ``frobs/reward/TERM``.\n\n"
+
+
+def _term_names(env_id: str, reward_type: str) -> list[str]:
+    prefix = "frobs/reward/"
+    try:
+        env = gym.make(env_id, reward_type=reward_type, disable_env_checker=True)
+    except (FrobsError, gym.error.Error):
+        return []
+    env.reset(seed=0)
+    info = env.step(env.action_space.sample())[-1]
+    env.close()
+    return [key.removeprefix(prefix) for key in info if key.startswith(prefix)]
+
+
+def _end(env: gym.Env | None, found: dict) -> str:
+    text = f"An episode is a success if {escape(found['success'])}. " if found.get("success") else ""
+    steps = found["max_episode_steps"]
+    text += f"It is truncated after {steps:,} control steps"
+    if env is not None:
+        timestep = env.unwrapped.control_timestep
+        text += f" of {timestep:g} s, which is {steps * timestep:g} s"
+    return f'{text}. ``info["is_success"]`` tells of each step.\n\n'
+
+
+def _policy(env_id: str, found: dict, run: BundleRun, folder: Path | None) -> str:
+    shown = readable_environment(found)["pretrained"]
+    cells = {"try it", "by", "file", "commit"}
+    rows = [(key, code(value) if key in cells else escape(value)) for key, value in shown.items()]
+    text = table([], rows, widths="25 75")
+    name = f"{slug(env_id)}-curve.png"
+    curve = run.bundle.manifest["training"].get("curve") or {}
+    if folder is not None and draw_curve(curve, folder / "environments" / name):
+        text += directive("figure", name, alt=f"How the policy of {env_id} was learned").rstrip()
+        text += "\n\n   How it was learned: with exploration, so below what the policy itself reaches.\n\n"
+    return text
+
+
+def _pretrained(env_id: str) -> BundleRun | None:
+    try:
+        return BundleRun(read_pretrained(env_id)) if registry.environments()[env_id][1].pretrained else None
+    except FrobsError:
+        return None  # the page says so: the facts have the error
 
 
 def _numbers(values) -> str:

@@ -71,6 +71,8 @@ def task_facts(cls: Any) -> dict[str, Any]:
         "reset_options": list(cls.reset_options),
         "control_timestep": f"{cls.control_timestep:g} s",
         "physics_timestep": f"{cls.physics_timestep:g} s",
+        "success": cls.success_rule,
+        "reward_terms": [{"name": name, "help": meaning} for name, meaning in cls.reward_meanings.items()],
         "parameters": parameters(cls),
     }
 

@@ -43,6 +43,8 @@ class Task(ABC):
         reset_options: Keys of ``options`` that ``reset`` understands.
         control_timestep: [s] default between two actions.
         physics_timestep: [s] default of one engine step.
+        success_rule: When an episode is a success, in one sentence without a full stop; for lists and pages.
+        reward_meanings: What each of :meth:`reward_terms` is, by name; for lists and pages.
         observation_space: Of one environment; set by ``bind``.
         reward_type: The one in force; set before ``bind``.
     """
@@ -51,6 +53,8 @@ class Task(ABC):
     reset_options: ClassVar[Sequence[str]] = ("joint_positions",)
     control_timestep: ClassVar[float] = 0.04
     physics_timestep: ClassVar[float] = 0.002
+    success_rule: ClassVar[str] = ""
+    reward_meanings: ClassVar[Mapping[str, str]] = {}
 
     observation_space: gym.Space  # type: ignore[type-arg]
     reward_type: str

@@ -9,7 +9,7 @@ from functools import lru_cache
 from frobs_core import plugins
 from frobs_core._version import __version__
 from frobs_core.doctor.plugins import HEAVY
-from frobs_core.errors import ModelFileError, PluginError, UnknownNameError
+from frobs_core.errors import FrobsError, ModelFileError, PluginError, UnknownNameError
 from frobs_core.interfaces import Algorithm, Controller, Robot, Simulation, Task
 from frobs_core.models.resources import resolve_path
 from frobs_core.plugins import PluginReport
@@ -185,6 +185,26 @@ def tuned_settings_exist(subject: PluginUnderTest) -> Outcome:
     return None
 
 
+def pretrained_policies_fit(subject: PluginUnderTest) -> Outcome:
+    """Every trained policy that comes with an ID is whole, and was trained in the ID as it is now."""
+    from frobs_core.runs.bundle import changes_since, open_pretrained
+
+    for _, record in subject.records:
+        for environment in record.environments if isinstance(record, TaskRecord) else ():
+            if not environment.pretrained:
+                continue
+            try:
+                changes = changes_since(open_pretrained(environment.id))
+            except FrobsError as error:
+                raise CheckFailure(f"the policy of '{environment.id}', {environment.pretrained}: {error}") from error
+            expect(
+                not changes,
+                f"the policy of '{environment.id}' was trained in another environment than the ID is now: "
+                f"{'; '.join(changes)}. Train it anew.",
+            )
+    return None
+
+
 CHECKS = (
     loads,
     import_is_cheap,
@@ -198,6 +218,7 @@ CHECKS = (
     summaries_are_one_line,
     environments_are_complete,
     tuned_settings_exist,
+    pretrained_policies_fit,
 )
 """Every check of a plugin, in the order in which they run."""
 

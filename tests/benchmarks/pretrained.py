@@ -17,12 +17,12 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-import tasks  # noqa: E402 - beside this file
+import tasks
 
-from frobs_core import registry  # noqa: E402
-from frobs_core.pretrained import pretrained_ids, pretrained_path  # noqa: E402
-from frobs_core.runs import Run  # noqa: E402
-from frobs_core.runs.export import export  # noqa: E402
+from frobs_core import registry
+from frobs_core.pretrained import pretrained_ids, pretrained_path
+from frobs_core.runs import Run
+from frobs_core.runs.export import export
 
 LICENSE = "MIT"
 

@@ -99,11 +99,15 @@ def measure(
     result = folder / "result.json"
     if result.is_file():
         return cast("dict[str, Any]", json.loads(result.read_text("utf-8")))
-    shutil.rmtree(folder, ignore_errors=True)  # of a training that was interrupted
-    commit = current_commit()
-    budget = () if steps is None else ("--steps", steps)
-    run = folder / "run"
-    trained = frobs("train", case.id, "--algorithm", case.algorithm, "--seed", seed, "--run-dir", run, *budget)
+    run, done = folder / "run", folder / "trained.json"
+    if done.is_file():
+        trained = json.loads(done.read_text("utf-8"))
+    else:
+        commit = current_commit()
+        budget = () if steps is None else ("--steps", steps)
+        flags = ("--algorithm", case.algorithm, "--seed", seed, "--on-existing", "resume")
+        trained = {**frobs("train", case.id, *flags, "--run-dir", run, *budget), "commit": commit}
+        done.write_text(json.dumps(trained, indent=1), "utf-8")
     found = frobs("evaluate", run, "--episodes", episodes)
     other = None
     if find_spec(OTHER_SIMULATOR) is not None:
@@ -116,7 +120,7 @@ def measure(
         "steps": trained["steps"],
         "seconds": trained["seconds"],
         "machine": machine(),
-        "commit": commit,
+        "commit": trained["commit"],
         "mujoco": found,
         "pybullet": other,
     }
@@ -213,10 +217,7 @@ def _summary(
 
 
 def _log(log: Mapping[str, Any]) -> str:
-    if log.get("success") is None:
-        said = f"return {log['return']:g}"
-    else:
-        said = f"{log['success']:.0%}"
+    said = f"return {log['return']:g}" if log.get("success") is None else f"{log['success']:.0%}"
     return f"{log['algorithm']}: {said} after {log['seconds'] / 3600:.0f} h"
 
 

@@ -116,6 +116,16 @@ FAULTS: dict[str, tuple[str, Callable[[str], str], str]] = {
     "no_install_hint": ("summaries_are_one_line", change("pip install kit", ""), "install_hint"),
     "id_without_version": ("environments_are_complete", change("Reach-v0", "Reach"), "namespace/Name-v0"),
     "unknown_controller": ("environments_are_complete", change("joint_delta_position", "magic"), "magic"),
+    "policy_missing": (
+        "pretrained_policies_fit",
+        change("max_episode_steps=50", "max_episode_steps=50, pretrained='frobs_core:none.frobs'"),
+        "cannot be read",
+    ),
+    "policy_is_something_else": (
+        "pretrained_policies_fit",
+        change("max_episode_steps=50", "max_episode_steps=50, pretrained='frobs_core:errors.py'"),
+        "no policy bundle",
+    ),
     "tuned_file_missing": ("tuned_settings_exist", change("errors.py", "tuned.yaml"), "no such file"),
 }
 REQUIREMENTS: dict[str, tuple[str, str, str]] = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -49,6 +49,10 @@ class ReachDynamic(Reach):
     """
 
     distance_term: ClassVar[str] = "tracking_error"
+    reward_meanings: ClassVar[Mapping[str, str]] = {
+        "tracking_error": "−distance_weight · d, d being the distance from tool to goal",
+        **{name: meaning for name, meaning in Reach.reward_meanings.items() if name != "distance"},
+    }
 
     def __init__(
         self,

@@ -41,6 +41,10 @@ class ReachGoal(Reach, GoalTask):
     """
 
     reward_types: ClassVar[Sequence[str]] = ("sparse", "dense")
+    reward_meanings: ClassVar[Mapping[str, str]] = {
+        "outside": "−1 where d > tolerance, d being the distance from tool to goal; else 0",
+        "distance": "−d",
+    }
 
     def __init__(
         self,

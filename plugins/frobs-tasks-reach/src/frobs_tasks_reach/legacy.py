@@ -64,6 +64,13 @@ class ReachLegacy(Reach):
     """
 
     reward_types: ClassVar[Sequence[str]] = ("dense",)
+    success_rule: ClassVar[str] = "the tool comes within tolerance_goal_pos of the goal, which ends the episode"
+    reward_meanings: ClassVar[Mapping[str, str]] = {
+        "reached_goal": "reached_goal_reward where the goal is reached, else 0",
+        "distance": "−multiplier_dist_reward · d where it is not, d being the distance from tool to goal",
+        "step": "step_reward where it is not",
+        "joint_limits": "joint_limits_reward where a joint stands at one of its limits",
+    }
     control_timestep: ClassVar[float] = 0.5
     usual_profile: ClassVar[str] = "irb120"
     limit_margin: ClassVar[float] = 1e-4  # [rad] FRobs_RL's: how near a limit a joint is at it

@@ -76,6 +76,12 @@ class Reach(Task):
     reset_options: ClassVar[Sequence[str]] = ("goal", "joint_positions")
     control_timestep: ClassVar[float] = 0.04
     physics_timestep: ClassVar[float] = 0.002
+    success_rule: ClassVar[str] = "the tool is within the tolerance of the goal when the time limit ends the episode"
+    reward_meanings: ClassVar[Mapping[str, str]] = {
+        "distance": "−distance_weight · d, d being the distance from tool to goal",
+        "precision": "precision_weight · exp(−(d / tolerance)²), for the last centimetres",
+        "outside": "−1 where d > tolerance, else 0",
+    }
 
     distance_term: ClassVar[str] = "distance"
     observation_space: gym.spaces.Space[Any]

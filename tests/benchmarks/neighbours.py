@@ -1,0 +1,192 @@
+"""Measure how fast reaching is learned here and in panda-gym, in one sitting: ``docs/explanation/neighbours-measured.md``.
+
+panda-gym wants a Gymnasium and a NumPy that are older than ours, so it gets a virtual environment of its own under
+``build/benchmarks/neighbours``, which the script makes. Wants an idle machine; some minutes for each seed::
+
+    python tests/benchmarks/neighbours.py
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import shutil
+import subprocess
+import sys
+import venv
+from argparse import ArgumentParser
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from tasks import current_commit, machine
+
+from frobs_core.runs import evaluate, resolve_config, train
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "explanation" / "neighbours-measured.md"
+KEPT = ROOT / "build" / "benchmarks" / "neighbours"
+SCRIPT = Path(__file__).with_name("neighbour_panda_gym.py")
+REQUIREMENTS = ("panda-gym==3.0.7", "gymnasium==0.29.1", "stable-baselines3==2.3.2", "numpy==1.26.4", "torch==2.13.0")
+THRESHOLDS = (0.95, 0.97)
+EPISODES = 300
+"""Of each evaluation."""
+
+
+@dataclass(frozen=True)
+class Ours:
+    """A training of FRobs.
+
+    Attributes:
+        name: In the table.
+        id: Gymnasium ID.
+        flags: Of ``frobs train``.
+        every: [environment steps] between evaluations.
+    """
+
+    name: str
+    id: str
+    flags: Mapping[str, Any]
+    every: int
+
+
+OURS = (
+    Ours("FRobs, IRB 120, tool actions", "frobs/Irb120Reach-v0", {"controller": "tcp_delta_position"}, 2_048),
+    Ours("FRobs, IRB 120, joint actions", "frobs/Irb120Reach-v0", {"controller": "joint_delta_position"}, 20_480),
+)
+THEIRS = "panda-gym, PandaReach-v3"
+
+
+def measure_ours(case: Ours, seed: int, episodes: int = EPISODES, steps: int | None = None) -> dict[str, Any]:
+    """Train, with a checkpoint at each moment, and evaluate the checkpoints afterwards.
+
+    Args:
+        case: What to train.
+        seed: Of the training.
+        episodes: Of each evaluation.
+        steps: Of the training; None: as tuned.
+
+    Returns:
+        ``name``, ``seed`` and ``moments``: of each its ``steps``, ``seconds`` of training and ``success``.
+    """
+    run_dir = KEPT / "run"
+    shutil.rmtree(run_dir, ignore_errors=True)
+    flags = {**case.flags, "seed": seed, "steps": steps}
+    settings = [f"checkpoint_every={case.every}", "keep_checkpoints=1000", f"log_every={case.every}"]
+    run = train(resolve_config(case.id, flags=flags, settings=settings), run_dir)
+    with (run_dir / "progress.csv").open(newline="", encoding="utf-8") as file:
+        elapsed = {int(float(row["train/steps"])): float(row["time/elapsed"]) for row in csv.DictReader(file)}
+    moments: list[dict[str, float]] = []
+    for checkpoint in run.checkpoints:
+        found = evaluate(run, episodes, checkpoint=checkpoint.steps)
+        seconds = next(at for steps_, at in sorted(elapsed.items()) if steps_ >= checkpoint.steps)
+        moments.append({"steps": checkpoint.steps, "seconds": seconds, "success": float(found.success_rate or 0.0)})
+        if moments[-1]["success"] >= max(THRESHOLDS):
+            break
+    return {"name": case.name, "seed": seed, "moments": moments}
+
+
+def measure_theirs(
+    seed: int, episodes: int = EPISODES, steps: int = 20_000, python: Path | None = None
+) -> dict[str, Any]:
+    """Train panda-gym's PandaReach-v3 with SAC and hindsight replay, in its own virtual environment.
+
+    Args:
+        seed: Of the training.
+        episodes: Of each evaluation.
+        steps: At most.
+        python: Of that virtual environment; None: it is made.
+
+    Returns:
+        What :func:`measure_ours` returns.
+    """
+    command = [python or neighbours_python(), SCRIPT, str(seed), str(steps), str(episodes), str(max(THRESHOLDS))]
+    done = subprocess.run(command, check=True, text=True, stdout=subprocess.PIPE)
+    return {"name": THEIRS, "seed": seed, "moments": json.loads(done.stdout.splitlines()[-1])}
+
+
+def neighbours_python() -> Path:
+    """Return the interpreter of the neighbour's virtual environment, and make that if it is not there."""
+    folder = KEPT / "venv"
+    python = folder / "bin" / "python"
+    ready = folder / "ready"
+    if not ready.is_file() or ready.read_text("utf-8") != "\n".join(REQUIREMENTS):
+        venv.create(folder, with_pip=True, clear=True)
+        subprocess.run([python, "-m", "pip", "install", "--quiet", *REQUIREMENTS], check=True)
+        ready.write_text("\n".join(REQUIREMENTS), "utf-8")
+    return python
+
+
+def reached(row: Mapping[str, Any], threshold: float) -> float:
+    """Return the seconds of training until the first evaluation that found the threshold; infinite: none did."""
+    return next((moment["seconds"] for moment in row["moments"] if moment["success"] >= threshold), math.inf)
+
+
+def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
+    """Return the page."""
+    names = list(dict.fromkeys(row["name"] for row in rows))
+    seeds = sorted({row["seed"] for row in rows})
+    lines = [
+        "# Beside a neighbour, measured",
+        "",
+        f"By `tests/benchmarks/neighbours.py`, {date.today():%d %B %Y}, on {machine()}, at commit {current_commit()}; one "
+        f"sitting, the candidates taking turns. The time is that of the training alone, until the first evaluation, on "
+        f"{episodes} new goals, that finds the success; imports and evaluations do not count.",
+        "",
+        "| | " + " | ".join(f"to {share:.0%}, median | all seeds" for share in THRESHOLDS) + " |",
+        "|---|" + "---:|---|" * len(THRESHOLDS),
+    ]
+    for name in names:
+        cells = []
+        for share in THRESHOLDS:
+            seconds = [reached(row, share) for row in rows if row["name"] == name]
+            cells += [_time(median(seconds)), ", ".join(map(_time, seconds))]
+        lines.append(f"| {name} | {' | '.join(cells)} |")
+    lines += [
+        "",
+        f"Seeds {', '.join(map(str, seeds))}. The tasks have the same name, and differ in much:",
+        "",
+        "| | panda-gym | FRobs |",
+        "|---|---|---|",
+        "| robot, engine | Franka Panda, PyBullet, one environment | ABB IRB 120, MuJoCo, 64 or 128 environments |",
+        "| goals | in a box of 30 cm, 15 cm to each side of where the tool begins | wherever the arm reaches in a box of "
+        "1 m, the room behind it and beneath its shoulder too |",
+        "| success | within 5 cm once: the episode ends there | within 5 cm when the episode ends, after 50 steps |",
+        "| reward | sparse: −1 until it is reached | dense: −distance, and a bonus for the last centimetres |",
+        "| actions | tool displacement | tool displacement, or joint displacements |",
+        "| algorithm | SAC with hindsight replay (stable-baselines3) | PPO with the tuned settings (stable-baselines3) |",
+        "",
+        "Hindsight replay is what a sparse reward needs, and PPO on many environments is what cheap steps are for: each is "
+        "given what suits it, and the figures tell how long a user waits, not which algorithm is better.",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _time(seconds: float) -> str:
+    return "never" if math.isinf(seconds) else f"{seconds:.1f} s" if seconds < 20 else f"{seconds:.0f} s"
+
+
+def main() -> None:
+    """Measure, and write the page."""
+    parser = ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", nargs="+", type=int, default=[0, 1, 2])
+    parser.add_argument("--episodes", type=int, default=EPISODES, help="of each evaluation")
+    given = parser.parse_args()
+    neighbours_python()
+    rows = []
+    for seed in given.seeds:
+        rows.append(measure_theirs(seed, given.episodes))
+        rows += [measure_ours(case, seed, given.episodes) for case in OURS]
+        for row in rows[-1 - len(OURS) :]:
+            sys.stderr.write(f"{row['name']}, seed {seed}: {_time(reached(row, max(THRESHOLDS)))}\n")
+    PAGE.write_text(report(rows, given.episodes), "utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import pretrained
+import tasks
+
+from frobs_core import plugins, registry
+from frobs_core.deploy import read_bundle
+
+REACH = tasks.Case("frobs/Irb120Reach-v0", "ppo")
+
+
+def row(seed: int, success: float, **more: object) -> dict[str, object]:
+    found = {
+        "success_rate": success,
+        "success_interval": [success - 0.01, min(1.0, success + 0.01)],
+        "mean_reward": 3.5,
+        "mean_length": 50.0,
+        "tracking_error": None,
+    }
+    return {
+        "id": REACH.id,
+        "algorithm": "ppo",
+        "seed": seed,
+        "run": "none",
+        "steps": 4096,
+        "seconds": 30.0 + seed,
+        "machine": "a machine",
+        "commit": "abc1234",
+        "mujoco": {**found, **more},
+        "pybullet": {**found, "success_rate": success - 0.06},
+    }
+
+
+def test_every_tuned_robot_is_measured_with_what_is_tuned_for_it() -> None:
+    found = tasks.cases()
+    assert REACH in found
+    for case in found:
+        assert case.id in plugins.get_record("algorithm", case.algorithm).tuned  # type: ignore[attr-defined]
+        assert registry.environments()[case.id][1].robot
+
+
+def test_the_page_shows_the_worst_seed_beside_the_original() -> None:
+    rows = {REACH: [row(0, 0.99), row(1, 0.97), row(2, 1.0)]}
+    page = tasks.report(rows, {}, 1000)
+    [line] = [line for line in page.splitlines() if line.startswith("| [`frobs/Irb120Reach-v0`]")]
+    assert "| `ppo` | 4,096 | 32 s | 97.0% | 96.0% to 98.0% | 99.0% | – | ≥ 98% (missed) | 91.0% |" in line
+    assert line.endswith("| TD3: 82% after 41 h |")
+    assert "| 1 | 4,096 | 31 s | 97.0% | 96.0% to 98.0% | 3.50 | 50 | 91.0% | abc1234 |" in page
+
+
+def test_the_page_says_why_less_is_left_on_the_other_simulator() -> None:
+    rows = {REACH: [row(0, 0.99)]}
+    assert tasks.dropped(rows[REACH])
+    assert not tasks.dropped([{**row(0, 0.99), "pybullet": None}])
+    assert "on PyBullet. Because of the drives." in tasks.report(rows, {REACH.id: "Because of the drives"}, 1000)
+
+
+def test_a_tracking_error_is_held_against_its_target() -> None:
+    case = tasks.Case("frobs/Irb120ReachDynamic-v0", "ppo")
+    for error, verdict in ((0.015, "| 1.5 cm | ≤ 2 cm |"), (0.025, "| 2.5 cm | ≤ 2 cm (missed) |")):
+        assert verdict in tasks.report({case: [row(0, 0.9, tracking_error=error)]}, {}, 1000)
+
+
+@pytest.mark.slow
+def test_a_finished_seed_is_not_trained_again_and_becomes_a_bundle(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tasks, "PICTURES", tmp_path / "pictures")
+    first = tasks.measure(REACH, 3, episodes=4, steps=2048, kept=tmp_path)
+    assert first["mujoco"]["episodes"] == 4
+    bundle = read_bundle(pretrained.make(REACH, 3, episodes=4, steps=2048, kept=tmp_path))
+    training = bundle.manifest["training"]
+    assert training["command"] == "frobs train frobs/Irb120Reach-v0 --steps 2048 --seed 3"
+    assert [found["simulator"] for found in training["evaluations"]][:1] == [None]
+    assert bundle.license == "SPDX-License-Identifier: MIT\n"
+    monkeypatch.setattr(tasks, "frobs", None)  # nothing is run again
+    assert tasks.measure(REACH, 3, episodes=4, steps=2048, kept=tmp_path) == first
+    tasks.draw(REACH, [first], tmp_path)
+    assert "irb120reach-v0.png" in tasks.report({REACH: [first]}, {}, 4)

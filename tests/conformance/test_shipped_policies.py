@@ -1,0 +1,72 @@
+"""Every trained policy that comes with an ID: whole, of the ID as it is now, and as good as it says."""
+
+from __future__ import annotations
+
+import pytest
+
+from frobs_core.pretrained import claimed_evaluation, describe_pretrained, pretrained_ids, read_pretrained
+from frobs_core.runs import evaluate, open_pretrained, resolve_config
+from frobs_core.runs.bundle import changes_since
+from frobs_core.runs.evaluate import wilson_interval
+
+SHIPPED = pretrained_ids()
+
+
+def test_policies_are_shipped() -> None:
+    assert SHIPPED
+
+
+@pytest.mark.parametrize("id", SHIPPED)
+def test_it_tells_licence_command_commit_and_what_it_reaches(id: str) -> None:
+    bundle = read_pretrained(id)  # proves the checksums
+    told = describe_pretrained(bundle)
+    assert told["license"] == "MIT"
+    assert "MIT" in bundle.license
+    assert told["command"].startswith(f"frobs train {id}")
+    assert len(told["commit"]) == 40
+    assert told["seconds"] > 0.0
+    assert told["episodes"] >= 1000
+    assert 0.0 <= told["success_interval"][0] <= told["success_rate"] <= told["success_interval"][1] <= 1.0
+    assert told["bytes"] < 1_000_000
+
+
+@pytest.mark.parametrize("id", SHIPPED)
+def test_it_is_of_the_robot_the_controller_and_the_task_as_they_are_now(id: str) -> None:
+    run = open_pretrained(id)
+    assert changes_since(run) == [], f"train it anew: python tests/benchmarks/pretrained.py --only {id}"
+
+
+@pytest.mark.parametrize("id", SHIPPED)
+def test_it_acts_in_its_environment(id: str) -> None:
+    found = evaluate(open_pretrained(id), 4)
+    claimed = claimed_evaluation(read_pretrained(id))
+    assert claimed is not None
+    assert found.episodes == 4
+    assert found.success_rate is not None
+    if claimed["success_rate"] > 0.9:
+        assert found.success_rate >= 0.5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("id", SHIPPED)
+def test_it_is_as_good_as_it_says(id: str) -> None:
+    episodes = 200
+    found = evaluate(open_pretrained(id), episodes, seed=12345)
+    claimed = claimed_evaluation(read_pretrained(id))
+    assert claimed is not None
+    assert found.success_rate is not None
+    lowest, _ = wilson_interval(round(claimed["success_rate"] * episodes), episodes)
+    assert found.success_rate >= lowest - 0.02
+    if claimed["tracking_error"] is not None:
+        assert found.tracking_error is not None
+        assert found.tracking_error <= 1.2 * claimed["tracking_error"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("id", SHIPPED)
+def test_it_was_trained_with_what_is_tuned(id: str) -> None:
+    run = open_pretrained(id)
+    flags = {"algorithm": run.config.algorithm, "seed": run.config.seed}
+    tuned = resolve_config(id, flags=flags)
+    assert tuned.environment_kwargs == run.config.environment_kwargs
+    assert tuned.algorithm_config["policy_kwargs"] == run.config.algorithm_config["policy_kwargs"]
