@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from frobs_core.cli.catalogue import bare_id
 from frobs_core.errors import ConfigurationError
 
 if TYPE_CHECKING:
@@ -76,6 +77,7 @@ def open_run(
         RunError: The folder is no run, or no policy comes with the ID.
         BundleError: The file is no bundle.
     """
+    from frobs_core.pretrained import pretrained_ids
     from frobs_core.runs import ModelFile, open_pretrained
     from frobs_core.runs.bundle import open_run_or_bundle
 
@@ -88,4 +90,8 @@ def open_run(
             raise ConfigurationError(
                 f"{flag} belongs to --model FILE; a run knows how it was trained, and needs no trust."
             )
-    return open_pretrained(str(run)) if pretrained else open_run_or_bundle(run)
+    if pretrained:
+        return open_pretrained(str(run))
+    if not run.exists() and bare_id(str(run)) in pretrained_ids():
+        raise ConfigurationError(f"{run} is an ID and no run; add --pretrained for the policy that comes with it.")
+    return open_run_or_bundle(run)

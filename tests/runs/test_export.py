@@ -65,6 +65,10 @@ def test_the_bundle_says_what_the_policy_is_for(reach: Run, exported: Export) ->
     training = said["training"]
     assert (training["algorithm"], training["steps"], training["seed"]) == ("ppo", 256, 1)
     assert training["config"]["environment_kwargs"] == {"controller": "joint_position"}
+    assert training["command"].startswith(f"frobs train {REACH} --controller joint_position --num-envs 4 --steps 256")
+    assert training["seconds"] == training["curve"]["seconds"][-1] > 0.0
+    assert training["curve"]["steps"][-1] == 256
+    assert said["environment"]["parameters"] == {"goal_low": [-0.5, -0.5, 0.0], "goal_high": [0.5, 0.5, 1.0]}
     assert len(training["config_sha256"]) == 64
     assert training["versions"]["libraries"]["torch"]
     assert said["license"] == "MIT"
@@ -83,6 +87,7 @@ def test_the_reference_explains_every_key_of_the_bundle(exported: Export) -> Non
     for where in ("config", "versions", "evaluations"):  # explained on the page of the run folder
         said["training"].pop(where)
     said["export"].pop("versions")
+    said["environment"].pop("parameters")  # explained on the page of the ID
     page = (Path(__file__).parents[2] / "docs" / "reference" / "bundle.md").read_text("utf-8")
     explained = set(re.findall(r"`([\w.]+)`", page))
     assert sorted(keys(said) - explained) == []
