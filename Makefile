@@ -5,6 +5,7 @@ ID = frobs/Irb120Reach-v0
 SEED = 0
 CONTROLLER =
 PYTEST_ARGS =
+BENCHMARKS = measure tasks neighbours
 
 BIN := $(VENV)/bin
 PLUGINS := $(sort $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml)))
@@ -42,8 +43,8 @@ docs: $(VENV)/.installed-dev ## the documentation, as site/index.html; a broken 
 	@$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --nitpicky --quiet --doctree-dir build/doctrees docs site
 	@echo "The documentation is at site/index.html."
 
-benchmark: $(VENV)/.installed ## measure what docs/explanation/performance-measured.md says, anew; wants an idle machine (minutes)
-	@$(BIN)/python tests/benchmarks/measure.py
+benchmark: $(VENV)/.installed ## measure speed, tasks and neighbours anew, for docs/explanation; wants an idle machine (hours; BENCHMARKS=tasks)
+	@for name in $(BENCHMARKS); do $(BIN)/python tests/benchmarks/$$name.py || exit 1; done
 
 clean: ## remove what the other targets made; runs and demo/ stay
 	rm -rf $(VENV) site build .pytest_cache .mypy_cache .ruff_cache .hypothesis docs/reference/generated

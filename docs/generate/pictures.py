@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,9 @@ from frobs_core.runs.bundle import BundleRun
 from frobs_core.runs.video import add_batch
 
 SIZE = (450, 450)  # (height, width) of a moment [pixels]
-MOMENTS = 3
 GAP = 6  # between moments [pixels]
+
+logging.getLogger("OpenGL").setLevel(logging.WARNING)  # Sphinx would show what PyOpenGL tells of itself
 
 
 def draw_episode(env_id: str, path: Path, run: BundleRun | None) -> bool:
@@ -62,7 +64,7 @@ def _moments(env: gym.Env[Any, Any], run: BundleRun | None) -> list[np.ndarray]:
 
 
 def _wanted(env: gym.Env[Any, Any], policy: Any, observation: Any) -> list[int]:
-    """Return the steps to draw: two between which most has happened, so those after half of the reward's way, and the end."""
+    """Return the steps to draw after the beginning: when the reward is half of the way to its best, and the end."""
     rewards, done = [], False
     while not done:
         observation, reward, terminated, truncated, _ = env.step(_action(policy, observation, not rewards))
