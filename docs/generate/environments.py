@@ -5,11 +5,12 @@ from pathlib import Path
 
 import gymnasium as gym
 
-from frobs_core import registry
+from frobs_core import plugins, registry
 from frobs_core.cli.describe_environment import describe_environment, readable_environment
 from frobs_core.errors import FrobsError
 from frobs_core.pretrained import read_pretrained
 from frobs_core.runs.bundle import BundleRun
+from frobs_core.specs import KINDS
 from generate import facts
 from generate.pictures import draw_curve, draw_episode
 from generate.rst import code, directive, escape, heading, label, literal, table, toctree
@@ -88,7 +89,7 @@ def _sections(env_id: str, found: dict, run: BundleRun | None, folder: Path | No
         env = gym.make(env_id, disable_env_checker=True) if record.robot else None
     except (FrobsError, gym.error.Error):
         env = None
-    yield facts.scalars({key: found[key] for key in _AT_A_GLANCE if found.get(key)})
+    yield table([], [(key, _part(key, found[key])) for key in _AT_A_GLANCE if found.get(key)], widths="25 75")
     yield heading("Spaces", "-")
     yield _action(found, record.controller)
     yield from _observation(env, found)
@@ -101,6 +102,12 @@ def _sections(env_id: str, found: dict, run: BundleRun | None, folder: Path | No
     yield heading("What can be set", "-")
     rest = {key: value for key, value in found.items() if key not in (*_AT_A_GLANCE, *_IN_SECTIONS)}
     yield facts.scalars(rest) + facts.tables(rest)
+
+
+def _part(kind: str, name: str) -> str:
+    """Return a part's name, with a link to what it is."""
+    known = kind in KINDS and name in plugins.records(kind)
+    return f":ref:`{name} <{kind}-{name.replace('_', '-')}>`" if known else escape(name)
 
 
 def _picture(env_id: str, path: Path, run: BundleRun | None) -> str:
