@@ -75,6 +75,7 @@ def describe_pretrained(bundle: Bundle) -> dict[str, Any]:
     claimed = claimed_evaluation(bundle) or {}
     commit = (bundle.manifest.get("export") or {}).get("commit") or {}
     data = bundle.path.read_bytes()
+    others = sorted({row["simulator"] for row in training.get("evaluations") or () if row.get("simulator")})
     return {
         "algorithm": training.get("algorithm"),
         "steps": training.get("steps"),
@@ -85,6 +86,7 @@ def describe_pretrained(bundle: Bundle) -> dict[str, Any]:
         "tracking_error": claimed.get("tracking_error"),
         "episodes": claimed.get("episodes"),
         "evaluation_seed": claimed.get("seed"),
+        "other_simulators": {name: (claimed_evaluation(bundle, name) or {}).get("success_rate") for name in others},
         "license": bundle.manifest.get("license"),
         "commit": commit.get("commit"),
         "file": bundle.path.name,

@@ -6,7 +6,7 @@ from pathlib import Path
 import gymnasium as gym
 
 from frobs_core import plugins, registry
-from frobs_core.cli.describe_environment import describe_environment, readable_environment
+from frobs_core.cli.describe_environment import describe_environment, readable_environment, space_text
 from frobs_core.errors import FrobsError
 from frobs_core.pretrained import read_pretrained
 from frobs_core.runs.bundle import BundleRun
@@ -118,7 +118,7 @@ def _picture(env_id: str, path: Path, run: BundleRun | None) -> str:
 
 
 def _action(found: dict, controller: str) -> str:
-    where = f":ref:`{controller} <controller-{controller.replace('_', '-')}>`"
+    where = _part("controller", controller)
     return (
         f"An **action** is {code(found.get('action_space', ''))}, which the controller {where} turns into motion.\n\n"
     )
@@ -131,8 +131,11 @@ def _observation(env: gym.Env | None, found: dict) -> Iterator[str]:
         return
     space, terms = env.observation_space, getattr(env.unwrapped.task, "observation_terms", {})
     parts = space.spaces if isinstance(space, gym.spaces.Dict) else {"": space}
-    rows = [(code(key or "observation"), code(part.shape), code(part.dtype)) for key, part in parts.items()]
-    yield "The **observation**:\n\n" + table(["part", "shape", "type"], rows)
+    if "" in parts:
+        yield f"An **observation** is {code(space_text(space))}{'; its columns:' if terms else '.'}\n\n"
+    else:
+        rows = [(code(key), code(space_text(part))) for key, part in parts.items()]
+        yield "An **observation** is a dictionary:\n\n" + table(["key", "space"], rows)
     rows, start = [], 0
     for name, term in terms.items():
         last = start + len(term.low) - 1
@@ -140,8 +143,8 @@ def _observation(env: gym.Env | None, found: dict) -> Iterator[str]:
         rows.append((columns, code(name), escape(term.unit), _numbers(term.low), _numbers(term.high)))
         start = last + 1
     if rows:
-        owner = "Its columns" if "" in parts else "Columns of ``observation``"
-        yield f"{owner}:\n\n" + table(["columns", "what", "unit", "lowest", "highest"], rows)
+        owner = "" if "" in parts else "The columns of ``observation``:\n\n"
+        yield owner + table(["columns", "what", "unit", "lowest", "highest"], rows)
 
 
 def _reward(env_id: str, task, robot: str) -> str:
@@ -150,10 +153,11 @@ def _reward(env_id: str, task, robot: str) -> str:
     text = ""
     for reward_type in cls.reward_types:
         names = _term_names(env_id, reward_type) if robot else list(cls.reward_meanings)
-        default = ", the default" if len(cls.reward_types) > 1 and reward_type == cls.reward_types[0] else ""
+        default = ", the default," if len(cls.reward_types) > 1 and reward_type == cls.reward_types[0] else ""
         shown = f"{code(f'reward_type={reward_type!r}')}{default}" if robot else "Depending on ``reward_type``"
         rows = [(code(name), escape(cls.reward_meanings.get(name, ""))) for name in names]
-        text += f"{shown}" + (" is the sum of\n\n" + table(["term", "what it is"], rows) if rows else ".\n\n")
+        verb = " is the sum of" if len(rows) > 1 else " is"
+        text += f"{shown}{verb}\n\n{table(['term', 'what it is'], rows)}" if rows else f"{shown}.\n\n"
         if not robot:
             break
     return text + "Each step's ``info`` has the terms as ``frobs/reward/TERM``.\n\n"

@@ -64,14 +64,14 @@ def _moments(env: gym.Env[Any, Any], run: BundleRun | None) -> list[np.ndarray]:
 
 
 def _wanted(env: gym.Env[Any, Any], policy: Any, observation: Any) -> list[int]:
-    """Return the steps to draw after the beginning: when the reward is half of the way to its best, and the end."""
+    """Return the steps to draw after the beginning: when the reward is some of the way to its best, and the end."""
     rewards, done = [], False
     while not done:
         observation, reward, terminated, truncated, _ = env.step(_action(policy, observation, not rewards))
         rewards.append(float(reward))
         done = terminated or truncated
     highest = np.maximum.accumulate(rewards)
-    middle = int(np.argmax(highest >= (highest[0] + highest[-1]) / 2.0)) + 1
+    middle = int(np.argmax(highest >= 0.7 * highest[0] + 0.3 * highest[-1])) + 1
     return sorted({max(1, middle), len(rewards)})
 
 

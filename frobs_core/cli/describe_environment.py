@@ -69,6 +69,8 @@ def readable_environment(facts: Mapping[str, Any]) -> dict[str, Any]:
             f"{percent(found['success_rate'])} of {found['episodes']:,} episodes of seed {found['evaluation_seed']}  "
             f"(95 % interval: {percent(low)} to {percent(high)})"
         )
+    for simulator, rate in found["other_simulators"].items():
+        shown[f"on {simulator}"] = percent(rate)
     if found["tracking_error"] is not None:
         shown["tracking error"] = f"{1e3 * found['tracking_error']:.1f} mm"
     shown["trained"] = f"{found['algorithm']}, {found['steps']:,} steps"
