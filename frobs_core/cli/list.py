@@ -83,21 +83,19 @@ def _environments() -> list[dict[str, Any]]:
 
 def _print(kind: str, facts: list[dict[str, Any]]) -> None:
     if kind == catalogue.ENVIRONMENT:
-        keys = ("id", "robot", "controller", "simulator", "max_episode_steps", "summary")
-        headings = ("ID", "pretrained", "robot", "controller", "simulator", "steps", "summary")
-        print_table(
-            headings, [[fact["id"], _pretrained(fact), *(str(fact[key]) for key in keys[1:])] for fact in facts]
-        )
+        keys = ("id", "robot", "controller", "simulator", "max_episode_steps")
+        headings = ("ID", "robot", "controller", "simulator", "steps", "summary")
+        print_table(headings, [[*(str(fact[key]) for key in keys), _summary(fact)] for fact in facts])
     else:
         rows = [[fact["name"], f"{fact['distribution']} {fact['version']}", fact["summary"]] for fact in facts]
         print_table(("name", "from", "summary"), rows)
 
 
-def _pretrained(fact: Mapping[str, Any]) -> str:
-    """Return the success rate of the trained policy that comes with an ID."""
+def _summary(fact: Mapping[str, Any]) -> str:
+    """Return the summary of an ID, with the success of the trained policy that comes with it."""
     found = fact["pretrained"]
     if found is None:
-        return ""
-    if "error" in found:
-        return "damaged"
-    return "yes" if found["success_rate"] is None else percent(found["success_rate"])
+        return str(fact["summary"])
+    rate = found.get("success_rate")
+    said = "damaged" if "error" in found else "yes" if rate is None else percent(rate)
+    return f"{fact['summary']} (pretrained: {said})"
