@@ -21,7 +21,7 @@ def test_the_policy_of_an_id_is_evaluated(frobs: Frobs) -> None:
     found = json.loads(result.stdout)
     assert found["environment"] == REACH
     assert found["episodes"] == 8
-    assert found["run"].endswith("irb120_reach.frobs")
+    assert found["run"].endswith("irb120reach.frobs")
     shown = frobs("evaluate", REACH, "--pretrained", "--episodes", "8").stdout
     assert "trained policy" in shown
     assert REACH in shown

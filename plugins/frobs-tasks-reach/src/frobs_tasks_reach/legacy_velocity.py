@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
@@ -27,6 +28,14 @@ class ReachLegacyVelocity(ReachLegacy):
       ``step_reward`` is never paid.
     """
 
+    success_rule: ClassVar[str] = (
+        "the tool is within tolerance_goal_pos of the goal when the time limit ends the episode"
+    )
+    reward_meanings: ClassVar[Mapping[str, str]] = {
+        "reached_goal": "reached_goal_reward where the tool is within the tolerance, else 0",
+        "distance": "−multiplier_dist_reward · d where it is not, d being the distance from tool to goal",
+        "joint_limits": "−joint_limits_reward where a joint is within 0.09 rad of one of its limits",
+    }
     control_timestep: ClassVar[float] = 0.1
     usual_profile: ClassVar[str] = "irb140_velocity"
     limit_margin: ClassVar[float] = 0.09

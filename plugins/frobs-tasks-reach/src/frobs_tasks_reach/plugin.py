@@ -8,6 +8,8 @@ from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-reach"
 _NEEDS = {"teleport": Level.APPROXIMATE}
+_PRETRAINED = {"Irb120Reach"}
+"""IDs that come with a trained policy; ``tests/benchmarks/pretrained.py`` makes the files."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,14 +43,16 @@ class _Arm:
         **parameters: object,
     ) -> EnvironmentRecord:
         """Return the record of ``frobs/{id}{what}-v0``; a legacy profile has a goal box of its own."""
+        name = f"{self.id}{what}"
         goal_box = {} if legacy else {"goal_low": self.goal_low, "goal_high": self.goal_high}
         return EnvironmentRecord(
-            id=f"frobs/{self.id}{what}-v0",
+            id=f"frobs/{name}-v0",
             summary=f"{self.title} {summary}",
             robot=self.robot,
             controller=controller,
             max_episode_steps=max_episode_steps,
             parameters={**goal_box, **parameters},
+            pretrained=f"frobs_tasks_reach:pretrained/{name.lower()}.frobs" if name in _PRETRAINED else "",
         )
 
 
