@@ -41,6 +41,8 @@ class DifferentialDrive:
         wheel_radius: [m]
         max_linear_velocity: [m/s]
         max_angular_velocity: [rad/s]
+        max_linear_acceleration: [m/s²]; None: velocities jump.
+        max_angular_acceleration: [rad/s²]; None: velocities jump.
     """
 
     left: tuple[str, ...]
@@ -49,6 +51,8 @@ class DifferentialDrive:
     wheel_radius: float
     max_linear_velocity: float
     max_angular_velocity: float
+    max_linear_acceleration: float | None = None
+    max_angular_acceleration: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,6 +73,8 @@ class Robot:
         sensors: By name.
         differential_drive: For wheeled robots that turn by it.
         self_collision: Whether links collide that are not neighbours.
+        friction: Sliding friction coefficient of links that do not have the simulators' own, by link: 0 for what
+            glides, as a caster does.
     """
 
     model: str
@@ -82,6 +88,7 @@ class Robot:
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
     differential_drive: DifferentialDrive | None = None
     self_collision: bool = True
+    friction: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def lidars(self) -> Mapping[str, Lidar]:

@@ -99,13 +99,19 @@ def gains_are_positive(subject: RobotUnderTest) -> Outcome:
 
 
 def parts_exist(subject: RobotUnderTest) -> Outcome:
-    """Base and differential drive are ones that there are, with possible numbers."""
+    """Base, friction and differential drive are ones that there are, with possible numbers."""
     robot, model = subject.robot, subject.model
     expect(robot.base in ("fixed", "floating", "wheeled"), f"base is '{robot.base}', not fixed, floating or wheeled.")
+    links = [link.name for link in model.links]
+    for name, friction in robot.friction.items():
+        expect(name in links, f"friction names '{name}', which is no link.")
+        expect(0 <= friction < np.inf, f"the friction of '{name}' is {friction}; it must be finite and not negative.")
     drive = robot.differential_drive
     if drive is not None:
         unknown = [joint for joint in (*drive.left, *drive.right) if joint not in model.joint_names]
         expect(drive.left and drive.right and not unknown, f"differential_drive names {unknown or 'no wheel'}.")
         numbers = (drive.separation, drive.wheel_radius, drive.max_linear_velocity, drive.max_angular_velocity)
+        accelerations = [a for a in (drive.max_linear_acceleration, drive.max_angular_acceleration) if a is not None]
+        numbers = (*numbers, *accelerations)
         expect(min(numbers) > 0, f"differential_drive has a number that is not positive: {drive}.")
     return None

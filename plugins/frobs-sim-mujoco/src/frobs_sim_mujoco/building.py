@@ -11,7 +11,7 @@ from frobs_core.errors import ModelFileError
 from frobs_core.interfaces import Placement, Scene
 from frobs_sim_mujoco.articulation import add_drives, add_robot, attach_mjcf
 from frobs_sim_mujoco.contacts import add_contact
-from frobs_sim_mujoco.geoms import ROBOT_GROUPS
+from frobs_sim_mujoco.geoms import ROBOT_GROUPS, set_friction
 from frobs_sim_mujoco.overlaps import overlaps_at_home
 from frobs_sim_mujoco.scenery import add_body, add_camera, add_floor, light_up
 
@@ -59,6 +59,8 @@ def build_model(
             attach_mjcf(spec, name, placement, group)
         else:
             add_robot(spec, name, placement, group, visuals)
+        for link, friction in placement.robot.friction.items():
+            set_friction(spec, f"{name}/{link}", friction)
         add_drives(spec, name, placement)
         if not placement.robot.self_collision:
             bodies = [body for link in placement.model.links if spec.body(body := f"{name}/{link.name}")]

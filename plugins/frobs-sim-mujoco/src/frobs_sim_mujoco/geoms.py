@@ -83,3 +83,23 @@ def _add_plain_geom(
     if not collides:
         geom.mass = 0.0
     return geom
+
+
+def set_friction(spec: mujoco.MjSpec, body: str, friction: float) -> None:
+    """Give a body's shapes a sliding friction coefficient that holds whatever they touch.
+
+    MuJoCo takes the larger of two coefficients, unless one has priority; and it does without friction only where a
+    contact has one dimension.
+
+    Raises:
+        ConfigurationError: There is no such body.
+    """
+    element = spec.body(body)
+    if element is None:
+        raise ConfigurationError(f"a robot's friction names '{body}', which is no link.")
+    for geom in element.geoms:
+        geom.priority = 1
+        if friction > 0.0:
+            geom.friction[0] = friction
+        else:
+            geom.condim = 1

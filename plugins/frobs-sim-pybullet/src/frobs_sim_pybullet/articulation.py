@@ -94,14 +94,13 @@ class Articulation:
 
     def _prepare(self, group: int) -> None:
         client = self.client
-        for link in self.links.values():
+        for name, link in self.links.items():
             p.changeDynamics(
                 self.body,
                 link,
                 linearDamping=0.0,
                 angularDamping=0.0,
                 jointDamping=0.0,
-                lateralFriction=1.0,
                 rollingFriction=0.0,
                 spinningFriction=0.0,
                 restitution=0.0,
@@ -110,6 +109,9 @@ class Articulation:
                 activationState=p.ACTIVATION_STATE_DISABLE_SLEEPING,
                 physicsClientId=client,
             )
+            # By itself: together with some of the others Bullet would leave the links' friction at its own 0.5.
+            friction = self.placement.robot.friction.get(name, 1.0)
+            p.changeDynamics(self.body, link, lateralFriction=friction, physicsClientId=client)
             stands = link < 0 and not self.floating
             p.setCollisionFilterGroupMask(self.body, link, group, ~_STATIC if stands else -1, physicsClientId=client)
         for joint in self.joints:

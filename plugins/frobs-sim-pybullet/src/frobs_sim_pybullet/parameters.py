@@ -119,7 +119,7 @@ def _default(simulation: PybulletSimulation, name: str, target: str) -> Floats:
     if name == "friction":
         if not link.collisions:
             raise ConfigurationError(f"'{target}' collides with nothing, so it has no friction.")
-        return np.array(1.0)
+        return np.array(simulation.placements[robot].robot.friction.get(name_of_link, 1.0))
     if link.inertial is None:
         raise ConfigurationError(f"'{target}' has no mass that could be changed.")
     return np.array(link.inertial.mass)
