@@ -66,8 +66,9 @@ def test_a_robot_without_differential_drive_is_refused(fake_arm, bound):
         ({"wheel_radius": 0.0}, "wheel_radius"),
         ({"separation": -1.0}, "separation"),
         ({"max_linear_velocity": np.inf}, "max_linear_velocity"),
+        ({"max_angular_acceleration": -1.0}, "max_angular_acceleration"),
     ],
-    ids=["unknown wheel", "no wheel", "radius", "separation", "velocity"],
+    ids=["unknown wheel", "no wheel", "radius", "separation", "velocity", "acceleration"],
 )
 def test_an_impossible_drive_is_refused(fake_cart, bound, change, message):
     robot = fake_cart()
@@ -84,3 +85,16 @@ def test_an_impossible_drive_is_refused(fake_cart, bound, change, message):
 def test_parameters_must_be_positive(name):
     with pytest.raises(ConfigurationError, match=name):
         DifferentialDrive(**{name: 0.0})
+
+
+def test_the_robots_accelerations_hold_where_none_is_given(fake_cart, bound):
+    robot = fake_cart()
+    drive = dataclasses.replace(
+        robot.robot.differential_drive, max_linear_acceleration=1.0, max_angular_acceleration=5.0
+    )
+    robot.robot = dataclasses.replace(robot.robot, differential_drive=drive)
+    wheels = bound(DifferentialDrive(), robot).apply(np.array([[1.0, 1.0]]))[0]
+    assert (wheels[LEFT] + wheels[RIGHT]) / 2 * 0.035 == pytest.approx(0.04)
+    assert (wheels[RIGHT] - wheels[LEFT]) / 0.23 * 0.035 == pytest.approx(0.2)
+    wheels = bound(DifferentialDrive(max_linear_acceleration=2.0), robot).apply(np.array([[1.0, 0.0]]))[0]
+    assert wheels[LEFT] * 0.035 == pytest.approx(0.08)

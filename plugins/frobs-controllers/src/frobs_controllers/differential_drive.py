@@ -22,8 +22,8 @@ class DifferentialDrive(Controller):
     Args:
         max_linear_velocity: Of an action of 1 [m/s]; None: the robot's.
         max_angular_velocity: Of an action of 1 [rad/s]; None: the robot's.
-        max_linear_acceleration: [m/s²]; None: the velocity jumps.
-        max_angular_acceleration: [rad/s²]; None: the velocity jumps.
+        max_linear_acceleration: [m/s²]; None: the robot's, or if it has none the velocity jumps.
+        max_angular_acceleration: [rad/s²]; None: the robot's, or if it has none the velocity jumps.
     """
 
     command_mode = CommandMode.VELOCITY
@@ -83,7 +83,10 @@ class DifferentialDrive(Controller):
         self._wheels_may_saturate = bool((fastest > self._wheel_limit).any())
 
         pair = (robot.num_envs, 2)
-        acceleration = (self.max_linear_acceleration or np.inf, self.max_angular_acceleration or np.inf)
+        acceleration = (
+            self._acceleration("linear", drive.max_linear_acceleration, "m/s²"),
+            self._acceleration("angular", drive.max_angular_acceleration, "rad/s²"),
+        )
         self._scale = np.broadcast_to((linear, angular), pair).copy()
         self._ones = np.ones(pair)
         self._up = np.broadcast_to(np.multiply(acceleration, control_timestep), pair).copy()
@@ -91,6 +94,15 @@ class DifferentialDrive(Controller):
         self._wheels, self._turning = np.zeros(shape), np.zeros(shape)
         self._minus_ones, self._down = -self._ones, -self._up
         self.action_space = gym.spaces.Box(-1.0, 1.0, (2,), np.float32)
+
+    def _acceleration(self, which: str, of_the_robot: float | None, unit: str) -> float:
+        """Return the limit that holds: the given one, else the robot's, else none."""
+        given: float | None = getattr(self, f"max_{which}_acceleration")
+        if given is not None:
+            return given
+        if of_the_robot is None:
+            return float("inf")
+        return positive(_OWNER, f"the robot's max_{which}_acceleration", of_the_robot, unit)
 
     def reset(self, mask: Mask | None) -> None:
         """Stand still."""
