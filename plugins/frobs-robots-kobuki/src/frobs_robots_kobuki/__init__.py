@@ -1,0 +1,1 @@
+"""The Kobuki mobile robot for FRobs."""

@@ -1,0 +1,17 @@
+"""Records of this distribution."""
+
+from frobs_core.hookspecs import hookimpl
+from frobs_core.specs import RobotRecord
+
+
+@hookimpl
+def frobs_robots() -> list[RobotRecord]:
+    """Offer the robot."""
+    return [
+        RobotRecord(
+            name="kobuki",
+            summary="Kobuki: two driven wheels, a lidar all around, a bumper",
+            entry_point="frobs_robots_kobuki.kobuki:KOBUKI",
+            install_hint="pip install frobs-robots-kobuki",
+        )
+    ]
