@@ -1,7 +1,7 @@
 """Where the time of a step goes, and how much of it is not the engine's.
 
 The bare engine *replays*: it is put into the state that the environment's engine had before each step, with the same
-controls, and steps from there. Environment and bare engine take turns, a few steps each, so that a machine whose speed
+controls, and steps from there; where the environment reads lidars, it casts the same rays. Environment and bare engine take turns, a few steps each, so that a machine whose speed
 drifts slows both alike, and each has the processor's caches to itself as in a training loop; the figures are medians.
 """
 
@@ -15,16 +15,20 @@ from math import ceil
 from pathlib import Path
 from statistics import median
 from time import perf_counter
-from typing import Any
+from typing import Any, TypeAlias
 
 import gymnasium as gym
 
+from frobs_core.arrays import Floats
 from frobs_core.env import RobotEnv
 from frobs_core.errors import ConfigurationError, SimulationError
 from frobs_core.interfaces import Snapshot
 from frobs_core.vector_env import RobotVectorEnv
 
 _TURN = 25  # steps of one environment before it is the bare engine's turn
+
+Rays: TypeAlias = tuple[Floats, Floats, float]
+"""Origins [m] and directions, (num_envs, rays, 3) each, and how far they go [m]."""
 
 PARTS = ("engine", "controller", "task", "environment", "wrappers")
 """Where the time of a step can go."""
@@ -40,7 +44,7 @@ class BenchResult:
         decimation: Physics steps in one step.
         steps: Steps that were measured.
         step_seconds: Median time of one ``step`` [s], wrappers of ``gymnasium.make`` included.
-        bare_seconds: Median time of the bare engine from the same states [s].
+        bare_seconds: Median time of the bare engine from the same states, the same rays included [s].
         ratio: The first over the second.
         parts: Median time in each part of a step [s]; the parts are :data:`PARTS`.
         machine: Processor, operating system and Python.
@@ -100,7 +104,7 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
     bare = inner.simulation.bare_engine()
     if bare is None:
         raise SimulationError("this simulator offers no bare engine to compare with.")
-    spent, before = _watch(shadow)
+    spent, before, cast = _watch(shadow)
     times: dict[str, list[float]] = {name: [] for name in ("wrapped", "unwrapped", "bare", *PARTS[:3])}
     env.action_space.seed(seed)
     env.reset(seed=seed)
@@ -121,20 +125,23 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
             ends.append(num_envs == 1 and (outcome[2] or outcome[3]))
             if ends[-1]:
                 env.reset()
-        states = []
+        states: list[tuple[Snapshot, list[Rays]]] = []
         for action, end in zip(actions, ends, strict=True):
             spent.clear()
+            cast.clear()
             shadow.step(action)
-            states.append(before.copy())
+            states.append((before.copy(), list(cast.values())))
             if warm:
                 for part in PARTS[:3]:
                     times[part].append(spent.get(part, 0.0))
             if end:
                 twin.reset()
-        for state in states:
+        for state, rays in states:
             bare.load(state)
             start = perf_counter()
             bare.step(inner.decimation)
+            for origins, directions, max_range in rays:
+                bare.rays(origins, directions, max_range)
             if warm:
                 times["bare"].append(perf_counter() - start)
     medians = {name: median(values) for name, values in times.items()}
@@ -154,14 +161,16 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
     )
 
 
-def _watch(env: Any) -> tuple[dict[str, float], Snapshot]:
+def _watch(env: Any) -> tuple[dict[str, float], Snapshot, dict[tuple[str, str], Rays]]:
     """Replace the methods of an environment's parts by ones that tell how long they took.
 
     Returns:
-        The time spent in each part since it was last cleared [s], and the simulation's state before its last step.
+        The time spent in each part since it was last cleared [s], the simulation's state before its last step, and the
+        rays that each lidar has cast since they were last cleared; once for each, for a bare engine resets nothing.
     """
     spent: dict[str, float] = {}
     before: Snapshot = {}
+    cast: dict[tuple[str, str], Rays] = {}
 
     def watch(part: str, owner: Any, method: str) -> None:
         original: Callable[..., Any] = getattr(owner, method)
@@ -180,7 +189,22 @@ def _watch(env: Any) -> tuple[dict[str, float], Snapshot]:
     watch("controller", env.controller, "apply")
     for method in ("advance", "observe", "reward", "reward_terms", "is_terminated", "is_success"):
         watch("task", env.task, method)
-    return spent, before
+    for robot in env.simulation.robots.values():
+        _watch_lidars(robot, cast)
+    return spent, before, cast
+
+
+def _watch_lidars(robot: Any, cast: dict[tuple[str, str], Rays]) -> None:
+    """Remember the rays that a robot's lidars cast first."""
+    original = robot.lidar
+
+    def lidar(name: str) -> Any:
+        if (robot.name, name) not in cast:
+            what, origins, directions = robot.lidar_rays(name)
+            cast[robot.name, name] = origins.copy(), directions.copy(), what.range_max
+        return original(name)
+
+    robot.lidar = lidar
 
 
 def _processor() -> str:

@@ -237,6 +237,9 @@ class BareEngine(Protocol):
     def step(self, decimation: int) -> None:
         """Advance by ``decimation`` physics steps."""
 
+    def rays(self, origins: Floats, directions: Floats, max_range: float) -> None:
+        """Cast rays; the arguments are those of :meth:`Simulation.rays`. What they meet is of no interest."""
+
 
 class Simulation(ABC):
     """``num_envs`` copies of robots and a scene.
@@ -349,6 +352,23 @@ class Simulation(ABC):
         Returns:
             (num_envs, k) [m]; ``max_range`` where nothing is hit.
         """
+
+    def write_body_poses(
+        self, names: Sequence[str], pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None
+    ) -> None:
+        """Put several bodies somewhere at once, as :meth:`BodyHandle.write_pose` does one; quicker, where there are many.
+
+        Args:
+            names: Of k scene bodies.
+            pos: (n, k, 3) [m]
+            quat_wxyz: (n, k, 4); None: as they are.
+            mask: The environments.
+
+        Raises:
+            SimulationError: A body is static.
+        """
+        for i, name in enumerate(names):
+            self.bodies[name].write_pose(pos[:, i], None if quat_wxyz is None else quat_wxyz[:, i], mask)
 
     @abstractmethod
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:

@@ -15,13 +15,17 @@ if TYPE_CHECKING:
 
 
 class MujocoBody(BodyHandle):
-    """One body, in every environment; see :class:`frobs_core.interfaces.BodyHandle`."""
+    """One body, in every environment; see :class:`frobs_core.interfaces.BodyHandle`.
+
+    Attributes:
+        mocap: MuJoCo's number of it among those that move only where they are written to; −1: it is none of them.
+    """
 
     def __init__(self, simulation: MujocoSimulation, name: str, body: Body) -> None:
         self.name = name
         self._simulation = simulation
         self._id = simulation.model.body(name).id
-        self._mocap = int(simulation.model.body_mocapid[self._id])
+        self.mocap = int(simulation.model.body_mocapid[self._id])
         self._free = simulation.model.joint(name) if body.mass is not None else None
 
     @property
@@ -39,10 +43,10 @@ class MujocoBody(BodyHandle):
         """Put the body somewhere at once."""
         batch = self._simulation.batch
         rows = slice(None) if mask is None else np.flatnonzero(mask)
-        if self._mocap >= 0:
-            batch.bind("mocap_pos")[rows, self._mocap] = pos
+        if self.mocap >= 0:
+            batch.bind("mocap_pos")[rows, self.mocap] = pos
             if quat_wxyz is not None:
-                batch.bind("mocap_quat")[rows, self._mocap] = quat_wxyz
+                batch.bind("mocap_quat")[rows, self.mocap] = quat_wxyz
         elif self._free is not None:
             at, dof = self._free.qposadr[0], self._free.dofadr[0]
             batch.bind("qpos")[rows, at : at + 3] = pos

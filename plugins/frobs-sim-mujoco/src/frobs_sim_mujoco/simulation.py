@@ -27,6 +27,8 @@ _VEL = int(mujoco.mjtStage.mjSTAGE_VEL)
 _NONE = int(mujoco.mjtStage.mjSTAGE_NONE)
 _CTRL = int(mujoco.mjtState.mjSTATE_CTRL)
 _DIVERGED = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)
+_OTHERS = np.array([group != ROBOT_GROUPS[0] for group in range(int(mujoco.mjNGROUP))], np.uint8)
+"""Geom groups of all but the first robot."""
 
 
 class Native(NamedTuple):
@@ -67,6 +69,28 @@ class BareMujoco:
             mujoco.mj_step(self._model, self._data, decimation)
         else:
             self._batch.step(nstep=decimation)
+
+    def rays(self, origins: Floats, directions: Floats, max_range: float) -> None:
+        """Cast rays from one point in each environment at all but the first robot, as its lidar does."""
+        if self._batch is None:
+            k = directions.shape[1]
+            mujoco.mj_kinematics(self._model, self._data)
+            mujoco.mj_multiRay(
+                self._model,
+                self._data,
+                origins[0, 0],
+                directions[0].ravel(),
+                _OTHERS,
+                True,
+                -1,
+                np.empty(k, np.int32),
+                np.empty(k),
+                None,
+                k,
+                max_range,
+            )
+        else:
+            self._batch.ray(origins, directions, geomgroup=_OTHERS)
 
 
 class MujocoSimulation(Simulation):
@@ -211,6 +235,20 @@ class MujocoSimulation(Simulation):
         included[list(groups)] = 1
         distances, _ = self.batch.ray(origins, directions, geomgroup=included)
         return np.where((distances < 0) | (distances > max_range), max_range, distances)
+
+    def write_body_poses(
+        self, names: Sequence[str], pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None
+    ) -> None:
+        """Put several bodies somewhere at once."""
+        numbers = [self.bodies[name].mocap for name in names]
+        if min(numbers, default=-1) < 0:  # some are pushed, or static
+            super().write_body_poses(names, pos, quat_wxyz, mask)
+            return
+        rows: slice | np.ndarray = slice(None) if mask is None else np.flatnonzero(mask)[:, None]
+        self.batch.bind("mocap_pos")[rows, numbers] = pos
+        if quat_wxyz is not None:
+            self.batch.bind("mocap_quat")[rows, numbers] = quat_wxyz
+        self.mark_stale(mask)
 
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
         """Push a body at its centre of mass during the next ``step``."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from frobs_core.arrays import Floats
 from frobs_core.interfaces import Snapshot
 from frobs_sim_pybullet.block import Block
 from frobs_sim_pybullet.bullet import pybullet as p
@@ -74,3 +75,9 @@ class BarePybullet:
             forces = [e - d * a for e, d, a in zip(efforts, diagonal, accelerations, strict=True)]
             p.setJointMotorControlArray(body, joints, torque, forces=forces, physicsClientId=client)
             p.stepSimulation(client)
+
+    def rays(self, origins: Floats, directions: Floats, max_range: float) -> None:
+        """Cast rays, one environment after another."""
+        for start, direction in zip(origins, directions, strict=True):
+            ends = start + max_range * direction
+            p.rayTestBatch(start.tolist(), ends.tolist(), numThreads=1, physicsClientId=self._robot.client)

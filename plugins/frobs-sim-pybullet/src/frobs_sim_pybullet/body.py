@@ -13,12 +13,16 @@ if TYPE_CHECKING:
 
 
 class PybulletBody(BodyHandle):
-    """One body, in every environment; see :class:`frobs_core.interfaces.BodyHandle`."""
+    """One body, in every environment; see :class:`frobs_core.interfaces.BodyHandle`.
+
+    Attributes:
+        moves: Whether it is not static.
+    """
 
     def __init__(self, simulation: PybulletSimulation, name: str, body: Body) -> None:
         self.name = name
         self._simulation = simulation
-        self._moves = body.kinematic or body.mass is not None
+        self.moves = body.kinematic or body.mass is not None
 
     @property
     def pose(self) -> tuple[Floats, Floats]:
@@ -34,7 +38,7 @@ class PybulletBody(BodyHandle):
 
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
         """Put the body somewhere at once."""
-        if not self._moves:
+        if not self.moves:
             raise SimulationError(f"body '{self.name}' is static; make it kinematic, or give it a mass.")
         if quat_wxyz is None:
             self._simulation.call("write_body", mask, self.name, (pos, (3,)))

@@ -53,9 +53,17 @@ class EditableWorld(World):
 
     def write_body(self, body: str, pos: Floats, quat_wxyz: Floats | None = None) -> None:
         """Put a body somewhere, at rest."""
-        number = self.bodies[body]
-        if not self._can_bear(pos if quat_wxyz is None else np.concatenate([pos, quat_wxyz])):
+        self.write_bodies([body], pos[None], None if quat_wxyz is None else quat_wxyz[None])
+
+    def write_bodies(self, names: list[str], pos: Floats, quat_wxyz: Floats | None = None) -> None:
+        """Put k bodies somewhere, at rest; (k, 3) and (k, 4)."""
+        if not self._can_bear(pos.ravel() if quat_wxyz is None else np.concatenate([pos, quat_wxyz], axis=1).ravel()):
             return
+        for i, name in enumerate(names):
+            self._put(self.bodies[name], pos[i], None if quat_wxyz is None else quat_wxyz[i])
+        self._written()
+
+    def _put(self, number: int, pos: Floats, quat_wxyz: Floats | None) -> None:
         if quat_wxyz is None:
             quat = p.getBasePositionAndOrientation(number, self.client)[1]
         else:
@@ -63,7 +71,6 @@ class EditableWorld(World):
             quat = x, y, z, w
         p.resetBasePositionAndOrientation(number, pos.tolist(), quat, self.client)
         p.resetBaseVelocity(number, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), self.client)
-        self._written()
 
     def _can_bear(self, values: Floats) -> bool:
         bearable = math.hypot(*values) < FASTEST

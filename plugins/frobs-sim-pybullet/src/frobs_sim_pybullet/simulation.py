@@ -163,6 +163,16 @@ class PybulletSimulation(Simulation):
         ends = origins.shape[1:]
         return np.array(self.call("rays", None, (origins, ends), (directions, ends), max_range, blind_to))
 
+    def write_body_poses(
+        self, names: Sequence[str], pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None
+    ) -> None:
+        """Put several bodies somewhere at once."""
+        if not all(self.bodies[name].moves for name in names):
+            super().write_body_poses(names, pos, quat_wxyz, mask)  # which names the one that is static
+            return
+        quats = () if quat_wxyz is None else ((quat_wxyz, (len(names), 4)),)
+        self.call("write_bodies", mask, list(names), (pos, (len(names), 3)), *quats)
+
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
         """Push a body at its centre of mass during the next ``step``."""
         parameters.check_body(self, body)

@@ -1,0 +1,109 @@
+"""The boxes of a floor plan: turned anew in each episode, some of them going to and fro."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.interfaces import Body, Simulation, Snapshot
+from frobs_core.models import Box, Pose
+from frobs_core.random import RandomSource
+from frobs_tasks_navigation import terms
+from frobs_tasks_navigation.floor_plan import MovingBox
+
+_RGBA = (0.90, 0.45, 0.16, 1.0)
+
+
+def box_bodies(boxes: Sequence[MovingBox]) -> dict[str, Body]:
+    """Return the boxes as bodies of a scene, by name."""
+    return {
+        f"box_{i}": Body(
+            geometry=Box(box.size),
+            pose=_pose(box),
+            kinematic=box.yaw is None or box.max_speed > 0.0,
+            rgba=_RGBA,
+        )
+        for i, box in enumerate(boxes)
+    }
+
+
+def _pose(box: MovingBox) -> Pose:
+    w, x, y, z = terms.quat_of(np.radians(box.yaw or 0.0)).tolist()
+    return Pose((*box.pos, 0.5 * box.size[2]), (w, x, y, z))
+
+
+class MovingBoxes:
+    """Where the boxes of all environments are.
+
+    A box goes to and fro along its own x axis, so where it is follows from its heading, its speed and the time: nothing
+    adds up, and nothing can get lost.
+
+    Args:
+        boxes: Of the floor plan.
+        simulation: That has them as bodies.
+
+    Attributes:
+        half: (k, 2) half the edges [m].
+    """
+
+    def __init__(self, boxes: Sequence[MovingBox], simulation: Simulation) -> None:
+        n, k = simulation.num_envs, len(boxes)
+        self._simulation = simulation
+        self._count = k
+        self._centre = np.array([[*box.pos, 0.5 * box.size[2]] for box in boxes]).reshape(k, 3)
+        self.half: Floats = np.array([box.size[:2] for box in boxes]).reshape(k, 2) / 2
+        self._fixed_yaw = np.radians([np.nan if box.yaw is None else box.yaw for box in boxes])
+        self._max_speed = np.array([box.max_speed for box in boxes])
+        self._turn_every = np.array([box.turn_every for box in boxes])
+        self._first_turn = np.array([box.first_turn or box.turn_every for box in boxes])
+        self._turned = tuple(f"box_{i}" for i, box in enumerate(boxes) if box.yaw is None or box.max_speed > 0.0)
+        self._turned_columns = [int(name.removeprefix("box_")) for name in self._turned]
+        self._moving = tuple(f"box_{i}" for i, box in enumerate(boxes) if box.max_speed > 0.0)
+        self._moving_columns = [int(name.removeprefix("box_")) for name in self._moving]
+        self._yaw: Floats = np.zeros((n, k))
+        self._velocity: Floats = np.zeros((n, k, 3))  # [m/s] before the first turn
+
+    def begin(self, mask: Mask | None, rng: RandomSource) -> None:
+        """Turn the boxes, draw their speeds, and put them where they start.
+
+        Args:
+            mask: The n environments.
+            rng: Streams ``"box_yaw"`` and ``"box_speed"``.
+        """
+        if not self._turned:
+            return
+        rows = slice(None) if mask is None else mask
+        shape = (self._count,)
+        yaw = rng.uniform("box_yaw", -np.pi, np.pi, shape, mask)
+        self._yaw[rows] = yaw = np.where(np.isnan(self._fixed_yaw), yaw, self._fixed_yaw)
+        speed = rng.uniform("box_speed", 0.0, self._max_speed, shape, mask)
+        self._velocity[rows] = np.stack([np.cos(yaw) * speed, np.sin(yaw) * speed, np.zeros_like(yaw)], axis=-1)
+        columns = self._turned_columns
+        pos = np.broadcast_to(self._centre[columns], (len(yaw), len(columns), 3))
+        self._simulation.write_body_poses(self._turned, pos, terms.quat_of(yaw[:, columns]), mask)
+
+    def move(self) -> None:
+        """Put the boxes where they are now."""
+        if self._moving:
+            self._simulation.write_body_poses(self._moving, self.pos[:, self._moving_columns])
+
+    @property
+    def pos(self) -> Floats:
+        """(num_envs, k, 3) [m] where their centres are now."""
+        time = terms.to_and_fro(self._simulation.time[:, None], self._first_turn, self._turn_every)
+        return self._centre + time[..., None] * self._velocity
+
+    @property
+    def yaw(self) -> Floats:
+        """(num_envs, k) [rad]."""
+        return self._yaw
+
+    def snapshot(self) -> Snapshot:
+        """Return what was drawn."""
+        return {"box_yaw": self._yaw.copy(), "box_velocity": self._velocity.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._yaw[:], self._velocity[:] = snapshot["box_yaw"], snapshot["box_velocity"]

@@ -1,0 +1,138 @@
+"""Where an episode begins, and by which way-points it goes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.interfaces import Snapshot
+from frobs_core.random import RandomSource
+from frobs_tasks_navigation import terms
+from frobs_tasks_navigation.floor_plan import FloorPlan
+
+_CANDIDATES = 16
+"""Points that are drawn at once, of which the first is taken that is far enough from everything."""
+
+
+class Course:
+    """Starts and way-points of all environments.
+
+    Args:
+        plan: Says what may be drawn.
+        num_envs: ≥ 1.
+        tolerance: Distance from a way-point that counts as reached [m].
+
+    Attributes:
+        way: (num_envs, k, 2) way-points [m]; what is beyond the last one repeats it.
+        last: (num_envs,) number of the last way-point.
+        index: (num_envs,) number of the way-point that is next.
+    """
+
+    def __init__(self, plan: FloorPlan, num_envs: int, tolerance: float) -> None:
+        self._plan, self._tolerance = plan, tolerance
+        longest = max((len(route) for route in plan.routes), default=1)
+        self._routes: Floats = np.array([[*route, *[route[-1]] * (longest - len(route))] for route in plan.routes])
+        self._lengths = np.array([len(route) for route in plan.routes])
+        middles = [wall.middle for wall in plan.walls.pieces]
+        self._wall_centre = np.array([centre for centre, _, _ in middles]).reshape(-1, 2)
+        self._wall_yaw = np.array([yaw for _, _, yaw in middles])
+        thickness = [wall.thickness or plan.walls.thickness for wall in plan.walls.pieces]
+        self._wall_half = 0.5 * np.array([(m[1], t) for m, t in zip(middles, thickness, strict=True)]).reshape(-1, 2)
+        self.way: Floats = np.zeros((num_envs, longest, 2))
+        self.last: npt.NDArray[np.int64] = np.zeros(num_envs, np.int64)
+        self.index: npt.NDArray[np.int64] = np.zeros(num_envs, np.int64)
+        self._all = np.arange(num_envs)
+
+    @property
+    def target(self) -> Floats:
+        """(num_envs, 2) [m]: the way-point that is next."""
+        target: Floats = self.way[self._all, self.index]
+        return target
+
+    def advance(self, reached: Mask) -> Mask:
+        """Go on to the next way-point where one is reached; return where it was the last, (num_envs,) bool."""
+        at_the_end = self.index == self.last
+        self.index += reached & ~at_the_end
+        return reached & at_the_end
+
+    def begin(
+        self,
+        mask: Mask | None,
+        rng: RandomSource,
+        boxes: tuple[Floats, Floats, Floats],
+        given: tuple[Floats | None, ...],
+    ) -> tuple[Floats, Floats]:
+        """Draw a start and a route for each of the n environments of the mask.
+
+        Args:
+            mask: The environments.
+            rng: Streams ``"start"``, ``"heading"``, ``"route"`` and ``"goal"``.
+            boxes: centre (num_envs, k, 2) [m], yaw (num_envs, k) [rad] and half the edges (k, 2) [m]; with k ≥ 0.
+            given: Starts (n, 3) as x, y [m] and yaw [rad], and goals (n, 2) [m]; None: drawn.
+
+        Returns:
+            Where the robots start, (n, 2) [m], and how they are turned, (n,) [rad].
+        """
+        rows = slice(None) if mask is None else mask
+        start, goal = given
+        obstacles = (boxes[0][rows], boxes[1][rows], boxes[2])
+        low, high = self._plan.start.box
+        if start is not None:
+            pos, yaw = start[:, :2], start[:, 2]
+        else:
+            pos = self._draw("start", rng, mask, low, high, obstacles, None)
+            turned = self._plan.start.yaw
+            yaw = rng.uniform("heading", -np.pi, np.pi, mask=mask)
+            yaw = yaw if turned is None else np.full_like(yaw, math.radians(turned))
+        self.index[rows] = 0
+        if goal is not None:
+            self.way[rows], self.last[rows] = goal[:, None], 0
+        elif self._plan.goals is not None:
+            corners = np.array(self._plan.goals.low), np.array(self._plan.goals.high)
+            self.way[rows] = self._draw("goal", rng, mask, *corners, obstacles, pos)[:, None]
+            self.last[rows] = 0
+        else:
+            route = rng.integers("route", 0, len(self._routes), mask=mask)
+            self.way[rows], self.last[rows] = self._routes[route], self._lengths[route] - 1
+        return pos, yaw
+
+    def _draw(
+        self,
+        stream: str,
+        rng: RandomSource,
+        mask: Mask | None,
+        low: Floats,
+        high: Floats,
+        obstacles: tuple[Floats, Floats, Floats],
+        away_from: Floats | None,
+    ) -> Floats:
+        """Draw points (n, 2) [m] that are far enough from walls, boxes and the start; else the farthest of some."""
+        if (low == high).all():
+            return np.broadcast_to(low, (len(obstacles[0]), 2))
+        candidates = rng.uniform(stream, low, high, (_CANDIDATES, 2), mask)  # (n, _CANDIDATES, 2)
+        room = np.full(candidates.shape[:2], np.inf)
+        centre, yaw, half = obstacles
+        point = candidates[:, :, None]
+        for rectangles in (
+            (self._wall_centre, self._wall_yaw, self._wall_half),
+            (centre[:, None], yaw[:, None], half),
+        ):
+            distances = terms.distance_to_rectangles(point, *rectangles)
+            room = np.minimum(room, distances.min(axis=-1, initial=np.inf))
+        if away_from is not None:
+            room = np.minimum(room, terms.distance(candidates - away_from[:, None]) - 2.0 * self._tolerance)
+        clear = room >= self._plan.clearance
+        chosen = np.where(clear.any(axis=1), clear.argmax(axis=1), room.argmax(axis=1))
+        picked: Floats = candidates[np.arange(len(candidates)), chosen]
+        return picked
+
+    def snapshot(self) -> Snapshot:
+        """Return routes, and how far each robot has come."""
+        return {"way": self.way.copy(), "last": self.last.copy(), "index": self.index.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self.way[:], self.last[:], self.index[:] = snapshot["way"], snapshot["last"], snapshot["index"]

@@ -1,0 +1,254 @@
+"""Floor plans: walls, boxes, starts, routes and goals as data, read from YAML."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ConfigFileError, ConfigurationError, ModelFileError
+from frobs_core.models.resources import resolve_path
+from frobs_core.validation import validate
+from frobs_core.yaml import load_yaml
+
+BUILT_IN = ("maze", "empty", "dynamic")
+"""Plans of this package, which are known by name."""
+
+_MARGIN = 10.0  # [m] around everything, where a plan does not say what its area is
+
+
+def _finite(number: float) -> float:
+    if not math.isfinite(number):
+        raise ValueError("must be a finite number")
+    return number
+
+
+Number = Annotated[float, AfterValidator(_finite)]
+Positive = Annotated[float, Field(gt=0.0), AfterValidator(_finite)]
+Point = tuple[Number, Number]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Box2d(_Part):
+    """A rectangle along the axes.
+
+    Attributes:
+        low: Corner with the smallest x and y [m].
+        high: Corner with the largest x and y [m].
+    """
+
+    low: Point
+    high: Point
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Box2d:
+        if not all(a <= b for a, b in zip(self.low, self.high, strict=True)):
+            raise ValueError(f"low {self.low} must not be above high {self.high}")
+        return self
+
+
+class Wall(_Part):
+    """A straight wall: from one point to another, or a centre with a length along an axis or in a direction.
+
+    Attributes:
+        from_: One end [m]; ``from`` in YAML.
+        to: The other end [m].
+        centre: Instead of ends [m].
+        length: With a centre [m].
+        along: With a centre: ``"x"``, ``"y"``, or an angle from x [deg].
+        thickness: [m]; None: that of the plan.
+        height: [m]; None: that of the plan.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+
+    from_: Point | None = Field(None, alias="from")
+    to: Point | None = None
+    centre: Point | None = None
+    length: Positive | None = None
+    along: Literal["x", "y"] | Number | None = None
+    thickness: Positive | None = None
+    height: Positive | None = None
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Wall:
+        ends, middle = (self.from_, self.to), (self.centre, self.length, self.along)
+        if not (
+            (all(part is not None for part in ends) and all(part is None for part in middle))
+            or (all(part is None for part in ends) and all(part is not None for part in middle))
+        ):
+            raise ValueError("a wall has either 'from' and 'to', or 'centre', 'length' and 'along'")
+        if self.from_ is not None and self.from_ == self.to:
+            raise ValueError("a wall must not end where it begins")
+        return self
+
+    @property
+    def middle(self) -> tuple[Point, float, float]:
+        """Its centre [m], its length [m], and its angle from x [rad]."""
+        if self.from_ is not None and self.to is not None:
+            (x0, y0), (x1, y1) = self.from_, self.to
+            return ((x0 + x1) / 2, (y0 + y1) / 2), math.hypot(x1 - x0, y1 - y0), math.atan2(y1 - y0, x1 - x0)
+        assert self.centre is not None
+        assert self.length is not None
+        assert self.along is not None
+        degrees = {"x": 0.0, "y": 90.0}.get(str(self.along), self.along)
+        return self.centre, self.length, math.radians(float(degrees))
+
+
+class Walls(_Part):
+    """All walls.
+
+    Attributes:
+        pieces: Each.
+        thickness: Of those that do not say [m].
+        height: Of those that do not say [m].
+    """
+
+    pieces: tuple[Wall, ...] = ()
+    thickness: Positive = 0.15
+    height: Positive = 2.5
+
+
+class MovingBox(_Part):
+    """A box on the floor that stands, or goes to and fro along its own x axis.
+
+    Attributes:
+        pos: Where its centre is when an episode begins [m].
+        size: x, y, z [m].
+        yaw: How it is turned [deg]; None: drawn anew in each episode.
+        max_speed: Its speed is drawn from 0 to this [m/s]; 0: it stands.
+        turn_every: Time between two turns [s].
+        first_turn: Time until the first turn [s]; None: ``turn_every``.
+    """
+
+    pos: Point
+    size: tuple[Positive, Positive, Positive]
+    yaw: Number | None = None
+    max_speed: Annotated[float, Field(ge=0.0), AfterValidator(_finite)] = 0.0
+    turn_every: Positive = 20.0
+    first_turn: Positive | None = None
+
+
+class Start(_Part):
+    """Where episodes begin: at a point, or somewhere in a rectangle.
+
+    Attributes:
+        pos: The point [m].
+        low: Corner of the rectangle with the smallest x and y [m].
+        high: Corner of the rectangle with the largest x and y [m].
+        yaw: How the robot is turned [deg]; None: any way.
+    """
+
+    pos: Point | None = None
+    low: Point | None = None
+    high: Point | None = None
+    yaw: Number | None = None
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Start:
+        if (self.pos is None) == (self.low is None) or (self.low is None) != (self.high is None):
+            raise ValueError("a start has either 'pos', or 'low' and 'high'")
+        if self.low is not None and self.high is not None:
+            Box2d(low=self.low, high=self.high)
+        return self
+
+    @property
+    def box(self) -> tuple[Floats, Floats]:
+        """Lowest and highest corner, (2,) each [m]; the same for a point."""
+        return np.array(self.pos or self.low, float), np.array(self.pos or self.high, float)
+
+
+class FloorPlan(_Part):
+    """Where a robot drives: walls, boxes, where it starts and where it is to go.
+
+    Attributes:
+        walls: That stand.
+        boxes: That stand or move.
+        start: Where episodes begin.
+        routes: Ways to go, each a list of way-points [m], one of which is drawn in each episode.
+        goals: Instead of routes: where the one way-point is drawn.
+        clearance: Between the robot's middle, at a start or a goal that is drawn, and walls and boxes [m].
+        area: Where the robot may be, which an episode ends outside of; None: 10 m around everything.
+    """
+
+    walls: Walls = Walls()
+    boxes: tuple[MovingBox, ...] = ()
+    start: Start
+    routes: tuple[Annotated[tuple[Point, ...], Field(min_length=1)], ...] = ()
+    goals: Box2d | None = None
+    clearance: Positive = 0.5
+    area: Box2d | None = None
+
+    @model_validator(mode="after")
+    def _leads_somewhere(self) -> FloorPlan:
+        if bool(self.routes) == (self.goals is not None):
+            raise ValueError("a floor plan has either 'routes' or 'goals'")
+        low, high = self.bounds
+        for what, points in {"the start": self.start.box, **self._destinations()}.items():
+            for point in points:
+                if not ((low <= point) & (point <= high)).all():
+                    raise ValueError(f"{what} {tuple(map(float, point))} lies outside of the area")
+        return self
+
+    def _destinations(self) -> dict[str, Any]:
+        if self.goals is not None:
+            return {"the goals' corner": (self.goals.low, self.goals.high)}
+        return {f"a way-point of route {number + 1},": route for number, route in enumerate(self.routes)}
+
+    @property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Lowest and highest corner of the area, (2,) each [m]."""
+        if self.area is not None:
+            return np.array(self.area.low), np.array(self.area.high)
+        low, high = self.extent
+        return low - _MARGIN, high + _MARGIN
+
+    @property
+    def extent(self) -> tuple[Floats, Floats]:
+        """Lowest and highest corner of everything that there is, (2,) each [m]."""
+        points = [*self.start.box, *(np.array(box.pos) for box in self.boxes)]
+        points += [np.array(point) for ends in self._destinations().values() for point in ends]
+        for wall in self.walls.pieces:
+            centre, length, angle = wall.middle
+            half = 0.5 * length * np.array([math.cos(angle), math.sin(angle)])
+            points += [np.array(centre) - half, np.array(centre) + half]
+        return np.min(points, axis=0), np.max(points, axis=0)
+
+
+def read_floor_plan(plan: str | Path | Mapping[str, Any]) -> FloorPlan:
+    """Read a floor plan.
+
+    Args:
+        plan: The name of a built-in one; a YAML file, or ``"package:path.yaml"`` inside an installed package; or what such
+            a file holds.
+
+    Raises:
+        ConfigFileError: The file cannot be read, or has an unknown key or an unusable value; names file and line.
+        ConfigurationError: A mapping has such.
+    """
+    if isinstance(plan, Mapping):
+        return validate(FloorPlan, plan, "the floor plan")
+    if plan in BUILT_IN:
+        path = Path(str(files("frobs_tasks_navigation"))) / "plans" / f"{plan}.yaml"
+    else:
+        try:
+            path = resolve_path(plan)
+        except ModelFileError as error:
+            known = ", ".join(f"'{name}'" for name in BUILT_IN)
+            raise ConfigFileError(plan, None, f"is no floor plan: {error} Known by name are {known}.") from error
+    document = load_yaml(path)
+    try:
+        return validate(FloorPlan, document, f"floor plan '{path.name}'")
+    except ConfigFileError:
+        raise
+    except ConfigurationError as error:  # what concerns the file as a whole has no line
+        raise ConfigFileError(path, None, str(error)) from error

@@ -1,0 +1,48 @@
+"""Checking what callers give to ``reset``."""
+
+from __future__ import annotations
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ConfigurationError
+from frobs_core.parameters import numbers
+from frobs_tasks_navigation import terms
+
+
+def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
+    """Return given goals (n, 2) [m].
+
+    Args:
+        goal: What was given, a row for each environment.
+        low: (2,) [m] of the area.
+        high: (2,) [m] of the area.
+
+    Raises:
+        ConfigurationError: A goal is not two numbers, or outside of the area.
+    """
+    if goal.shape[1:] != (2,):
+        raise ConfigurationError(f"a given goal has the shape {goal.shape[1:]}; it must be (2,): x, y [m].")
+    _check_inside("goal", goal, low, high)
+    return goal
+
+
+def checked_start(start: Floats, low: Floats, high: Floats) -> Floats:
+    """Return given starts (n, 3): x, y [m] and yaw [rad]; the arguments are those of :func:`checked_goal`.
+
+    Raises:
+        ConfigurationError: A start is not three numbers, or outside of the area.
+    """
+    if start.shape[1:] != (3,):
+        raise ConfigurationError(
+            f"a given start has the shape {start.shape[1:]}; it must be (3,): x, y [m], yaw [rad]."
+        )
+    _check_inside("start", start[:, :2], low, high)
+    return start
+
+
+def _check_inside(what: str, pos: Floats, low: Floats, high: Floats) -> None:
+    outside = terms.outside(pos, low, high)
+    if outside.any():
+        raise ConfigurationError(
+            f"the given {what} {numbers(pos[outside][0])} m is outside of the floor plan's area, "
+            f"{numbers(low)} to {numbers(high)} m."
+        )

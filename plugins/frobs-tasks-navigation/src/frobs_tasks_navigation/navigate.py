@@ -1,0 +1,289 @@
+"""Navigate: drive past way-points to a goal, among the walls and boxes of a floor plan."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, ClassVar
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.flat_observation import FlatObservation, ObservationTerm
+from frobs_core.interfaces import Contact, Controller, Marker, RobotHandle, Scene, Simulation, Snapshot, Task
+from frobs_core.interfaces.task import Observation
+from frobs_core.parameters import boolean, finite, non_negative, positive
+from frobs_core.random import RandomSource
+from frobs_tasks_navigation import terms
+from frobs_tasks_navigation.boxes import MovingBoxes
+from frobs_tasks_navigation.course import Course
+from frobs_tasks_navigation.floor_plan import read_floor_plan
+from frobs_tasks_navigation.given import checked_goal, checked_start
+from frobs_tasks_navigation.observation import OBSERVABLE, observation_terms
+from frobs_tasks_navigation.scenery import build_scene
+
+
+class Navigate(Task):
+    """Drive past the way-points of a route to its end, without bumping into anything.
+
+    The floor plan says where walls and boxes are, where episodes begin, and where they lead. A way-point is reached within
+    the tolerance; then the next one counts. An episode terminates at the last one, which is a success; when the robot
+    touches anything but the floor (see ``collision_ends``); and when it leaves the plan's area.
+
+    Reward, with d the distance to the way-point that is next:
+
+    - ``dense``: progress_weight · (d before the step − d after it) + way_point_reward at a way-point + goal_reward at the
+      last one − collision_penalty for touching anything or leaving the area − time_penalty
+    - ``sparse``: 1 at the last way-point, else 0
+
+    Args:
+        floor_plan: Name of a built-in one (``"maze"``, ``"empty"``, ``"dynamic"``), or a YAML file.
+        tolerance: Distance from a way-point that counts as reached [m].
+        observation: What is observed, in this order: of ``distance``, ``bearing``, ``direction``, ``position``, ``yaw``,
+            ``way_point``, ``velocity`` and ``lidar``.
+        lidar: Name of the robot's lidar.
+        bumper: Link of the robot that feels what it touches; it must be clear of the floor.
+        collision_ends: Whether touching something ends the episode.
+        progress_weight: [1/m]
+        way_point_reward: At each way-point but the last.
+        goal_reward: At the last way-point.
+        collision_penalty: For each step in which the robot touches something, and for leaving the area.
+        time_penalty: In every step.
+
+    Attributes:
+        plan: The floor plan, read.
+        observation_terms: What the columns of the observation are.
+
+    Raises:
+        ConfigFileError: The floor plan cannot be used; names file and line.
+        ConfigurationError: A value is out of range.
+    """
+
+    reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
+    reset_options: ClassVar[Sequence[str]] = ("goal", "start")
+    control_timestep: ClassVar[float] = 0.2
+    physics_timestep: ClassVar[float] = 0.02
+    success_rule: ClassVar[str] = "the robot is within the tolerance of the last way-point, and has touched nothing"
+    reward_meanings: ClassVar[Mapping[str, str]] = {
+        "progress": "progress_weight for each metre that the way-point comes nearer",
+        "way_point": "way_point_reward at a way-point that is not the last",
+        "goal": "goal_reward at the last way-point (sparse: 1)",
+        "collision": "−collision_penalty for touching anything but the floor, and for leaving the area",
+        "time": "−time_penalty in every step",
+    }
+
+    observation_space: gym.spaces.Space[Any]
+    observation_terms: Mapping[str, ObservationTerm]
+
+    def __init__(
+        self,
+        *,
+        floor_plan: str | Path | Mapping[str, Any] = "maze",
+        tolerance: float = 0.5,
+        observation: Sequence[str] = ("distance", "direction", "velocity", "lidar"),
+        lidar: str = "lidar",
+        bumper: str = "base_link",
+        collision_ends: bool = True,
+        progress_weight: float = 1.0,
+        way_point_reward: float = 2.0,
+        goal_reward: float = 10.0,
+        collision_penalty: float = 10.0,
+        time_penalty: float = 0.05,
+    ) -> None:
+        self.plan = read_floor_plan(floor_plan)
+        self.tolerance = positive("tolerance", tolerance)
+        self._observed = tuple(observation)
+        for name in self._observed:
+            if name not in OBSERVABLE:
+                raise UnknownNameError("term of the observation", name, OBSERVABLE)
+        if not self._observed or len(set(self._observed)) < len(self._observed):
+            raise ConfigurationError(f"observation is {list(observation)}; name at least one term, and each once.")
+        self.lidar, self.bumper = lidar, bumper
+        self.collision_ends = boolean("collision_ends", collision_ends)
+        self.progress_weight = finite("progress_weight", progress_weight)
+        self.way_point_reward = finite("way_point_reward", way_point_reward)
+        self.goal_reward = finite("goal_reward", goal_reward)
+        self.collision_penalty = non_negative("collision_penalty", collision_penalty)
+        self.time_penalty = non_negative("time_penalty", time_penalty)
+        self.reward_type = self.reward_types[0]
+
+    def scene(self) -> Scene:
+        """Return the walls, the boxes, and a camera that sees all of them."""
+        return build_scene(self.plan, {"bump": Contact(first=f"robot/{self.bumper}")})
+
+    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+        """Prepare for a simulation.
+
+        Raises:
+            ConfigurationError: The robot cannot drive, or has no such lidar.
+        """
+        self._simulation = simulation
+        self._robot: RobotHandle = simulation.robots["robot"]
+        name = self._robot.robot.name
+        if self._robot.robot.base == "fixed":
+            raise ConfigurationError(f"robot '{name}' has a fixed base: it cannot drive; say base='wheeled' if it can.")
+        if "lidar" in self._observed and self.lidar not in self._robot.robot.lidars:
+            raise UnknownNameError(f"lidar of robot '{name}'", self.lidar, self._robot.robot.lidars)
+        n = simulation.num_envs
+        self._height = self._robot.base_pose[0][:, 2:].copy()
+        self._boxes = MovingBoxes(self.plan.boxes, simulation)
+        self._course = Course(self.plan, n, self.tolerance)
+        self._low, self._high = self.plan.bounds
+        lidar = self._robot.robot.lidars[self.lidar] if "lidar" in self._observed else None
+        self._observation = FlatObservation(n, observation_terms(self._observed, self._low, self._high, lidar))
+        self.observation_space = self._observation.space
+        self.observation_terms = self._observation.terms
+        self._views = {term: self._observation.view(term) for term in self._observed}
+        self._pos: Floats = np.zeros((n, 2))
+        self._yaw, self._bearing, self._distance, self._progress = np.zeros((4, n))
+        self._success, self._passed, self._bumped, self._left = np.zeros((4, n), np.bool_)
+        self._reward_terms: dict[str, Floats] = {}
+
+    def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
+        """Place the robot and the boxes, and choose a route.
+
+        Args:
+            mask: The n environments.
+            rng: Streams ``"start"``, ``"heading"``, ``"route"``, ``"goal"``, ``"box_yaw"`` and ``"box_speed"``.
+            options: ``start`` (num_envs, 3): x, y [m] and yaw [rad]; ``goal`` (num_envs, 2) [m]: the only way-point.
+
+        Raises:
+            ConfigurationError: A given start or goal is outside of the plan's area.
+        """
+        rows = slice(None) if mask is None else mask
+        self._boxes.begin(mask, rng)
+        start, goal = options.get("start"), options.get("goal")
+        pos, yaw = self._course.begin(
+            mask,
+            rng,
+            (self._boxes.pos[..., :2], self._boxes.yaw, self._boxes.half),
+            (
+                None if start is None else checked_start(start[rows], self._low, self._high),
+                None if goal is None else checked_goal(goal[rows], self._low, self._high),
+            ),
+        )
+        self._robot.write_base_pose(np.concatenate([pos, self._height[rows]], axis=1), terms.quat_of(yaw), mask)
+        for flags in (self._success, self._passed, self._bumped, self._left):
+            flags[rows] = False
+        self._progress[rows] = 0.0
+        self._locate()
+        self._aim()
+        self._observe()
+
+    def advance(self, rng: RandomSource) -> None:
+        """Move the boxes, and measure, once in each control step; everything below uses it."""
+        self._boxes.move()
+        before = self._distance
+        self._locate()
+        self._aim()
+        self._progress = before - self._distance
+        self._bumped = self._simulation.contact("bump")
+        self._left = terms.outside(self._pos, self._low, self._high)
+        reached = (self._distance <= self.tolerance) & ~self._failed()
+        self._success = self._course.advance(reached)
+        self._passed = reached & ~self._success
+        if self._passed.any():
+            self._aim()  # at the way-point that is next now
+        self._observe()
+
+    def observe(self, rng: RandomSource) -> Observation:
+        """Return (num_envs, k) float32: the terms that ``observation`` names, side by side, in SI units."""
+        return self._observation.read()
+
+    def observation_columns(self) -> Mapping[str, slice]:
+        """Return where the terms of the observation stand."""
+        return self._observation.columns
+
+    def reward(self) -> Floats:
+        """Return the reward, (num_envs,)."""
+        if self.reward_type == "sparse":
+            self._reward_terms = {"goal": self._success.astype(np.float64)}
+        else:
+            self._reward_terms = {
+                "progress": self.progress_weight * self._progress,
+                "way_point": self.way_point_reward * self._passed,
+                "goal": self.goal_reward * self._success,
+                "collision": -self.collision_penalty * (self._bumped | self._left),
+                "time": np.full(len(self._success), -self.time_penalty),
+            }
+        return np.asarray(sum(self._reward_terms.values()))
+
+    def reward_terms(self) -> Mapping[str, Floats]:
+        """Return what the last reward is the sum of, (num_envs,) each."""
+        return self._reward_terms
+
+    def is_terminated(self) -> Mask:
+        """Return where the robot is at the last way-point, has bumped into something, or has left the area."""
+        return self._success | self._failed()
+
+    def is_success(self) -> Mask:
+        """Return where the robot is at the last way-point, (num_envs,) bool."""
+        return self._success
+
+    def markers(self) -> Sequence[Marker]:
+        """Return the way-points, and the one that is next as large as the tolerance."""
+        way = np.concatenate([self._course.way, np.zeros((*self._course.way.shape[:2], 1))], axis=-1)
+        beacons = [Marker(way[:, i], 0.15, (0.95, 0.75, 0.15, 1.0)) for i in range(way.shape[1])]
+        target = np.concatenate([self._course.target, np.zeros((len(way), 1))], axis=-1)
+        return (*beacons, Marker(target, self.tolerance))
+
+    def snapshot(self) -> Snapshot:
+        """Return routes, boxes, and what the last step measured."""
+        flags = {"success": self._success, "passed": self._passed, "bumped": self._bumped, "left": self._left}
+        return {
+            **self._course.snapshot(),
+            **self._boxes.snapshot(),
+            **{name: values.copy() for name, values in flags.items()},
+            "observation": self._observation.values.copy(),
+            "distance": self._distance.copy(),
+            "progress": self._progress.copy(),
+        }
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._course.restore(snapshot)
+        self._boxes.restore(snapshot)
+        self._success, self._passed, self._bumped, self._left = (
+            snapshot[name].copy() for name in ("success", "passed", "bumped", "left")
+        )
+        self._observation.values[:] = snapshot["observation"]
+        self._distance, self._progress = snapshot["distance"].copy(), snapshot["progress"].copy()
+
+    # -- Parts --
+
+    def _failed(self) -> Mask:
+        return self._bumped | self._left if self.collision_ends else self._left
+
+    def _locate(self) -> None:
+        pos, quat = self._robot.base_pose
+        self._pos, self._yaw = pos[:, :2], terms.yaw_of(quat)
+
+    def _aim(self) -> None:
+        offset = self._course.target - self._pos
+        self._distance = terms.distance(offset)
+        self._bearing = terms.bearing(offset, self._yaw)
+
+    def _observe(self) -> None:
+        """Write what is observed; what is not, costs nothing."""
+        for name, view in self._views.items():
+            match name:
+                case "distance":
+                    view[:, 0] = self._distance
+                case "bearing":
+                    view[:, 0] = self._bearing
+                case "direction":
+                    view[:, 0], view[:, 1] = np.cos(self._bearing), np.sin(self._bearing)
+                case "position":
+                    view[...] = self._pos
+                case "yaw":
+                    view[:, 0] = self._yaw
+                case "way_point":
+                    view[...] = self._course.target
+                case "velocity":
+                    linear, angular = self._robot.base_twist
+                    view[:, 0] = np.cos(self._yaw) * linear[:, 0] + np.sin(self._yaw) * linear[:, 1]
+                    view[:, 1] = angular[:, 2]
+                case "lidar":
+                    view[...] = self._robot.lidar(self.lidar)

@@ -1,0 +1,67 @@
+"""Records of this distribution."""
+
+from typing import Any
+
+from frobs_core.capabilities import Level
+from frobs_core.hookspecs import hookimpl
+from frobs_core.specs import EnvironmentRecord, TaskRecord
+
+_INSTALL = "pip install frobs-tasks-navigation"
+_NEEDS = {"teleport": Level.APPROXIMATE, "contacts": Level.APPROXIMATE}
+_GOAL = ("distance", "bearing")
+_MAZE = ("distance", "bearing", "position", "yaw", "way_point", "lidar")  # FRobs_RL's 15 numbers
+
+
+def _kobuki(id: str, summary: str, max_episode_steps: int, **parameters: Any) -> EnvironmentRecord:
+    return EnvironmentRecord(
+        id=id,
+        summary=summary,
+        robot="kobuki",
+        controller="differential_drive",
+        max_episode_steps=max_episode_steps,
+        parameters=parameters,
+    )
+
+
+@hookimpl
+def frobs_tasks() -> list[TaskRecord]:
+    """Offer the navigation tasks."""
+    return [
+        TaskRecord(
+            name="navigate",
+            summary="drive past way-points to a goal, among the walls and boxes of a floor plan",
+            entry_point="frobs_tasks_navigation.navigate:Navigate",
+            install_hint=_INSTALL,
+            needs=_NEEDS,
+            environments=(
+                _kobuki(
+                    "frobs/KobukiEmpty-v0",
+                    "Kobuki drives to a goal on an empty floor",
+                    400,
+                    floor_plan="empty",
+                    observation=_GOAL,
+                ),
+                _kobuki(
+                    "frobs/KobukiDynamic-v0",
+                    "Kobuki drives to a goal among eight boxes that move",
+                    300,
+                    floor_plan="dynamic",
+                    observation=(*_GOAL, "lidar"),
+                ),
+                _kobuki(
+                    "frobs/KobukiMaze-v0",
+                    "Kobuki drives one of four routes through a maze with two boxes that move",
+                    500,
+                    floor_plan="maze",
+                    observation=_MAZE,
+                ),
+                EnvironmentRecord(
+                    id="frobs/Navigate-v0",
+                    summary="any wheeled robot with a lidar in a floor plan of one's own: give them with robot=…, floor_plan=…",
+                    robot="",
+                    controller="differential_drive",
+                    max_episode_steps=500,
+                ),
+            ),
+        ),
+    ]

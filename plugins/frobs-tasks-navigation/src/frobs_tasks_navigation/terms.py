@@ -1,0 +1,89 @@
+"""What observations and rewards are made of: small pure functions, each usable alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+
+
+def yaw_of(quat_wxyz: Floats) -> Floats:
+    """Return how a frame is turned about the vertical, in [−π, π] [rad].
+
+    Args:
+        quat_wxyz: (..., 4)
+
+    Returns:
+        (...)
+    """
+    w, x, y, z = (quat_wxyz[..., i] for i in range(4))
+    return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def quat_of(yaw: Floats) -> Floats:
+    """Return the quat_wxyz (..., 4) of a frame that is turned about the vertical by ``yaw`` (...) [rad]."""
+    zeros = np.zeros_like(yaw)
+    return np.stack([np.cos(0.5 * yaw), zeros, zeros, np.sin(0.5 * yaw)], axis=-1)
+
+
+def in_frame(offset: Floats, yaw: Floats) -> Floats:
+    """Return where something is as a robot sees it: (..., 2) ahead and to the left [m].
+
+    Args:
+        offset: (..., 2) from the robot to it in the world [m].
+        yaw: (...) of the robot [rad].
+    """
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    x, y = offset[..., 0], offset[..., 1]
+    return np.stack([cos * x + sin * y, cos * y - sin * x], axis=-1)
+
+
+def bearing(offset: Floats, yaw: Floats) -> Floats:
+    """Return at which angle a robot sees something, (...) in [−π, π] [rad]: 0 ahead, growing to the left.
+
+    Where there is no distance it is 0. The arguments are those of :func:`in_frame`.
+    """
+    seen = in_frame(offset, yaw)
+    return np.arctan2(seen[..., 1], seen[..., 0])
+
+
+def distance(offset: Floats) -> Floats:
+    """Return the length (...) [m] of (..., 2) [m]."""
+    return np.sqrt(offset[..., 0] * offset[..., 0] + offset[..., 1] * offset[..., 1])
+
+
+def outside(pos: Floats, low: Floats, high: Floats) -> Mask:
+    """Return where a point (..., 2) [m] is not in the rectangle from ``low`` to ``high``, (2,) each [m]."""
+    return np.asarray(((pos < low) | (pos > high)).any(axis=-1))
+
+
+def distance_to_rectangles(pos: Floats, centre: Floats, yaw: Floats, half: Floats) -> Floats:
+    """Return how far points are from rectangles [m]; 0 inside.
+
+    Args:
+        pos: (..., 1, 2) [m]
+        centre: Broadcasts to (..., k, 2) [m].
+        yaw: Broadcasts to (..., k) [rad].
+        half: Broadcasts to (..., k, 2): half the edges [m].
+
+    Returns:
+        (..., k)
+    """
+    beyond = np.maximum(np.abs(in_frame(pos - centre, yaw)) - half, 0.0)
+    return distance(beyond)
+
+
+def to_and_fro(time: Floats, first_turn: Floats, turn_every: Floats) -> Floats:
+    """Return how long what turns round again and again has gone forward, less how long backward [s].
+
+    Args:
+        time: (...) since it set out [s].
+        first_turn: When it turns for the first time [s].
+        turn_every: From one turn to the next [s].
+
+    Returns:
+        (...), in [first_turn − turn_every, first_turn] once it has turned.
+    """
+    phase = np.mod(time - first_turn, 2.0 * turn_every)  # since it last turned backward
+    swung = first_turn - np.where(phase < turn_every, phase, 2.0 * turn_every - phase)
+    return np.where(time < first_turn, time, swung)
