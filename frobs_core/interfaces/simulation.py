@@ -181,10 +181,22 @@ class RobotHandle(ABC):
             raise UnknownNameError("lidar", name, self.robot.lidars)
         lidar = self.robot.lidars[name]
         pos, quat = self.frame_pose(lidar.frame)
-        shape = (self.num_envs, lidar.rays, 3)
-        directions = quat_rotate(quat[:, None], np.broadcast_to(lidar.directions, shape))
-        origins = pos + quat_rotate(quat, np.broadcast_to(np.array(lidar.offset), pos.shape))
-        return lidar, np.broadcast_to(origins[:, None], shape), directions
+        w, x, y, z = (quat[:, i, None] for i in range(4))
+        ahead, left = np.empty((2, self.num_envs, 1, 3))  # the frame's x and y axes, in which all rays lie
+        ahead[..., 0], ahead[..., 1], ahead[..., 2] = (
+            1.0 - 2.0 * (y * y + z * z),
+            2.0 * (x * y + w * z),
+            2.0 * (x * z - w * y),
+        )
+        left[..., 0], left[..., 1], left[..., 2] = (
+            2.0 * (x * y - w * z),
+            1.0 - 2.0 * (x * x + z * z),
+            2.0 * (y * z + w * x),
+        )
+        directions = lidar.directions[:, :1] * ahead + lidar.directions[:, 1:2] * left
+        if any(lidar.offset):
+            pos = pos + quat_rotate(quat, np.broadcast_to(np.array(lidar.offset), pos.shape))
+        return lidar, np.broadcast_to(pos[:, None], directions.shape), directions
 
     def frame_name(self, frame: str) -> str:
         """Resolve ``"tcp"`` and check that the link exists.

@@ -52,6 +52,11 @@ class Course:
         target: Floats = self.way[self._all, self.index]
         return target
 
+    @property
+    def left(self) -> Floats:
+        """(num_envs,) way-points that are still to be reached."""
+        return self.last + 1.0 - self.index
+
     def advance(self, reached: Mask) -> Mask:
         """Go on to the next way-point where one is reached; return where it was the last, (num_envs,) bool."""
         at_the_end = self.index == self.last

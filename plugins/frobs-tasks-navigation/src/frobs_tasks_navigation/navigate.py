@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -23,6 +24,37 @@ from frobs_tasks_navigation.floor_plan import read_floor_plan
 from frobs_tasks_navigation.given import checked_goal, checked_start
 from frobs_tasks_navigation.observation import OBSERVABLE, observation_terms
 from frobs_tasks_navigation.scenery import build_scene
+
+_ANYWHERE = 1e4  # [m] that no robot gets away in an episode
+
+
+@dataclass
+class Step:
+    """What a step has come to, with respect to the way-point that it was going to.
+
+    Attributes:
+        distance: (num_envs,) to the way-point, at the end of the step [m].
+        bearing: (num_envs,) of the way-point, at the end of the step [rad].
+        progress: (num_envs,) by which the distance has become smaller [m].
+        left: (num_envs,) way-points that were still to be reached, this one included.
+        reached: (num_envs,) bool: whether it is reached now.
+        bumped: (num_envs,) bool: whether the robot has touched anything but the floor.
+        outside: (num_envs,) bool: whether the robot is outside of the area.
+    """
+
+    distance: Floats
+    bearing: Floats
+    progress: Floats
+    left: Floats
+    reached: Mask
+    bumped: Mask
+    outside: Mask
+
+    @classmethod
+    def none(cls, num_envs: int) -> Step:
+        """Return a step in which nothing happens."""
+        floats, flags = np.zeros((4, num_envs)), np.zeros((3, num_envs), np.bool_)
+        return cls(*floats, *flags)
 
 
 class Navigate(Task):
@@ -55,6 +87,7 @@ class Navigate(Task):
     Attributes:
         plan: The floor plan, read.
         observation_terms: What the columns of the observation are.
+        observation_scale: (k,) by which a learner may multiply the observation, which itself is in SI units.
 
     Raises:
         ConfigFileError: The floor plan cannot be used; names file and line.
@@ -74,8 +107,12 @@ class Navigate(Task):
         "time": "−time_penalty in every step",
     }
 
+    area_ends: ClassVar[bool] = True
+    """Whether an episode ends outside of the plan's area."""
+
     observation_space: gym.spaces.Space[Any]
     observation_terms: Mapping[str, ObservationTerm]
+    observation_scale: Floats
 
     def __init__(
         self,
@@ -135,10 +172,12 @@ class Navigate(Task):
         self._observation = FlatObservation(n, observation_terms(self._observed, self._low, self._high, lidar))
         self.observation_space = self._observation.space
         self.observation_terms = self._observation.terms
+        self.observation_scale = self._observation.scale
         self._views = {term: self._observation.view(term) for term in self._observed}
         self._pos: Floats = np.zeros((n, 2))
-        self._yaw, self._bearing, self._distance, self._progress = np.zeros((4, n))
-        self._success, self._passed, self._bumped, self._left = np.zeros((4, n), np.bool_)
+        self._yaw, self._bearing, self._distance = np.zeros((3, n))
+        self._step = Step.none(n)
+        self._success: Mask = np.zeros(n, np.bool_)
         self._reward_terms: dict[str, Floats] = {}
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
@@ -165,9 +204,9 @@ class Navigate(Task):
             ),
         )
         self._robot.write_base_pose(np.concatenate([pos, self._height[rows]], axis=1), terms.quat_of(yaw), mask)
-        for flags in (self._success, self._passed, self._bumped, self._left):
-            flags[rows] = False
-        self._progress[rows] = 0.0
+        self._success[rows] = False
+        for values in vars(self._step).values():
+            values[rows] = 0
         self._locate()
         self._aim()
         self._observe()
@@ -178,13 +217,18 @@ class Navigate(Task):
         before = self._distance
         self._locate()
         self._aim()
-        self._progress = before - self._distance
-        self._bumped = self._simulation.contact("bump")
-        self._left = terms.outside(self._pos, self._low, self._high)
-        reached = (self._distance <= self.tolerance) & ~self._failed()
-        self._success = self._course.advance(reached)
-        self._passed = reached & ~self._success
-        if self._passed.any():
+        step = self._step = Step(
+            distance=self._distance,
+            bearing=self._bearing,
+            progress=before - self._distance,
+            left=self._course.left,
+            reached=self._distance <= self.tolerance,
+            bumped=self._simulation.contact("bump").copy(),
+            outside=terms.outside(self._pos, self._low, self._high),
+        )
+        step.reached &= ~self._failed()
+        self._success = self._course.advance(step.reached)
+        if (step.reached & ~self._success).any():
             self._aim()  # at the way-point that is next now
         self._observe()
 
@@ -202,10 +246,10 @@ class Navigate(Task):
             self._reward_terms = {"goal": self._success.astype(np.float64)}
         else:
             self._reward_terms = {
-                "progress": self.progress_weight * self._progress,
-                "way_point": self.way_point_reward * self._passed,
+                "progress": self.progress_weight * self._step.progress,
+                "way_point": self.way_point_reward * (self._step.reached & ~self._success),
                 "goal": self.goal_reward * self._success,
-                "collision": -self.collision_penalty * (self._bumped | self._left),
+                "collision": -self.collision_penalty * (self._step.bumped | self._step.outside),
                 "time": np.full(len(self._success), -self.time_penalty),
             }
         return np.asarray(sum(self._reward_terms.values()))
@@ -231,30 +275,35 @@ class Navigate(Task):
 
     def snapshot(self) -> Snapshot:
         """Return routes, boxes, and what the last step measured."""
-        flags = {"success": self._success, "passed": self._passed, "bumped": self._bumped, "left": self._left}
         return {
             **self._course.snapshot(),
             **self._boxes.snapshot(),
-            **{name: values.copy() for name, values in flags.items()},
+            **{f"step/{name}": values.copy() for name, values in vars(self._step).items()},
+            "success": self._success.copy(),
             "observation": self._observation.values.copy(),
             "distance": self._distance.copy(),
-            "progress": self._progress.copy(),
         }
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
         self._course.restore(snapshot)
         self._boxes.restore(snapshot)
-        self._success, self._passed, self._bumped, self._left = (
-            snapshot[name].copy() for name in ("success", "passed", "bumped", "left")
-        )
+        self._step = Step(**{field.name: snapshot[f"step/{field.name}"].copy() for field in fields(Step)})
+        self._success = snapshot["success"].copy()
         self._observation.values[:] = snapshot["observation"]
-        self._distance, self._progress = snapshot["distance"].copy(), snapshot["progress"].copy()
+        self._distance = snapshot["distance"].copy()
 
     # -- Parts --
 
     def _failed(self) -> Mask:
-        return self._bumped | self._left if self.collision_ends else self._left
+        failed = self._step.outside if self.area_ends else np.zeros_like(self._step.outside)
+        return failed | self._step.bumped if self.collision_ends else failed
+
+    def _observed_area(self) -> tuple[Floats, Floats]:
+        """Return lowest and highest corner (2,) [m] of where the robot can be."""
+        if self.area_ends or self.plan.walls.pieces:  # which keep it inside
+            return self._low, self._high
+        return self._low - _ANYWHERE, self._high + _ANYWHERE
 
     def _locate(self) -> None:
         pos, quat = self._robot.base_pose
