@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import dist
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import ConfigurationError
@@ -137,3 +138,12 @@ class Scene:
     )
     robots: Mapping[str, Placement] = field(default_factory=dict)
     robot_pose: Pose = field(default_factory=Pose)
+
+    @property
+    def span(self) -> float:
+        """How far away its cameras look, the farthest that stands in the world [m]; 0 without any.
+
+        Simulators may draw what has no size of its own, as the floor's pattern, to suit.
+        """
+        far = [dist(camera.pos, camera.target) for camera in self.cameras.values() if camera.frame is None]
+        return max(far, default=0.0)

@@ -50,7 +50,7 @@ def build_model(
     spec.compiler.balanceinertia = False
     light_up(spec)
     if scene.floor:
-        add_floor(spec)
+        add_floor(spec, scene.span)
     for name, body in scene.bodies.items():
         add_body(spec, name, body)
     for number, (name, placement) in enumerate(robots.items()):

@@ -10,6 +10,7 @@ from frobs_core.interfaces import Body, Camera
 from frobs_core.models import Pose
 from frobs_sim_mujoco.geoms import SCENE_GROUP, VISUAL_GROUP, add_geom
 
+_FAR = 8.0  # [m] from where small squares would flicker
 _FRICTION = (0.005, 0.0001)  # torsional [m] and rolling [m]: MuJoCo's defaults
 
 
@@ -39,8 +40,9 @@ def light_up(spec: mujoco.MjSpec) -> None:
     )
 
 
-def add_floor(spec: mujoco.MjSpec) -> None:
-    """Add a chequered plane at z = 0, without end."""
+def add_floor(spec: mujoco.MjSpec, span: float) -> None:
+    """Add a chequered plane at z = 0, without end; ``span`` [m] is how far away it is looked at."""
+    repeat = 4.0 if span < _FAR else 0.5  # of two by two squares, in a metre
     spec.add_texture(
         name="floor",
         type=mujoco.mjtTexture.mjTEXTURE_2D,
@@ -50,7 +52,7 @@ def add_floor(spec: mujoco.MjSpec) -> None:
         width=512,
         height=512,
     )
-    material = spec.add_material(name="floor", texrepeat=(4, 4), texuniform=True)
+    material = spec.add_material(name="floor", texrepeat=(repeat, repeat), texuniform=True)
     material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
     spec.worldbody.add_geom(
         name="floor",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -19,6 +20,11 @@ from frobs_sim_pybullet.urdf import skeleton, write_urdf
 
 _FLOOR_RGBA = ((0.78, 0.80, 0.82, 1.0), (0.72, 0.74, 0.77, 1.0))
 _TILE, _TILES = 0.5, 12  # [m] edge; along each axis
+_FAR, _LARGE_TILE, _MOST_TILES = (
+    8.0,
+    2.0,
+    40,
+)  # [m] from where a floor is looked at that needs larger ones; [m]; along each axis
 
 
 class Stage:
@@ -62,12 +68,15 @@ class Stage:
 
     def _floor(self) -> list[int]:
         """Add a floor of tiles in two tones; return Bullet's numbers of them."""
-        halves = [_TILE / 2, _TILE / 2, 0.001]
+        far = self._scene.span
+        tile = _TILE if far < _FAR else _LARGE_TILE
+        tiles = _TILES if far < _FAR else min(_MOST_TILES, 2 * math.ceil(far / tile))
+        halves = [tile / 2, tile / 2, 0.001]
         shapes = [
             p.createVisualShape(p.GEOM_BOX, halfExtents=halves, rgbaColor=rgba, physicsClientId=self.client)
             for rgba in _FLOOR_RGBA
         ]
-        steps = [(i - (_TILES - 1) / 2) * _TILE for i in range(_TILES)]
+        steps = [(i - (tiles - 1) / 2) * tile for i in range(tiles)]
         return [
             p.createMultiBody(0.0, -1, shapes[(i + j) % 2], (x, y, -0.001), physicsClientId=self.client)
             for i, x in enumerate(steps)

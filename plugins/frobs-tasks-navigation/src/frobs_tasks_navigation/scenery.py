@@ -32,7 +32,9 @@ def wall_bodies(walls: Walls) -> dict[str, Body]:
     bodies = {}
     for i, wall in enumerate(walls.pieces):
         (x, y), length, angle = wall.middle
-        thickness, height = wall.thickness or walls.thickness, wall.height or walls.height
+        # Walls that overlap would flicker in pictures if they were equally thick and high.
+        thickness = (wall.thickness or walls.thickness) - 1e-4 * (i % 10)
+        height = (wall.height or walls.height) - 2e-3 * (i % 10)
         w, _, _, z = terms.quat_of(np.asarray(angle)).tolist()
         bodies[f"wall_{i}"] = Body(
             geometry=Box((length, thickness, height)),
@@ -51,7 +53,7 @@ def overview(plan: FloorPlan) -> Camera:
     middle, size = (low + high) / 2, np.maximum(high - low, _LEAST)
     across, deep = (size[0], size[1]) if size[0] >= size[1] else (size[1], size[0])
     half = math.tan(math.radians(_FOV / 2))
-    far = max(0.5 * across / (half * 4.0 / 3.0), 0.5 * deep / half) * 1.12
+    far = max(0.5 * across / (half * 4.0 / 3.0), 0.5 * deep / half) * 1.18
     back = np.array([0.0, -1.0]) if size[0] >= size[1] else np.array([1.0, 0.0])
     x, y = (middle + back * far * math.sin(_TILT)).tolist()
     return Camera(pos=(x, y, far * math.cos(_TILT)), target=(float(middle[0]), float(middle[1]), 0.0), fov_y=_FOV)
