@@ -78,7 +78,7 @@ def test_the_record_leads_to_the_robot():
 
 def test_wheels_masses_and_lidar_are_frobs_rls(model):
     assert model.joint_names == ("wheel_left_joint", "wheel_right_joint")
-    drive, lidar = KOBUKI.differential_drive, KOBUKI.lidars["lidar"]
+    drive, lidar = KOBUKI.differential_drive, KOBUKI.sensors["lidar"]
     left, right = (model.frame_pose(f"wheel_{side}_link", np.zeros((1, 2)))[0][0] for side in ("left", "right"))
     assert left - right == pytest.approx([0.0, drive.separation, 0.0])
     assert left[2] == pytest.approx(drive.wheel_radius)

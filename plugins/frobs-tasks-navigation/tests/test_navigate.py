@@ -187,7 +187,8 @@ def test_the_sparse_reward_is_for_the_goal_alone(make):
         ({"tolerance": 0.0}, ConfigurationError, "tolerance"),
         ({"time_penalty": -1.0}, ConfigurationError, "time_penalty"),
         ({"collision_ends": 1}, ConfigurationError, "collision_ends"),
-        ({"lidar": "scan"}, UnknownNameError, "'lidar'"),
+        ({"lidar": "scan"}, UnknownNameError, "Available: lidar"),
+        ({"bumper": "bump"}, UnknownNameError, "'bumper'"),
     ],
 )
 def test_impossible_parameters_are_refused(make, parameters, error, message):

@@ -8,11 +8,8 @@ and 2 · 1 m/s² / separation the limit in turning.
 
 from __future__ import annotations
 
-import math
+from frobs_core.interfaces import Bumper, DifferentialDrive, DriveGains, Lidar, Robot
 
-from frobs_core.interfaces import DifferentialDrive, DriveGains, Lidar, Robot
-
-_RAYS = 8
 _SEPARATION = 0.23  # [m]
 
 KOBUKI = Robot(
@@ -31,15 +28,9 @@ KOBUKI = Robot(
         max_linear_acceleration=1.0,
         max_angular_acceleration=2.0 * 1.0 / _SEPARATION,
     ),
-    lidars={
-        "lidar": Lidar(
-            frame="lidar_link",
-            rays=_RAYS,
-            angle_min=-math.pi,
-            angle_max=math.pi - 2.0 * math.pi / _RAYS,
-            range_min=0.1,
-            range_max=30.0,
-        )
+    sensors={
+        "lidar": Lidar(frame="lidar_link", rays=8, range_min=0.1, range_max=30.0),
+        "bumper": Bumper(frame="base_link"),  # all around, where the Kobuki's own is at the front
     },
     friction={"caster_front_link": 0.0, "caster_back_link": 0.0},
 )

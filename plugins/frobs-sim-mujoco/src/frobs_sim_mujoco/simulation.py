@@ -199,8 +199,7 @@ class MujocoSimulation(Simulation):
         record = ("sensordata",) if self.scene.contacts else ("qpos",)
         recorded = self.batch.rollout(decimation, control=rows, control_spec=_CTRL, record=record)
         self._rows = None
-        self.batch.forward(stage=_VEL)
-        self._stale = None
+        self.mark_stale(None)  # computed when it is read: a task may move bodies first
         if self.scene.contacts:
             data = recorded["sensordata"].reshape(self.num_envs, decimation, -1)
             self._contacts = self._contact_reader.read(data)

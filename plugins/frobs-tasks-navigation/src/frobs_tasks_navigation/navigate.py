@@ -13,10 +13,11 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.flat_observation import FlatObservation, ObservationTerm
-from frobs_core.interfaces import Contact, Controller, Marker, RobotHandle, Scene, Simulation, Snapshot, Task
+from frobs_core.interfaces import Controller, Marker, RobotHandle, Scene, Simulation, Snapshot, Task
 from frobs_core.interfaces.task import Observation
 from frobs_core.parameters import boolean, finite, non_negative, positive
 from frobs_core.random import RandomSource
+from frobs_core.sensors import Sensors
 from frobs_tasks_navigation import terms
 from frobs_tasks_navigation.boxes import MovingBoxes
 from frobs_tasks_navigation.course import Course
@@ -76,7 +77,7 @@ class Navigate(Task):
         observation: What is observed, in this order: of ``distance``, ``bearing``, ``direction``, ``position``, ``yaw``,
             ``way_point``, ``velocity`` and ``lidar``.
         lidar: Name of the robot's lidar.
-        bumper: Link of the robot that feels what it touches; it must be clear of the floor.
+        bumper: Name of the robot's bumper, which tells whether it touches anything but the floor.
         collision_ends: Whether touching something ends the episode.
         progress_weight: [1/m]
         way_point_reward: At each way-point but the last.
@@ -121,7 +122,7 @@ class Navigate(Task):
         tolerance: float = 0.5,
         observation: Sequence[str] = ("distance", "direction", "velocity", "lidar"),
         lidar: str = "lidar",
-        bumper: str = "base_link",
+        bumper: str = "bumper",
         collision_ends: bool = True,
         progress_weight: float = 1.0,
         way_point_reward: float = 2.0,
@@ -148,7 +149,7 @@ class Navigate(Task):
 
     def scene(self) -> Scene:
         """Return the walls, the boxes, and a camera that sees all of them."""
-        return build_scene(self.plan, {"bump": Contact(first=f"robot/{self.bumper}")})
+        return build_scene(self.plan)
 
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
         """Prepare for a simulation.
@@ -161,14 +162,16 @@ class Navigate(Task):
         name = self._robot.robot.name
         if self._robot.robot.base == "fixed":
             raise ConfigurationError(f"robot '{name}' has a fixed base: it cannot drive; say base='wheeled' if it can.")
-        if "lidar" in self._observed and self.lidar not in self._robot.robot.lidars:
+        sees = "lidar" in self._observed
+        if sees and self.lidar not in self._robot.robot.lidars:
             raise UnknownNameError(f"lidar of robot '{name}'", self.lidar, self._robot.robot.lidars)
+        self._sensors = Sensors(simulation, control_timestep, names=[self.bumper, *([self.lidar] if sees else [])])
         n = simulation.num_envs
         self._height = self._robot.base_pose[0][:, 2:].copy()
         self._boxes = MovingBoxes(self.plan.boxes, simulation)
         self._course = Course(self.plan, n, self.tolerance)
         self._low, self._high = self.plan.bounds
-        lidar = self._robot.robot.lidars[self.lidar] if "lidar" in self._observed else None
+        lidar = self._robot.robot.lidars[self.lidar] if sees else None
         self._observation = FlatObservation(n, observation_terms(self._observed, self._low, self._high, lidar))
         self.observation_space = self._observation.space
         self.observation_terms = self._observation.terms
@@ -207,6 +210,7 @@ class Navigate(Task):
         self._success[rows] = False
         for values in vars(self._step).values():
             values[rows] = 0
+        self._sensors.reset(mask, rng)
         self._locate()
         self._aim()
         self._observe()
@@ -214,6 +218,7 @@ class Navigate(Task):
     def advance(self, rng: RandomSource) -> None:
         """Move the boxes, and measure, once in each control step; everything below uses it."""
         self._boxes.move()
+        self._sensors.advance(rng)
         before = self._distance
         self._locate()
         self._aim()
@@ -223,7 +228,7 @@ class Navigate(Task):
             progress=before - self._distance,
             left=self._course.left,
             reached=self._distance <= self.tolerance,
-            bumped=self._simulation.contact("bump").copy(),
+            bumped=self._sensors.read(self.bumper)[:, 0] > 0.5,
             outside=terms.outside(self._pos, self._low, self._high),
         )
         step.reached &= ~self._failed()
@@ -279,6 +284,7 @@ class Navigate(Task):
         return {
             **self._course.snapshot(),
             **self._boxes.snapshot(),
+            **self._sensors.snapshot(),
             **{f"step/{name}": values.copy() for name, values in vars(self._step).items()},
             "success": self._success.copy(),
             "observation": self._observation.values.copy(),
@@ -289,6 +295,7 @@ class Navigate(Task):
         """Return to a snapshot."""
         self._course.restore(snapshot)
         self._boxes.restore(snapshot)
+        self._sensors.restore(snapshot)
         self._step = Step(**{field.name: snapshot[f"step/{field.name}"].copy() for field in fields(Step)})
         self._success = snapshot["success"].copy()
         self._observation.values[:] = snapshot["observation"]
@@ -336,4 +343,4 @@ class Navigate(Task):
                     view[:, 0] = np.cos(self._yaw) * linear[:, 0] + np.sin(self._yaw) * linear[:, 1]
                     view[:, 1] = angular[:, 2]
                 case "lidar":
-                    view[...] = self._robot.lidar(self.lidar)
+                    view[...] = self._sensors.read(self.lidar)

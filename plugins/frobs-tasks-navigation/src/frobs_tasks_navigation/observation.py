@@ -8,7 +8,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.flat_observation import ObservationTerm
-from frobs_core.interfaces.robot import Lidar
+from frobs_core.interfaces import Lidar
 
 OBSERVABLE = ("distance", "bearing", "direction", "position", "yaw", "way_point", "velocity", "lidar")
 """Names of all terms."""

@@ -8,6 +8,7 @@ from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-navigation"
 _NEEDS = {"teleport": Level.APPROXIMATE, "contacts": Level.APPROXIMATE}
+_RAYS_36 = {"lidar": {"rays": 36}}
 _GOAL = ("distance", "bearing")
 _MAZE = ("distance", "bearing", "position", "yaw", "way_point", "lidar")  # FRobs_RL's 15 numbers
 
@@ -26,7 +27,8 @@ def _kobuki(id: str, summary: str, max_episode_steps: int, **parameters: Any) ->
 def _legacy(id: str, summary: str, world: str, speed: float) -> EnvironmentRecord:
     """Return a record of FRobs_RL's; ``speed`` [m/s, rad/s] is that of an action of 1."""
     limits = {"max_linear_velocity": speed, "max_angular_velocity": speed}
-    return _kobuki(id, summary, 2000, world=world, controller_kwargs=limits)
+    sensors = {"sensors": _RAYS_36} if world == "dynamic" else {}
+    return _kobuki(id, summary, 2000, world=world, controller_kwargs=limits, **sensors)
 
 
 @hookimpl
@@ -52,6 +54,7 @@ def frobs_tasks() -> list[TaskRecord]:
                     "Kobuki drives to a goal among eight boxes that move",
                     300,
                     floor_plan="dynamic",
+                    sensors=_RAYS_36,
                     observation=(*_GOAL, "lidar"),
                 ),
                 _kobuki(

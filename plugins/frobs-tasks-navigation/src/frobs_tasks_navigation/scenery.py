@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from frobs_core.interfaces import Body, Camera, Contact, Scene
+from frobs_core.interfaces import Body, Camera, Scene
 from frobs_core.models import Box, Pose
 from frobs_tasks_navigation import terms
 from frobs_tasks_navigation.boxes import box_bodies
@@ -18,11 +18,10 @@ _TILT = math.radians(22.0)  # of the camera from the vertical: walls have a side
 _LEAST = 8.0  # [m] that a picture shows at least
 
 
-def build_scene(plan: FloorPlan, contacts: dict[str, Contact]) -> Scene:
-    """Return walls, boxes, a camera, and the contacts that a task wants to know of."""
+def build_scene(plan: FloorPlan) -> Scene:
+    """Return walls, boxes and a camera."""
     return Scene(
         bodies={**wall_bodies(plan.walls), **box_bodies(plan.boxes)},
-        contacts=contacts,
         cameras={"overview": overview(plan)},
     )
 
