@@ -39,7 +39,8 @@ def composed(controller: str, *only: str) -> Iterator[Check]:
 
 
 def keywords_of(id: str, robot: str) -> dict[str, Any]:
-    return {**({} if robot else {"robot": "irb120"}), **(SHORTER if "Legacy" in id else {})}
+    standing_in = {} if robot else {"robot": "kobuki" if "Navigate" in id else "irb120"}
+    return {**standing_in, **(SHORTER if "Legacy" in id else {})}
 
 
 def on_pybullet(id: str, robot: str) -> Iterator[Check]:

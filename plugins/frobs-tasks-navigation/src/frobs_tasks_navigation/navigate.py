@@ -75,7 +75,7 @@ class Navigate(Task):
         floor_plan: Name of a built-in one (``"maze"``, ``"empty"``, ``"dynamic"``), or a YAML file.
         tolerance: Distance from a way-point that counts as reached [m].
         observation: What is observed, in this order: of ``distance``, ``bearing``, ``direction``, ``position``, ``yaw``,
-            ``way_point``, ``velocity`` and ``lidar``.
+            ``way_point``, ``velocity``, ``lidar`` and ``nearness`` (1 m / (1 m + range) of each ray of the lidar).
         lidar: Name of the robot's lidar.
         bumper: Name of the robot's bumper, which tells whether it touches anything but the floor.
         collision_ends: Whether touching something ends the episode.
@@ -162,7 +162,7 @@ class Navigate(Task):
         name = self._robot.robot.name
         if self._robot.robot.base == "fixed":
             raise ConfigurationError(f"robot '{name}' has a fixed base: it cannot drive; say base='wheeled' if it can.")
-        sees = "lidar" in self._observed
+        sees = not {"lidar", "nearness"}.isdisjoint(self._observed)
         if sees and self.lidar not in self._robot.robot.lidars:
             raise UnknownNameError(f"lidar of robot '{name}'", self.lidar, self._robot.robot.lidars)
         self._sensors = Sensors(simulation, control_timestep, names=[self.bumper, *([self.lidar] if sees else [])])
@@ -344,3 +344,5 @@ class Navigate(Task):
                     view[:, 1] = angular[:, 2]
                 case "lidar":
                     view[...] = self._sensors.read(self.lidar)
+                case "nearness":
+                    view[...] = terms.nearness(self._sensors.read(self.lidar))

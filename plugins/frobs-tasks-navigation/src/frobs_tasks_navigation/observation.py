@@ -9,8 +9,9 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.flat_observation import ObservationTerm
 from frobs_core.interfaces import Lidar
+from frobs_tasks_navigation import terms
 
-OBSERVABLE = ("distance", "bearing", "direction", "position", "yaw", "way_point", "velocity", "lidar")
+OBSERVABLE = ("distance", "bearing", "direction", "position", "yaw", "way_point", "velocity", "lidar", "nearness")
 """Names of all terms."""
 
 _FASTEST = 10.0, 50.0  # [m/s, rad/s] that no robot exceeds, whatever it bumps into
@@ -42,5 +43,7 @@ def observation_terms(
     }
     if lidar is not None:
         ones = np.ones(lidar.rays)
-        known["lidar"] = ObservationTerm(low=lidar.range_min * ones, high=lidar.range_max * ones, unit="m", scale=0.5)
+        known["lidar"] = ObservationTerm(low=lidar.range_min * ones, high=lidar.range_max * ones, unit="m", scale=0.2)
+        low_high = (terms.nearness(np.array([limit])) * ones for limit in (lidar.range_max, lidar.range_min))
+        known["nearness"] = ObservationTerm(low=next(low_high), high=next(low_high), unit="1", scale=2.0)
     return {name: known[name] for name in names}

@@ -10,7 +10,7 @@ _INSTALL = "pip install frobs-tasks-navigation"
 _NEEDS = {"teleport": Level.APPROXIMATE, "contacts": Level.APPROXIMATE}
 _RAYS_36 = {"lidar": {"rays": 36}}
 _GOAL = ("distance", "bearing")
-_MAZE = ("distance", "bearing", "position", "yaw", "way_point", "lidar")  # FRobs_RL's 15 numbers
+_MAZE = ("distance", "bearing", "position", "yaw", "way_point", "nearness")  # FRobs_RL's 15 numbers
 
 
 def _kobuki(id: str, summary: str, max_episode_steps: int, **parameters: Any) -> EnvironmentRecord:
@@ -55,7 +55,7 @@ def frobs_tasks() -> list[TaskRecord]:
                     300,
                     floor_plan="dynamic",
                     sensors=_RAYS_36,
-                    observation=(*_GOAL, "lidar"),
+                    observation=(*_GOAL, "nearness"),
                 ),
                 _kobuki(
                     "frobs/KobukiMaze-v0",

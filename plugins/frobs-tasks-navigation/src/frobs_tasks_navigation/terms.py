@@ -52,6 +52,15 @@ def distance(offset: Floats) -> Floats:
     return np.sqrt(offset[..., 0] * offset[..., 0] + offset[..., 1] * offset[..., 1])
 
 
+def nearness(ranges: Floats) -> Floats:
+    """Return 1 m / (1 m + range), in (0, 1]: the nearer, the finer; a range of 30 m hardly differs from none.
+
+    Args:
+        ranges: (...) [m], ≥ 0.
+    """
+    return 1.0 / (1.0 + ranges)
+
+
 def outside(pos: Floats, low: Floats, high: Floats) -> Mask:
     """Return where a point (..., 2) [m] is not in the rectangle from ``low`` to ``high``, (2,) each [m]."""
     return np.asarray(((pos < low) | (pos > high)).any(axis=-1))
