@@ -45,6 +45,8 @@ class Task(ABC):
         physics_timestep: [s] default of one engine step.
         success_rule: When an episode is a success, in one sentence without a full stop; for lists and pages.
         reward_meanings: What each of :meth:`reward_terms` is, by name; for lists and pages.
+        late_terms: Terms of the observation that change only once something is achieved, as a way-point of which the
+            first is always the same; the kit, which acts at random, does not expect them to vary.
         observation_space: Of one environment; set by ``bind``.
         reward_type: The one in force; set before ``bind``.
     """
@@ -55,6 +57,7 @@ class Task(ABC):
     physics_timestep: ClassVar[float] = 0.002
     success_rule: ClassVar[str] = ""
     reward_meanings: ClassVar[Mapping[str, str]] = {}
+    late_terms: ClassVar[Sequence[str]] = ()
 
     observation_space: gym.Space  # type: ignore[type-arg]
     reward_type: str

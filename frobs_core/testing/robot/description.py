@@ -112,6 +112,5 @@ def parts_exist(subject: RobotUnderTest) -> Outcome:
         expect(drive.left and drive.right and not unknown, f"differential_drive names {unknown or 'no wheel'}.")
         numbers = (drive.separation, drive.wheel_radius, drive.max_linear_velocity, drive.max_angular_velocity)
         accelerations = [a for a in (drive.max_linear_acceleration, drive.max_angular_acceleration) if a is not None]
-        numbers = (*numbers, *accelerations)
-        expect(min(numbers) > 0, f"differential_drive has a number that is not positive: {drive}.")
+        expect(min(*numbers, *accelerations) > 0, f"differential_drive has a number that is not positive: {drive}.")
     return None

@@ -99,6 +99,7 @@ class Navigate(Task):
     reset_options: ClassVar[Sequence[str]] = ("goal", "start")
     control_timestep: ClassVar[float] = 0.2
     physics_timestep: ClassVar[float] = 0.02
+    late_terms: ClassVar[Sequence[str]] = ("way_point",)
     success_rule: ClassVar[str] = "the robot is within the tolerance of the last way-point, and has touched nothing"
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "progress": "progress_weight for each metre that the way-point comes nearer",
