@@ -164,7 +164,8 @@ def report(rows: Sequence[Mapping[str, Any]]) -> str:
         "uniformly inside the limits, and drawn again while anything touches there or comes nearer than the clearance. "
         "What touches is what the engine says, in every physics step: the arm and a box, the floor or itself. A goal counts "
         f"as reached if nothing touched on the way, and the tool ended within 5 cm. Wanted: no collision, and a median of "
-        f"at most {PLANNING_BUDGET * 1000:.0f} ms of planning. Times depend on the machine.",
+        f"at most {PLANNING_BUDGET * 1000:.0f} ms of planning: by the clock on the wall, on a machine that may have had other "
+        "work; the processor's time is what planning itself took.",
         "",
         "| | " + " | ".join(f'`target="{row["target"]}"`' for row in rows) + " |",
         "|---|" + "---:|" * len(rows),
