@@ -11,7 +11,7 @@ _CONTACTS = "frobs_sim_mujoco.contacts"
 _DELTA, _JOINTS = "frobs_controllers.joint_delta_position", "frobs_controllers.joint_position"
 _VELOCITY, _DRIVE = "frobs_controllers.joint_velocity", "frobs_controllers.differential_drive"
 _REACH, _GOAL, _SAMPLING = "frobs_tasks_reach.reach", "frobs_tasks_reach.goal", "frobs_tasks_reach.sampling"
-_OBSERVATION, _MOTION = "frobs_tasks_reach.observation", "frobs_tasks_reach.motion"
+_OBSERVATION, _MOTION = "frobs_core.flat_observation", "frobs_tasks_reach.motion"
 _VECTOR = "frobs_core.vector_env"
 
 _TABLE = (

@@ -24,7 +24,7 @@ FILES = (
     "frobs_tasks_reach.goal",
     "frobs_tasks_reach.terms",
     "frobs_tasks_reach.motion",
-    "frobs_tasks_reach.observation",
+    "frobs_core.flat_observation",
 )
 """Where faults are drawn, turn by turn."""
 

@@ -7,9 +7,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameError, nearest
+from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.legacy_yaml import read_section
+from frobs_core.parameters import boolean, finite, non_negative, number_list, positive
 from frobs_core.yaml import load_yaml, load_yaml_text
-from frobs_tasks_reach.parameters import boolean, finite, non_negative, number_list, positive
 
 PROFILES: Mapping[str, str] = {
     "irb120": "irb120",
@@ -97,38 +98,11 @@ def read(profile: str, config_file: str | Path | None, keywords: Mapping[str, An
         raise UnknownNameError("profile of FRobs_RL's reachers", profile, PROFILES)
     source = files("frobs_tasks_reach") / "legacy_tasks" / f"{profile}.yaml"
     root = PROFILES[profile]
-    values = _checked(load_yaml_text(source.read_text("utf-8"), str(source)), str(source), root)
+    own = load_yaml_text(source.read_text("utf-8"), str(source))
+    values = read_section(own, str(source), root, USED, IGNORED)
     if config_file is not None:
-        values |= _checked(load_yaml(config_file), config_file, root)
+        values |= read_section(load_yaml(config_file), config_file, root, USED, IGNORED)
     return values | {name: USED[name](name, value) for name, value in keywords.items() if value is not None}
-
-
-def _checked(document: Mapping[str, Any], path: str | Path, root: str) -> dict[str, Any]:
-    """Return the values that mean something, and refuse what is unknown."""
-    for key in document:
-        if key != root:
-            raise ConfigFileError(path, _line(document, key), f"unknown key '{key}'; the file must hold '{root}:'.")
-    section = document.get(root)
-    if not isinstance(section, Mapping):
-        raise ConfigFileError(path, _line(document, root), f"must hold a mapping under '{root}:'.")
-    values = {}
-    for key, value in section.items():
-        if key in USED:
-            try:
-                values[key] = USED[key](key, value)
-            except ConfigurationError as error:
-                raise ConfigFileError(path, _line(section, key), str(error)) from error
-        elif key not in IGNORED:
-            known = [*USED, *IGNORED]
-            suggestion = nearest(str(key), known)
-            hint = f" Did you mean '{suggestion}'?" if suggestion else ""
-            raise ConfigFileError(path, _line(section, key), f"unknown key '{key}'.{hint} Known: {', '.join(known)}.")
-    return values
-
-
-def _line(mapping: Mapping[str, Any], key: str) -> int | None:
-    origin = getattr(mapping, "origins", {}).get(key)
-    return None if origin is None else origin[1]
 
 
 def _check_keys(name: str, value: Mapping[str, Any], expected: tuple[str, ...]) -> None:

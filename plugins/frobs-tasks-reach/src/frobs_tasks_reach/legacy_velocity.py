@@ -8,9 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
+from frobs_core.flat_observation import ObservationTerm
 from frobs_tasks_reach import terms
 from frobs_tasks_reach.legacy import ReachLegacy
-from frobs_tasks_reach.observation import ObservationTerm
 
 
 class ReachLegacyVelocity(ReachLegacy):

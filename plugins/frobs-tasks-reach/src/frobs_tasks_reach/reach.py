@@ -10,6 +10,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError
+from frobs_core.flat_observation import FlatObservation, ObservationTerm
 from frobs_core.interfaces import (
     Camera,
     Controller,
@@ -22,12 +23,11 @@ from frobs_core.interfaces import (
 )
 from frobs_core.interfaces.task import Observation
 from frobs_core.models import longest_reach
+from frobs_core.parameters import box, finite, number_list, numbers, positive
 from frobs_core.random import RandomSource
 from frobs_tasks_reach import terms
 from frobs_tasks_reach.given import checked_goal, checked_joint_positions
 from frobs_tasks_reach.keep_out import Foot
-from frobs_tasks_reach.observation import FlatObservation, ObservationTerm
-from frobs_tasks_reach.parameters import box, finite, number_list, numbers, positive
 from frobs_tasks_reach.sampling import JointSampler, box_of, first_moving_link, in_box
 
 _FLOOR_CLEARANCE = 0.05  # [m] lowest tool at the start of an episode, so that the arm does not start in the floor
