@@ -35,6 +35,22 @@ def test_the_bare_engine_ends_where_the_environment_does():
     env.close()
 
 
+@pytest.mark.parametrize("num_envs", [1, 3])
+def test_the_bare_engine_casts_the_rays_that_the_environment_casts(num_envs, monkeypatch):
+    from frobs_sim_mujoco.simulation import BareMujoco
+
+    cast, original = [], BareMujoco.rays
+
+    def rays(self, origins, directions, max_range):
+        cast.append((directions.shape, max_range))
+        original(self, origins, directions, max_range)
+
+    monkeypatch.setattr(BareMujoco, "rays", rays)
+    bench("frobs_core:frobs/KobukiMaze-v0", num_envs=num_envs, steps=10)
+    assert set(cast) == {((num_envs, 8, 3), 30.0)}
+    assert len(cast) >= 10
+
+
 def test_what_cannot_be_compared_is_refused():
     with pytest.raises(ConfigurationError, match="not an environment of FRobs"):
         bench("CartPole-v1")

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
 from frobs_tasks_navigation import terms
 
 ROOM = {
@@ -56,7 +56,7 @@ def test_bumping_into_a_wall_ends_the_episode(make, simulator):
         if terminated:
             break
     assert terminated
-    assert info["frobs/reward/collision"] == -10.0
+    assert info["frobs/reward/collision"] == -15.0
     assert info["is_success"] == 0.0
     assert env.unwrapped.robot.base_pose[0][0, 0] == pytest.approx(2.0 - 0.075 - 0.178, abs=0.1)
 
@@ -78,7 +78,7 @@ def test_leaving_the_area_ends_the_episode(make):
         if terminated:
             break
     assert terminated
-    assert info["frobs/reward/collision"] == -10.0
+    assert info["frobs/reward/collision"] == -15.0
     assert -1.4 < observation[0] < -1.0
 
 
@@ -86,12 +86,14 @@ def test_the_mazes_observation_is_its_fifteen_numbers(make):
     env = make("frobs/KobukiMaze-v0")
     observation, _ = env.reset(seed=1)
     assert observation.shape == (15,)
-    distance, bearing, x, y, yaw, way_x, way_y, *lidar = observation.tolist()
+    distance, bearing, x, y, yaw, way_x, way_y, *nearness = observation.tolist()
     assert (x, y, way_x, way_y) == pytest.approx((-5.0, 7.5, -8.5, 0.0), abs=1e-3)
     assert distance == pytest.approx(np.hypot(way_x - x, way_y - y), abs=1e-3)
     difference = np.arctan2(way_y - y, way_x - x) - yaw - bearing
     assert np.cos(difference) == pytest.approx(1.0)
-    assert 0.1 < min(lidar) < max(lidar) < 30.0
+    ranges = env.unwrapped.robot.lidar("lidar")[0]
+    assert 0.1 < ranges.min() < ranges.max() < 30.0
+    assert nearness == pytest.approx(1.0 / (1.0 + ranges))
     assert env.observation_space.contains(observation)
 
 
@@ -199,3 +201,32 @@ def test_impossible_parameters_are_refused(make, parameters, error, message):
 def test_an_arm_cannot_drive(make):
     with pytest.raises(ConfigurationError):
         make("frobs/Navigate-v0", robot="irb120", controller="joint_velocity", bumper="link_1")
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_many_bodies_are_moved_in_one_call(make, simulator):
+    env = make("frobs/KobukiMaze-v0", num_envs=3, simulator=simulator, num_threads=1)
+    env.reset(seed=0)
+    sim = env.unwrapped.simulation
+    mask = np.array([True, False, True])
+    before = sim.bodies["box_1"].pose[0].copy()
+    pos = np.arange(12.0).reshape(2, 2, 3) * 0.1
+    turned = np.broadcast_to(terms.quat_of(np.array([0.3, 0.6])), (2, 2, 4))
+    sim.write_body_poses(["box_0", "box_1"], pos, turned, mask)
+    for k, name in enumerate(("box_0", "box_1")):
+        found = sim.bodies[name].pose
+        assert found[0][mask] == pytest.approx(pos[:, k])
+        assert found[1][mask] == pytest.approx(turned[:, k])
+    assert (sim.bodies["box_1"].pose[0][1] == before[1]).all()
+    with pytest.raises(SimulationError, match="'wall_0' is static"):
+        sim.write_body_poses(["box_0", "wall_0"], pos, None, mask)
+
+
+def test_a_thousand_robots_drive_together(make):
+    env = make("frobs/KobukiMaze-v0", num_envs=1024)
+    env.reset(seed=0)
+    for _ in range(3):
+        observation, reward, *_ = env.step(env.action_space.sample())
+    assert observation.shape == (1024, 15)
+    assert np.isfinite(reward).all()
+    assert len(np.unique(observation[:, 7:], axis=0)) == 1024

@@ -128,7 +128,7 @@ class Navigate(Task):
         progress_weight: float = 1.0,
         way_point_reward: float = 2.0,
         goal_reward: float = 10.0,
-        collision_penalty: float = 10.0,
+        collision_penalty: float = 15.0,
         time_penalty: float = 0.05,
     ) -> None:
         self.plan = read_floor_plan(floor_plan)
