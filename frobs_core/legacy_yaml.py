@@ -2,33 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from frobs_core.errors import ConfigFileError, ConfigurationError, nearest
-from frobs_core.yaml import find_origin
+from frobs_core.yaml import find_origin, load_yaml
+
+Readers: TypeAlias = Mapping[str, Callable[[str, Any], Any]]
+"""Keys that mean something, with what checks and reads a value, given the key and the value."""
 
 
-def read_section(
-    document: Mapping[str, Any],
-    path: str | Path,
-    root: str,
-    used: Mapping[str, Callable[[str, Any], Any]],
-    ignored: Sequence[str] = (),
+def read_values(
+    paths: Iterable[str | Path], root: str, used: Readers, ignored: Sequence[str], keywords: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return the values of a task's file that mean something, and refuse what is unknown.
+    """Return a value for each key that a keyword or a file gives.
 
     Args:
-        document: The file, as :func:`frobs_core.yaml.load_yaml` reads it.
-        path: The file, for messages.
-        root: The key that the file has everything under.
-        used: Keys that mean something, with what checks and reads a value, given the key and the value.
+        paths: The files; a later one goes before an earlier one.
+        root: The key that a file has everything under.
+        used: What can be given.
         ignored: Keys that such files have and that change nothing.
+        keywords: By key, which go before the files; those that are None are not given.
 
     Raises:
-        ConfigFileError: A key is unknown or a value cannot be used; names file, line and the nearest key.
+        ConfigFileError: A file cannot be read, or has an unknown key or an unusable value; names file, line and the
+            nearest key.
+        ConfigurationError: A keyword has an unusable value.
     """
+    values: dict[str, Any] = {}
+    for path in paths:
+        values |= _read_section(path, root, used, ignored)
+    return values | {name: used[name](name, value) for name, value in keywords.items() if value is not None}
+
+
+def _read_section(path: str | Path, root: str, used: Readers, ignored: Sequence[str]) -> dict[str, Any]:
+    document = load_yaml(path)
     for key in document:
         if key != root:
             raise ConfigFileError(path, _line(document, key), f"unknown key '{key}'; the file must hold '{root}:'.")

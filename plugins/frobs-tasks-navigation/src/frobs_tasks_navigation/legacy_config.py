@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from frobs_core.errors import ConfigurationError, UnknownNameError
-from frobs_core.legacy_yaml import read_section
+from frobs_core.legacy_yaml import Readers, read_values
 from frobs_core.parameters import finite, non_negative, positive
-from frobs_core.yaml import load_yaml
 
 WORLDS: Mapping[str, str] = {"maze": "kobuki_maze", "dynamic": "kobuki_dynamic", "empty": "kobuki_empty"}
 """FRobs_RL's worlds, with the key under which a task's file has everything."""
@@ -31,7 +30,7 @@ def whole(name: str, value: Any) -> int:
     return int(number)
 
 
-USED: Mapping[str, Callable[[str, Any], Any]] = {
+USED: Readers = {
     "lidar_samples": whole,
     "tolerance_goal_pos": positive,
     "step_reward": finite,
@@ -62,8 +61,5 @@ def read(world: str, config_file: str | Path | None, keywords: Mapping[str, Any]
     if world not in WORLDS:
         raise UnknownNameError("world of FRobs_RL's Kobuki", world, WORLDS)
     own = Path(str(files("frobs_tasks_navigation"))) / "legacy_tasks" / f"{world}.yaml"
-    values: dict[str, Any] = {}
-    for path in (own, config_file):
-        if path is not None:
-            values |= read_section(load_yaml(path), path, WORLDS[world], USED, IGNORED)
-    return values | {name: USED[name](name, value) for name, value in keywords.items() if value is not None}
+    paths = (own,) if config_file is None else (own, config_file)
+    return read_values(paths, WORLDS[world], USED, IGNORED, keywords)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from frobs_core.errors import ConfigurationError, UnknownNameError
-from frobs_core.legacy_yaml import read_section
+from frobs_core.legacy_yaml import Readers, read_values
 from frobs_core.parameters import boolean, finite, non_negative, number_list, positive
-from frobs_core.yaml import load_yaml, load_yaml_text
 
 PROFILES: Mapping[str, str] = {
     "irb120": "irb120",
@@ -64,7 +63,7 @@ def dynamic(name: str, value: Any) -> dict[str, float]:
     return {key: non_negative(f"{name}.{key}", value[key]) for key in _DYNAMIC}
 
 
-USED: Mapping[str, Callable[[str, Any], Any]] = {
+USED: Readers = {
     "min_joint_pos": number_list,
     "max_joint_pos": number_list,
     "position_goal_min": axes,
@@ -96,13 +95,9 @@ def read(profile: str, config_file: str | Path | None, keywords: Mapping[str, An
     """
     if profile not in PROFILES:
         raise UnknownNameError("profile of FRobs_RL's reachers", profile, PROFILES)
-    source = files("frobs_tasks_reach") / "legacy_tasks" / f"{profile}.yaml"
-    root = PROFILES[profile]
-    own = load_yaml_text(source.read_text("utf-8"), str(source))
-    values = read_section(own, str(source), root, USED, IGNORED)
-    if config_file is not None:
-        values |= read_section(load_yaml(config_file), config_file, root, USED, IGNORED)
-    return values | {name: USED[name](name, value) for name, value in keywords.items() if value is not None}
+    own = Path(str(files("frobs_tasks_reach"))) / "legacy_tasks" / f"{profile}.yaml"
+    paths = (own,) if config_file is None else (own, config_file)
+    return read_values(paths, PROFILES[profile], USED, IGNORED, keywords)
 
 
 def _check_keys(name: str, value: Mapping[str, Any], expected: tuple[str, ...]) -> None:
