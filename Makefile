@@ -33,7 +33,7 @@ demo: install ## train an arm to reach, evaluate it on 1,000 new goals, draw the
 test: $(VENV)/.installed-dev ## the tests that a change must pass (≤ 10 minutes)
 	@$(PYTEST) -m "not slow" $(PYTEST_ARGS)
 
-test-all: $(VENV)/.installed-dev ## every test, the slow ones too (≤ 40 minutes)
+test-all: $(VENV)/.installed-dev ## the slow tests too (≤ 40 minutes; PYTEST_ARGS=--exhaustive: all of those that are many alike)
 	@$(PYTEST) $(PYTEST_ARGS)
 
 lint: $(VENV)/.installed-dev ## ruff check, ruff format and mypy

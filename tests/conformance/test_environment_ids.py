@@ -20,6 +20,9 @@ ROBOTS = {id: record.robot for id, (_, record) in registry.environments().items(
 FIRST = tuple({robot: id for id, robot in reversed(ROBOTS.items())}.values())
 """The first ID of each robot: PyBullet steps one environment at a time, and all IDs of all robots take it long."""
 
+OWN = {(task.name, record.controller): id for id, (task, record) in reversed(registry.environments().items())}.values()
+"""The first ID of each task with a controller: what others have more are numbers."""
+
 BATCHES = ("same_step_equals_single", "snapshot_continues", "threads_agree", "spaces_hold")
 ON_PYBULLET = ("spaces_hold", "same_seed_repeats", "reset_forgets_history", "snapshot_continues", "render_draws")
 WORKERS = ("same_step_equals_single", "threads_agree", "randomized_equals_single")
@@ -52,7 +55,10 @@ def on_pybullet(id: str, robot: str) -> Iterator[Check]:
 
 
 test_environment = pytest_checks(
-    check for id, robot in ROBOTS.items() for check in named(id, id, **keywords_of(id, robot))
+    check for id in ROBOTS if id in OWN for check in named(id, id, **keywords_of(id, ROBOTS[id]))
+)
+test_all_other_environments = pytest.mark.slow(
+    pytest_checks(check for id in ROBOTS if id not in OWN for check in named(id, id, **keywords_of(id, ROBOTS[id])))
 )
 test_on_pybullet = pytest_checks(check for id in FIRST for check in on_pybullet(id, ROBOTS[id]))
 test_all_others_on_pybullet = pytest.mark.slow(

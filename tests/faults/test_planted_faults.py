@@ -72,6 +72,7 @@ def test_a_planted_fault_is_caught(name: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("fault", BY_HAND, ids=[fault.name for fault in BY_HAND])
 def test_every_fault_by_hand_is_caught(fault: Fault) -> None:
     assert "SURVIVES" not in plant(fault.name)

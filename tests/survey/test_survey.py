@@ -33,6 +33,7 @@ def test_a_robot_is_built_as_its_file_says(name, simulator):
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("simulator", SIMULATORS)
 @pytest.mark.parametrize("name", sorted(FILES.keys() - set(FAST)))
 def test_every_robot_is_built_as_its_file_says(name, simulator):

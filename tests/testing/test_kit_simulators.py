@@ -544,6 +544,7 @@ def test_the_kit_catches(
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("owner", "name", "check", "faulty"), SEPARATE)
 def test_no_other_check_catches(
     monkeypatch: pytest.MonkeyPatch, owner: type, name: str, check: str, faulty: Callable[..., Any]

@@ -101,6 +101,7 @@ OWN: dict[str, tuple[str, Callable[..., Any]]] = {
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("check", OWN)
 def test_no_other_check_catches(monkeypatch: pytest.MonkeyPatch, check: str) -> None:
     monkeypatch.setattr(vector, "STEPS", 20)
