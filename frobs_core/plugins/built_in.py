@@ -12,7 +12,11 @@ BUILT_IN: Mapping[str, Mapping[str, str]] = {
         "ur5": "frobs-robots-ur",
         "kobuki": "frobs-robots-kobuki",
     },
-    "task": {"reach": "frobs-tasks-reach", "navigation": "frobs-tasks-navigation"},
+    "task": {
+        "reach": "frobs-tasks-reach",
+        "navigate": "frobs-tasks-navigation",
+        "navigate_legacy": "frobs-tasks-navigation",
+    },
     "controller": {
         "joint_position": "frobs-controllers",
         "joint_delta_position": "frobs-controllers",
