@@ -1,6 +1,6 @@
 """Draw the pictures of the README anew: ``python docs/pictures.py RUN`` with a run of frobs/Irb120Reach-v0.
 
-Writes an episode in three moments and the learning curve of the run to ``docs/images``.
+Writes an episode in three moments, the learning curve of the run, and the maze to ``docs/images``.
 """
 
 import sys
@@ -38,7 +38,17 @@ def draw_episode(run: Run) -> np.ndarray:
     return np.concatenate(moments[:-1], axis=1)
 
 
+def draw_maze() -> np.ndarray:
+    """Return the maze at the beginning of an episode, (height, width, 3) uint8."""
+    env = gym.make("frobs_core:frobs/KobukiMaze-v0", render_mode="rgb_array", render_size=(600, 800))
+    env.reset(seed=3)
+    picture: np.ndarray = env.render()[70:530]
+    env.close()
+    return picture
+
+
 if __name__ == "__main__":
     opened = Run.open(sys.argv[1])
     iio.imwrite(IMAGES / "reach.png", draw_episode(opened))
     plot_runs([opened], IMAGES / "learning_curve.png")
+    iio.imwrite(IMAGES / "maze.png", draw_maze())

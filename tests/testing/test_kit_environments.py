@@ -129,3 +129,14 @@ def test_every_check_says_what_it_is() -> None:
 def test_the_kit_does_not_import_pytest() -> None:
     code = "import sys, frobs_core.testing; assert not {'pytest', 'mujoco', 'torch'} & sys.modules.keys()"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_what_only_changes_once_something_is_achieved_need_not_vary(monkeypatch: pytest.MonkeyPatch) -> None:
+    from frobs_core.interfaces import Task
+    from frobs_tasks_navigation.navigate import Navigate
+
+    (check,) = (c for c in check_env("frobs/KobukiMaze-v0") if c.name == "observation_elements_vary")
+    check.run()
+    monkeypatch.setattr(Navigate, "late_terms", Task.late_terms)
+    with pytest.raises(CheckFailure, match=r"2 of 15 elements never change .*\[\[5\], \[6\]\]"):
+        check.run()
