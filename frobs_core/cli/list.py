@@ -83,19 +83,16 @@ def _environments() -> list[dict[str, Any]]:
 
 def _print(kind: str, facts: list[dict[str, Any]]) -> None:
     if kind == catalogue.ENVIRONMENT:
-        keys = ("id", "robot", "controller", "simulator", "max_episode_steps")
-        headings = ("ID", "robot", "controller", "simulator", "steps", "summary")
-        print_table(headings, [[*(str(fact[key]) for key in keys), _summary(fact)] for fact in facts])
+        rows = [[fact["id"], fact["robot"], _pretrained(fact["pretrained"]), fact["summary"]] for fact in facts]
+        print_table(("ID", "robot", "pretrained", "summary"), rows)
     else:
         rows = [[fact["name"], f"{fact['distribution']} {fact['version']}", fact["summary"]] for fact in facts]
         print_table(("name", "from", "summary"), rows)
 
 
-def _summary(fact: Mapping[str, Any]) -> str:
-    """Return the summary of an ID, with the success of the trained policy that comes with it."""
-    found = fact["pretrained"]
+def _pretrained(found: Mapping[str, Any] | None) -> str:
+    """Return the success of the trained policy that comes with an ID."""
     if found is None:
-        return str(fact["summary"])
+        return ""
     rate = found.get("success_rate")
-    said = "damaged" if "error" in found else "yes" if rate is None else percent(rate)
-    return f"{fact['summary']} (pretrained: {said})"
+    return "damaged" if "error" in found else "yes" if rate is None else percent(rate)

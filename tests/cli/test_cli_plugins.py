@@ -13,7 +13,7 @@ BROKEN = "import frobs_needs_this"
 def test_loaded_plugins_say_what_they_offer(frobs: Frobs) -> None:
     [line] = [line for line in frobs("plugins").stdout.splitlines() if "frobs-robots-abb" in line]
     assert "loaded" in line
-    assert line.endswith("1 robot")
+    assert line.endswith("2 robots")
 
 
 def test_a_broken_plugin_says_why(frobs: Frobs, installed: Install) -> None:
@@ -41,7 +41,7 @@ def test_json_has_every_field(facts: Facts, installed: Install) -> None:
     assert (broken["state"], broken["version"]) == ("failed", "1.5")
     assert "Traceback" in broken["traceback"]
     assert (good["state"], good["cause"]) == ("loaded", "")
-    assert good["records"]["robots"] == ["irb120"]
+    assert good["records"]["robots"] == ["irb120", "irb140"]
     assert good["import_seconds"] >= 0
 
 
