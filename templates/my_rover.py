@@ -11,7 +11,8 @@ MY_ROVER = Robot(
     name="my_rover",
     base="wheeled",  # it moves freely in the world
     tcp="base_link",  # the link that tasks talk about
-    gains=DriveGains(stiffness=0.0, damping=1.0),  # wheels follow a velocity, no position
+    # Wheels follow a velocity, no position. Much more damping than this, and the tyres slip or swing at larger timesteps.
+    gains=DriveGains(stiffness=0.0, damping=0.2),
     differential_drive=DifferentialDrive(
         left=("left_wheel_joint",),
         right=("right_wheel_joint",),
@@ -20,6 +21,7 @@ MY_ROVER = Robot(
         max_linear_velocity=0.8,  # [m/s] of an action of 1
         max_angular_velocity=2.5,  # [rad/s]
     ),
+    friction={"front_foot": 0.0, "back_foot": 0.0},  # they glide
     # sensors={"scan": Lidar(frame="base_link", …)}: a task reads them with frobs_core.sensors.Sensors
 )
 

@@ -37,7 +37,8 @@ ROVER = Robot(
     name="rover",
     base="wheeled",
     tcp="base_link",
-    gains=DriveGains(stiffness=0.0, damping=1.0),
+    gains=DriveGains(stiffness=0.0, damping=0.2),
+    friction={"front_foot": 0.0, "back_foot": 0.0},
     differential_drive=DifferentialDrive(
         left=("left_wheel_joint",),
         right=("right_wheel_joint",),
