@@ -37,7 +37,7 @@ toc_object_entries_show_parents = "hide"
 # Roles that name other packages are not looked up: that would need their inventories from the network. Of plugins only
 # what their records name has a section.
 nitpick_ignore_regex = [
-    ("py:.*", r"(frobs_(?!core)\w+|abc|enum|gymnasium|mujoco|numpy|pydantic|stable_baselines3|torch)\..*")
+    ("py:.*", r"(frobs_(?!core)\w+|abc|collections|enum|gymnasium|mujoco|numpy|pydantic|stable_baselines3|torch)\..*")
 ]
 
 html_theme = "furo"

@@ -28,9 +28,9 @@ class NavigateLegacy(Navigate):
     the way-point that is observed; FRobs_RL's lagged one step behind it after a way-point.
 
     Reward: at a way-point ``reached_midway_reward``, or in a world without routes ``reached_goal_reward``; in other steps
-    −``multiplier_dist_reward`` · distance − ``angle_diff_reward_multiplier`` · min(|bearing|, π − |bearing|) +
+    −``multiplier_dist_reward`` · distance − ``angle_diff_reward_multiplier`` · min(b, π − b) +
     ``not_reached_midway_reward`` · way-points that are left + ``step_reward``; and in any case ``collision_reward`` where
-    the lidar's smallest range is below ``collision_distance_threshold``.
+    the lidar's smallest range is below ``collision_distance_threshold``. b is the size of the bearing [rad].
 
     An episode terminates at the last way-point, and in no other way: neither a collision nor leaving the area ends it.
 
