@@ -15,7 +15,7 @@ from frobs_core.figures import dress, make_figure
 from frobs_core.runs.bundle import BundleRun
 from frobs_core.runs.video import add_batch
 
-SIZE = (450, 450)  # (height, width) of a moment [pixels]
+SIZE = (450, 600)  # (height, width) of a moment [pixels]: the form that cameras of scenes are placed for
 GAP = 6  # between moments [pixels]
 
 logging.getLogger("OpenGL").setLevel(logging.WARNING)  # Sphinx would show what PyOpenGL tells of itself
