@@ -67,8 +67,11 @@ def test_the_kit_catches_a_task_that_is_right_with_ideal_sensors_only(name: str)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["Forgetful", "Careless"])
 def test_no_other_check_catches_it(name: str) -> None:
-    report = run_checks(check_env(f"seeing:seeing/{name}-v0"))
-    assert [result.name for result in report.failed] == ["sensors_may_be_bad"]
+    def failed(of: str) -> set[str]:
+        return {result.name for result in run_checks(check_env(f"seeing:seeing/{of}-v0")).failed}
+
+    # Of this little task a few are true by itself: no other process knows it, and velocities have no bounds.
+    assert failed(name) - failed("Seeing") == {"sensors_may_be_bad"}
 
 
 def test_the_bumper_closes_at_a_wall_and_the_lidar_sees_it(simulator: str) -> None:

@@ -190,9 +190,17 @@ def twist_of_a_fixed_base(original: Any, self: Any, *args: Any) -> None:
         original(self, *args)
 
 
-@wrong(MujocoSimulation, "reset", "reset_honours_the_mask")
+@wrong(MujocoSimulation, "reset", "reset_honours_the_mask", others=True)
 def resets_everything(original: Any, self: Any, mask: Any = None) -> None:
     original(self, None if mask is not None and mask.any() else mask)
+
+
+@wrong(MujocoSimulation, "reset", "reset_honours_the_mask")
+def resets_to_a_motion(original: Any, self: Any, mask: Any = None) -> None:
+    original(self, mask)
+    if mask is not None and mask.any():
+        robot = self.robots["robot"]
+        robot.write_joint_state(robot.joint_positions[mask].copy(), 1e-9, mask)
 
 
 @wrong(MujocoSimulation, "snapshot", "snapshots_continue", others=True)

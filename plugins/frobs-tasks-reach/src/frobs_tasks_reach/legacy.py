@@ -135,8 +135,13 @@ class ReachLegacy(Reach):
         self._direction = self._observation.view("goal_direction")
 
     def observe(self, rng: RandomSource) -> np.ndarray[Any, np.dtype[np.float32]]:
-        """Return (num_envs, dof + 6) float32: direction to the goal, goal, joint positions."""
-        return self._observation.read()
+        """Return (num_envs, dof + 6) float32: direction to the goal, goal, joint positions.
+
+        A whole range in one step can hit the floor so hard that a light joint is thrown beyond its limit for a moment; it
+        is seen at the edge of the observation space.
+        """
+        space = self._observation.space
+        return np.clip(self._observation.read(), space.low, space.high)
 
     def reward(self) -> Floats:
         """Return the reward, (num_envs,)."""
