@@ -22,11 +22,16 @@ def box_bodies(boxes: Sequence[MovingBox]) -> dict[str, Body]:
         f"box_{i}": Body(
             geometry=Box(box.size),
             pose=_pose(box),
-            kinematic=box.yaw is None or box.max_speed > 0.0,
+            kinematic=_is_placed(box),
             rgba=_RGBA,
         )
         for i, box in enumerate(boxes)
     }
+
+
+def _is_placed(box: MovingBox) -> bool:
+    """Return whether an episode says where a box is: it is turned anew, or moves."""
+    return box.yaw is None or box.max_speed > 0.0
 
 
 def _pose(box: MovingBox) -> Pose:
@@ -58,10 +63,11 @@ class MovingBoxes:
         self._max_speed = np.array([box.max_speed for box in boxes])
         self._turn_every = np.array([box.turn_every for box in boxes])
         self._first_turn = np.array([box.first_turn or box.turn_every for box in boxes])
-        self._turned = tuple(f"box_{i}" for i, box in enumerate(boxes) if box.yaw is None or box.max_speed > 0.0)
-        self._turned_columns = [int(name.removeprefix("box_")) for name in self._turned]
-        self._moving = tuple(f"box_{i}" for i, box in enumerate(boxes) if box.max_speed > 0.0)
-        self._moving_columns = [int(name.removeprefix("box_")) for name in self._moving]
+        self._placed = [i for i, box in enumerate(boxes) if _is_placed(box)]
+        self._moving = [i for i, box in enumerate(boxes) if box.max_speed > 0.0]
+        self._placed_names, self._moving_names = (
+            tuple(f"box_{i}" for i in numbers) for numbers in (self._placed, self._moving)
+        )
         self._yaw: Floats = np.zeros((n, k))
         self._velocity: Floats = np.zeros((n, k, 3))  # [m/s] before the first turn
 
@@ -72,7 +78,7 @@ class MovingBoxes:
             mask: The n environments.
             rng: Streams ``"box_yaw"`` and ``"box_speed"``.
         """
-        if not self._turned:
+        if not self._placed:
             return
         rows = slice(None) if mask is None else mask
         shape = (self._count,)
@@ -80,14 +86,13 @@ class MovingBoxes:
         self._yaw[rows] = yaw = np.where(np.isnan(self._fixed_yaw), yaw, self._fixed_yaw)
         speed = rng.uniform("box_speed", 0.0, self._max_speed, shape, mask)
         self._velocity[rows] = np.stack([np.cos(yaw) * speed, np.sin(yaw) * speed, np.zeros_like(yaw)], axis=-1)
-        columns = self._turned_columns
-        pos = np.broadcast_to(self._centre[columns], (len(yaw), len(columns), 3))
-        self._simulation.write_body_poses(self._turned, pos, terms.quat_of(yaw[:, columns]), mask)
+        pos = np.broadcast_to(self._centre[self._placed], (len(yaw), len(self._placed), 3))
+        self._simulation.write_body_poses(self._placed_names, pos, terms.quat_of(yaw[:, self._placed]), mask)
 
     def move(self) -> None:
         """Put the boxes where they are now."""
         if self._moving:
-            self._simulation.write_body_poses(self._moving, self.pos[:, self._moving_columns])
+            self._simulation.write_body_poses(self._moving_names, self.pos[:, self._moving])
 
     @property
     def pos(self) -> Floats:
