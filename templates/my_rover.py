@@ -11,7 +11,7 @@ MY_ROVER = Robot(
     name="my_rover",
     base="wheeled",  # it moves freely in the world
     tcp="base_link",  # the link that tasks talk about
-    # Wheels follow a velocity, no position. Much more damping than this, and the tyres slip or swing at larger timesteps.
+    # Wheels follow a velocity, no position. Much more damping, and the tyres slip or swing at larger timesteps.
     gains=DriveGains(stiffness=0.0, damping=0.2),
     differential_drive=DifferentialDrive(
         left=("left_wheel_joint",),
