@@ -5,8 +5,10 @@ is done is kept in ``build/benchmarks/tasks``, so that the script goes on where 
 
     python tests/benchmarks/tasks.py
     python tests/benchmarks/tasks.py --only frobs/Irb120Reach-v0 --seeds 0
+    python tests/benchmarks/tasks.py --kept
 
-``--fresh`` forgets what was kept; a row that was kept says at which commit it was made.
+``--fresh`` forgets what was kept; a row that was kept says at which commit it was made. ``--kept`` trains nothing, and
+writes the page of what was kept, which then says what is missing.
 """
 
 from __future__ import annotations
@@ -56,16 +58,22 @@ class Case:
         id: Gymnasium ID.
         algorithm: Name of the algorithm.
         settings_of: The ID that the settings are tuned for, where nothing is tuned for this one.
+        controller: Name of the controller; empty: the ID's own.
     """
 
     id: str
     algorithm: str
     settings_of: str = ""
+    controller: str = ""
 
     @property
     def slug(self) -> str:
         """For names of files."""
-        return self.id.rpartition("/")[2].lower()
+        return "-".join(filter(None, (self.id.rpartition("/")[2].lower(), self.controller)))
+
+    def folder(self, seed: int, kept: Path) -> Path:
+        """Where a seed is kept."""
+        return kept / f"{self.slug}-{self.algorithm}-seed{seed}"
 
 
 def cases() -> list[Case]:
@@ -87,7 +95,12 @@ def cases() -> list[Case]:
 
 
 def measure(
-    case: Case, seed: int, episodes: int = EPISODES, steps: int | None = None, kept: Path = KEPT
+    case: Case,
+    seed: int,
+    episodes: int = EPISODES,
+    steps: int | None = None,
+    kept: Path = KEPT,
+    other_simulator: str | None = OTHER_SIMULATOR,
 ) -> dict[str, Any]:
     """Train a seed and evaluate it, each in processes of their own; or return what was found before.
 
@@ -97,12 +110,13 @@ def measure(
         episodes: Of each evaluation.
         steps: Of the training; None: as tuned.
         kept: The folder where finished seeds are kept.
+        other_simulator: Where to evaluate it too; None: nowhere.
 
     Returns:
         ``id``, ``algorithm``, ``seed``, ``run`` (the folder), ``steps``, ``seconds`` of the training, ``machine``,
         ``commit``, and under ``mujoco`` and ``pybullet`` what ``frobs evaluate`` found (None: it is not installed).
     """
-    folder = kept / f"{case.slug}-{case.algorithm}-seed{seed}"
+    folder = case.folder(seed, kept)
     result = folder / "result.json"
     if result.is_file():
         return cast("dict[str, Any]", json.loads(result.read_text("utf-8")))
@@ -113,6 +127,8 @@ def measure(
         commit = current_commit()
         budget = () if steps is None else ("--steps", steps)
         flags = ["--algorithm", case.algorithm, "--seed", seed, "--on-existing", "resume"]
+        if case.controller:
+            flags += ["--controller", case.controller]
         if case.settings_of:
             record = cast(AlgorithmRecord, plugins.get_record("algorithm", case.algorithm))
             package, _, path = record.tuned[case.settings_of].partition(":")
@@ -121,8 +137,8 @@ def measure(
         done.write_text(json.dumps(trained, indent=1), "utf-8")
     found = frobs("evaluate", run, "--episodes", episodes)
     other = None
-    if find_spec(OTHER_SIMULATOR) is not None:
-        other = frobs("evaluate", run, "--episodes", episodes, "--simulator", OTHER_SIMULATOR)
+    if other_simulator and find_spec(other_simulator) is not None:
+        other = frobs("evaluate", run, "--episodes", episodes, "--simulator", other_simulator)
     row = {
         "id": case.id,
         "algorithm": case.algorithm,
@@ -137,8 +153,14 @@ def measure(
     }
     result.write_text(json.dumps(row, indent=1), "utf-8")
     rate = found["success_rate"]
-    sys.stderr.write(f"{case.id}, {case.algorithm}, seed {seed}: {rate:.1%} after {trained['seconds']:.0f} s\n")
+    name = " ".join(filter(None, (case.id, case.algorithm, case.controller)))
+    sys.stderr.write(f"{name}, seed {seed}: {rate:.1%} after {trained['seconds']:.0f} s\n")
     return row
+
+
+def kept_seeds(case: Case, seeds: Sequence[int], kept: Path = KEPT) -> list[dict[str, Any]]:
+    """Return what was found before of these seeds."""
+    return [measure(case, seed, kept=kept) for seed in seeds if (case.folder(seed, kept) / "result.json").is_file()]
 
 
 def explain_drop(case: Case, kept: Path = KEPT) -> str:
@@ -175,9 +197,9 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
         f"deterministic policy on {episodes:,} episodes that the training has never seen. The table shows the worst "
         "seed with its 95 % interval; the time is that of the slowest training, checkpoints included.",
         "",
-        "| ID | algorithm | steps | training | worst success | 95 % interval | median | tracking error | wanted | "
+        "| ID | algorithm | seeds | steps | training | worst success | 95 % interval | median | tracking error | wanted | "
         "on PyBullet, worst | FRobs_RL |",
-        "|---|---|---:|---:|---:|---|---:|---:|---:|---:|---|",
+        "|---|---|---:|---:|---:|---:|---|---:|---:|---:|---:|---|",
     ]
     lines += [_summary(case, found, targets.get(case.id, {}), logs["runs"]) for case, found in rows.items()]
     lines += [
@@ -185,6 +207,8 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
         f"{logs['about']} The tracking error is the mean distance from tool to goal over the second half of each "
         f"episode, of the worst seed. A training may take {LONGEST // 60} minutes.",
     ]
+    if missing := sorted(case.id for case in cases() if case not in rows):
+        lines += ["", f"Tuned, and not measured yet: {', '.join(f'`{id}`' for id in missing)}."]
     for case, found in rows.items():
         lines += ["", f"## {case.id}", ""]
         if case.settings_of:
@@ -216,6 +240,7 @@ def _summary(
     cells = [
         f"[`{case.id}`](#{case.id.lower().replace('/', '')})",
         f"`{case.algorithm}`",
+        f"{len(found)}",
         f"{found[0]['steps']:,}",
         _duration(seconds),
         f"{worst['success_rate']:.1%}",
@@ -296,13 +321,17 @@ def main() -> None:
     parser.add_argument("--seeds", nargs="+", type=int, default=list(SEEDS))
     parser.add_argument("--episodes", type=int, default=EPISODES, help="of each evaluation")
     parser.add_argument("--fresh", action="store_true", help="forget what was kept")
+    parser.add_argument("--kept", action="store_true", help="train nothing; write the page of what was kept")
     given = parser.parse_args()
     chosen = [known[id] for id in given.only or known]
     if given.fresh:
         for case in chosen:
             for folder in KEPT.glob(f"{case.slug}-*"):
                 shutil.rmtree(folder)
-    rows = {case: [measure(case, seed, given.episodes) for seed in given.seeds] for case in chosen}
+    if given.kept:
+        rows = {case: found for case in chosen if (found := kept_seeds(case, given.seeds))}
+    else:
+        rows = {case: [measure(case, seed, given.episodes) for seed in given.seeds] for case in chosen}
     drops = {case.id: explain_drop(case) for case, found in rows.items() if dropped(found)}
     for case, found in rows.items():
         draw(case, found)

@@ -60,8 +60,9 @@ def test_the_page_shows_the_worst_seed_beside_the_original() -> None:
     rows = {REACH: [row(0, 0.99), row(1, 0.97), row(2, 1.0)]}
     page = tasks.report(rows, {}, 1000)
     [line] = [line for line in page.splitlines() if line.startswith("| [`frobs/Irb120Reach-v0`]")]
-    assert "| `ppo` | 4,096 | 32 s | 97.0% | 96.0% to 98.0% | 99.0% | – | ≥ 98% (missed) | 91.0% |" in line
+    assert "| `ppo` | 3 | 4,096 | 32 s | 97.0% | 96.0% to 98.0% | 99.0% | – | ≥ 98% (missed) | 91.0% |" in line
     assert line.endswith("| TD3: 82% after 41 h |")
+    assert "not measured yet: `frobs/Irb120ReachDynamic-v0`" in page
     assert "| 1 | 4,096 | 31 s | 97.0% | 96.0% to 98.0% | 3.50 | 50 | 91.0% | abc1234 |" in page
 
 
@@ -92,5 +93,6 @@ def test_a_finished_seed_is_not_trained_again_and_becomes_a_bundle(
     assert bundle.license == "SPDX-License-Identifier: MIT\n"
     monkeypatch.setattr(tasks, "frobs", None)  # nothing is run again
     assert tasks.measure(REACH, 3, episodes=4, steps=2048, kept=tmp_path) == first
+    assert tasks.kept_seeds(REACH, (2, 3), tmp_path) == [first]
     tasks.draw(REACH, [first], tmp_path)
     assert "irb120reach-v0.png" in tasks.report({REACH: [first]}, {}, 4)
