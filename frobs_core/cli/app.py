@@ -16,6 +16,7 @@ from frobs_core.cli.check import check
 from frobs_core.cli.compare import compare
 from frobs_core.cli.evaluate import evaluate
 from frobs_core.cli.export import export
+from frobs_core.cli.extensions import HEADING, Extension, extensions
 from frobs_core.cli.group import FrobsGroup
 from frobs_core.cli.list import list_
 from frobs_core.cli.new import new
@@ -65,19 +66,49 @@ def _group() -> typer.Typer:
     )
 
 
+def _family(word: str, module: ModuleType) -> typer.Typer:
+    family, callback = _group(), getattr(module, word)
+    for member, function in module.COMMANDS.items():
+        family.command(member, help=_help(function))(function)
+    family.callback(invoke_without_command=True, help=_help(callback))(callback)
+    return family
+
+
+def _extend(extension: Extension) -> None:
+    """Add another distribution's command, unless the word is taken or its family is unknown."""
+    *path, word = extension.words
+    home, heading = (app, HEADING) if not path else (_families.get(".".join(path)), None)
+    if home is None or word in _taken(home):
+        return
+    target = extension.target
+    if isinstance(target, ModuleType):
+        home.add_typer(_family(word, target), name=word, rich_help_panel=heading)
+    elif extension.broken:
+        text = f"This command could not be imported.\n\nExample:\n$ {' '.join(('frobs', *extension.words))}"
+        anything = {"ignore_unknown_options": True, "allow_extra_args": True}
+        home.command(word, help=text, rich_help_panel=heading, context_settings=anything)(target)
+    else:
+        home.command(word, help=_help(target), rich_help_panel=heading)(target)
+
+
+def _taken(home: typer.Typer) -> set[str | None]:
+    return {command.name for command in home.registered_commands} | {group.name for group in home.registered_groups}
+
+
 app = _group()
+_families: dict[str, typer.Typer] = {}
 
 for _heading, _commands in COMMANDS.items():
     for _word, _function in _commands.items():
         app.command(_word, help=_help(_function), rich_help_panel=_heading)(_function)
 
-for _heading, _families in FAMILIES.items():
-    for _word, _module in _families.items():
-        _family, _callback = _group(), getattr(_module, _word)
-        for _member, _function in _module.COMMANDS.items():
-            _family.command(_member, help=_help(_function))(_function)
-        _family.callback(invoke_without_command=True, help=_help(_callback))(_callback)
-        app.add_typer(_family, name=_word, rich_help_panel=_heading)
+for _heading, _modules in FAMILIES.items():
+    for _word, _module in _modules.items():
+        _families[_word] = _family(_word, _module)
+        app.add_typer(_families[_word], name=_word, rich_help_panel=_heading)
+
+for _extension in extensions():
+    _extend(_extension)
 
 
 def frobs(

@@ -13,6 +13,7 @@ import gymnasium as gym
 import typer
 from typer.core import TyperGroup
 
+from frobs_core.cli.extensions import HOMES
 from frobs_core.cli.output import print_error, print_note
 from frobs_core.errors import FrobsError, UnknownNameError
 
@@ -36,7 +37,8 @@ class FrobsGroup(TyperGroup):
             UnknownNameError: There is none; the nearest is named.
         """
         if args and not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
-            raise UnknownNameError("command", args[0], self.list_commands(ctx))
+            hint = HOMES.get(args[0], "") if ctx.parent is None else ""
+            raise UnknownNameError("command", args[0], self.list_commands(ctx), install_hint=hint)
         return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:

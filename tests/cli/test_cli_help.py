@@ -7,6 +7,7 @@ from typer.testing import Result
 
 import frobs_core
 from frobs_core.cli.app import COMMANDS, FAMILIES, app
+from frobs_core.cli.extensions import extensions
 
 Frobs = Callable[..., Result]
 
@@ -49,7 +50,8 @@ def test_every_parameter_has_help(words: tuple[str, ...], command: Any) -> None:
 
 def test_every_command_has_a_file_and_a_heading() -> None:
     words = [word for table in (COMMANDS, FAMILIES) for commands in table.values() for word in commands]
-    assert sorted(typer.main.get_command(app).commands) == sorted(words)
+    added = [extension.words[0] for extension in extensions() if len(extension.words) == 1]
+    assert sorted(typer.main.get_command(app).commands) == sorted([*words, *added])
     for families in FAMILIES.values():
         for word, module in families.items():
             assert module.__name__ == f"frobs_core.cli.{word}"
