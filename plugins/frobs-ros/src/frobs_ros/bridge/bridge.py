@@ -95,6 +95,10 @@ class Bridge:
             self.world.remove(model.name)
             raise
 
+    def extend(self, name: str, parts: Sequence[Part]) -> None:
+        """Give further parts to a model that is there."""
+        self._parts[name] += parts
+
     def remove(self, name: str) -> None:
         """Take a model out of the world, with its plugins; in the loop's thread.
 

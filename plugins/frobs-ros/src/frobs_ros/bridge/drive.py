@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -53,10 +54,12 @@ class Drive:
         self.efforts[:] = 0.0
         self._ahead = None
 
-    def look_ahead(self, rows: Floats) -> None:
-        """Take a row of targets for each physics step of the next :meth:`command`, (n, dof); the last stays."""
-        self._ahead = rows
-        self.targets = rows[-1].copy()
+    def look_ahead(self, joints: np.ndarray[Any, Any], rows: Floats) -> None:
+        """Take targets of some joints for each physics step of the next :meth:`command`, (n, k); the last stays."""
+        if self._ahead is None:
+            self._ahead = np.repeat(self.targets[None], len(rows), axis=0)
+        self._ahead[:, joints] = rows
+        self.targets[joints] = rows[-1]
 
     def command(self, robot: RobotHandle, steps: int, timestep: float) -> None:
         """Tell the robot what to follow in the next physics steps.

@@ -66,9 +66,10 @@ def serve(options: Options) -> None:
     use_ros()
     import rospy
 
-    logging.getLogger("frobs").setLevel(logging.DEBUG if options.verbose else logging.INFO)
+    _log(options.verbose)
     _check_master()
     bridge = open_bridge(options)
+    rospy.on_shutdown(bridge.close)  # before rospy closes the topics that it publishes on
     try:
         rospy.spin()
     finally:
@@ -77,36 +78,43 @@ def serve(options: Options) -> None:
 
 def open_bridge(options: Options) -> Bridge:
     """Start the node in this process and return its bridge, which the caller closes; see :func:`serve`."""
+    import rosgraph
     import rospy
 
     from frobs_ros.bridge.furnish import furnish
     from frobs_ros.bridge.publishers import Clock, States
+    from frobs_ros.bridge.services.joints import offer_joint_services
+    from frobs_ros.bridge.services.links import offer_link_services
     from frobs_ros.bridge.services.models import offer_model_services
     from frobs_ros.bridge.services.offer import Offers
     from frobs_ros.bridge.services.world import offer_light_services, offer_world_services
+    from frobs_ros.bridge.stand import stand_up
 
     record = plugins.get_record("simulator", options.simulator)
     assert isinstance(record, SimulatorRecord)
     check_capabilities(record.name, record.capabilities, {"the bridge": {"teleport": Level.APPROXIMATE}})
     # The many threads of rospy are to take turns quickly: at the usual 5 ms every call would cost that much.
     sys.setswitchinterval(0.0002)
-    rospy.init_node("gazebo", disable_signals=False)
+    # Before the node is one: what it stamps of its own is then in simulated time too.
+    if not rosgraph.Master("/gazebo").hasParam("/use_sim_time"):
+        rosgraph.Master("/gazebo").setParam("/use_sim_time", True)
+    rospy.init_node("gazebo")
     world = World(record, timestep=options.timestep or 0.001)
     bridge = Bridge(world, paused=options.paused, furnish=furnish)
     try:
         if options.max_update_rate is not None:
             bridge.max_update_rate = options.max_update_rate
-        if not rospy.has_param("/use_sim_time"):
-            rospy.set_param("/use_sim_time", True)
         bridge.join(Clock(options.clock_frequency))
         bridge.join(States(options.state_frequency))
         if options.gui:
             world.open_viewer()
         if options.robot:
-            _stand_up(bridge, options)
+            stand_up(bridge, options.robot, options.model_name, options.namespace)
         bridge.loop.start()
         offers = Offers(bridge, "/gazebo")
         offer_model_services(offers)
+        offer_link_services(offers)
+        offer_joint_services(offers)
         offer_light_services(offers)
         offer_world_services(offers)  # last, as clients wait for one of them
         bridge.call(bridge.tell)
@@ -117,8 +125,13 @@ def open_bridge(options: Options) -> Bridge:
     return bridge
 
 
-def _stand_up(bridge: Bridge, options: Options) -> None:
-    """Put the robot of the options into the world, with its parameters and controllers."""
+def _log(verbose: bool) -> None:
+    """Let what the bridge has to say go to stderr."""
+    handler = logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("[%(levelname)s] %(message)s"))
+    LOG.addHandler(handler)
+    LOG.setLevel(logging.DEBUG if verbose else logging.INFO)
+    LOG.propagate = False
 
 
 def _bind(listen: str | None) -> None:

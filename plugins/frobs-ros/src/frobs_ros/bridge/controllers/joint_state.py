@@ -23,6 +23,7 @@ class JointStateController(Controller):
 
         super().__init__(model, topic, parameters, None, float(parameters.get("publish_rate", 50.0)))
         driven = model.description.modes if model.description.has_transmissions else model.joints
+        driven = parameters.get("joints", driven)
         self._names = sorted(name for name in model.joints if name in driven)
         self._columns = [model.joints[name] for name in self._names]
         self._stamps = Stamps()
