@@ -83,12 +83,13 @@ def open_bridge(options: Options) -> Bridge:
 
     from frobs_ros.bridge.furnish import furnish
     from frobs_ros.bridge.publishers import Clock, States
+    from frobs_ros.bridge.sdf import WorldFile, read_world
     from frobs_ros.bridge.services.joints import offer_joint_services
     from frobs_ros.bridge.services.links import offer_link_services
     from frobs_ros.bridge.services.models import offer_model_services
     from frobs_ros.bridge.services.offer import Offers
     from frobs_ros.bridge.services.world import offer_light_services, offer_world_services
-    from frobs_ros.bridge.stand import stand_up
+    from frobs_ros.bridge.stand import fill, stand_up
 
     record = plugins.get_record("simulator", options.simulator)
     assert isinstance(record, SimulatorRecord)
@@ -99,15 +100,18 @@ def open_bridge(options: Options) -> Bridge:
     if not rosgraph.Master("/gazebo").hasParam("/use_sim_time"):
         rosgraph.Master("/gazebo").setParam("/use_sim_time", True)
     rospy.init_node("gazebo")
-    world = World(record, timestep=options.timestep or 0.001)
+    file = WorldFile(floor=True) if options.world is None else read_world(options.world)
+    timestep = file.timestep if options.timestep is None else options.timestep
+    world = World(record, timestep=timestep, gravity=file.gravity, floor=file.floor)
     bridge = Bridge(world, paused=options.paused, furnish=furnish)
+    rate = options.max_update_rate
+    bridge.max_update_rate = file.max_update_rate if rate is None else rate
     try:
-        if options.max_update_rate is not None:
-            bridge.max_update_rate = options.max_update_rate
         bridge.join(Clock(options.clock_frequency))
         bridge.join(States(options.state_frequency))
         if options.gui:
             world.open_viewer()
+        fill(bridge, file)
         if options.robot:
             stand_up(bridge, options.robot, options.model_name, options.namespace)
         bridge.loop.start()
@@ -115,7 +119,7 @@ def open_bridge(options: Options) -> Bridge:
         offer_model_services(offers)
         offer_link_services(offers)
         offer_joint_services(offers)
-        offer_light_services(offers)
+        offer_light_services(offers, file.lights or ["sun"])
         offer_world_services(offers)  # last, as clients wait for one of them
         bridge.call(bridge.tell)
     except BaseException:

@@ -15,6 +15,7 @@ from frobs_ros.bridge.part import Part
 from frobs_ros.bridge.plugins.drive import Drive, DriveSettings
 from frobs_ros.bridge.plugins.sensors import Scan
 from frobs_ros.bridge.poses import WORLD
+from frobs_ros.bridge.sdf import WorldFile
 from frobs_ros.bridge.urdf import describe_robot
 from frobs_ros.bridge.wheels import Base
 
@@ -56,6 +57,16 @@ def stand_up(bridge: Bridge, robot: str, name: str, namespace: str) -> Model:
     bridge.add(model)
     bridge.extend(model.name, _parts(bridge, model, prefix))
     return model
+
+
+def fill(bridge: Bridge, file: WorldFile) -> None:
+    """Put the models of a world file into the world; before the loop runs, or in its thread.
+
+    Raises:
+        FrobsError: The simulator refuses one.
+    """
+    for name, (description, place) in file.models.items():
+        bridge.add(Model(name, "", description, place))
 
 
 def _parts(bridge: Bridge, model: Model, prefix: str) -> Sequence[Part]:

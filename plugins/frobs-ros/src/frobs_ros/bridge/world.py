@@ -44,6 +44,8 @@ class World:
         gravity: tuple[float, float, float] = (0.0, 0.0, -9.8),
         floor: bool = True,
     ) -> None:
+        if not 0.0 < timestep < 1.0:
+            raise ConfigurationError(f"a time step of {timestep} s; it must be in (0, 1).")
         self._simulator, self._floor = simulator, floor
         self._timestep, self._gravity = timestep, gravity
         self._parameters: dict[tuple[str, str], Floats] = {}

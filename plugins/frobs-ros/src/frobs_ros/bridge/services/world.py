@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -39,11 +40,11 @@ def offer_world_services(offers: Offers) -> None:
     offers.offer("get_world_properties", GetWorldProperties, lambda _: _get_world(bridge))
 
 
-def offer_light_services(offers: Offers) -> None:
-    """Offer those about lights; a world begins with a sun."""
+def offer_light_services(offers: Offers, names: Sequence[str]) -> None:
+    """Offer those about lights, of which the world begins with these."""
     from gazebo_msgs.srv import DeleteLight, GetLightProperties, SetLightProperties
 
-    lights = {"sun": Light()}
+    lights = {name: Light() for name in names}
 
     def get(request: Any) -> dict[str, Any]:
         light = lights.get(request.light_name)
