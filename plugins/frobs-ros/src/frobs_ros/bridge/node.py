@@ -10,7 +10,6 @@ from pathlib import Path
 
 from frobs_core import plugins
 from frobs_core.capabilities import Level, check_capabilities
-from frobs_core.errors import ConfigurationError
 from frobs_core.specs import SimulatorRecord
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.world import World
@@ -57,17 +56,18 @@ def serve(options: Options) -> None:
     """Offer a simulation as Gazebo until the node is shut down.
 
     Raises:
-        ConfigurationError: No ROS master answers, another Gazebo is there, or an option cannot be used.
-        FrobsError: ROS, the simulator, the robot or the world cannot be used.
+        MasterError: No ROS master answers.
+        FrobsError: ROS, the simulator, the robot, the world or an option cannot be used.
     """
     _bind(options.listen)
+    from frobs_ros import master
     from frobs_ros.environment import use_ros
 
     use_ros()
     import rospy
 
     _log(options.verbose)
-    _check_master()
+    master.require()
     bridge = open_bridge(options)
     rospy.on_shutdown(bridge.close)  # before rospy closes the topics that it publishes on
     try:
@@ -82,7 +82,7 @@ def open_bridge(options: Options) -> Bridge:
     import rospy
 
     from frobs_ros.bridge.furnish import furnish
-    from frobs_ros.bridge.publishers import Clock, States
+    from frobs_ros.bridge.publishers import Clock, States, Wishes
     from frobs_ros.bridge.sdf import WorldFile, read_world
     from frobs_ros.bridge.services.joints import offer_joint_services
     from frobs_ros.bridge.services.links import offer_link_services
@@ -109,6 +109,7 @@ def open_bridge(options: Options) -> Bridge:
     try:
         bridge.join(Clock(options.clock_frequency))
         bridge.join(States(options.state_frequency))
+        bridge.join(Wishes(bridge))
         if options.gui:
             world.open_viewer()
         fill(bridge, file)
@@ -146,13 +147,3 @@ def _bind(listen: str | None) -> None:
     else:
         os.environ["ROS_IP"] = listen
         os.environ.pop("ROS_HOSTNAME", None)
-
-
-def _check_master() -> None:
-    import rosgraph
-
-    if not rosgraph.is_master_online():
-        raise ConfigurationError(
-            f"no ROS master answers at {os.environ.get('ROS_MASTER_URI', 'http://localhost:11311')}; start one with "
-            "'roscore', or say in ROS_MASTER_URI where it is."
-        )

@@ -1,12 +1,17 @@
-"""Topics of the world as a whole: the clock, and where models and links are."""
+"""Topics of the world as a whole: the clock, where models and links are, and where they are to be."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
+from frobs_core.errors import FrobsError
+from frobs_ros.bridge.bridge import LOG, Bridge
 from frobs_ros.bridge.part import Part, stamp
 from frobs_ros.bridge.poses import Motion, Place, write_pose, write_twist
+from frobs_ros.bridge.services.links import set_link_state
+from frobs_ros.bridge.services.models import set_model_state
 from frobs_ros.bridge.world import World
 
 
@@ -74,3 +79,34 @@ class States(Part):
         """Leave the ROS graph."""
         self._models.unregister()
         self._links.unregister()
+
+
+class Wishes(Part):
+    """Listens to ``/gazebo/set_model_state`` and ``/gazebo/set_link_state``, which are the services without an answer.
+
+    Args:
+        bridge: That obeys.
+    """
+
+    def __init__(self, bridge: Bridge) -> None:
+        import rospy
+        from gazebo_msgs.msg import LinkState, ModelState
+
+        super().__init__()
+        self._bridge = bridge
+        topics = ((ModelState, "set_model_state", set_model_state), (LinkState, "set_link_state", set_link_state))
+        self._subscribers = [
+            rospy.Subscriber(f"/gazebo/{name}", kind, partial(self._obey, act), queue_size=10, tcp_nodelay=True)
+            for kind, name, act in topics
+        ]
+
+    def _obey(self, act: Callable[[Bridge, Any], Any], message: Any) -> None:
+        try:
+            self._bridge.call(lambda: act(self._bridge, message))
+        except FrobsError as error:
+            LOG.warning("%s", error)
+
+    def close(self) -> None:
+        """Leave the ROS graph."""
+        for subscriber in self._subscribers:
+            subscriber.unregister()

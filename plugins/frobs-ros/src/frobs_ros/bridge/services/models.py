@@ -52,12 +52,13 @@ def _spawn(bridge: Bridge, request: Any) -> dict[str, Any]:
     if request.model_name in bridge.world.models:
         return failed("SpawnModel: Failure - entity already exists.")
     try:
-        frame, _ = bridge.world.frame(request.reference_frame)
+        try:
+            frame, _ = bridge.world.frame(request.reference_frame)
+        except UnknownNameError:
+            return failed("SpawnModel: Failure - reference reference_frame not found.")
         place = read_pose(request.initial_pose).after(frame)
         description = describe_text(request.model_xml)
         bridge.add(Model(request.model_name, request.robot_namespace.strip("/"), description, place))
-    except UnknownNameError:
-        return failed("SpawnModel: Failure - reference reference_frame not found.")
     except FrobsError as error:
         return failed(f"SpawnModel: Failure - {error}")
     return done("SpawnModel: Successfully spawned entity")
