@@ -9,8 +9,8 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.interfaces import Body, CommandMode, Placement, RobotHandle
-from frobs_core.models import Pose
+from frobs_core.interfaces import Body, CommandMode, Placement, Robot, RobotHandle
+from frobs_core.models import Pose, RobotModel, default_gains, home_positions
 from frobs_ros.bridge.drive import Drive
 from frobs_ros.bridge.poses import REST, WORLD, Motion, Place, place_of
 
@@ -36,6 +36,13 @@ class Description:
     modes: Mapping[str, CommandMode] = field(default_factory=dict)
     elements: tuple[Element, ...] = ()
     has_transmissions: bool = False
+
+
+def with_gains(robot: Robot, model: RobotModel) -> Robot:
+    """Return a robot whose drive gains are told: they are found once, and not in each simulation that it is part of."""
+    if robot.gains is not None:
+        return robot
+    return replace(robot, gains=default_gains(model, home_positions(model, robot.home)))
 
 
 class Model:

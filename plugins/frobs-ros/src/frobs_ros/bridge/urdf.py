@@ -14,7 +14,7 @@ from xml.etree.ElementTree import Element
 from frobs_core.interfaces import CommandMode, Placement, Robot
 from frobs_core.models import RobotModel, load_model
 from frobs_ros.bridge.extras import read_lidars
-from frobs_ros.bridge.model import Description
+from frobs_ros.bridge.model import Description, with_gains
 
 _INTERFACES = {
     "PositionJointInterface": CommandMode.POSITION,
@@ -49,7 +49,7 @@ def describe_robot(robot: Robot) -> Description:
     wheels = robot.differential_drive.left + robot.differential_drive.right if robot.differential_drive else ()
     held = {name: CommandMode.VELOCITY if name in wheels else CommandMode.POSITION for name in model.joint_names}
     return Description(
-        placement=Placement(robot=robot, model=model, command_mode=CommandMode.POSITION),
+        placement=Placement(robot=with_gains(robot, model), model=model, command_mode=CommandMode.POSITION),
         modes={**held, **modes},
         elements=elements,
         has_transmissions=bool(modes),
@@ -80,7 +80,7 @@ def _describe(text: str, paths: tuple[str, ...]) -> Description:
         friction=_friction(elements, model),
         self_collision=any(_says(element, "selfCollide") for element in elements),
     )
-    robot = replace(robot, sensors=read_lidars(elements))
+    robot = with_gains(replace(robot, sensors=read_lidars(elements)), model)
     mode = next(iter(modes.values()), CommandMode.EFFORT)
     return Description(
         placement=Placement(robot=robot, model=model, command_mode=mode),

@@ -15,7 +15,7 @@ from frobs_core.models import Pose
 from frobs_core.models.urdf import read_urdf
 from frobs_core.models.xmltree import Element, parse_xml
 from frobs_ros.bridge.extras import read_lidars
-from frobs_ros.bridge.model import Description
+from frobs_ros.bridge.model import Description, with_gains
 from frobs_ros.bridge.poses import Place
 from frobs_ros.bridge.sdf.reading import check, model_paths, open_sdf, packages_of, place_of, says
 from frobs_ros.bridge.sdf.shapes import Shape, read_collision, read_visual
@@ -152,7 +152,7 @@ def _moving(links: dict[str, SdfLink], model: Element) -> Description:
         friction=friction,
         self_collision=says(model, "self_collide"),
     )
-    robot = replace(robot, sensors=read_lidars(elements))
+    robot = with_gains(replace(robot, sensors=read_lidars(elements)), read)
     own = {name: offset for name, place in offsets.items() if (offset := place.to_pose()) != Pose()}
     placement = Placement(robot=robot, model=read, command_mode=CommandMode.EFFORT)
     return Description(placement=placement, offsets=own, elements=elements)
