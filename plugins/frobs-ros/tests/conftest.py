@@ -133,8 +133,11 @@ def _wait(condition: Callable[[], bool], timeout: float, complaint: str) -> None
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Pass over rospy's own warnings: it leaves sockets to the garbage collector, and calls what Python has renamed."""
+    """Pass over rospy's own warnings: it leaves sockets to the garbage collector, and calls what Python has renamed.
+
+    In all tests of this folder, as what one leaves over may be collected in the next.
+    """
     for item in items:
-        if "ros" in getattr(item, "fixturenames", ()):
+        if item.path.is_relative_to(Path(__file__).parent):
             for kind in ("ResourceWarning", "DeprecationWarning", "pytest.PytestUnraisableExceptionWarning"):
                 item.add_marker(pytest.mark.filterwarnings(f"ignore::{kind}"))

@@ -94,8 +94,12 @@ def _truth(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Part:
 
 PLUGINS: dict[str, Callable[[Bridge, Model, Plugin, str], Part]] = {
     "gazebo_ros_control": lambda bridge, model, plugin, space: add_manager(bridge, model, space),
-    "gazebo_ros_diff_drive": lambda bridge, model, plugin, space: Drive(model, *read_diff_drive(plugin, model, space)),
-    "gazebo_ros_kobuki": lambda bridge, model, plugin, space: Drive(model, *read_kobuki(plugin, model, space)),
+    "gazebo_ros_diff_drive": lambda bridge, model, plugin, space: Drive(
+        bridge.world, model, *read_diff_drive(plugin, model, space)
+    ),
+    "gazebo_ros_kobuki": lambda bridge, model, plugin, space: Drive(
+        bridge.world, model, *read_kobuki(plugin, model, space)
+    ),
     "gazebo_ros_joint_state_publisher": _joint_states,
     "gazebo_ros_laser": _scan,
     "gazebo_ros_gpu_laser": _scan,

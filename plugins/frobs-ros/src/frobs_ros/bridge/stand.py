@@ -72,7 +72,7 @@ def fill(bridge: Bridge, file: WorldFile) -> None:
 def _parts(bridge: Bridge, model: Model, prefix: str) -> Sequence[Part]:
     placement = model.description.placement
     assert placement is not None
-    robot, parts = placement.robot, []
+    robot, parts = placement.robot, list[Part]()
     wheels: tuple[str, ...] = ()
     drive = robot.differential_drive
     if drive is not None:
@@ -84,10 +84,15 @@ def _parts(bridge: Bridge, model: Model, prefix: str) -> Sequence[Part]:
             radius=drive.wheel_radius,
             max_linear=drive.max_linear_velocity,
             max_angular=drive.max_angular_velocity,
+            stiff=robot.gains is None,
             **_accelerations(drive),
         )
         root = placement.model.root
-        parts.append(Drive(model, base, DriveSettings(f"{prefix}/cmd_vel", f"{prefix}/odom", "odom", root, rate=50.0)))
+        parts.append(
+            Drive(
+                bridge.world, model, base, DriveSettings(f"{prefix}/cmd_vel", f"{prefix}/odom", "odom", root, rate=50.0)
+            )
+        )
     for name, lidar in robot.lidars.items():
         parts.append(Scan(model, name, f"{prefix}/{'scan' if len(robot.lidars) == 1 else name}", lidar.frame))
     if not model.description.has_transmissions:

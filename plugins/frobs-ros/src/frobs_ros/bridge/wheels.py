@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from frobs_core.models.defaults import BANDWIDTH
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.poses import Motion, Place, write_pose, write_twist
 from frobs_ros.bridge.world import NANO, World
@@ -27,6 +28,7 @@ class Base:
         linear_acceleration: [m/s²]
         angular_acceleration: [rad/s²]
         timeout: [s] after which an old command stops the base; inf: never.
+        stiff: Whether the wheels' drives are made strong enough for the robot's mass, as Gazebo's are.
     """
 
     left: tuple[int, ...]
@@ -38,6 +40,7 @@ class Base:
     linear_acceleration: float = math.inf
     angular_acceleration: float = math.inf
     timeout: float = math.inf
+    stiff: bool = True
 
 
 class Driver:
@@ -67,8 +70,10 @@ class Driver:
         if math.isfinite(linear) and math.isfinite(angular):
             self._new = linear, angular
 
-    def start(self) -> None:
+    def start(self, world: World) -> None:
         """Stand still, here, and call this the origin."""
+        if self._base.stiff:
+            self._stiffen(world)
         self._new, self._wanted, self._present = None, (0.0, 0.0), (0.0, 0.0)
         self._turned = self._angles()
         self._x = self._y = self._yaw = 0.0
@@ -116,6 +121,22 @@ class Driver:
         """Where the wheels have brought the base."""
         quat = np.array([math.cos(self._yaw / 2.0), 0.0, 0.0, math.sin(self._yaw / 2.0)])
         return Place(np.array([self._x, self._y, 0.0]), quat)
+
+    def _stiffen(self, world: World) -> None:
+        """Let each wheel's drive follow a speed with the mass that it carries, at the bandwidth of all drives.
+
+        The gains of a drive come from what its joint carries; a wheel carries the rest of the robot, by the ground.
+        """
+        placement, robot, base = self._model.description.placement, self._model.robot, self._base
+        assert placement is not None
+        assert robot is not None
+        mass = sum(link.inertial.mass for link in placement.model.links if link.inertial is not None)
+        wheels = [*base.left, *base.right]
+        damping = robot.drive_gains()[1].copy()
+        least = 2.0 * (2.0 * math.pi * BANDWIDTH) * mass * base.radius**2 / len(wheels)
+        if (damping[0, wheels] < least).any():
+            damping[0, wheels] = np.maximum(damping[0, wheels], least)
+            world.write_parameter("damping", self._model.key, damping)
 
     def _angles(self) -> tuple[float, float]:
         robot = self._model.robot

@@ -71,7 +71,7 @@ class DiffDriveController(Controller):
     def start(self, world: World) -> None:
         """Take over the wheels."""
         super().start(world)
-        self._driver.start()
+        self._driver.start(world)
         self._stamps.reset()
         self._last_ns = world.time_ns
 

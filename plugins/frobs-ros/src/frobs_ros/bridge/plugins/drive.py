@@ -131,12 +131,13 @@ class Drive(Part):
     """Drives on two wheels.
 
     Args:
+        world: That the robot is in.
         model: The robot.
         base: Its wheels.
         settings: What it listens to and tells.
     """
 
-    def __init__(self, model: Model, base: Base, settings: DriveSettings) -> None:
+    def __init__(self, world: World, model: Model, base: Base, settings: DriveSettings) -> None:
         import rospy
         from geometry_msgs.msg import Twist
         from nav_msgs.msg import Odometry
@@ -151,7 +152,7 @@ class Drive(Part):
         self._subscriber = rospy.Subscriber(settings.command, Twist, self._driver.take, queue_size=1, tcp_nodelay=True)
         self._odom = rospy.Publisher(settings.odom, Odometry, queue_size=10, tcp_nodelay=True)
         self._tf = rospy.Publisher("/tf", TFMessage, queue_size=10) if settings.tf else None
-        self._take_over()
+        self._take_over(world)
 
     def most_steps(self, world: World) -> int | None:
         """A few while the speed changes."""
@@ -182,7 +183,7 @@ class Drive(Part):
         super().reset(world)
         self._stamps.reset()
         self._last_ns = world.time_ns
-        self._take_over()
+        self._take_over(world)
 
     def close(self) -> None:
         """Leave the ROS graph."""
@@ -191,9 +192,9 @@ class Drive(Part):
         if self._tf is not None:
             self._tf.unregister()
 
-    def _take_over(self) -> None:
+    def _take_over(self, world: World) -> None:
         robot = self._model.robot
         assert robot is not None
         for column in self._wheels:
             self._model.drive.set_mode(column, CommandMode.VELOCITY, robot)
-        self._driver.start()
+        self._driver.start(world)
