@@ -30,16 +30,16 @@ SLIDER = """<robot name="slider"><link name="world"/><link name="l"><inertial><m
 <transmission name="t"><joint name="j"><hardwareInterface>hardware_interface/PositionJointInterface</hardwareInterface></joint></transmission>
 <gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>"""
 STEPPING = """
-import sys, rospy
 from frobs_ros.environment import use_ros
 use_ros()
+import rospy
 from frobs_msgs.srv import StepWorld
 rospy.ServiceProxy("/gazebo/step", StepWorld)(200000)
 """
 LISTENING = """
-import rospy
 from frobs_ros.environment import use_ros
 use_ros()
+import rospy
 from rosgraph_msgs.msg import Clock
 from gazebo_msgs.msg import ModelStates
 rospy.init_node("listener", anonymous=True)
@@ -107,15 +107,17 @@ def test_no_master_is_one_clear_line(ros: None) -> None:
         (["--robot", "irb12"], "irb120"),
         (["--timestep", "-1"], "time step"),
         (["--world", "/nowhere.world"], "nowhere.world"),
+        ([], "another bridge"),
     ],
-    ids=["simulator", "robot", "timestep", "world"],
+    ids=["simulator", "robot", "timestep", "world", "second"],
 )
-def test_impossible_option_is_one_clear_line(rosmaster: str, arguments: list[str], words: str) -> None:
+def test_impossible_start_is_one_clear_line_and_ends_nobody(bridge: Any, arguments: list[str], words: str) -> None:
     command = [sys.executable, "-m", "frobs_ros.bridge", *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert words in done.stderr
     assert "Traceback" not in done.stderr
+    assert step(1) > 0.0
 
 
 def test_client_that_is_killed_while_it_waits_harms_nobody(bridge: Any) -> None:

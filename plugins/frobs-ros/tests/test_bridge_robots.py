@@ -101,6 +101,8 @@ def test_robot_of_frobs_stands_with_controllers_and_transforms(bridges: Callable
         pos, _ = model.frame_pose("link_6", [[positions[name] for name in model.joint_names]])
         place = link.pose.position
         assert (place.x, place.y, place.z) == pytest.approx(tuple(pos[0]), abs=2e-3)
+        step(1000)
+        time.sleep(0.3)
         before = max(each.header.stamp.to_sec() for message in heard for each in message.transforms)
         proxy("/gazebo/set_model_configuration", SetModelConfiguration)("irb120", "", ["joint_1"], [0.3])
         proxy("/gazebo/reset_simulation", Empty)()

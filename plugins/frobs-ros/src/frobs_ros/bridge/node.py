@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import logging
 import os
+import socket
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import urlparse
 
 from frobs_core import plugins
 from frobs_core.capabilities import Level, check_capabilities
+from frobs_core.errors import ConfigurationError
 from frobs_core.specs import SimulatorRecord
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.world import World
@@ -89,20 +92,23 @@ def open_bridge(options: Options) -> Bridge:
     from frobs_ros.bridge.services.models import offer_model_services
     from frobs_ros.bridge.services.offer import Offers
     from frobs_ros.bridge.services.world import offer_light_services, offer_world_services
-    from frobs_ros.bridge.stand import fill, stand_up
+    from frobs_ros.bridge.stand import fill, read_robot, stand_up
 
+    # Whatever can be refused is refused before there is a node: it would take the name of one that runs.
     record = plugins.get_record("simulator", options.simulator)
     assert isinstance(record, SimulatorRecord)
     check_capabilities(record.name, record.capabilities, {"the bridge": {"teleport": Level.APPROXIMATE}})
+    file = WorldFile(floor=True) if options.world is None else read_world(options.world)
+    timestep = file.timestep if options.timestep is None else options.timestep
+    world = World(record, timestep=timestep, gravity=file.gravity, floor=file.floor)
+    robot = read_robot(options.robot, options.model_name, options.namespace) if options.robot else None
+    _check_alone()
     # The many threads of rospy are to take turns quickly: at the usual 5 ms every call would cost that much.
     sys.setswitchinterval(0.0002)
     # Before the node is one: what it stamps of its own is then in simulated time too.
     if not rosgraph.Master("/gazebo").hasParam("/use_sim_time"):
         rosgraph.Master("/gazebo").setParam("/use_sim_time", True)
     rospy.init_node("gazebo")
-    file = WorldFile(floor=True) if options.world is None else read_world(options.world)
-    timestep = file.timestep if options.timestep is None else options.timestep
-    world = World(record, timestep=timestep, gravity=file.gravity, floor=file.floor)
     bridge = Bridge(world, paused=options.paused, furnish=furnish)
     rate = options.max_update_rate
     bridge.max_update_rate = file.max_update_rate if rate is None else rate
@@ -113,8 +119,8 @@ def open_bridge(options: Options) -> Bridge:
         if options.gui:
             world.open_viewer()
         fill(bridge, file)
-        if options.robot:
-            stand_up(bridge, options.robot, options.model_name, options.namespace)
+        if robot is not None:
+            stand_up(bridge, *robot)
         bridge.loop.start()
         offers = Offers(bridge, "/gazebo")
         offer_model_services(offers)
@@ -128,6 +134,24 @@ def open_bridge(options: Options) -> Bridge:
         raise
     LOG.info("%s offers the services of Gazebo", record.name)
     return bridge
+
+
+def _check_alone() -> None:
+    """Refuse to take the name of a Gazebo that lives: the master would end it."""
+    import rosgraph
+
+    try:
+        uri = rosgraph.Master("/frobs").lookupNode("/gazebo")
+    except rosgraph.MasterException:
+        return
+    address = urlparse(uri)
+    try:
+        with socket.create_connection((address.hostname or "", address.port or 0), timeout=2.0):
+            raise ConfigurationError(
+                f"a Gazebo, or another bridge, is the node /gazebo of this master already ({uri}); end it first."
+            )
+    except OSError:  # it has gone without a word
+        return
 
 
 def _log(verbose: bool) -> None:

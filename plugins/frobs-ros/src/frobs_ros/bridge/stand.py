@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from frobs_core.compose import describe
+from frobs_core.interfaces import Robot
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.controllers.manager import ControllerManager
 from frobs_ros.bridge.furnish import add_manager
@@ -25,7 +26,23 @@ STATES, TRAJECTORY, GROUP = "joint_state_controller", "arm_controller", "joint_g
 """Names of the controllers that such a robot has where its file has none of its own."""
 
 
-def stand_up(bridge: Bridge, robot: str, name: str, namespace: str) -> Model:
+def read_robot(robot: str, name: str, namespace: str) -> tuple[Model, Robot]:
+    """Return a robot of FRobs as a model at the world's origin, and its description.
+
+    Args:
+        robot: Name of an installed robot, or path of a model file.
+        name: What the world calls it; empty: its own name.
+        namespace: Of its topics.
+
+    Raises:
+        UnknownNameError: There is no such robot.
+        ModelFileError: Its file cannot be used.
+    """
+    description = describe(robot)
+    return Model(name or description.name, namespace.strip("/"), describe_robot(description), WORLD), description
+
+
+def stand_up(bridge: Bridge, model: Model, description: Robot) -> None:
     """Put a robot into the world, with everything that clients expect of it; before the loop runs, or in its thread.
 
     The parameter ``robot_description`` holds its URDF. Where its file asks for no controller manager, it has one:
@@ -35,28 +52,23 @@ def stand_up(bridge: Bridge, robot: str, name: str, namespace: str) -> Model:
 
     Args:
         bridge: That the world is in.
-        robot: Name of an installed robot, or path of a model file.
-        name: What the world calls it; empty: its own name.
-        namespace: Of its topics.
+        model: Of :func:`read_robot`.
+        description: Of :func:`read_robot`.
 
     Raises:
-        FrobsError: There is no such robot, or the simulator refuses it.
+        FrobsError: The simulator refuses it.
     """
     import rospy
 
-    description = describe(robot)
-    space = namespace.strip("/")
-    model = Model(name or description.name, space, describe_robot(description), WORLD)
-    prefix = f"/{space}" if space else ""
+    prefix = f"/{model.namespace}" if model.namespace else ""
     assert model.description.placement is not None
-    text = model.description.placement.model
-    if text.format == "urdf":
-        rospy.set_param(f"{prefix}/robot_description", text.xml)
+    file = model.description.placement.model
+    if file.format == "urdf":
+        rospy.set_param(f"{prefix}/robot_description", file.xml)
     else:
         LOG.warning("'%s' is described in MJCF, which ROS cannot read: there is no robot_description", model.name)
     bridge.add(model)
-    bridge.extend(model.name, _parts(bridge, model, prefix))
-    return model
+    bridge.extend(model.name, _parts(bridge, model, description, prefix))
 
 
 def fill(bridge: Bridge, file: WorldFile) -> None:
@@ -69,10 +81,10 @@ def fill(bridge: Bridge, file: WorldFile) -> None:
         bridge.add(Model(name, "", description, place))
 
 
-def _parts(bridge: Bridge, model: Model, prefix: str) -> Sequence[Part]:
+def _parts(bridge: Bridge, model: Model, robot: Robot, prefix: str) -> Sequence[Part]:
     placement = model.description.placement
     assert placement is not None
-    robot, parts = placement.robot, list[Part]()
+    parts: list[Part] = []
     wheels: tuple[str, ...] = ()
     drive = robot.differential_drive
     if drive is not None:
