@@ -29,7 +29,7 @@ REASONS: dict[tuple[str, str], str] = {
     (
         "frobs_tasks_reach.motion",
         "line 46",
-    ): "the goals move along other paths of the same kind; how they move is the task's own, held by `test_reach_motion.py`",
+    ): "the goals move along other paths of the same kind; how they move is the task's own, held by `test_reach_dynamic.py`",
     (
         "frobs_sim_mujoco.simulation",
         "distances > max_range",
