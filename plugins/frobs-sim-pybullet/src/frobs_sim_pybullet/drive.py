@@ -45,12 +45,12 @@ class Drive:
         self._states: Sequence[tuple[float, ...]] | None = None
         self._pushes: list[tuple[int, Vector, int, Vector, Vector, Vector]] = []
         self._gravity = gravity
-        self._seen_gains = b""
+        self._seen_gains: bytes | None = None  # those of no joints are empty
         self._turned: tuple[Quat, Vector] | None = None
         self.efforts = [0.0] * self._count
 
     def _choose_law(self) -> Law:
-        if self._simple and 0 < self._size <= MOST_WRITTEN_OUT:
+        if self._simple and self._count and self._size <= MOST_WRITTEN_OUT:
             return law(self._robot.offset, self._count)
         return self._general_law(constrained=self._rubs)
 
@@ -115,8 +115,13 @@ class Drive:
     def states(self) -> tuple[list[float], list[float]]:
         """Return joint positions and velocities, in the file's order."""
         robot = self._robot
-        states = self._states = p.getJointStates(robot.body, robot.joints, robot.client)
+        states = self._states = self._joint_states()
         return [states[slot][0] for slot in robot.slots], [states[slot][1] for slot in robot.slots]
+
+    def _joint_states(self) -> Sequence[tuple[float, ...]]:
+        """Return the states of the joints; of none Bullet tells nothing, not even that there are none."""
+        robot = self._robot
+        return p.getJointStates(robot.body, robot.joints, robot.client) or ()
 
     def applied(self) -> list[float]:
         """Return what the drives applied in the last physics step, in the file's order."""
@@ -129,7 +134,7 @@ class Drive:
             command: In the file's order: Kp·q*, Kd·v* or ff.
         """
         robot = self._robot
-        states = self._states or p.getJointStates(robot.body, robot.joints, robot.client)
+        states = self._states or self._joint_states()
         self._states = None
         q, v = [state[0] for state in states], [state[1] for state in states]
         if not math.hypot(*v) < FASTEST:
@@ -206,6 +211,5 @@ class Drive:
 
     def positions(self) -> list[float]:
         """Return all positions in the order of the mass matrix; a free base's are zero, in its own axes."""
-        robot = self._robot
-        states = self._states or p.getJointStates(robot.body, robot.joints, robot.client)
+        states = self._states or self._joint_states()
         return self._lead + [state[0] for state in states]

@@ -1,0 +1,188 @@
+"""What stands behind the names of Gazebo: Gazebo itself, or the bridge over a FRobs simulator.
+
+Each backend takes the same :class:`Launch`, and honours, emulates or refuses each of its fields: ``TREATMENT`` says
+which, and the documentation's table is made of it.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from frobs_core.errors import ConfigurationError
+from frobs_ros.environment import child_variables
+from frobs_ros.errors import PackageNotFoundError, ProcessError
+from frobs_ros.log import LOG
+from frobs_ros.packages import find_package
+
+VARIABLE = "FROBS_ROS_BACKEND"
+GAZEBO, BRIDGE = "gazebo", "bridge:"
+DEFAULT_BRIDGE = "bridge:mujoco"
+
+TREATMENT: Mapping[str, tuple[str, str]] = {
+    "paused": ("honoured", "honoured"),
+    "use_sim_time": ("honoured", "honoured"),
+    "gui": ("honoured; without a display it is left out, which is logged", "as on Gazebo"),
+    "recording": ("honoured: Gazebo's state log", "an error: the bridge keeps no state log"),
+    "debug": ("honoured: gzserver under gdb", "emulated: tracebacks, also of crashes in native code"),
+    "verbose": ("honoured", "honoured"),
+    "output": ("honoured", "honoured"),
+    "custom_world_path": ("honoured", "honoured; what of the SDF cannot be kept is an error"),
+    "custom_world_pkg": ("honoured", "honoured"),
+    "custom_world_name": ("honoured", "honoured"),
+    "respawn_gazebo": ("honoured", "emulated: the bridge is started again, with an empty world"),
+    "pub_clock_frequency": ("honoured", "honoured"),
+    "server_required": (
+        "honoured: without gzserver all of the launch ends",
+        "emulated: the bridge is all of the launch",
+    ),
+    "gui_required": ("honoured; without a display an error", "an error: the bridge's window may be closed"),
+    "launch_new_term": ("honoured; without xterm or display a log file, which is logged", "as on Gazebo"),
+}
+"""Argument of launch_Gazebo, then what it is on Gazebo and on the bridge."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Launch:
+    """What a simulation is launched with; see :func:`frobs_ros.ros_gazebo.launch_Gazebo`.
+
+    Attributes:
+        paused: Whether it begins with the time standing still.
+        use_sim_time: Whether nodes go by its clock.
+        gui: Whether it has a window.
+        recording: Whether it records its state.
+        debug: Whether it runs so that crashes can be understood.
+        verbose: Whether it logs more.
+        world: Its world file; None: an empty world.
+        respawn: Whether it is started again when it ends.
+        clock_frequency: Of /clock [Hz].
+        server_required: Whether all ends with the server.
+        gui_required: Whether all ends with the window.
+    """
+
+    paused: bool = False
+    use_sim_time: bool = True
+    gui: bool = True
+    recording: bool = False
+    debug: bool = False
+    verbose: bool = False
+    world: Path | None = None
+    respawn: bool = False
+    clock_frequency: float = 100
+    server_required: bool = False
+    gui_required: bool = False
+
+
+def choose() -> str:
+    """Return the backend: the environment variable or the ROS parameter ``FROBS_ROS_BACKEND``, else what is here.
+
+    Gazebo where ROS has gazebo_ros, else the bridge over MuJoCo.
+
+    Raises:
+        ConfigurationError: What was chosen is none.
+    """
+    from frobs_ros.master import connect, is_online
+
+    chosen = os.environ.get(VARIABLE, "")
+    if not chosen and is_online():
+        master = connect()
+        chosen = str(master.getParam(f"/{VARIABLE}")) if master.hasParam(f"/{VARIABLE}") else ""
+    if not chosen:
+        return GAZEBO if has_gazebo_ros() else DEFAULT_BRIDGE
+    if chosen != GAZEBO and not (chosen.startswith(BRIDGE) and chosen != BRIDGE):
+        raise ConfigurationError(
+            f"{VARIABLE} is {chosen!r}; it is 'gazebo', 'bridge:mujoco', 'bridge:pybullet' or 'bridge:gazebo'."
+        )
+    return chosen
+
+
+def has_gazebo_ros() -> bool:
+    """Return whether ROS has the package gazebo_ros."""
+    try:
+        find_package("gazebo_ros")
+    except PackageNotFoundError:
+        return False
+    return True
+
+
+def check(launch: Launch, backend: str) -> None:
+    """Refuse what a backend cannot do.
+
+    Raises:
+        ConfigurationError: It cannot do something that is asked; says what.
+    """
+    if launch.clock_frequency <= 0:
+        raise ConfigurationError(f"pub_clock_frequency is {launch.clock_frequency} Hz; it must be above 0.")
+    if launch.respawn and (launch.server_required or launch.gui_required):
+        raise ConfigurationError(
+            "respawn_gazebo and server_required or gui_required contradict each other; choose one."
+        )
+    if launch.gui_required and not launch.gui:
+        raise ConfigurationError("gui_required is given without gui.")
+    if launch.gui_required and not has_display():
+        raise ConfigurationError("gui_required is given, and there is no display here.")
+    if backend == GAZEBO:
+        return
+    for name, given in (("recording", launch.recording), ("gui_required", launch.gui_required)):
+        if given:
+            raise ConfigurationError(
+                f"{name} is not possible on the backend '{backend}': {TREATMENT[name][1].partition(': ')[2]}; leave it "
+                f"out, or choose {VARIABLE}=gazebo."
+            )
+
+
+def command(launch: Launch, backend: str) -> tuple[list[str], dict[str, str]]:
+    """Return the words and the environment that start a backend.
+
+    Raises:
+        ProcessError: A program that it needs is not installed.
+    """
+    gui = launch.gui and has_display()
+    if launch.gui and not gui:
+        LOG.warning("Gazebo has no window: there is no display")
+    return _gazebo(launch, gui) if backend == GAZEBO else _bridge(launch, backend, gui)
+
+
+def has_display() -> bool:
+    """Return whether windows can be opened."""
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def _gazebo(launch: Launch, gui: bool) -> tuple[list[str], dict[str, str]]:
+    given = {
+        "paused": launch.paused,
+        "use_sim_time": launch.use_sim_time,
+        "gui": gui,
+        "recording": launch.recording,
+        "debug": launch.debug,
+        "verbose": launch.verbose,
+        "respawn_gazebo": launch.respawn,
+        "use_clock_frequency": True,
+        "server_required": launch.server_required,
+        "gui_required": launch.gui_required,
+    }
+    words = ["roslaunch", "gazebo_ros", "empty_world.launch"]
+    words += [f"{name}:={str(value).lower()}" for name, value in given.items()]
+    words += [f"pub_clock_frequency:={launch.clock_frequency}"]
+    words += [f"world_name:={launch.world}"] if launch.world else []
+    variables = child_variables()
+    if shutil.which("gzserver", path=variables["PATH"]) is None:
+        raise ProcessError("Gazebo", "the program 'gzserver' is not installed; see 'frobs doctor ros'")
+    return words, variables
+
+
+def _bridge(launch: Launch, backend: str, gui: bool) -> tuple[list[str], dict[str, str]]:
+    words = [sys.executable, *(["-X", "faulthandler"] if launch.debug else []), "-m", "frobs_ros.bridge"]
+    words += ["--simulator", backend.removeprefix(BRIDGE), "--clock-frequency", str(launch.clock_frequency)]
+    words += ["--paused"] if launch.paused else []
+    words += ["--gui"] if gui else []
+    words += ["--verbose"] if launch.verbose or launch.debug else []
+    words += ["--world", str(launch.world)] if launch.world else []
+    variables = dict(os.environ)  # this Python's, with its own packages
+    if launch.debug:
+        variables["FROBS_DEBUG"] = "1"
+    return words, variables

@@ -1,0 +1,182 @@
+"""The bridge: a world, the thread that owns it, and what happens in it at its own times."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from typing import Protocol, TypeVar
+
+from frobs_ros.bridge.loop import Loop
+from frobs_ros.bridge.model import Model
+from frobs_ros.bridge.ode import Ode
+from frobs_ros.bridge.world import NANO, World
+
+_Result = TypeVar("_Result")
+LOG = logging.getLogger("frobs.bridge")
+_LONGEST = 0.02  # [s] of simulated time between two looks at what waits
+
+
+class Part(Protocol):
+    """Something that takes part in the simulation: a publisher, or what drives a robot. Only the loop's thread calls it."""
+
+    def before(self, world: World, steps: int) -> None:
+        """Set what the drives follow in the next physics steps."""
+
+    def most_steps(self, world: World) -> int | None:
+        """Return how many steps it can look ahead; None: any number."""
+
+    def due_ns(self) -> int | None:
+        """Return when :meth:`publish` is due [ns]; None: never."""
+
+    def publish(self, world: World) -> None:
+        """Tell what is due."""
+
+    def after(self, world: World) -> None:
+        """See what the steps have brought."""
+
+    def reset(self, world: World) -> None:
+        """Begin anew: models are back, and the time may be."""
+
+    def close(self) -> None:
+        """Leave the ROS graph."""
+
+
+class Bridge:
+    """A world that is kept going, and everything that belongs to its models.
+
+    Args:
+        world: The world.
+        paused: Whether it begins paused.
+        furnish: Makes the parts of a model that has just come: its plugins and controllers.
+
+    Attributes:
+        world: To be touched in the loop's thread alone: through :meth:`call`.
+        loop: That thread.
+        ode: Numbers of ODE's solver, which are kept and told.
+    """
+
+    def __init__(self, world: World, *, paused: bool, furnish: Callable[[Bridge, Model], Sequence[Part]]) -> None:
+        self.world, self.ode = world, Ode()
+        self.loop = Loop(self, paused)
+        self._furnish = furnish
+        self._general: list[Part] = []
+        self._parts: dict[str, list[Part]] = {}
+        self.max_update_rate = 1000.0
+
+    @property
+    def speed(self) -> float:
+        """Simulated seconds per second; 0: as fast as it goes."""
+        return max(0.0, self.max_update_rate) * self.world.timestep
+
+    @property
+    def time(self) -> float:
+        """[s] simulated."""
+        return self.world.time_ns / NANO
+
+    def call(self, function: Callable[[], _Result]) -> _Result:
+        """Let the loop's thread run something, and return its result."""
+        return self.loop.call(function)
+
+    def join(self, part: Part) -> None:
+        """Let a part take part that belongs to no model."""
+        self._general.append(part)
+
+    def add(self, model: Model) -> None:
+        """Put a model into the world, with its plugins; in the loop's thread.
+
+        Raises:
+            ConfigurationError: There is a model of that name.
+            ModelFileError: The simulator refuses it.
+        """
+        self.world.add(model)
+        try:
+            self._parts[model.name] = list(self._furnish(self, model))
+        except BaseException:
+            self.world.remove(model.name)
+            raise
+
+    def extend(self, name: str, parts: Sequence[Part]) -> None:
+        """Give further parts to a model that is there."""
+        self._parts[name] += parts
+
+    def remove(self, name: str) -> None:
+        """Take a model out of the world, with its plugins; in the loop's thread.
+
+        Raises:
+            UnknownNameError: There is none of that name.
+        """
+        self.world.model(name)
+        for part in self._parts.pop(name, []):
+            part.close()
+        self.world.remove(name)
+
+    def step(self, steps: int) -> None:
+        """Advance by a number of physics steps, whatever is due in between; in the loop's thread.
+
+        Raises:
+            SimulationError: The engine failed.
+        """
+        goal = self.world.steps + steps
+        while self.world.steps < goal:
+            self._go(goal - self.world.steps)
+        self.tell()
+
+    def advance(self, most: float) -> None:
+        """Go on, at least one step and about ``most`` [s] at most; the loop calls it."""
+        self._go(max(1, round(min(most, _LONGEST) / self.world.timestep)))
+
+    def set_paused(self, paused: bool) -> None:
+        """Stop the time or let it run; in the loop's thread."""
+        self.loop.set_paused(paused)
+        if paused:
+            self.tell()
+
+    def reset(self, *, time: bool) -> None:
+        """Put everything back; in the loop's thread."""
+        self.world.reset(time=time)
+        for part in self._all():
+            part.reset(self.world)
+        self.loop.keep_pace()
+        self.tell()
+
+    def tell(self) -> None:
+        """Publish the time, so that clients have it although it stands still."""
+        for part in self._general:
+            part.publish(self.world)
+
+    def fail(self, error: Exception) -> None:
+        """Take note that a step failed; the loop has paused."""
+        LOG.error("the simulation is paused: a step failed: %s", error, exc_info=error)
+
+    def close(self) -> None:
+        """End the loop and leave the ROS graph; twice is harmless."""
+        self.loop.close()
+        for part in self._all():
+            part.close()
+        self._parts.clear()
+        self._general.clear()
+        self.world.close()
+
+    def _all(self) -> list[Part]:
+        return [*self._general, *(part for parts in self._parts.values() for part in parts)]
+
+    def _go(self, most: int) -> None:
+        """Step until something is due, and at most so far; then publish what is."""
+        world, parts = self.world, self._all()
+        due = [time for part in parts if (time := part.due_ns()) is not None]
+        change = world.forces.next_change_ns(world.time_ns)
+        steps = min([most, *(world.steps_until(time) for time in [*due, *([] if change is None else [change])])])
+        for part in parts:
+            least = part.most_steps(world)
+            steps = steps if least is None else min(steps, least)
+        if any(model.drive.needs_every_step for model in world.robots()):
+            steps = 1
+        for part in parts:
+            part.before(world, steps)
+        world.step(steps)
+        for part in parts:
+            part.after(world)
+        for part in parts:
+            time = part.due_ns()
+            if time is not None and time <= world.time_ns:
+                part.publish(world)

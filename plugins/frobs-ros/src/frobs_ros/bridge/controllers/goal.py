@@ -1,0 +1,77 @@
+"""A trajectory that was asked for: checked, in the controller's order of joints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ConfigurationError, UnknownNameError
+
+
+@dataclass(frozen=True)
+class Points:
+    """Way-points.
+
+    Attributes:
+        start: [s] in simulated time; None: as soon as it is followed.
+        times: (m,) [s] from the start, increasing, > 0.
+        positions: (m, k)
+        velocities: (m, k), or None.
+        accelerations: (m, k), or None.
+    """
+
+    start: float | None
+    times: Floats
+    positions: Floats
+    velocities: Floats | None
+    accelerations: Floats | None
+
+
+def read_points(trajectory: Any, joints: Sequence[str], held: Floats, partial: bool) -> Points:
+    """Read a trajectory_msgs/JointTrajectory.
+
+    Args:
+        trajectory: With at least one point.
+        joints: Of the controller, the order of what is returned.
+        held: (k,) where joints stay that it does not name [rad or m].
+        partial: Whether it may leave joints out.
+
+    Raises:
+        UnknownNameError: It names a joint that is none of the controller's.
+        ConfigurationError: It leaves a joint out, or has numbers that make no trajectory.
+    """
+    names = list(trajectory.joint_names)
+    for name in names:
+        if name not in joints:
+            raise UnknownNameError("joint of this controller", name, joints)
+    missing = [name for name in joints if name not in names]
+    if (missing and not partial) or len(set(names)) != len(names):
+        raise ConfigurationError(
+            f"the trajectory names the joints {', '.join(names)}; this controller has {', '.join(joints)}."
+        )
+    times = np.array([point.time_from_start.to_sec() for point in trajectory.points])
+    if (np.diff(times) <= 0.0).any() or times[0] < 0.0:
+        raise ConfigurationError(f"the times of the points must increase: {times.tolist()}.")
+    columns = [list(joints).index(name) for name in names]
+    stamp = trajectory.header.stamp.to_sec()
+
+    def read(field: str, rest: Floats) -> Floats | None:
+        rows = [list(getattr(point, field)) for point in trajectory.points]
+        if not any(rows):
+            return None
+        if any(len(row) != len(names) for row in rows) or not np.isfinite(rows).all():
+            raise ConfigurationError(f"the points' {field} are not one finite number for each joint.")
+        found = np.repeat(rest[None], len(rows), axis=0)
+        found[:, columns] = rows
+        return found
+
+    positions = read("positions", held)
+    if positions is None:
+        raise ConfigurationError("the points hold no positions.")
+    velocities = read("velocities", np.zeros(len(joints)))
+    accelerations = None if velocities is None else read("accelerations", np.zeros(len(joints)))
+    return Points(stamp or None, times, positions, velocities, accelerations)

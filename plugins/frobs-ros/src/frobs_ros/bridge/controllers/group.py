@@ -1,0 +1,179 @@
+"""Controllers that follow the last number they were sent, for one joint or for several."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.interfaces import CommandMode
+from frobs_core.models import JointType
+from frobs_ros.bridge.controllers.controller import Controller, listed
+from frobs_ros.bridge.controllers.pid import Pid
+from frobs_ros.bridge.model import Model
+from frobs_ros.bridge.part import Stamps
+from frobs_ros.bridge.world import World
+
+LOG = logging.getLogger("frobs.bridge")
+
+
+class Commanded(Controller):
+    """Listens to ``command``: a Float64 for one joint, a Float64MultiArray for a group; what it is sent, joints follow.
+
+    Args:
+        model: The robot.
+        topic: Namespace of its topics.
+        parameters: ``joint``, or of a group ``joints``.
+        interface: What it claims, and what the numbers mean.
+        group: Whether it is for several joints.
+        rate: At which it publishes [Hz].
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        topic: str,
+        parameters: Mapping[str, Any],
+        interface: CommandMode,
+        group: bool,
+        rate: float = 0.0,
+    ) -> None:
+        import rospy
+        from std_msgs.msg import Float64, Float64MultiArray
+
+        super().__init__(model, topic, parameters, interface, rate)
+        self.claim(listed(parameters, "joints" if group else "joint", "joint_name"))
+        self._wanted: Floats | None = None
+        self._runs = False
+        self._subscriber = rospy.Subscriber(
+            f"{topic}/command", Float64MultiArray if group else Float64, self._take, queue_size=1, tcp_nodelay=True
+        )
+
+    def _take(self, message: Any) -> None:
+        """Keep what was sent; in rospy's thread."""
+        values = np.atleast_1d(np.asarray(message.data, np.float64))
+        if values.shape != (len(self.joints),) or not np.isfinite(values).all():
+            LOG.error("%s/command: %s; it takes %d finite numbers", self.topic, values.tolist(), len(self.joints))
+        elif self._runs:  # what comes before it runs is nothing to follow
+            self._wanted = values
+
+    def start(self, world: World) -> None:
+        """Take over the joints."""
+        super().start(world)
+        self._wanted, self._runs = None, True
+
+    def stop(self, world: World) -> None:
+        """Give the joints back."""
+        self._runs = False
+        super().stop(world)
+
+    def before(self, world: World, steps: int) -> None:
+        """Let the joints follow what was sent last."""
+        wanted, self._wanted = self._wanted, None
+        if wanted is None:
+            return
+        if self.interface is CommandMode.POSITION:
+            robot = self.robot
+            wanted = np.clip(wanted, robot.position_lower[0, self.columns], robot.position_upper[0, self.columns])
+        self.command(wanted)
+
+    def close(self) -> None:
+        """Leave the ROS graph."""
+        self._subscriber.unregister()
+
+
+class Regulated(Commanded):
+    """Follows positions or velocities by a PID law whose result is another command, computed in every physics step.
+
+    One joint has its gains in ``pid``, each of a group in ``<joint>/pid``. One joint tells how it goes on ``state``.
+
+    Args:
+        model: The robot.
+        topic: Namespace of its topics.
+        parameters: ``joint`` or ``joints``, and gains.
+        interface: What it claims.
+        group: Whether it is for several joints.
+        follows: What the numbers that it is sent mean.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        topic: str,
+        parameters: Mapping[str, Any],
+        interface: CommandMode,
+        group: bool,
+        follows: CommandMode,
+    ) -> None:
+        super().__init__(model, topic, parameters, interface, group, rate=0.0 if group else 50.0)
+        import rospy
+        from control_msgs.msg import JointControllerState
+
+        self._follows = follows
+        gains = [parameters.get(joint, {}) for joint in self.joints] if group else [parameters]
+        self._pid = Pid([given.get("pid", {}) for given in gains], f"the controller {topic}")
+        joints = {joint.name: joint for joint in model.description.placement.model.joints}  # type: ignore[union-attr]
+        self._turns = np.array([joints[name].type is JointType.CONTINUOUS for name in self.joints])
+        self._target = np.zeros(len(self.joints))
+        self._effort = np.zeros(len(self.joints))
+        self._stamps = Stamps()
+        self._state = None if group else rospy.Publisher(f"{topic}/state", JointControllerState, queue_size=1)
+        self._message = JointControllerState
+
+    def most_steps(self, world: World) -> int | None:
+        """One: the law needs the state."""
+        return 1
+
+    def start(self, world: World) -> None:
+        """Take over the joints, and follow where they are."""
+        super().start(world)
+        self._pid.reset()
+        self._stamps.reset()
+        self._target = self.positions().copy() if self._follows is CommandMode.POSITION else np.zeros(len(self.joints))
+
+    def before(self, world: World, steps: int) -> None:
+        """Compute the command."""
+        wanted, self._wanted = self._wanted, None
+        if wanted is not None:
+            self._target = wanted
+        if self._follows is CommandMode.POSITION:
+            error, rate = self._error(), -self.velocities()
+        else:
+            error, rate = self._target - self.velocities(), np.zeros(len(self.joints))
+        self._effort = self._pid(error, rate, world.timestep * steps)
+        self.command(self._effort)
+
+    def _error(self) -> Floats:
+        """Return target minus position, the short way round where a joint turns for ever."""
+        error = self._target - self.positions()
+        turned: Floats = np.where(self._turns, (error + np.pi) % (2.0 * np.pi) - np.pi, error)
+        return turned
+
+    def tell(self, world: World) -> None:
+        """Publish the state."""
+        if self._state is None or self._state.get_num_connections() == 0:
+            return
+        value = self.positions()[0] if self._follows is CommandMode.POSITION else self.velocities()[0]
+        message = self._message(
+            set_point=self._target[0],
+            process_value=value,
+            process_value_dot=self.velocities()[0],
+            error=self._target[0] - value,
+            time_step=world.timestep,
+            command=self._effort[0],
+            p=self._pid.p[0],
+            i=self._pid.i[0],
+            d=self._pid.d[0],
+            i_clamp=self._pid.clamp[0],
+        )
+        message.header.stamp = self._stamps.next(world)
+        self._state.publish(message)
+
+    def close(self) -> None:
+        """Leave the ROS graph."""
+        super().close()
+        if self._state is not None:
+            self._state.unregister()

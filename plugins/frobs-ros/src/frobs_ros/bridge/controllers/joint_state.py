@@ -1,0 +1,53 @@
+"""joint_state_controller/JointStateController: where the joints are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from frobs_ros.bridge.controllers.controller import Controller
+from frobs_ros.bridge.model import Model
+from frobs_ros.bridge.part import Stamps
+from frobs_ros.bridge.world import World
+
+
+class JointStateController(Controller):
+    """Publishes positions, velocities and efforts on the robot's ``joint_states``, sorted by name as ros_control does.
+
+    Of a robot whose file has transmissions it tells the joints that these name, else all.
+    """
+
+    def __init__(self, model: Model, topic: str, parameters: Mapping[str, Any]) -> None:
+        import rospy
+        from sensor_msgs.msg import JointState
+
+        super().__init__(model, topic, parameters, None, float(parameters.get("publish_rate", 50.0)))
+        driven = model.description.modes if model.description.has_transmissions else model.joints
+        driven = parameters.get("joints", driven)
+        self._names = sorted(name for name in model.joints if name in driven)
+        self._columns = [model.joints[name] for name in self._names]
+        self._stamps = Stamps()
+        space = topic.rpartition("/")[0]
+        self._publisher = rospy.Publisher(f"{space}/joint_states", JointState, queue_size=10, tcp_nodelay=True)
+        self._message = JointState
+
+    def tell(self, world: World) -> None:
+        """Publish."""
+        if self._publisher.get_num_connections() == 0:
+            return
+        message, robot = self._message(), self.robot
+        message.header.stamp = self._stamps.next(world)
+        message.name = self._names
+        message.position = robot.joint_positions[0, self._columns].tolist()
+        message.velocity = robot.joint_velocities[0, self._columns].tolist()
+        message.effort = robot.joint_efforts[0, self._columns].tolist()
+        self._publisher.publish(message)
+
+    def reset(self, world: World) -> None:
+        """Begin anew; the time may have gone back."""
+        super().reset(world)
+        self._stamps.reset()
+
+    def close(self) -> None:
+        """Leave the ROS graph."""
+        self._publisher.unregister()

@@ -1,0 +1,230 @@
+"""The controller manager of one robot."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from frobs_core.errors import ConfigurationError, FrobsError, UnknownNameError
+from frobs_ros.bridge.bridge import Bridge
+from frobs_ros.bridge.controllers.controller import INTERFACES, Controller
+from frobs_ros.bridge.controllers.types import TYPES
+from frobs_ros.bridge.model import Model
+from frobs_ros.bridge.part import Part
+from frobs_ros.bridge.services.offer import Offers
+from frobs_ros.bridge.world import World
+
+LOG = logging.getLogger("frobs.bridge")
+_STRICT = 2
+
+
+class ControllerManager(Part):
+    """Loads, starts, stops and lists the controllers of one robot.
+
+    Args:
+        bridge: That the robot is in.
+        model: The robot.
+        namespace: Of its topics and parameters, with a slash in front: ``"/robot"``, or empty.
+        find_parameters: Returns what the parameter server holds under a name, or None.
+
+    Attributes:
+        controllers: That are loaded, by name.
+    """
+
+    def __init__(self, bridge: Bridge, model: Model, namespace: str, find_parameters: Callable[[str], Any]) -> None:
+        super().__init__()
+        self._bridge, self._model, self._namespace = bridge, model, namespace
+        self._find_parameters = find_parameters
+        self.controllers: dict[str, Controller] = {}
+        self._types: dict[str, str] = {}
+        self._states: dict[str, str] = {}
+        self._offers = Offers(bridge, f"{namespace}/controller_manager")
+
+    def offer(self) -> None:
+        """Offer the manager's services."""
+        from controller_manager_msgs import srv
+
+        handlers: dict[str, tuple[Any, Callable[[Any], Any]]] = {
+            "load_controller": (
+                srv.LoadController,
+                lambda request: {"ok": self._tried(lambda: self.load(request.name))},
+            ),
+            "unload_controller": (
+                srv.UnloadController,
+                lambda request: {"ok": self._tried(lambda: self.unload(request.name))},
+            ),
+            "switch_controller": (
+                srv.SwitchController,
+                lambda request: {"ok": self._tried(lambda: self._switch(request))},
+            ),
+            "list_controllers": (srv.ListControllers, lambda _: {"controller": self._list()}),
+            "list_controller_types": (srv.ListControllerTypes, lambda _: _list_types()),
+            "reload_controller_libraries": (
+                srv.ReloadControllerLibraries,
+                lambda request: {"ok": self._tried(lambda: self._reload(request.force_kill))},
+            ),
+        }
+        for name, (kind, handler) in handlers.items():
+            self._offers.offer(name, kind, handler)
+
+    @property
+    def running(self) -> list[Controller]:
+        """The controllers that run."""
+        return [self.controllers[name] for name, state in self._states.items() if state == "running"]
+
+    def load(self, name: str) -> None:
+        """Make a controller from what the parameter server says of it.
+
+        Raises:
+            ConfigurationError: It is loaded already, has no type, or wants what there is not.
+            UnknownNameError: There is no such type, or no such joint.
+        """
+        if name in self.controllers:
+            raise ConfigurationError(f"the controller '{name}' is loaded already.")
+        topic = f"{self._namespace}/{name}"
+        parameters = self._find_parameters(topic)
+        kind = parameters.get("type") if isinstance(parameters, Mapping) else None
+        if not isinstance(parameters, Mapping) or not kind:
+            raise ConfigurationError(
+                f"no controller '{name}': the parameter {topic}/type does not say what it is. Load its YAML file into "
+                f"the namespace '{self._namespace or '/'}' first."
+            )
+        if kind not in TYPES:
+            raise UnknownNameError("type of controller", kind, TYPES)
+        self.controllers[name] = TYPES[kind](self._model, topic, parameters)
+        self._types[name], self._states[name] = kind, "initialized"
+
+    def unload(self, name: str) -> None:
+        """Forget a controller.
+
+        Raises:
+            UnknownNameError: It is not loaded.
+            ConfigurationError: It runs.
+        """
+        if name not in self.controllers:
+            raise UnknownNameError("loaded controller", name, self.controllers)
+        if self._states[name] == "running":
+            raise ConfigurationError(f"the controller '{name}' is running; stop it first.")
+        self.controllers.pop(name).close()
+        del self._types[name], self._states[name]
+
+    def switch(self, start: list[str], stop: list[str], strict: bool) -> None:
+        """Stop some controllers and start others, all at once.
+
+        Args:
+            start: Names.
+            stop: Names.
+            strict: Whether one that cannot be started or stopped refuses all; otherwise it is passed over.
+
+        Raises:
+            UnknownNameError: Strict, and one is not loaded.
+            ConfigurationError: Two that would run claim one joint; or strict, and one runs already, or does not.
+        """
+        ending = [name for name in stop if self._may(name, "running", strict, "is not running")]
+        restarted = set(ending)
+        beginning = [name for name in start if name in restarted or self._may(name, None, strict, "is running")]
+        after = {name for name, state in self._states.items() if state == "running"} - set(ending) | set(beginning)
+        owners: dict[str, str] = {}
+        for name in sorted(after):
+            for joint in self.controllers[name].joints:
+                if joint in owners:
+                    raise ConfigurationError(
+                        f"the controllers '{owners[joint]}' and '{name}' both claim the joint '{joint}'; stop one of them."
+                    )
+                owners[joint] = name
+        for name in dict.fromkeys(ending):
+            self.controllers[name].stop(self._bridge.world)
+            self._states[name] = "stopped"
+        for name in dict.fromkeys(beginning):
+            self.controllers[name].start(self._bridge.world)
+            self._states[name] = "running"
+
+    def before(self, world: World, steps: int) -> None:
+        """Let those that run set what the joints follow."""
+        for controller in self.running:
+            controller.before(world, steps)
+
+    def most_steps(self, world: World) -> int | None:
+        """Return how many steps they can look ahead."""
+        found = [most for controller in self.running if (most := controller.most_steps(world)) is not None]
+        return min(found, default=None)
+
+    def due_ns(self) -> int | None:
+        """Return when the first of them publishes."""
+        return min((due for controller in self.running if (due := controller.due_ns()) is not None), default=None)
+
+    def publish(self, world: World) -> None:
+        """Let those publish that are due."""
+        for controller in self.running:
+            due = controller.due_ns()
+            if due is not None and due <= world.time_ns:
+                controller.publish(world)
+
+    def after(self, world: World) -> None:
+        """Let them see what the steps have brought."""
+        for controller in self.running:
+            controller.after(world)
+
+    def reset(self, world: World) -> None:
+        """Start anew those that run."""
+        for controller in self.running:
+            controller.reset(world)
+
+    def close(self) -> None:
+        """Withdraw the services and forget the controllers."""
+        self._offers.close()
+        for controller in self.controllers.values():
+            controller.close()
+        self.controllers.clear()
+        self._states.clear()
+
+    def _may(self, name: str, state: str | None, strict: bool, complaint: str) -> bool:
+        """Return whether a controller can be switched; where strict, refuse instead."""
+        if name not in self.controllers:
+            if strict:
+                raise UnknownNameError("loaded controller", name, self.controllers)
+            LOG.warning("switch_controller: no controller '%s' is loaded; passed over", name)
+            return False
+        fits = self._states[name] == state if state else self._states[name] != "running"
+        if not fits and strict:
+            raise ConfigurationError(f"the controller '{name}' {complaint}; nothing was switched.")
+        return fits
+
+    def _switch(self, request: Any) -> None:
+        self.switch(list(request.start_controllers), list(request.stop_controllers), request.strictness == _STRICT)
+
+    def _reload(self, force: bool) -> None:
+        if self.running and not force:
+            raise ConfigurationError("controllers are running; stop them first, or say force_kill.")
+        self.switch([], [name for name, state in self._states.items() if state == "running"], strict=False)
+        for name in list(self.controllers):
+            self.unload(name)
+
+    def _tried(self, act: Callable[[], None]) -> bool:
+        try:
+            act()
+        except FrobsError as error:
+            LOG.error("%s/controller_manager: %s", self._namespace, error)
+            return False
+        return True
+
+    def _list(self) -> list[Any]:
+        from controller_manager_msgs.msg import ControllerState, HardwareInterfaceResources
+
+        told = []
+        for name, controller in self.controllers.items():
+            interface = (
+                INTERFACES[controller.interface] if controller.interface else "hardware_interface::JointStateInterface"
+            )
+            resources = HardwareInterfaceResources(hardware_interface=interface, resources=list(controller.joints))
+            told.append(
+                ControllerState(
+                    name=name, state=self._states[name], type=self._types[name], claimed_resources=[resources]
+                )
+            )
+        return told
+
+
+def _list_types() -> dict[str, list[str]]:
+    return {"types": list(TYPES), "base_classes": ["controller_interface::ControllerBase"] * len(TYPES)}

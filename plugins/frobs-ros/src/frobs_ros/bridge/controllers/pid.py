@@ -1,0 +1,55 @@
+"""A PID law for several joints, with the parameters of ros_control."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ConfigurationError
+
+
+class Pid:
+    """Proportional, integral and derivative gains, (k,) each.
+
+    Args:
+        parameters: Of each joint: ``p``, ``i``, ``d``, ``i_clamp`` or ``i_max`` and ``i_min``, ``antiwindup``.
+        where: Where they stand, for the message.
+
+    Raises:
+        ConfigurationError: A joint has no gains, or one is no number.
+    """
+
+    def __init__(self, parameters: Sequence[Mapping[str, Any]], where: str) -> None:
+        rows = []
+        for given in parameters:
+            if not isinstance(given, Mapping) or "p" not in given:
+                raise ConfigurationError(f"{where} lacks gains: write p, i and d for each joint.")
+            clamp = abs(float(given.get("i_clamp", given.get("i_max", 0.0))))
+            try:
+                rows.append([float(given.get(name, 0.0)) for name in "pid"] + [clamp])
+            except (TypeError, ValueError) as error:
+                raise ConfigurationError(f"{where}: a gain is no number: {dict(given)}.") from error
+        self.p, self.i, self.d, self.clamp = np.array(rows, np.float64).T
+        self._sum: Floats = np.zeros(len(rows))
+
+    def __call__(self, error: Floats, error_rate: Floats, timestep: float) -> Floats:
+        """Return the command.
+
+        Args:
+            error: (k,) target minus value.
+            error_rate: (k,) of it, per second.
+            timestep: [s] since the last call.
+        """
+        self._sum = self._sum + error * timestep
+        integral = self.i * self._sum
+        limited = np.where(self.clamp > 0.0, np.clip(integral, -self.clamp, self.clamp), integral)
+        # The sum does not grow beyond what it may do.
+        self._sum = np.divide(limited, self.i, out=np.zeros_like(limited), where=self.i != 0.0)
+        return self.p * error + limited + self.d * error_rate
+
+    def reset(self) -> None:
+        """Forget the past."""
+        self._sum[:] = 0.0

@@ -1,0 +1,76 @@
+"""How far a robot may be from its trajectory, as the parameters and the goal of an action say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+
+SETTLING = 0.5
+"""[s] that a robot has at the end of its trajectory at least: its drives move masses, where Gazebo's moves positions."""
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Tolerances of (k,) joints; 0: none.
+
+    Attributes:
+        path: [rad or m] on the way.
+        goal: [rad or m] at the end.
+        goal_velocity: [rad/s or m/s] at the end.
+        goal_time: [s] after the end, until which the goal must be reached.
+    """
+
+    path: Floats
+    goal: Floats
+    goal_velocity: Floats
+    goal_time: float
+
+    @classmethod
+    def from_parameters(cls, joints: Sequence[str], parameters: Mapping[str, Any]) -> Tolerances:
+        """Read the parameter ``constraints`` of a controller."""
+        constraints = parameters.get("constraints", {})
+        of_joints = [constraints.get(joint, {}) for joint in joints]
+        stopped = float(constraints.get("stopped_velocity_tolerance", 0.01))
+        return cls(
+            path=np.array([float(each.get("trajectory", 0.0)) for each in of_joints]),
+            goal=np.array([float(each.get("goal", 0.0)) for each in of_joints]),
+            goal_velocity=np.full(len(joints), stopped),
+            goal_time=max(SETTLING, float(constraints.get("goal_time", 0.0))),
+        )
+
+    def updated(self, joints: Sequence[str], goal: Any) -> Tolerances:
+        """Return them as a FollowJointTrajectoryGoal changes them: 0 leaves one as it is, a negative one takes it away."""
+        path, end, speed = self.path.copy(), self.goal.copy(), self.goal_velocity.copy()
+        for tolerance in goal.path_tolerance:
+            if tolerance.name in joints:
+                _change(path, joints.index(tolerance.name), tolerance.position)
+        for tolerance in goal.goal_tolerance:
+            if tolerance.name in joints:
+                _change(end, joints.index(tolerance.name), tolerance.position)
+                _change(speed, joints.index(tolerance.name), tolerance.velocity)
+        given = goal.goal_time_tolerance.to_sec()
+        return Tolerances(path, end, speed, self.goal_time if given == 0.0 else max(SETTLING, given))
+
+    def path_violation(self, error: Floats) -> int | None:
+        """Return the joint that is too far from the trajectory, or None."""
+        return _first(self.path, error)
+
+    def goal_violation(self, error: Floats, velocity: Floats) -> int | None:
+        """Return the joint that has not arrived, or None."""
+        found = _first(self.goal, error)
+        return _first(self.goal_velocity, velocity) if found is None else found
+
+
+def _change(values: Floats, joint: int, given: float) -> None:
+    if given != 0.0:
+        values[joint] = max(0.0, given)
+
+
+def _first(tolerances: Floats, errors: Floats) -> int | None:
+    found = np.flatnonzero((tolerances > 0.0) & (np.abs(errors) > tolerances))
+    return int(found[0]) if len(found) else None

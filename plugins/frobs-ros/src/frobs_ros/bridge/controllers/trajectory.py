@@ -1,0 +1,267 @@
+"""JointTrajectoryController: follows trajectories that a topic or an action sends."""
+
+from __future__ import annotations
+
+import logging
+import queue
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import FrobsError, UnknownNameError
+from frobs_core.interfaces import CommandMode
+from frobs_ros.bridge.controllers.action import start_action_server
+from frobs_ros.bridge.controllers.controller import Controller, listed
+from frobs_ros.bridge.controllers.goal import Points, read_points
+from frobs_ros.bridge.controllers.pid import Pid
+from frobs_ros.bridge.controllers.spline import Spline
+from frobs_ros.bridge.controllers.tolerances import Tolerances
+from frobs_ros.bridge.model import Model
+from frobs_ros.bridge.part import Stamps
+from frobs_ros.bridge.world import NANO, World
+
+LOG = logging.getLogger("frobs.bridge")
+
+
+class TrajectoryController(Controller):
+    """Listens to ``command`` and to the action ``follow_joint_trajectory``, tells how it goes on ``state``.
+
+    With the position interface the drives are also told the velocity, so that they do not lag. With the velocity and
+    effort interfaces a PID law of ``gains/<joint>`` follows the trajectory, with ``velocity_ff/<joint>``.
+
+    Args:
+        model: The robot.
+        topic: Namespace of its topics.
+        parameters: ``joints``, ``constraints``, ``gains``, ``state_publish_rate``, ``allow_partial_joints_goal``.
+        interface: What it claims.
+    """
+
+    def __init__(self, model: Model, topic: str, parameters: Mapping[str, Any], interface: CommandMode) -> None:
+        import rospy
+        from control_msgs.msg import FollowJointTrajectoryAction, JointTrajectoryControllerState
+        from trajectory_msgs.msg import JointTrajectory
+
+        super().__init__(model, topic, parameters, interface, float(parameters.get("state_publish_rate", 50.0)))
+        self.claim(listed(parameters, "joints"))
+        self._partial = bool(parameters.get("allow_partial_joints_goal", False))
+        self._default_tolerances = self._tolerances = Tolerances.from_parameters(self.joints, parameters)
+        self._pid, self._forward = None, np.zeros(len(self.joints))
+        if interface is not CommandMode.POSITION:
+            gains, ahead = parameters.get("gains", {}), parameters.get("velocity_ff", {})
+            self._pid = Pid([gains.get(joint, {}) for joint in self.joints], f"the controller {topic} (gains)")
+            self._forward = np.array([float(ahead.get(joint, 0.0)) for joint in self.joints])
+        self._runs, self._now = False, 0.0
+        self._held: Floats = np.zeros(len(self.joints))
+        self._spline = Spline(np.zeros(1), self._held[None])
+        self._desired = (self._held, self._held, self._held)
+        self._goal: Any = None
+        self._inbox: queue.SimpleQueue[tuple[Points | None, Any]] = queue.SimpleQueue()
+        self._stamps = Stamps()
+        self._message = JointTrajectoryControllerState
+        self._state = rospy.Publisher(f"{topic}/state", JointTrajectoryControllerState, queue_size=1)
+        self._subscriber = rospy.Subscriber(
+            f"{topic}/command", JointTrajectory, self._take, queue_size=10, tcp_nodelay=True
+        )
+        self._server = start_action_server(
+            f"{topic}/follow_joint_trajectory", FollowJointTrajectoryAction, self._accept, self._cancel
+        )
+
+    def _take(self, trajectory: Any) -> None:
+        """Take a trajectory of the topic; in rospy's thread. One without points stops the robot."""
+        if not self._runs:
+            LOG.error("%s/command: the controller is not running; the trajectory is ignored", self.topic)
+            return
+        try:
+            points = read_points(trajectory, self.joints, self._held, self._partial) if trajectory.points else None
+        except FrobsError as error:
+            LOG.error("%s/command: %s", self.topic, error)
+            return
+        self._inbox.put((points, None))
+
+    def _accept(self, handle: Any) -> None:
+        """Take a goal of the action, or reject it; in rospy's thread."""
+        from control_msgs.msg import FollowJointTrajectoryResult as Result
+
+        goal = handle.get_goal()
+        code, text = Result.INVALID_GOAL, ""
+        if not self._runs:
+            text = "the controller is not running"
+        elif not goal.trajectory.points:
+            text = "the trajectory has no points"
+        else:
+            try:
+                points = read_points(goal.trajectory, self.joints, self._held, self._partial)
+            except FrobsError as error:
+                text = str(error)
+                names_joints = isinstance(error, UnknownNameError) or "names the joints" in text
+                code = Result.INVALID_JOINTS if names_joints else Result.INVALID_GOAL
+            else:
+                if points.start is not None and points.start + points.times[-1] < self._now:
+                    code, text = Result.OLD_HEADER_TIMESTAMP, "the trajectory lies in the past"
+        if text:
+            LOG.error("%s/follow_joint_trajectory: %s", self.topic, text)
+            handle.set_rejected(Result(error_code=code, error_string=text), text)
+            return
+        handle.set_accepted()
+        self._inbox.put((points, handle))
+
+    def _cancel(self, handle: Any) -> None:
+        """Stop a goal that is followed; in rospy's thread."""
+        if self._goal is not None and handle == self._goal:
+            self._inbox.put((None, None))
+
+    def start(self, world: World) -> None:
+        """Take over the joints, and hold them."""
+        super().start(world)
+        self._end_goal(None, "")
+        self._empty_inbox()
+        self._now = world.time_ns / NANO
+        self._stamps.reset()
+        self._hold()
+        self._runs = True
+
+    def stop(self, world: World) -> None:
+        """Give the joints back; a goal that is followed is cancelled."""
+        self._runs = False
+        self._end_goal(None, "the controller was stopped")
+        self._empty_inbox()
+        super().stop(world)
+
+    def most_steps(self, world: World) -> int | None:
+        """One with a PID law, which needs the state; otherwise any number."""
+        return None if self._pid is None else 1
+
+    def before(self, world: World, steps: int) -> None:
+        """Set what the joints follow: a row for each physics step."""
+        now = world.time_ns / NANO
+        while not self._inbox.empty():
+            self._begin(*self._inbox.get(), now)
+        times = now + world.timestep * np.arange(1, steps + 1)
+        if self._pid is None and times[0] > self._spline.end:
+            self._desired = self._held, np.zeros_like(self._held), np.zeros_like(self._held)
+            self.command(self._held)
+            return
+        positions, velocities, accelerations = self._spline.sample(times)
+        self._desired = positions[-1], velocities[-1], accelerations[-1]
+        if self._pid is None:
+            stiffness, damping = (gain[0, self.columns] for gain in self.robot.drive_gains())
+            # The drive law brakes by Kd·q̇; this much further ahead it brakes by Kd·(q̇ − v) instead.
+            ahead = np.divide(damping, stiffness, out=np.zeros_like(damping), where=stiffness > 0.0)
+            self.model.drive.look_ahead(self.columns, positions + ahead * velocities)
+        else:
+            error, rate = positions[0] - self.positions(), velocities[0] - self.velocities()
+            self.command(self._forward * velocities[0] + self._pid(error, rate, world.timestep))
+
+    def after(self, world: World) -> None:
+        """See how far the goal is."""
+        self._now = world.time_ns / NANO
+        if self._goal is None:
+            return
+        from control_msgs.msg import FollowJointTrajectoryResult as Result
+
+        error = self._desired[0] - self.positions()
+        if self._now < self._spline.end:
+            joint = self._tolerances.path_violation(error)
+            if joint is not None:
+                text = f"{self.joints[joint]} is {abs(error[joint]):.4g} from the trajectory"
+                self._end_goal(Result.PATH_TOLERANCE_VIOLATED, text)
+                self._hold()
+            return
+        joint = self._tolerances.goal_violation(error, self.velocities())
+        if joint is None:
+            self._end_goal(Result.SUCCESSFUL, "")
+        elif self._now > self._spline.end + self._tolerances.goal_time:
+            text = f"{self.joints[joint]} is {abs(error[joint]):.4g} from the goal, at {self.velocities()[joint]:.4g}/s"
+            self._end_goal(Result.GOAL_TOLERANCE_VIOLATED, text)
+
+    def _begin(self, points: Points | None, handle: Any, now: float) -> None:
+        """Follow another trajectory from now on, or hold."""
+        self._end_goal(None, "another trajectory was sent" if points else "cancelled")
+        if points is None:
+            self._hold()
+            return
+        start = now if points.start is None else points.start
+        times = start + points.times
+        later = times > now
+        if not later.any():
+            LOG.error("%s: the trajectory lies in the past", self.topic)
+            return
+        here = self._spline.sample(np.array([now]))
+
+        def join(first: Floats, rest: Floats | None) -> Floats | None:
+            return None if rest is None else np.concatenate([first, rest[later]])
+
+        positions = join(here[0], points.positions)
+        assert positions is not None
+        self._spline = Spline(
+            np.concatenate([[now], times[later]]),
+            positions,
+            join(here[1], points.velocities),
+            join(here[2], points.accelerations),
+        )
+        self._held = positions[-1]
+        self._goal = handle
+        self._tolerances = (
+            self._default_tolerances.updated(self.joints, handle.get_goal()) if handle else self._default_tolerances
+        )
+
+    def _hold(self) -> None:
+        """Stay where the joints are."""
+        self._held = self.positions().copy()
+        self._spline = Spline(np.array([-np.inf]), self._held[None])
+        self._desired = self._held, np.zeros_like(self._held), np.zeros_like(self._held)
+        if self._pid is not None:
+            self._pid.reset()
+
+    def _end_goal(self, code: int | None, text: str) -> None:
+        """Tell the client how its goal ended; None: cancelled."""
+        from control_msgs.msg import FollowJointTrajectoryResult as Result
+
+        goal, self._goal = self._goal, None
+        if goal is None:
+            return
+        if code is None:
+            goal.set_canceled(Result(error_string=text), text)
+        elif code == Result.SUCCESSFUL:
+            goal.set_succeeded(Result(error_code=code), text)
+        else:
+            LOG.warning("%s/follow_joint_trajectory: %s", self.topic, text)
+            goal.set_aborted(Result(error_code=code, error_string=text), text)
+
+    def _empty_inbox(self) -> None:
+        while not self._inbox.empty():
+            _, handle = self._inbox.get()
+            if handle is not None:
+                handle.set_canceled(text="the controller was started anew")
+
+    def tell(self, world: World) -> None:
+        """Publish the state, and the goal's feedback."""
+        if self._state.get_num_connections() == 0 and self._goal is None:
+            return
+        from control_msgs.msg import FollowJointTrajectoryFeedback
+
+        kinds = [self._message] + ([FollowJointTrajectoryFeedback] if self._goal is not None else [])
+        stamp = self._stamps.next(world)
+        actual = self.positions(), self.velocities()
+        for kind in kinds:
+            message = kind(joint_names=list(self.joints))
+            message.header.stamp = stamp
+            for point, values in (
+                (message.desired, self._desired),
+                (message.actual, actual),
+                (message.error, (self._desired[0] - actual[0], self._desired[1] - actual[1])),
+            ):
+                point.positions, point.velocities = values[0].tolist(), values[1].tolist()
+            if kind is self._message:
+                self._state.publish(message)
+            else:
+                self._goal.publish_feedback(message)
+
+    def close(self) -> None:
+        """Leave the ROS graph."""
+        self._end_goal(None, "the controller was unloaded")
+        self._subscriber.unregister()
+        self._state.unregister()
+        self._server.stop()

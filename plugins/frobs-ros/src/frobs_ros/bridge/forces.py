@@ -1,0 +1,103 @@
+"""What pushes bodies and joints for a while."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from frobs_core.arrays import Floats
+
+if TYPE_CHECKING:
+    from frobs_ros.bridge.world import World
+
+
+@dataclass(frozen=True)
+class JointEffort:
+    """An effort on a joint.
+
+    Attributes:
+        model: Name.
+        joint: Name.
+        effort: [N·m or N]
+        start_ns: [ns] in simulated time.
+        end_ns: [ns]; None: until it is cleared.
+    """
+
+    model: str
+    joint: str
+    effort: float
+    start_ns: int
+    end_ns: int | None
+
+
+@dataclass(frozen=True)
+class BodyWrench:
+    """A force and a torque on a link, about its centre of mass, in the world.
+
+    Attributes:
+        model: Name.
+        link: Name.
+        force: (3,) [N]
+        torque: (3,) [N·m]
+        start_ns: [ns] in simulated time.
+        end_ns: [ns]; None: until it is cleared.
+    """
+
+    model: str
+    link: str
+    force: Floats
+    torque: Floats
+    start_ns: int
+    end_ns: int | None
+
+
+class Forces:
+    """All that pushes, now or later."""
+
+    def __init__(self) -> None:
+        self._all: list[JointEffort | BodyWrench] = []
+
+    def add(self, force: JointEffort | BodyWrench) -> None:
+        """Let something push."""
+        self._all.append(force)
+
+    def clear(self) -> None:
+        """Let nothing push."""
+        self._all.clear()
+
+    def clear_link(self, model: str, link: str) -> None:
+        """Let nothing push a link."""
+        self._all = [f for f in self._all if not (isinstance(f, BodyWrench) and (f.model, f.link) == (model, link))]
+
+    def clear_joint(self, model: str, joint: str) -> None:
+        """Let nothing push a joint."""
+        self._all = [f for f in self._all if not (isinstance(f, JointEffort) and (f.model, f.joint) == (model, joint))]
+
+    def drop_model(self, model: str) -> None:
+        """Forget what pushes a model that is gone."""
+        self._all = [force for force in self._all if force.model != model]
+
+    def next_change_ns(self, now_ns: int) -> int | None:
+        """Return when something begins or ends to push [ns], or None."""
+        times = [t for f in self._all for t in (f.start_ns, f.end_ns) if t is not None and t > now_ns]
+        return min(times, default=None)
+
+    def apply(self, world: World) -> None:
+        """Push in the next step, and forget what has pushed long enough; the caller stops where something begins or ends."""
+        self._all = [f for f in self._all if f.end_ns is None or f.end_ns > world.time_ns]
+        for model in world.robots():
+            model.drive.efforts[:] = 0.0
+        wrenches: dict[str, tuple[Floats, Floats]] = {}
+        for force in self._all:
+            if force.start_ns > world.time_ns:
+                continue
+            model = world.models[force.model]
+            if isinstance(force, JointEffort):
+                model.drive.efforts[model.joints[force.joint]] += force.effort
+            else:
+                body = f"{model.key}/{force.link}"
+                linear, angular = wrenches.get(body, (0.0, 0.0))
+                wrenches[body] = linear + force.force, angular + force.torque
+        assert world.simulation is not None
+        for body, (linear, angular) in wrenches.items():
+            world.simulation.apply_wrench(body, linear[None], angular[None])

@@ -1,0 +1,108 @@
+"""What a model brings with it: its controller manager, and the plugins that its file asks for."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from frobs_core.errors import UnknownNameError
+from frobs_ros.bridge.bridge import Bridge
+from frobs_ros.bridge.controllers.manager import ControllerManager
+from frobs_ros.bridge.controllers.types import TYPES
+from frobs_ros.bridge.extras import Plugin, read_plugins
+from frobs_ros.bridge.model import Model
+from frobs_ros.bridge.part import Part
+from frobs_ros.bridge.plugins.drive import Drive, read_diff_drive, read_kobuki, topic
+from frobs_ros.bridge.plugins.sensors import Scan, Truth
+
+LOG = logging.getLogger("frobs.bridge")
+
+
+def furnish(bridge: Bridge, model: Model) -> Sequence[Part]:
+    """Make the parts of a model that has just come; in the loop's thread.
+
+    Raises:
+        ConfigurationError: A plugin has impossible parameters.
+        UnknownNameError: A plugin names a joint or a link that there is not.
+    """
+    parts: list[Part] = []
+    try:
+        for plugin in read_plugins(model.description.elements):
+            space = plugin.text("robotNamespace", "ns", default=model.namespace).strip("/")
+            make = PLUGINS.get(plugin.file)
+            if make is None:
+                LOG.warning(
+                    "model '%s': the plugin '%s' (lib%s.so) is none that the bridge knows; it is left out",
+                    model.name,
+                    plugin.name,
+                    plugin.file,
+                )
+            elif not model.is_static:
+                parts.append(make(bridge, model, plugin, f"/{space}" if space else ""))
+    except BaseException:
+        for part in parts:
+            part.close()
+        raise
+    return parts
+
+
+def add_manager(bridge: Bridge, model: Model, space: str) -> ControllerManager:
+    """Make a controller manager for a model, and offer its services.
+
+    Args:
+        bridge: That the model is in.
+        model: The robot.
+        space: Namespace, with a slash in front, or empty.
+    """
+    import rospy
+
+    manager = ControllerManager(bridge, model, space, lambda name: rospy.get_param(name, None))
+    manager.offer()
+    return manager
+
+
+def _joint_states(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Part:
+    names = plugin.text("jointName").replace(",", " ").split()
+    for name in names:
+        if name not in model.joints:
+            raise UnknownNameError(f"joint of '{model.name}' for the plugin '{plugin.name}'", name, model.joints)
+    parameters: dict[str, Any] = {"publish_rate": plugin.number("updateRate", default=100.0)}
+    make = TYPES["joint_state_controller/JointStateController"]
+    return make(model, f"{space}/{plugin.name}", {**parameters, "joints": names} if names else parameters)
+
+
+def _scan(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Part:
+    return Scan(
+        model,
+        plugin.sensor,
+        topic(space, plugin.text("topicName", default="scan")),
+        plugin.text("frameName", default=plugin.link).strip("/"),
+        plugin.number("gaussianNoise", default=0.0),
+    )
+
+
+def _truth(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Part:
+    link = plugin.text("bodyName")
+    if link not in model.links:
+        raise UnknownNameError(f"link of '{model.name}' for the plugin '{plugin.name}'", link, model.links)
+    name = topic(space, plugin.text("topicName", default="ground_truth"))
+    return Truth(
+        model, link, name, plugin.text("frameName", default="world"), plugin.number("updateRate", default=100.0)
+    )
+
+
+PLUGINS: dict[str, Callable[[Bridge, Model, Plugin, str], Part]] = {
+    "gazebo_ros_control": lambda bridge, model, plugin, space: add_manager(bridge, model, space),
+    "gazebo_ros_diff_drive": lambda bridge, model, plugin, space: Drive(
+        bridge.world, model, *read_diff_drive(plugin, model, space)
+    ),
+    "gazebo_ros_kobuki": lambda bridge, model, plugin, space: Drive(
+        bridge.world, model, *read_kobuki(plugin, model, space)
+    ),
+    "gazebo_ros_joint_state_publisher": _joint_states,
+    "gazebo_ros_laser": _scan,
+    "gazebo_ros_gpu_laser": _scan,
+    "gazebo_ros_p3d": _truth,
+}
+"""What makes a part from a plugin's library: the bridge, the model, the plugin and the namespace of its topics."""

@@ -1,0 +1,148 @@
+"""The command ``gz``: what FRobs_RL and its like call of it, acted upon by the bridge, and answered when it is done.
+
+``gz world -m N`` makes N physics steps, ``-s`` one, ``-p 1|0`` pauses or goes on, ``-r`` resets time and models, ``-o``
+models alone. Where no bridge answers, the next ``gz`` on the path is run in its place, which is Gazebo's own. It speaks
+to the bridge without rospy, which alone would take longer to start than all the rest.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import socket
+import struct
+import sys
+import xmlrpc.client
+from collections.abc import Sequence
+from pathlib import Path
+from urllib.parse import urlparse
+
+_EMPTY = "d41d8cd98f00b204e9800998ecf8427e"  # std_srvs/Empty
+_STEP = "2706712db112a49a54209066e2436172"  # frobs_msgs/StepWorld
+_CALLER = "/gz"
+
+
+class GzError(Exception):
+    """The bridge cannot be asked, or says no."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command.
+
+    Args:
+        arguments: After its name; None: those of the process.
+
+    Returns:
+        The exit code.
+    """
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    address = _find("/gazebo/step")
+    if address is None:
+        other = _next_gz()
+        if other is not None:
+            os.execv(other, [other, *given])
+        master = os.environ.get("ROS_MASTER_URI", "http://localhost:11311")
+        return _fail(f"no bridge of FRobs answers at the ROS master {master}; start one with 'frobs ros serve'.")
+    options = _parse(given)
+    try:
+        if options.pause is not None:
+            _call("/gazebo/pause_physics" if options.pause else "/gazebo/unpause_physics", _EMPTY, b"")
+        for wanted, service in ((options.reset_all, "reset_simulation"), (options.reset_models, "reset_world")):
+            if wanted:
+                _call(f"/gazebo/{service}", _EMPTY, b"")
+        steps = options.multi_step or int(options.step)
+        if steps:
+            reply = _call("/gazebo/step", _STEP, struct.pack("<I", steps))
+            success, length = struct.unpack_from("<?I", reply, 8)
+            if not success:
+                raise GzError(reply[13 : 13 + length].decode(errors="replace"))
+    except (GzError, OSError, struct.error) as error:
+        return _fail(str(error))
+    return 0
+
+
+def _parse(given: Sequence[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="gz", description="What clients call of Gazebo's gz, done by the FRobs bridge."
+    )
+    world = parser.add_subparsers(dest="command", required=True).add_parser("world", help="the time, and all models")
+    world.add_argument("-w", "--world-name", help="passed over: there is one world")
+    world.add_argument("-p", "--pause", type=int, choices=(0, 1), help="1: stop the time; 0: let it run")
+    world.add_argument("-s", "--step", action="store_true", help="make one physics step")
+    world.add_argument("-m", "--multi-step", type=_steps, metavar="N", help="make N physics steps, and wait for them")
+    world.add_argument("-r", "--reset-all", action="store_true", help="put everything back, and the time to 0")
+    world.add_argument("-o", "--reset-models", action="store_true", help="put everything back")
+    return parser.parse_args(given)
+
+
+def _steps(text: str) -> int:
+    number = int(text)
+    if not 0 < number < 2**32:
+        raise ValueError
+    return number
+
+
+def _find(service: str) -> tuple[str, int] | None:
+    """Return host and port of a service, or None."""
+    uri = os.environ.get("ROS_MASTER_URI", "http://localhost:11311")
+    try:
+        code, _, found = xmlrpc.client.ServerProxy(uri).lookupService(_CALLER, service)  # type: ignore[misc]
+    except (OSError, xmlrpc.client.Error):
+        return None
+    address = urlparse(str(found))
+    return (address.hostname, address.port) if code == 1 and address.hostname and address.port else None
+
+
+def _call(service: str, checksum: str, request: bytes) -> bytes:
+    """Call a service of the bridge and return its answer, serialised.
+
+    Raises:
+        GzError: It is not there, or refuses.
+        OSError: The connection broke.
+    """
+    address = _find(service)
+    if address is None:
+        raise GzError(f"there is no service {service}.")
+    fields = (f"callerid={_CALLER}", f"md5sum={checksum}", f"service={service}")
+    header = b"".join(struct.pack("<I", len(field)) + field.encode() for field in fields)
+    with socket.create_connection(address, timeout=10.0) as connection:
+        connection.sendall(struct.pack("<I", len(header)) + header)
+        _receive(connection)
+        connection.settimeout(None)  # a million steps take their time
+        connection.sendall(struct.pack("<I", len(request)) + request)
+        good = _exactly(connection, 1) == b"\x01"
+        answer = _receive(connection)
+    if not good:
+        raise GzError(answer.decode(errors="replace"))
+    return answer
+
+
+def _receive(connection: socket.socket) -> bytes:
+    return _exactly(connection, struct.unpack("<I", _exactly(connection, 4))[0])
+
+
+def _exactly(connection: socket.socket, size: int) -> bytes:
+    received = b""
+    while len(received) < size:
+        part = connection.recv(size - len(received))
+        if not part:
+            raise GzError("the bridge closed the connection.")
+        received += part
+    return received
+
+
+def _next_gz() -> str | None:
+    """Return the next ``gz`` on the path that is not this one."""
+    own = Path(sys.argv[0]).resolve().parent
+    folders = [folder for folder in os.environ.get("PATH", "").split(os.pathsep) if folder]
+    return shutil.which("gz", path=os.pathsep.join(folder for folder in folders if Path(folder).resolve() != own))
+
+
+def _fail(text: str) -> int:
+    sys.stderr.write(f"gz: {text}\n")
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

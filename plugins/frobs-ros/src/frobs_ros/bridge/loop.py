@@ -1,0 +1,153 @@
+"""The thread that owns the simulation: everybody else hands it what is to be done, and waits."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Any, Protocol, TypeVar
+
+from frobs_core.errors import SimulationError
+
+_Result = TypeVar("_Result")
+_MOST_LAG = 0.1  # [s] that a simulation which is too slow is behind before it stops trying to catch up
+
+
+class Advancing(Protocol):
+    """What the loop keeps going."""
+
+    @property
+    def speed(self) -> float:
+        """Simulated seconds per second; 0: as fast as it goes."""
+
+    @property
+    def time(self) -> float:
+        """[s] simulated."""
+
+    def advance(self, most: float) -> None:
+        """Go on, at least one step and about ``most`` [s] at most."""
+
+    def fail(self, error: Exception) -> None:
+        """Take note that a step failed; the loop has paused."""
+
+
+class Loop:
+    """Runs what is handed to it, and between that the simulation, unless it is paused.
+
+    Args:
+        work: What is kept going.
+        paused: Whether it begins paused.
+    """
+
+    def __init__(self, work: Advancing, paused: bool) -> None:
+        self._work, self._paused = work, paused
+        self._waiting: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]] | None] = queue.SimpleQueue()
+        self._open = True
+        self._gate = threading.Lock()
+        self._began = (0.0, 0.0)
+        self._thread = threading.Thread(target=self._run, name="simulation", daemon=True)
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    @property
+    def paused(self) -> bool:
+        """Whether time stands still."""
+        return self._paused
+
+    def set_paused(self, paused: bool) -> None:
+        """Stop the time or let it run; in the loop's own thread."""
+        self._paused = paused
+        self.keep_pace()
+
+    def keep_pace(self) -> None:
+        """Measure the pace from now on: the speed or the time was changed."""
+        self._began = time.monotonic(), self._work.time
+
+    def call(self, function: Callable[[], _Result]) -> _Result:
+        """Let the loop's thread run something, and return its result; what it raises is raised here.
+
+        Raises:
+            SimulationError: The loop has ended.
+        """
+        done: Future[_Result] = Future()
+        with self._gate:
+            if not self._open:
+                raise SimulationError("the simulation has been shut down.")
+            self._waiting.put((function, done))
+        return done.result()
+
+    def post(self, function: Callable[[], None]) -> None:
+        """Let the loop's thread run something, without waiting for it."""
+        with self._gate:
+            if self._open:
+                self._waiting.put((function, Future()))
+
+    def close(self) -> None:
+        """End; who still waits is told. Twice is harmless."""
+        with self._gate:
+            if not self._open:
+                return
+            self._open = False
+            self._waiting.put(None)
+        if threading.current_thread() is not self._thread and self._thread.ident is not None:
+            self._thread.join()
+
+    def _run(self) -> None:
+        self.keep_pace()
+        while True:
+            patience = self._patience()
+            try:
+                item = self._waiting.get(block=patience != 0.0, timeout=patience)
+            except queue.Empty:
+                self._advance()
+                continue
+            if item is None:
+                self._refuse_the_rest()
+                return
+            self._do(*item)
+
+    def _patience(self) -> float | None:
+        """Return how long nothing but requests is due [s]; None: for ever."""
+        if self._paused:
+            return None
+        speed = self._work.speed
+        if speed <= 0.0:
+            return 0.0
+        wall, simulated = self._began
+        return max(0.0, wall + (self._work.time - simulated) / speed - time.monotonic())
+
+    def _advance(self) -> None:
+        if self._paused:
+            return
+        speed = self._work.speed
+        wall, simulated = self._began
+        lag = time.monotonic() - wall - (self._work.time - simulated) / speed if speed > 0.0 else 0.0
+        if lag > _MOST_LAG:
+            self.keep_pace()
+        try:
+            self._work.advance(max(0.0, lag) * speed if speed > 0.0 else 1.0)
+        except Exception as error:  # whatever an engine or a controller raises: the services must go on
+            self._paused = True
+            self._work.fail(error)
+
+    @staticmethod
+    def _do(function: Callable[[], Any], done: Future[Any]) -> None:
+        try:
+            done.set_result(function())
+        except BaseException as error:
+            done.set_exception(error)
+            if not isinstance(error, Exception):
+                raise
+
+    def _refuse_the_rest(self) -> None:
+        while True:
+            try:
+                item = self._waiting.get_nowait()
+            except queue.Empty:
+                return
+            if item is not None:
+                item[1].set_exception(SimulationError("the simulation has been shut down."))

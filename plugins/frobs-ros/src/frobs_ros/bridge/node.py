@@ -1,0 +1,149 @@
+"""The ROS node: a bridge behind the names of Gazebo, from its options to its end."""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from frobs_core import plugins
+from frobs_core.capabilities import Level, check_capabilities
+from frobs_core.specs import SimulatorRecord
+from frobs_ros.bridge.bridge import Bridge
+from frobs_ros.bridge.world import World
+
+LOG = logging.getLogger("frobs.bridge")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What a bridge is started with.
+
+    Attributes:
+        simulator: Name of the simulator.
+        robot: Name of an installed robot, or path of a model file, that stands in the world from the beginning.
+        model_name: What this robot is called in the world; empty: its own name.
+        namespace: Of this robot.
+        world: An SDF world file; None: a ground plane.
+        paused: Whether time stands still at first.
+        timestep: [s] of a physics step; None: what the world file says, or 1 ms.
+        clock_frequency: Of ``/clock``, per simulated second [Hz].
+        state_frequency: Of model_states and link_states, per simulated second [Hz].
+        max_update_rate: Physics steps per second [Hz], 0: no limit; None: what the world file says, or real time.
+        gui: Whether a window shows the world.
+        verbose: Whether to log everything.
+        listen: Address to listen at, and to be reached at, beside the loopback; None: the loopback alone.
+    """
+
+    simulator: str = "mujoco"
+    robot: str | None = None
+    model_name: str = ""
+    namespace: str = "/"
+    world: Path | None = None
+    paused: bool = False
+    timestep: float | None = None
+    clock_frequency: float = 100.0
+    state_frequency: float = 100.0
+    max_update_rate: float | None = None
+    gui: bool = False
+    verbose: bool = False
+    listen: str | None = None
+
+
+def serve(options: Options) -> None:
+    """Offer a simulation as Gazebo until the node is shut down.
+
+    Raises:
+        MasterError: No ROS master answers.
+        FrobsError: ROS, the simulator, the robot, the world or an option cannot be used.
+    """
+    _bind(options.listen)
+    from frobs_ros import master
+    from frobs_ros.environment import use_ros
+
+    use_ros()
+    import rospy
+
+    _log(options.verbose)
+    master.require()
+    bridge = open_bridge(options)
+    rospy.on_shutdown(bridge.close)  # before rospy closes the topics that it publishes on
+    try:
+        rospy.spin()
+    finally:
+        bridge.close()
+
+
+def open_bridge(options: Options) -> Bridge:
+    """Start the node in this process and return its bridge, which the caller closes; see :func:`serve`."""
+    import rosgraph
+    import rospy
+
+    from frobs_ros.bridge.furnish import furnish
+    from frobs_ros.bridge.publishers import Clock, States, Wishes
+    from frobs_ros.bridge.sdf import WorldFile, read_world
+    from frobs_ros.bridge.services.joints import offer_joint_services
+    from frobs_ros.bridge.services.links import offer_link_services
+    from frobs_ros.bridge.services.models import offer_model_services
+    from frobs_ros.bridge.services.offer import Offers
+    from frobs_ros.bridge.services.world import offer_light_services, offer_world_services
+    from frobs_ros.bridge.stand import fill, stand_up
+
+    record = plugins.get_record("simulator", options.simulator)
+    assert isinstance(record, SimulatorRecord)
+    check_capabilities(record.name, record.capabilities, {"the bridge": {"teleport": Level.APPROXIMATE}})
+    # The many threads of rospy are to take turns quickly: at the usual 5 ms every call would cost that much.
+    sys.setswitchinterval(0.0002)
+    # Before the node is one: what it stamps of its own is then in simulated time too.
+    if not rosgraph.Master("/gazebo").hasParam("/use_sim_time"):
+        rosgraph.Master("/gazebo").setParam("/use_sim_time", True)
+    rospy.init_node("gazebo")
+    file = WorldFile(floor=True) if options.world is None else read_world(options.world)
+    timestep = file.timestep if options.timestep is None else options.timestep
+    world = World(record, timestep=timestep, gravity=file.gravity, floor=file.floor)
+    bridge = Bridge(world, paused=options.paused, furnish=furnish)
+    rate = options.max_update_rate
+    bridge.max_update_rate = file.max_update_rate if rate is None else rate
+    try:
+        bridge.join(Clock(options.clock_frequency))
+        bridge.join(States(options.state_frequency))
+        bridge.join(Wishes(bridge))
+        if options.gui:
+            world.open_viewer()
+        fill(bridge, file)
+        if options.robot:
+            stand_up(bridge, options.robot, options.model_name, options.namespace)
+        bridge.loop.start()
+        offers = Offers(bridge, "/gazebo")
+        offer_model_services(offers)
+        offer_link_services(offers)
+        offer_joint_services(offers)
+        offer_light_services(offers, file.lights or ["sun"])
+        offer_world_services(offers)  # last, as clients wait for one of them
+        bridge.call(bridge.tell)
+    except BaseException:
+        bridge.close()
+        raise
+    LOG.info("%s offers the services of Gazebo", record.name)
+    return bridge
+
+
+def _log(verbose: bool) -> None:
+    """Let what the bridge has to say go to stderr."""
+    handler = logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("[%(levelname)s] %(message)s"))
+    LOG.addHandler(handler)
+    LOG.setLevel(logging.DEBUG if verbose else logging.INFO)
+    LOG.propagate = False
+
+
+def _bind(listen: str | None) -> None:
+    """Say to rospy where to listen, before it is imported."""
+    if listen is None:
+        os.environ["ROS_IP"] = "127.0.0.1"
+        os.environ.pop("ROS_HOSTNAME", None)
+    else:
+        os.environ["ROS_IP"] = listen
+        os.environ.pop("ROS_HOSTNAME", None)

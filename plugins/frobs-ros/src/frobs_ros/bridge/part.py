@@ -1,0 +1,73 @@
+"""What parts of the bridge have in common: when they publish, and what most of them leave out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from frobs_ros.bridge.world import NANO, World
+
+
+class Part:
+    """A part that publishes at a rate; see :class:`frobs_ros.bridge.bridge.Part`. A subclass overrides what it needs.
+
+    Args:
+        rate: Publications per simulated second [Hz]; 0: none.
+    """
+
+    def __init__(self, rate: float = 0.0) -> None:
+        self._period_ns = round(NANO / rate) if rate > 0.0 else None
+        self._next_ns = 0
+
+    def before(self, world: World, steps: int) -> None:
+        """Set what the drives follow in the next physics steps."""
+
+    def most_steps(self, world: World) -> int | None:
+        """Return how many steps it can look ahead; None: any number."""
+        return None
+
+    def due_ns(self) -> int | None:
+        """Return when :meth:`publish` is due [ns]; None: never."""
+        return None if self._period_ns is None else self._next_ns
+
+    def publish(self, world: World) -> None:
+        """Tell what is due, and set when it is due again."""
+        if self._period_ns is not None:
+            # On a grid, so that rates which are no multiple of each other meet where they can.
+            self._next_ns = (world.time_ns // self._period_ns + 1) * self._period_ns
+        self.tell(world)
+
+    def tell(self, world: World) -> None:
+        """Publish."""
+
+    def after(self, world: World) -> None:
+        """See what the steps have brought."""
+
+    def reset(self, world: World) -> None:
+        """Begin anew: models are back, and the time may be."""
+        self._next_ns = world.time_ns
+
+    def close(self) -> None:
+        """Leave the ROS graph."""
+
+
+class Stamps:
+    """Stamps of a topic: never the same twice while the time goes on; after a reset they begin anew."""
+
+    def __init__(self) -> None:
+        self._last_ns = -1
+
+    def next(self, world: World) -> Any:
+        """Return a stamp for now as a ``rospy.Time``."""
+        self._last_ns = max(world.time_ns, self._last_ns + 1)
+        return stamp(self._last_ns)
+
+    def reset(self) -> None:
+        """Begin anew."""
+        self._last_ns = -1
+
+
+def stamp(time_ns: int) -> Any:
+    """Return simulated time as a ``rospy.Time``."""
+    import rospy
+
+    return rospy.Time(*divmod(time_ns, NANO))

@@ -1,0 +1,1 @@
+"""Plugins of Gazebo that models ask for, where they are simple and common."""

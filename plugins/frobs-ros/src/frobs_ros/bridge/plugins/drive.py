@@ -1,0 +1,200 @@
+"""libgazebo_ros_diff_drive.so and its like: drives on two wheels without a controller manager."""
+
+from __future__ import annotations
+
+import math
+
+from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.interfaces import CommandMode
+from frobs_core.rotations import quat_conjugate
+from frobs_ros.bridge.extras import Plugin
+from frobs_ros.bridge.model import Model
+from frobs_ros.bridge.part import Part, Stamps
+from frobs_ros.bridge.wheels import Base, Driver, odometry
+from frobs_ros.bridge.world import NANO, World
+
+_RENEWED = 0.005  # [s] between two commands while the speed changes
+
+
+class DriveSettings:
+    """What a drive listens to and tells, and under which names.
+
+    Args:
+        command: Topic of the twists.
+        odom: Topic of the odometry.
+        frame: Of the odometry.
+        child: The base.
+        rate: Of the odometry [Hz].
+        truth: Whether the place is the true one, else what the wheels say.
+        tf: Whether the transform is told too.
+    """
+
+    def __init__(
+        self, command: str, odom: str, frame: str, child: str, rate: float, truth: bool = True, tf: bool = True
+    ) -> None:
+        self.command, self.odom, self.frame, self.child = command, odom, frame, child
+        self.rate, self.truth, self.tf = rate, truth, tf
+
+
+def read_diff_drive(plugin: Plugin, model: Model, space: str) -> tuple[Base, DriveSettings]:
+    """Read the parameters of libgazebo_ros_diff_drive.so.
+
+    Args:
+        plugin: The plugin.
+        model: The robot.
+        space: Namespace of its topics.
+
+    Raises:
+        UnknownNameError: The robot has no such joint.
+        ConfigurationError: A number is impossible.
+    """
+    acceleration = plugin.number("wheelAcceleration", default=0.0)
+    separation = plugin.number("wheelSeparation", default=0.34)
+    base = _base(
+        plugin,
+        model,
+        (plugin.text("leftJoint", default="left_joint"), plugin.text("rightJoint", default="right_joint")),
+        separation,
+        plugin.number("wheelDiameter", default=0.15) / 2.0,
+        acceleration=acceleration,
+    )
+    settings = DriveSettings(
+        command=topic(space, plugin.text("commandTopic", default="cmd_vel")),
+        odom=topic(space, plugin.text("odometryTopic", default="odom")),
+        frame=plugin.text("odometryFrame", default="odom"),
+        child=plugin.text("robotBaseFrame", default="base_footprint"),
+        rate=plugin.number("updateRate", default=100.0),
+        truth=plugin.text("odometrySource", default="world") not in ("encoder", "0"),
+        tf=plugin.says("publishOdomTF", plugin.says("publishTf", True)),
+    )
+    return base, settings
+
+
+def read_kobuki(plugin: Plugin, model: Model, space: str) -> tuple[Base, DriveSettings]:
+    """Read the parameters of libgazebo_ros_kobuki.so; see :func:`read_diff_drive`."""
+    base = _base(
+        plugin,
+        model,
+        (
+            plugin.text("left_wheel_joint_name", default="wheel_left_joint"),
+            plugin.text("right_wheel_joint_name", default="wheel_right_joint"),
+        ),
+        plugin.number("wheel_separation", default=0.23),
+        plugin.number("wheel_diameter", default=0.07) / 2.0,
+        timeout=plugin.number("velocity_command_timeout", default=0.6),
+    )
+    settings = DriveSettings(
+        command=topic(space, "mobile_base/commands/velocity"),
+        odom=topic(space, "odom"),
+        frame="odom",
+        child=plugin.text("base_frame", default="base_footprint"),
+        rate=50.0,
+        truth=False,
+        tf=plugin.says("publish_tf", True),
+    )
+    return base, settings
+
+
+def topic(space: str, name: str) -> str:
+    """Return a topic's full name: one that begins with a slash stays."""
+    return name if name.startswith("/") else f"{space}/{name}"
+
+
+def _base(
+    plugin: Plugin,
+    model: Model,
+    joints: tuple[str, str],
+    separation: float,
+    radius: float,
+    acceleration: float = 0.0,
+    timeout: float = math.inf,
+) -> Base:
+    for joint in joints:
+        if joint not in model.joints:
+            raise UnknownNameError(f"wheel of '{model.name}' for the plugin '{plugin.name}'", joint, model.joints)
+    if not (separation > 0.0 and radius > 0.0):
+        raise ConfigurationError(
+            f"the plugin '{plugin.name}': the wheels' separation {separation} m and radius {radius} m must be above 0."
+        )
+    return Base(
+        left=(model.joints[joints[0]],),
+        right=(model.joints[joints[1]],),
+        separation=separation,
+        radius=radius,
+        linear_acceleration=acceleration or math.inf,
+        angular_acceleration=2.0 * acceleration / separation or math.inf,  # both rims at their limit
+        timeout=timeout,
+    )
+
+
+class Drive(Part):
+    """Drives on two wheels.
+
+    Args:
+        world: That the robot is in.
+        model: The robot.
+        base: Its wheels.
+        settings: What it listens to and tells.
+    """
+
+    def __init__(self, world: World, model: Model, base: Base, settings: DriveSettings) -> None:
+        import rospy
+        from geometry_msgs.msg import Twist
+        from nav_msgs.msg import Odometry
+        from tf2_msgs.msg import TFMessage
+
+        super().__init__(settings.rate)
+        self._model, self._settings = model, settings
+        self._wheels = [*base.left, *base.right]
+        self._driver = Driver(model, base)
+        self._stamps = Stamps()
+        self._last_ns = 0
+        self._subscriber = rospy.Subscriber(settings.command, Twist, self._driver.take, queue_size=1, tcp_nodelay=True)
+        self._odom = rospy.Publisher(settings.odom, Odometry, queue_size=10, tcp_nodelay=True)
+        self._tf = rospy.Publisher("/tf", TFMessage, queue_size=10) if settings.tf else None
+        self._take_over(world)
+
+    def most_steps(self, world: World) -> int | None:
+        """A few while the speed changes."""
+        return max(1, round(_RENEWED / world.timestep)) if self._driver.is_changing else None
+
+    def before(self, world: World, steps: int) -> None:
+        """Set what the wheels follow."""
+        self._driver.command(world, steps)
+
+    def tell(self, world: World) -> None:
+        """Publish where the base is."""
+        span, self._last_ns = (world.time_ns - self._last_ns) / NANO, world.time_ns
+        if span <= 0.0:
+            return
+        self._driver.reckon(span)
+        place, motion = self._driver.place, self._driver.motion
+        if self._settings.truth:
+            place = self._model.place()
+            motion = self._model.motion().turned(quat_conjugate(place.quat_wxyz))
+        stamp = self._stamps.next(world)
+        odom, transform = odometry(self._settings.frame, self._settings.child, stamp, place, motion)
+        self._odom.publish(odom)
+        if self._tf is not None:
+            self._tf.publish([transform])
+
+    def reset(self, world: World) -> None:
+        """Begin anew."""
+        super().reset(world)
+        self._stamps.reset()
+        self._last_ns = world.time_ns
+        self._take_over(world)
+
+    def close(self) -> None:
+        """Leave the ROS graph."""
+        self._subscriber.unregister()
+        self._odom.unregister()
+        if self._tf is not None:
+            self._tf.unregister()
+
+    def _take_over(self, world: World) -> None:
+        robot = self._model.robot
+        assert robot is not None
+        for column in self._wheels:
+            self._model.drive.set_mode(column, CommandMode.VELOCITY, robot)
+        self._driver.start(world)

@@ -1,0 +1,111 @@
+"""Plugins that tell something: laser scanners, joint states, true poses."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from frobs_core.interfaces import Lidar
+from frobs_core.rotations import quat_conjugate
+from frobs_ros.bridge.model import Model
+from frobs_ros.bridge.part import Part, Stamps
+from frobs_ros.bridge.wheels import odometry
+from frobs_ros.bridge.world import World
+
+
+class Scan(Part):
+    """``sensor_msgs/LaserScan`` of a lidar; rays that meet nothing read inf, as in Gazebo.
+
+    Args:
+        model: The robot.
+        sensor: Name of its lidar.
+        topic: To publish on.
+        frame: Of the scan.
+        noise: Standard deviation that is added [m].
+    """
+
+    def __init__(self, model: Model, sensor: str, topic: str, frame: str, noise: float = 0.0) -> None:
+        import rospy
+        from sensor_msgs.msg import LaserScan
+
+        assert model.description.placement is not None
+        self._lidar: Lidar = model.description.placement.robot.lidars[sensor]
+        super().__init__(self._lidar.rate or 100.0)
+        self._model, self._sensor, self._noise = model, sensor, noise
+        self._stamps = Stamps()
+        self._random = np.random.default_rng(0)
+        self._message = LaserScan
+        self._publisher = rospy.Publisher(topic, LaserScan, queue_size=1, tcp_nodelay=True)
+        angles = self._lidar.angles
+        self._fixed = {
+            "angle_min": float(angles[0]),
+            "angle_max": float(angles[-1]),
+            "angle_increment": float(angles[1] - angles[0]) if len(angles) > 1 else 0.0,
+            "range_min": self._lidar.range_min,
+            "range_max": self._lidar.range_max,
+            "scan_time": 1.0 / (self._lidar.rate or 100.0),
+        }
+        self._frame = frame
+
+    def tell(self, world: World) -> None:
+        """Publish, where somebody listens."""
+        if self._publisher.get_num_connections() == 0:
+            return
+        robot = self._model.robot
+        assert robot is not None
+        ranges = robot.lidar(self._sensor)[0]
+        nothing = ranges >= self._lidar.range_max
+        if self._noise:
+            noisy = ranges + self._random.normal(0.0, self._noise, len(ranges))
+            ranges = np.clip(noisy, self._lidar.range_min, self._lidar.range_max)
+        message = self._message(ranges=np.where(nothing, math.inf, ranges).tolist(), **self._fixed)
+        message.header.frame_id, message.header.stamp = self._frame, self._stamps.next(world)
+        self._publisher.publish(message)
+
+    def reset(self, world: World) -> None:
+        """Begin anew; the time may have gone back."""
+        super().reset(world)
+        self._stamps.reset()
+
+    def close(self) -> None:
+        """Leave the ROS graph."""
+        self._publisher.unregister()
+
+
+class Truth(Part):
+    """The true pose and twist of a link as ``nav_msgs/Odometry``: libgazebo_ros_p3d.so.
+
+    Args:
+        model: The robot.
+        link: Of it.
+        topic: To publish on.
+        frame: In which the pose is called told.
+        rate: [Hz]
+    """
+
+    def __init__(self, model: Model, link: str, topic: str, frame: str, rate: float) -> None:
+        import rospy
+        from nav_msgs.msg import Odometry
+
+        super().__init__(rate)
+        self._model, self._link, self._frame = model, link, frame
+        self._stamps = Stamps()
+        self._publisher = rospy.Publisher(topic, Odometry, queue_size=1, tcp_nodelay=True)
+
+    def tell(self, world: World) -> None:
+        """Publish, where somebody listens."""
+        if self._publisher.get_num_connections() == 0:
+            return
+        place = self._model.link_place(self._link)
+        motion = self._model.link_motion(self._link).turned(quat_conjugate(place.quat_wxyz))
+        self._publisher.publish(odometry(self._frame, self._link, self._stamps.next(world), place, motion)[0])
+
+    def reset(self, world: World) -> None:
+        """Begin anew; the time may have gone back."""
+        super().reset(world)
+        self._stamps.reset()
+
+    def close(self) -> None:
+        """Leave the ROS graph."""
+        self._publisher.unregister()

@@ -1,0 +1,106 @@
+"""Rigid transforms as pairs of arrays, and their way into ROS messages and back."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ConfigurationError
+from frobs_core.models import Pose
+from frobs_core.rotations import quat_conjugate, quat_multiply, quat_rotate
+
+
+class Place(NamedTuple):
+    """Where something is.
+
+    Attributes:
+        pos: (3,) [m]
+        quat_wxyz: (4,)
+    """
+
+    pos: Floats
+    quat_wxyz: Floats
+
+    def after(self, outer: Place) -> Place:
+        """Return this place, which was told in ``outer``, in what ``outer`` is told in."""
+        return Place(outer.pos + quat_rotate(outer.quat_wxyz, self.pos), quat_multiply(outer.quat_wxyz, self.quat_wxyz))
+
+    def seen_from(self, frame: Place) -> Place:
+        """Return this place as it is told in ``frame``; both are told in the same."""
+        back = quat_conjugate(frame.quat_wxyz)
+        return Place(quat_rotate(back, self.pos - frame.pos), quat_multiply(back, self.quat_wxyz))
+
+    def to_pose(self) -> Pose:
+        """Return it as models tell it."""
+        x, y, z = self.pos.tolist()
+        w, i, j, k = self.quat_wxyz.tolist()
+        return Pose((x, y, z), (w, i, j, k))
+
+
+class Motion(NamedTuple):
+    """How something moves.
+
+    Attributes:
+        linear: (3,) [m/s]
+        angular: (3,) [rad/s]
+    """
+
+    linear: Floats
+    angular: Floats
+
+    def turned(self, quat_wxyz: Floats) -> Motion:
+        """Return it in axes that are turned by a quaternion."""
+        return Motion(quat_rotate(quat_wxyz, self.linear), quat_rotate(quat_wxyz, self.angular))
+
+
+WORLD = Place(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+REST = Motion(np.zeros(3), np.zeros(3))
+
+
+def place_of(pose: Pose) -> Place:
+    """Return a model's pose as arrays."""
+    return Place(np.array(pose.pos, np.float64), np.array(pose.quat_wxyz, np.float64))
+
+
+def read_pose(message: Any) -> Place:
+    """Read a geometry_msgs/Pose; a quaternion of zeros, which FRobs_RL sends by default, is no rotation.
+
+    Raises:
+        ConfigurationError: A number is not finite.
+    """
+    p, q = message.position, message.orientation
+    numbers = np.array([p.x, p.y, p.z, q.w, q.x, q.y, q.z], np.float64)
+    if not np.isfinite(numbers).all():
+        raise ConfigurationError("the pose holds a number that is not finite.")
+    length = math.sqrt(float(np.square(numbers[3:]).sum()))
+    return Place(numbers[:3], numbers[3:] / length if length > 1e-9 else WORLD.quat_wxyz)
+
+
+def write_pose(place: Place, message: Any) -> Any:
+    """Write into a geometry_msgs/Pose, and return it."""
+    p, q = message.position, message.orientation
+    p.x, p.y, p.z = place.pos.tolist()
+    q.w, q.x, q.y, q.z = place.quat_wxyz.tolist()
+    return message
+
+
+def read_vector(message: Any) -> Floats:
+    """Read a geometry_msgs/Vector3 or Point.
+
+    Raises:
+        ConfigurationError: A number is not finite.
+    """
+    numbers = np.array([message.x, message.y, message.z], np.float64)
+    if not np.isfinite(numbers).all():
+        raise ConfigurationError("a vector holds a number that is not finite.")
+    return numbers
+
+
+def write_twist(motion: Motion, message: Any) -> Any:
+    """Write into a geometry_msgs/Twist, and return it."""
+    message.linear.x, message.linear.y, message.linear.z = motion.linear.tolist()
+    message.angular.x, message.angular.y, message.angular.z = motion.angular.tolist()
+    return message

@@ -1,0 +1,112 @@
+"""Topics of the world as a whole: the clock, where models and links are, and where they are to be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import Any
+
+from frobs_core.errors import FrobsError
+from frobs_ros.bridge.bridge import LOG, Bridge
+from frobs_ros.bridge.part import Part, stamp
+from frobs_ros.bridge.poses import Motion, Place, write_pose, write_twist
+from frobs_ros.bridge.services.links import set_link_state
+from frobs_ros.bridge.services.models import set_model_state
+from frobs_ros.bridge.world import World
+
+
+class Clock(Part):
+    """``/clock``.
+
+    Args:
+        rate: Per simulated second [Hz].
+    """
+
+    def __init__(self, rate: float) -> None:
+        import rospy
+        from rosgraph_msgs.msg import Clock as Message
+
+        super().__init__(rate)
+        self._message = Message
+        self._publisher = rospy.Publisher("/clock", Message, queue_size=10, latch=True, tcp_nodelay=True)
+
+    def tell(self, world: World) -> None:
+        """Publish."""
+        self._publisher.publish(self._message(stamp(world.time_ns)))
+
+    def close(self) -> None:
+        """Leave the ROS graph."""
+        self._publisher.unregister()
+
+
+class States(Part):
+    """``/gazebo/model_states`` and ``/gazebo/link_states``, made only where somebody listens.
+
+    Args:
+        rate: Per simulated second [Hz].
+    """
+
+    def __init__(self, rate: float) -> None:
+        import rospy
+        from gazebo_msgs.msg import LinkStates, ModelStates
+
+        super().__init__(rate)
+        self._models = rospy.Publisher("/gazebo/model_states", ModelStates, queue_size=1, tcp_nodelay=True)
+        self._links = rospy.Publisher("/gazebo/link_states", LinkStates, queue_size=1, tcp_nodelay=True)
+
+    def tell(self, world: World) -> None:
+        """Publish."""
+        if self._models.get_num_connections():
+            models = world.models.values()
+            self._send(self._models, [(model.name, model.place(), model.motion()) for model in models])
+        if self._links.get_num_connections():
+            links = [(model, link) for model in world.models.values() for link in model.links]
+            told = [(f"{model.name}::{link}", model.link_place(link), model.link_motion(link)) for model, link in links]
+            self._send(self._links, told)
+
+    @staticmethod
+    def _send(publisher: Any, told: Iterable[tuple[str, Place, Motion]]) -> None:
+        from geometry_msgs.msg import Pose, Twist
+
+        message = publisher.data_class()
+        for name, place, motion in told:
+            message.name.append(name)
+            message.pose.append(write_pose(place, Pose()))
+            message.twist.append(write_twist(motion, Twist()))
+        publisher.publish(message)
+
+    def close(self) -> None:
+        """Leave the ROS graph."""
+        self._models.unregister()
+        self._links.unregister()
+
+
+class Wishes(Part):
+    """Listens to ``/gazebo/set_model_state`` and ``/gazebo/set_link_state``, which are the services without an answer.
+
+    Args:
+        bridge: That obeys.
+    """
+
+    def __init__(self, bridge: Bridge) -> None:
+        import rospy
+        from gazebo_msgs.msg import LinkState, ModelState
+
+        super().__init__()
+        self._bridge = bridge
+        topics = ((ModelState, "set_model_state", set_model_state), (LinkState, "set_link_state", set_link_state))
+        self._subscribers = [
+            rospy.Subscriber(f"/gazebo/{name}", kind, partial(self._obey, act), queue_size=10, tcp_nodelay=True)
+            for kind, name, act in topics
+        ]
+
+    def _obey(self, act: Callable[[Bridge, Any], Any], message: Any) -> None:
+        try:
+            self._bridge.call(lambda: act(self._bridge, message))
+        except FrobsError as error:
+            LOG.warning("%s", error)
+
+    def close(self) -> None:
+        """Leave the ROS graph."""
+        for subscriber in self._subscribers:
+            subscriber.unregister()

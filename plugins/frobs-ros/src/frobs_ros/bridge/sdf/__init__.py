@@ -1,0 +1,6 @@
+"""The part of SDF that the bridge understands: models and worlds; what is outside of it is refused by name."""
+
+from frobs_ros.bridge.sdf.model import describe_model, describe_sdf
+from frobs_ros.bridge.sdf.world import WorldFile, read_world
+
+__all__ = ["WorldFile", "describe_model", "describe_sdf", "read_world"]

@@ -1,0 +1,177 @@
+"""From an SDF model to the description of a model of the world: what stands becomes bodies, what moves a robot."""
+
+from __future__ import annotations
+
+import copy
+import tempfile
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from xml.etree.ElementTree import Element as PlainElement
+
+from frobs_core.errors import ModelFileError
+from frobs_core.interfaces import Body, CommandMode, Placement, Robot
+from frobs_core.models import Pose
+from frobs_core.models.urdf import read_urdf
+from frobs_core.models.xmltree import Element, parse_xml
+from frobs_ros.bridge.extras import read_lidars
+from frobs_ros.bridge.model import Description, with_gains
+from frobs_ros.bridge.poses import Place
+from frobs_ros.bridge.sdf.reading import check, model_paths, open_sdf, packages_of, place_of, says
+from frobs_ros.bridge.sdf.shapes import Shape, read_collision, read_visual
+from frobs_ros.bridge.sdf.urdf import write_urdf
+
+_SENSORS = ("ray", "gpu_ray")
+
+
+@dataclass(frozen=True)
+class SdfLink:
+    """A link of an SDF model.
+
+    Attributes:
+        element: Its element.
+        place: In its model.
+        collisions: Its shapes that touch.
+        visuals: Its shapes that are seen.
+    """
+
+    element: Element
+    place: Place
+    collisions: tuple[Shape, ...]
+    visuals: tuple[Shape, ...]
+
+
+def describe_sdf(text: str) -> Description:
+    """Read the one model of an SDF document.
+
+    Raises:
+        ModelFileError: It holds no model, several, or what is not understood.
+    """
+    return _describe(text, model_paths())
+
+
+@lru_cache(maxsize=32)  # the same model comes and goes; what it reads on the disk is found by these paths
+def _describe(text: str, paths: tuple[str, ...]) -> Description:
+    del paths
+    with tempfile.TemporaryDirectory() as folder:
+        root = open_sdf(text, Path(folder, "spawned.sdf"))
+        models = list(root.children("model"))
+        if len(models) != 1 or root.child("world") is not None:
+            root.refuse(f"holds {len(models)} models; what is spawned is one model, and no world.")
+        return describe_model(models[0])[0]
+
+
+def describe_model(model: Element, static: bool | None = None) -> tuple[Description, Place]:
+    """Read a ``<model>``.
+
+    Args:
+        model: Its element.
+        static: Whether it is; None: what it says itself.
+
+    Returns:
+        What it is, and its own ``<pose>``.
+
+    Raises:
+        ModelFileError: It holds what is not understood.
+    """
+    passed_over = ("allow_auto_disable", "enable_wind", "meta")
+    check(model, ("pose", "static", "self_collide", "link", "joint", "plugin"), passed_over)
+    links = {element.required("name"): _link(element) for element in model.children("link")}
+    if not links:
+        model.refuse("has no <link>.")
+    place = place_of(model)
+    if says(model, "static") if static is None else static:
+        return _standing(links, model), place
+    return _moving(links, model), place
+
+
+def _link(element: Element) -> SdfLink:
+    passed_over = (
+        "gravity",
+        "velocity_decay",
+        "self_collide",
+        "kinematic",
+        "enable_wind",
+        "must_be_base_link",
+        "audio",
+    )
+    check(element, ("pose", "inertial", "collision", "visual", "sensor"), passed_over)
+    for tag, usual in (("gravity", True), ("kinematic", False)):
+        if says(element, tag, usual) is not usual:
+            element.refuse(f"<{tag}>{str(not usual).lower()}</{tag}> is not understood; take it out.")
+    for sensor in element.children("sensor"):
+        if sensor.get("type") not in _SENSORS:
+            sensor.refuse(
+                f"a sensor of type '{sensor.get('type')}' is not understood; there are {', '.join(_SENSORS)}."
+            )
+    return SdfLink(
+        element,
+        place_of(element),
+        tuple(read_collision(each) for each in element.children("collision")),
+        tuple(read_visual(each) for each in element.children("visual")),
+    )
+
+
+def _standing(links: dict[str, SdfLink], model: Element) -> Description:
+    bodies = {}
+    for name, link in links.items():
+        colours = [visual.rgba for visual in link.visuals]
+        shapes = link.collisions or link.visuals
+        for number, shape in enumerate(shapes):
+            bodies[f"{name}/{shape.name}"] = Body(
+                geometry=shape.geometry,
+                pose=shape.place.after(link.place).to_pose(),
+                kinematic=True,
+                collides=bool(link.collisions),
+                friction=1.0 if shape.friction is None else shape.friction,
+                rgba=colours[min(number, len(colours) - 1)] if colours else shape.rgba,
+            )
+    return Description(
+        bodies=bodies,
+        links={name: link.place.to_pose() for name, link in links.items()},
+        elements=_elements(links, model),
+    )
+
+
+def _moving(links: dict[str, SdfLink], model: Element) -> Description:
+    for name, link in links.items():
+        if any(shape.is_ground for shape in link.collisions):
+            link.element.refuse(f"the link '{name}' moves and is a plane; only what is static can be one.")
+    urdf, offsets, fixed = write_urdf(links, model)
+    file = model.file
+    try:
+        read = read_urdf(parse_xml(urdf, file, expanded=True), file, packages_of(file))
+    except ModelFileError as error:
+        model.refuse(f"cannot be a robot: {error.reason}")
+    elements = _elements(links, model)
+    friction = {name: max(given) for name, link in links.items() if (given := _frictions(link))}
+    robot = Robot(
+        model=str(file),
+        name=read.name,
+        base="fixed" if fixed else "floating",
+        friction=friction,
+        self_collision=says(model, "self_collide"),
+    )
+    robot = with_gains(replace(robot, sensors=read_lidars(elements)), read)
+    own = {name: offset for name, place in offsets.items() if (offset := place.to_pose()) != Pose()}
+    placement = Placement(robot=robot, model=read, command_mode=CommandMode.EFFORT)
+    return Description(placement=placement, offsets=own, elements=elements)
+
+
+def _frictions(link: SdfLink) -> list[float]:
+    return [shape.friction for shape in link.collisions if shape.friction is not None]
+
+
+def _elements(links: dict[str, SdfLink], model: Element) -> tuple[PlainElement, ...]:
+    """Return plugins and sensors as a URDF holds them: in ``<gazebo>`` elements."""
+    found = []
+    for reference, holder, tags in [
+        ("", model, ("plugin",)),
+        *((name, link.element, ("sensor",)) for name, link in links.items()),
+    ]:
+        given = list(holder.children(*tags))
+        if given:
+            element = PlainElement("gazebo", {"reference": reference} if reference else {})
+            element.extend(copy.deepcopy(each) for each in given)
+            found.append(element)
+    return tuple(found)

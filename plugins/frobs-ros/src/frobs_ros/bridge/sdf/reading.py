@@ -1,0 +1,144 @@
+"""Reading SDF elements: values stand in text, and an element that nobody reads is refused by name."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from frobs_core.errors import ModelFileError, nearest
+from frobs_core.models.resources import Packages
+from frobs_core.models.xmltree import Element, parse_xml, read_bytes
+from frobs_core.rotations import quat_from_rpy
+from frobs_ros.bridge.poses import WORLD, Place
+
+_MODELS = Path("~/.gazebo/models")
+
+
+def check(element: Element, read: Iterable[str], passed_over: Iterable[str] = ()) -> None:
+    """Refuse an element that holds what nobody reads.
+
+    Args:
+        element: The element.
+        read: Tags of its children that are read.
+        passed_over: Tags that change nothing which is simulated here.
+
+    Raises:
+        ModelFileError: There is another; it and its line are named.
+    """
+    known = {*read, *passed_over}
+    for child in element.children():
+        if child.tag not in known and ":" not in child.tag and not child.tag.startswith("{"):
+            close = nearest(child.tag, sorted(known))
+            hint = f" Did you mean <{close}>?" if close else ""
+            child.refuse(f"in {element.named()} the bridge does not understand <{child.tag}>.{hint} Take it out.")
+
+
+def text_of(element: Element, path: str, default: str = "") -> str:
+    """Return the text at a path below an element, stripped."""
+    return (element.findtext(path) or default).strip()
+
+
+def numbers_of(element: Element, path: str, default: str) -> list[float]:
+    """Return the finite numbers at a path below an element, as many as the default holds.
+
+    Raises:
+        ModelFileError: They are none, or too few, or too many.
+    """
+    text = text_of(element, path, default) or default
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError:
+        element.refuse(f"<{path}> is '{text}', which are no numbers.")
+    if len(values) != len(default.split()) or not all(map(math.isfinite, values)):
+        element.refuse(f"<{path}> is '{text}'; it takes {len(default.split())} finite numbers.")
+    return values
+
+
+def number_of(element: Element, path: str, default: float) -> float:
+    """Return one number at a path below an element; ``inf`` is allowed.
+
+    Raises:
+        ModelFileError: It is none.
+    """
+    text = text_of(element, path)
+    try:
+        value = float(text) if text else default
+    except ValueError:
+        element.refuse(f"<{path}> is '{text}', which is no number.")
+    return value if not math.isnan(value) else element.refuse(f"<{path}> is nan.")
+
+
+def says(element: Element, path: str, default: bool = False) -> bool:
+    """Return whether the text at a path is true."""
+    text = text_of(element, path).lower()
+    return text in ("1", "true") if text else default
+
+
+def place_of(element: Element) -> Place:
+    """Return the ``<pose>`` of an element, told in what holds the element.
+
+    Raises:
+        ModelFileError: It is told in another frame, or is no six numbers.
+    """
+    pose = element.child("pose")
+    if pose is None:
+        return WORLD
+    for attribute in ("frame", "relative_to"):
+        if pose.get(attribute, "").strip():
+            pose.refuse(
+                f"the attribute {attribute}='{pose.get(attribute)}' is not understood; tell the pose in its parent."
+            )
+    x, y, z, roll, pitch, yaw = numbers_of(element, "pose", "0 0 0 0 0 0")
+    return Place(np.array([x, y, z]), quat_from_rpy((roll, pitch, yaw)))
+
+
+def find_model(uri: str, element: Element) -> Path:
+    """Return the SDF file that ``model://name`` means, by ``GAZEBO_MODEL_PATH`` and ``~/.gazebo/models``.
+
+    Raises:
+        ModelFileError: There is none, or the URI is another.
+    """
+    if not uri.startswith("model://"):
+        element.refuse(f"'{uri}': only model://NAME can be included; nothing is fetched.")
+    name = uri.removeprefix("model://").strip("/")
+    own = _MODELS.expanduser() / name
+    folder = own if own.is_dir() else None
+    try:
+        folder = packages_of(element.file).find(name)
+    except ModelFileError as error:
+        if folder is None:
+            element.refuse(
+                f"the model '{name}' is not found; say in GAZEBO_MODEL_PATH which folder holds the folder '{name}'. "
+                f"{error.reason}"
+            )
+    config = folder / "model.config"
+    files = [item.text or "" for item in parse_xml(read_bytes(config), config).iter("sdf")] if config.is_file() else []
+    file = folder / (files[-1].strip() if files else "model.sdf")
+    return file if file.is_file() else element.refuse(f"the model '{name}' has no file {file}.")
+
+
+def packages_of(file: Path) -> Packages:
+    """Return where models and packages are found that a file names, and meshes by ``model://``."""
+    return Packages(None, file)
+
+
+def open_sdf(text: bytes | str, file: Path) -> Element:
+    """Parse an SDF document and return ``<sdf>``.
+
+    Raises:
+        ModelFileError: It is broken, or none.
+    """
+    root = parse_xml(text, file)
+    if root.tag != "sdf":
+        root.refuse("the first element must be <sdf>.")
+    check(root, ("model", "world", "light"))
+    return root
+
+
+def model_paths() -> tuple[str, ...]:
+    """Return the variables by which models are found, which what was read depends on."""
+    return tuple(os.environ.get(name, "") for name in ("GAZEBO_MODEL_PATH", "ROS_PACKAGE_PATH", "HOME"))

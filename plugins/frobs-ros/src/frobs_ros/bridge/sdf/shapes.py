@@ -1,0 +1,113 @@
+"""Shapes of SDF."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frobs_core.errors import ModelFileError
+from frobs_core.models import Box, Cylinder, Geometry, Mesh, Sphere
+from frobs_core.models.xmltree import Element
+from frobs_ros.bridge.poses import Place
+from frobs_ros.bridge.sdf.reading import check, number_of, numbers_of, packages_of, place_of, text_of
+
+_SHAPES = ("box", "cylinder", "sphere", "mesh", "plane")
+_THICKNESS = 0.1  # [m] of the box that a plane becomes, below its surface
+_GREY = (0.7, 0.7, 0.72, 1.0)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A collision or a visual of a link.
+
+    Attributes:
+        name: In its link.
+        geometry: Its form.
+        place: In its link.
+        rgba: Its colour.
+        friction: Sliding friction coefficient; None: not told.
+        is_ground: Whether it is a plane that lies in its link.
+    """
+
+    name: str
+    geometry: Geometry
+    place: Place
+    rgba: tuple[float, float, float, float] = _GREY
+    friction: float | None = None
+    is_ground: bool = False
+
+
+def read_collision(element: Element) -> Shape:
+    """Read a ``<collision>``; of its surface the friction alone, as the rest are numbers of ODE.
+
+    Raises:
+        ModelFileError: It holds what is not understood.
+    """
+    check(element, ("pose", "geometry", "surface"), ("max_contacts", "laser_retro"))
+    surface = element.child("surface")
+    if surface is not None:
+        check(surface, ("friction",), ("contact", "bounce", "soft_contact"))
+    mu = text_of(element, "surface/friction/ode/mu")
+    friction = min(number_of(element, "surface/friction/ode/mu", 1.0), 10.0) if mu else None
+    return _shape(element, friction=friction)
+
+
+def read_visual(element: Element) -> Shape:
+    """Read a ``<visual>``; of its material the colours alone.
+
+    Raises:
+        ModelFileError: It holds what is not understood.
+    """
+    passed_over = ("cast_shadows", "transparency", "meta", "laser_retro", "plugin", "visibility_flags")
+    check(element, ("pose", "geometry", "material"), passed_over)
+    rgba = next((colour for tag in ("diffuse", "ambient") if (colour := text_of(element, f"material/{tag}"))), "")
+    if len(rgba.split()) == 3:
+        rgba += " 1"
+    colour = numbers_of(element, "material/diffuse", "0 0 0 1") if rgba else list(_GREY)
+    if rgba and not text_of(element, "material/diffuse"):
+        colour = numbers_of(element, "material/ambient", "0 0 0 1")
+    r, g, b, a = (min(1.0, max(0.0, value)) for value in colour)
+    return _shape(element, rgba=(r, g, b, a))
+
+
+def _shape(element: Element, friction: float | None = None, rgba: tuple[float, float, float, float] = _GREY) -> Shape:
+    holder = element.child("geometry")
+    shapes = [] if holder is None else list(holder.children())
+    if len(shapes) != 1:
+        element.refuse("needs one <geometry> with one shape in it.")
+    form = shapes[0]
+    if form.tag not in _SHAPES:
+        form.refuse(f"the shape <{form.tag}> is not understood; there are {', '.join(_SHAPES)}.")
+    place = place_of(element)
+    name = element.required("name")
+    if form.tag == "plane":
+        normal = np.array(numbers_of(form, "normal", "0 0 1"))
+        if not np.allclose(normal, (0.0, 0.0, 1.0)):
+            form.refuse(f"a plane's normal is {normal.tolist()}; only 0 0 1 is understood: turn it by its pose.")
+        x, y = numbers_of(form, "size", "100 100")
+        below = Place(np.array([0.0, 0.0, -_THICKNESS / 2.0]), np.array([1.0, 0.0, 0.0, 0.0]))
+        return Shape(name, Box((x, y, _THICKNESS)), below.after(place), rgba, friction, is_ground=True)
+    return Shape(name, _geometry(form), place, rgba, friction)
+
+
+def _geometry(form: Element) -> Geometry:
+    if form.tag == "box":
+        x, y, z = numbers_of(form, "size", "1 1 1")
+        return Box((_positive(form, x), _positive(form, y), _positive(form, z)))
+    if form.tag == "sphere":
+        return Sphere(_positive(form, number_of(form, "radius", 0.0)))
+    if form.tag == "cylinder":
+        return Cylinder(
+            _positive(form, number_of(form, "radius", 0.0)), _positive(form, number_of(form, "length", 0.0))
+        )
+    check(form, ("uri", "scale"))
+    x, y, z = numbers_of(form, "scale", "1 1 1")
+    try:
+        return Mesh(packages_of(form.file).resolve(text_of(form, "uri"), form.file.parent), (x, y, z))
+    except ModelFileError as error:
+        return form.refuse(f"the mesh '{text_of(form, 'uri')}' cannot be used: {error.reason}")
+
+
+def _positive(form: Element, number: float) -> float:
+    return number if number > 0.0 else form.refuse(f"sizes must be > 0, not {number:g}.")

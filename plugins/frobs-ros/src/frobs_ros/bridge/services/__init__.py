@@ -1,0 +1,1 @@
+"""The services of gazebo_ros, each answering as Gazebo does."""

@@ -1,0 +1,68 @@
+"""How services are offered: handled in rospy's threads, done in the loop's, and a refusal is an answer."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import Any
+
+from frobs_core.errors import FrobsError, SimulationError
+from frobs_ros.bridge.bridge import Bridge
+
+LOG = logging.getLogger("frobs.bridge")
+
+
+class Offers:
+    """A group of services; :meth:`close` withdraws them.
+
+    Args:
+        bridge: That answers.
+        prefix: Of the names: ``"/gazebo"``.
+    """
+
+    def __init__(self, bridge: Bridge, prefix: str) -> None:
+        self.bridge, self._prefix = bridge, prefix.rstrip("/")
+        self._services: list[Any] = []
+
+    def offer(self, name: str, kind: Any, handler: Callable[[Any], Any]) -> None:
+        """Offer a service.
+
+        Args:
+            name: Behind the prefix.
+            kind: Its class.
+            handler: Called in the loop's thread with the request; returns a response, None for an empty one, or the
+                fields of one as a dictionary. A FrobsError that it raises becomes ``success=False`` with its text
+                where the response has that field, else a failed call.
+        """
+        import rospy
+
+        answers = "status_message" in kind._response_class.__slots__
+
+        def handle(request: Any) -> Any:
+            try:
+                result = self.bridge.call(lambda: handler(request))
+            except FrobsError as error:
+                LOG.warning("%s: %s", name, error)
+                if not answers or isinstance(error, SimulationError):
+                    raise rospy.ServiceException(str(error)) from error
+                return kind._response_class(success=False, status_message=f"{kind.__name__}: {error}")
+            return kind._response_class(**result) if isinstance(result, dict) else result or kind._response_class()
+
+        self._services.append(rospy.Service(f"{self._prefix}/{name}", kind, handle))
+
+    def close(self) -> None:
+        """Withdraw all."""
+        for service in self._services:
+            service.shutdown("withdrawn")
+        self._services.clear()
+
+
+def done(text: str, **fields: Any) -> dict[str, Any]:
+    """Return the fields of a response that says yes."""
+    return {"success": True, "status_message": text, **fields}
+
+
+def failed(text: str) -> dict[str, Any]:
+    """Return the fields of a response that says no."""
+    LOG.warning(text)
+    return {"success": False, "status_message": text}

@@ -1,0 +1,119 @@
+"""Services about the world as a whole: its time, its physics, its lights."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from frobs_core.errors import ConfigurationError
+from frobs_ros.bridge.bridge import Bridge
+from frobs_ros.bridge.poses import read_vector
+from frobs_ros.bridge.services.offer import Offers, done, failed
+
+_MOST_STEPS = 10_000_000
+
+
+@dataclass
+class Light:
+    """A light of the world: it is told, and lights nothing."""
+
+    diffuse: tuple[float, float, float, float] = (0.8, 0.8, 0.8, 1.0)
+    attenuation: tuple[float, float, float] = field(default=(0.9, 0.01, 0.001))
+
+
+def offer_world_services(offers: Offers) -> None:
+    """Offer them."""
+    from gazebo_msgs.srv import GetPhysicsProperties, GetWorldProperties, SetPhysicsProperties
+    from std_srvs.srv import Empty
+
+    from frobs_msgs.srv import StepWorld
+
+    bridge = offers.bridge
+    offers.offer("pause_physics", Empty, lambda _: bridge.set_paused(True))
+    offers.offer("unpause_physics", Empty, lambda _: bridge.set_paused(False))
+    offers.offer("reset_simulation", Empty, lambda _: bridge.reset(time=True))
+    offers.offer("reset_world", Empty, lambda _: bridge.reset(time=False))
+    offers.offer("step", StepWorld, lambda request: _step(bridge, request))
+    offers.offer("get_physics_properties", GetPhysicsProperties, lambda _: _get_physics(bridge))
+    offers.offer("set_physics_properties", SetPhysicsProperties, lambda request: _set_physics(bridge, request))
+    offers.offer("get_world_properties", GetWorldProperties, lambda _: _get_world(bridge))
+
+
+def offer_light_services(offers: Offers, names: Sequence[str]) -> None:
+    """Offer those about lights, of which the world begins with these."""
+    from gazebo_msgs.srv import DeleteLight, GetLightProperties, SetLightProperties
+
+    lights = {name: Light() for name in names}
+
+    def get(request: Any) -> dict[str, Any]:
+        light = lights.get(request.light_name)
+        if light is None:
+            return failed("Requested light not found")
+        from std_msgs.msg import ColorRGBA
+
+        names = ("attenuation_constant", "attenuation_linear", "attenuation_quadratic")
+        return done(
+            "GetLightProperties: got properties",
+            diffuse=ColorRGBA(*light.diffuse),
+            **dict(zip(names, light.attenuation, strict=True)),
+        )
+
+    def write(request: Any) -> dict[str, Any]:
+        if request.light_name not in lights:
+            return failed("Requested light not found")
+        colour = request.diffuse
+        lights[request.light_name] = Light(
+            (colour.r, colour.g, colour.b, colour.a),
+            (request.attenuation_constant, request.attenuation_linear, request.attenuation_quadratic),
+        )
+        return done("SetLightProperties: kept; no light of this world lights anything")
+
+    def delete(request: Any) -> dict[str, Any]:
+        if lights.pop(request.light_name, None) is None:
+            return failed(f"DeleteLight: Requested light {request.light_name} not found")
+        return done(f"DeleteLight: {request.light_name} successfully deleted")
+
+    offers.offer("get_light_properties", GetLightProperties, get)
+    offers.offer("set_light_properties", SetLightProperties, write)
+    offers.offer("delete_light", DeleteLight, delete)
+
+
+def _step(bridge: Bridge, request: Any) -> dict[str, Any]:
+    if request.steps > _MOST_STEPS:
+        raise ConfigurationError(f"{request.steps} steps; at most {_MOST_STEPS} are made at once.")
+    bridge.step(request.steps)
+    return done(f"StepWorld: made {request.steps} steps", time=bridge.time)
+
+
+def _get_physics(bridge: Bridge) -> dict[str, Any]:
+    from gazebo_msgs.msg import ODEPhysics
+    from geometry_msgs.msg import Vector3
+
+    ode = ODEPhysics()
+    bridge.ode.write(ode)
+    return done(
+        "GetPhysicsProperties: got properties",
+        time_step=bridge.world.timestep,
+        pause=bridge.loop.paused,
+        max_update_rate=bridge.max_update_rate,
+        gravity=Vector3(*bridge.world.gravity),
+        ode_config=ode,
+    )
+
+
+def _set_physics(bridge: Bridge, request: Any) -> dict[str, Any]:
+    x, y, z = read_vector(request.gravity).tolist()
+    if not request.max_update_rate >= 0.0:
+        raise ConfigurationError(f"max_update_rate is {request.max_update_rate}; it must be 0 (no limit) or more.")
+    bridge.world.set_timestep(request.time_step)
+    bridge.world.set_gravity((x, y, z))
+    bridge.max_update_rate = request.max_update_rate
+    bridge.ode.read(request.ode_config)
+    bridge.loop.keep_pace()
+    return done("physics engine updated")
+
+
+def _get_world(bridge: Bridge) -> dict[str, Any]:
+    names = (["ground_plane"] if bridge.world.has_floor else []) + list(bridge.world.models)
+    return done("GetWorldProperties: got properties", sim_time=bridge.time, model_names=names, rendering_enabled=False)

@@ -1,0 +1,130 @@
+"""A robot of FRobs in the world from the beginning: its parameters, controllers and topics, as a launch file makes them."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from typing import Any
+
+from frobs_core.compose import describe
+from frobs_ros.bridge.bridge import Bridge
+from frobs_ros.bridge.controllers.manager import ControllerManager
+from frobs_ros.bridge.furnish import add_manager
+from frobs_ros.bridge.model import Model
+from frobs_ros.bridge.part import Part
+from frobs_ros.bridge.plugins.drive import Drive, DriveSettings
+from frobs_ros.bridge.plugins.sensors import Scan
+from frobs_ros.bridge.poses import WORLD
+from frobs_ros.bridge.sdf import WorldFile
+from frobs_ros.bridge.urdf import describe_robot
+from frobs_ros.bridge.wheels import Base
+
+LOG = logging.getLogger("frobs.bridge")
+
+STATES, TRAJECTORY, GROUP = "joint_state_controller", "arm_controller", "joint_group_position_controller"
+"""Names of the controllers that such a robot has where its file has none of its own."""
+
+
+def stand_up(bridge: Bridge, robot: str, name: str, namespace: str) -> Model:
+    """Put a robot into the world, with everything that clients expect of it; before the loop runs, or in its thread.
+
+    The parameter ``robot_description`` holds its URDF. Where its file asks for no controller manager, it has one:
+    joint states are published, ``arm_controller`` follows trajectories, ``joint_group_position_controller`` is loaded.
+    A robot that drives on wheels listens to ``cmd_vel`` and tells ``odom``; a lidar tells ``scan``, or by its own name
+    where there are several.
+
+    Args:
+        bridge: That the world is in.
+        robot: Name of an installed robot, or path of a model file.
+        name: What the world calls it; empty: its own name.
+        namespace: Of its topics.
+
+    Raises:
+        FrobsError: There is no such robot, or the simulator refuses it.
+    """
+    import rospy
+
+    description = describe(robot)
+    space = namespace.strip("/")
+    model = Model(name or description.name, space, describe_robot(description), WORLD)
+    prefix = f"/{space}" if space else ""
+    assert model.description.placement is not None
+    text = model.description.placement.model
+    if text.format == "urdf":
+        rospy.set_param(f"{prefix}/robot_description", text.xml)
+    else:
+        LOG.warning("'%s' is described in MJCF, which ROS cannot read: there is no robot_description", model.name)
+    bridge.add(model)
+    bridge.extend(model.name, _parts(bridge, model, prefix))
+    return model
+
+
+def fill(bridge: Bridge, file: WorldFile) -> None:
+    """Put the models of a world file into the world; before the loop runs, or in its thread.
+
+    Raises:
+        FrobsError: The simulator refuses one.
+    """
+    for name, (description, place) in file.models.items():
+        bridge.add(Model(name, "", description, place))
+
+
+def _parts(bridge: Bridge, model: Model, prefix: str) -> Sequence[Part]:
+    placement = model.description.placement
+    assert placement is not None
+    robot, parts = placement.robot, list[Part]()
+    wheels: tuple[str, ...] = ()
+    drive = robot.differential_drive
+    if drive is not None:
+        wheels = drive.left + drive.right
+        base = Base(
+            left=tuple(model.joints[joint] for joint in drive.left),
+            right=tuple(model.joints[joint] for joint in drive.right),
+            separation=drive.separation,
+            radius=drive.wheel_radius,
+            max_linear=drive.max_linear_velocity,
+            max_angular=drive.max_angular_velocity,
+            stiff=robot.gains is None,
+            **_accelerations(drive),
+        )
+        root = placement.model.root
+        parts.append(
+            Drive(
+                bridge.world, model, base, DriveSettings(f"{prefix}/cmd_vel", f"{prefix}/odom", "odom", root, rate=50.0)
+            )
+        )
+    for name, lidar in robot.lidars.items():
+        parts.append(Scan(model, name, f"{prefix}/{'scan' if len(robot.lidars) == 1 else name}", lidar.frame))
+    if not model.description.has_transmissions:
+        parts.append(_controllers(bridge, model, prefix, [joint for joint in model.joints if joint not in wheels]))
+    return parts
+
+
+def _accelerations(drive: Any) -> dict[str, float]:
+    found = {
+        "linear_acceleration": drive.max_linear_acceleration,
+        "angular_acceleration": drive.max_angular_acceleration,
+    }
+    return {name: value for name, value in found.items() if value is not None}
+
+
+def _controllers(bridge: Bridge, model: Model, prefix: str, joints: list[str]) -> ControllerManager:
+    import rospy
+
+    wanted: dict[str, dict[str, Any]] = {
+        STATES: {"type": "joint_state_controller/JointStateController", "publish_rate": 100},
+        TRAJECTORY: {
+            "type": "position_controllers/JointTrajectoryController",
+            "joints": joints,
+            "constraints": {"goal_time": 1.0, **{joint: {"goal": 0.05} for joint in joints}},
+        },
+        GROUP: {"type": "position_controllers/JointGroupPositionController", "joints": joints},
+    }
+    manager = add_manager(bridge, model, prefix)
+    for name, parameters in wanted.items():
+        if name == STATES or joints:
+            if not rospy.has_param(f"{prefix}/{name}/type"):
+                rospy.set_param(f"{prefix}/{name}", parameters)
+            manager.load(name)
+    manager.switch([STATES, *([TRAJECTORY] if joints else [])], [], strict=True)
+    return manager

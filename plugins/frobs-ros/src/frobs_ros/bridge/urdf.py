@@ -1,0 +1,115 @@
+"""From the text of a URDF or xacro to the description of a model, read as Gazebo reads it."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+from frobs_core.interfaces import CommandMode, Placement, Robot
+from frobs_core.models import RobotModel, load_model
+from frobs_ros.bridge.extras import read_lidars
+from frobs_ros.bridge.model import Description, with_gains
+
+_INTERFACES = {
+    "PositionJointInterface": CommandMode.POSITION,
+    "VelocityJointInterface": CommandMode.VELOCITY,
+    "EffortJointInterface": CommandMode.EFFORT,
+}
+_PATHS = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "GAZEBO_MODEL_PATH")
+
+
+def describe_urdf(text: str) -> Description:
+    """Read a URDF, or a xacro without arguments.
+
+    The base is fixed where the root link is named ``world`` or the file says ``<static>``, else it is free. Links do not
+    touch those of their own robot unless the file says ``<selfCollide>``. A joint follows what its transmission says; one
+    without a transmission is free.
+
+    Raises:
+        ModelFileError: The text is no robot, or says something impossible.
+    """
+    return _describe(text, tuple(os.environ.get(name, "") for name in _PATHS))
+
+
+def describe_robot(robot: Robot) -> Description:
+    """Return what a robot of FRobs is; where its file names no transmissions, its joints hold their positions.
+
+    Raises:
+        ModelFileError: Its model file cannot be used.
+    """
+    model = load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)
+    elements = gazebo_elements(model)
+    modes = _modes(ElementTree.fromstring(model.xml)) if model.format == "urdf" else {}
+    wheels = robot.differential_drive.left + robot.differential_drive.right if robot.differential_drive else ()
+    held = {name: CommandMode.VELOCITY if name in wheels else CommandMode.POSITION for name in model.joint_names}
+    return Description(
+        placement=Placement(robot=with_gains(robot, model), model=model, command_mode=CommandMode.POSITION),
+        modes={**held, **modes},
+        elements=elements,
+        has_transmissions=bool(modes),
+    )
+
+
+def gazebo_elements(model: RobotModel) -> tuple[Element, ...]:
+    """Return the ``<gazebo>`` elements of a robot's file."""
+    return tuple(ElementTree.fromstring(model.xml).findall("gazebo")) if model.format == "urdf" else ()
+
+
+@lru_cache(maxsize=32)  # the same robot comes and goes; what it reads on the disk is found by these paths
+def _describe(text: str, paths: tuple[str, ...]) -> Description:
+    del paths
+    ending = ".urdf.xacro" if "<xacro:" in text else ".urdf"
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, f"spawned{ending}")
+        file.write_text(text)
+        model = load_model(file)
+    root = ElementTree.fromstring(model.xml)
+    elements = tuple(root.findall("gazebo"))
+    modes = _modes(root)
+    static = any(_says(element, "static") for element in elements)
+    robot = Robot(
+        model=str(model.path),
+        name=model.name,
+        base="fixed" if static or model.root == "world" else "floating",
+        friction=_friction(elements, model),
+        self_collision=any(_says(element, "selfCollide") for element in elements),
+    )
+    robot = with_gains(replace(robot, sensors=read_lidars(elements)), model)
+    mode = next(iter(modes.values()), CommandMode.EFFORT)
+    return Description(
+        placement=Placement(robot=robot, model=model, command_mode=mode),
+        modes=modes,
+        elements=elements,
+        has_transmissions=bool(modes),
+    )
+
+
+def _modes(root: Element) -> dict[str, CommandMode]:
+    """Return what each joint is driven by, of those that a transmission names."""
+    found = {}
+    for transmission in root.findall("transmission"):
+        for joint in transmission.findall("joint"):
+            name = (joint.findtext("hardwareInterface") or "").strip().rpartition("/")[2]
+            found[joint.get("name", "")] = _INTERFACES.get(name, CommandMode.EFFORT)
+    return found
+
+
+def _friction(elements: tuple[Element, ...], model: RobotModel) -> Mapping[str, float]:
+    """Return the friction of the links for which the file says one; one whose joint is fixed counts for itself."""
+    links = {link.name for link in model.links if link.collisions}
+    found = {}
+    for element in elements:
+        link, given = element.get("reference", ""), element.findtext("mu1") or element.findtext("mu")
+        if link in links and given:
+            found[link] = min(float(given), 10.0)  # Gazebo's files write 100000 for "enough"
+    return found
+
+
+def _says(element: Element, tag: str) -> bool:
+    return (element.findtext(tag) or "").strip().lower() in ("1", "true")

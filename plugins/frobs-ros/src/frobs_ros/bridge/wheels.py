@@ -1,0 +1,174 @@
+"""Driving on two wheels: from a twist to the wheels, and from the wheels to where one is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from frobs_core.models.defaults import BANDWIDTH
+from frobs_ros.bridge.model import Model
+from frobs_ros.bridge.poses import Motion, Place, write_pose, write_twist
+from frobs_ros.bridge.world import NANO, World
+
+
+@dataclass(frozen=True, kw_only=True)
+class Base:
+    """A base that turns by the difference of its wheels.
+
+    Attributes:
+        left: Columns of the left wheels in the robot's joint arrays.
+        right: Columns of the right wheels.
+        separation: Between left and right [m].
+        radius: Of a wheel [m].
+        max_linear: [m/s]
+        max_angular: [rad/s]
+        linear_acceleration: [m/s²]
+        angular_acceleration: [rad/s²]
+        timeout: [s] after which an old command stops the base; inf: never.
+        stiff: Whether the wheels' drives are made strong enough for the robot's mass, as Gazebo's are.
+    """
+
+    left: tuple[int, ...]
+    right: tuple[int, ...]
+    separation: float
+    radius: float
+    max_linear: float = math.inf
+    max_angular: float = math.inf
+    linear_acceleration: float = math.inf
+    angular_acceleration: float = math.inf
+    timeout: float = math.inf
+    stiff: bool = True
+
+
+class Driver:
+    """Follows the twist that was sent last, and reckons where the wheels have brought the base.
+
+    Args:
+        model: The robot.
+        base: Its wheels.
+
+    Attributes:
+        place: By the wheels, from where it was started.
+        motion: By the wheels, in the base's own axes.
+    """
+
+    def __init__(self, model: Model, base: Base) -> None:
+        self._model, self._base = model, base
+        self._new: tuple[float, float] | None = None
+        self._wanted = self._present = (0.0, 0.0)
+        self._since = 0.0
+        self._turned = (0.0, 0.0)
+        self._x = self._y = self._yaw = 0.0
+        self.motion = Motion(np.zeros(3), np.zeros(3))
+
+    def take(self, twist: Any) -> None:
+        """Take a geometry_msgs/Twist; in rospy's thread."""
+        linear, angular = float(twist.linear.x), float(twist.angular.z)
+        if math.isfinite(linear) and math.isfinite(angular):
+            self._new = linear, angular
+
+    def start(self, world: World) -> None:
+        """Stand still, here, and call this the origin."""
+        if self._base.stiff:
+            self._stiffen(world)
+        self._new, self._wanted, self._present = None, (0.0, 0.0), (0.0, 0.0)
+        self._turned = self._angles()
+        self._x = self._y = self._yaw = 0.0
+        self.motion = Motion(np.zeros(3), np.zeros(3))
+
+    def command(self, world: World, steps: int) -> None:
+        """Set what the wheels follow in the next physics steps."""
+        base, now, span = self._base, world.time_ns / NANO, steps * world.timestep
+        new, self._new = self._new, None
+        if new is not None:
+            self._wanted, self._since = new, now
+        elif now - self._since > base.timeout:
+            self._wanted = 0.0, 0.0
+        limits = (base.max_linear, base.linear_acceleration), (base.max_angular, base.angular_acceleration)
+        linear, angular = (
+            _towards(present, max(-most, min(most, wanted)), change * span)
+            for present, wanted, (most, change) in zip(self._present, self._wanted, limits, strict=True)
+        )
+        self._present = linear, angular
+        targets = self._model.drive.targets
+        targets[list(base.left)] = (linear - angular * base.separation / 2.0) / base.radius
+        targets[list(base.right)] = (linear + angular * base.separation / 2.0) / base.radius
+
+    @property
+    def is_changing(self) -> bool:
+        """Whether the speed follows a limit of acceleration, so that the command is to be renewed often."""
+        base = self._base
+        limited = math.isfinite(base.linear_acceleration) or math.isfinite(base.angular_acceleration)
+        return limited and (self._present != self._wanted or self._new is not None)
+
+    def reckon(self, span: float) -> None:
+        """Go on reckoning by what the wheels have turned in ``span`` [s]."""
+        base, before = self._base, self._turned
+        self._turned = self._angles()
+        left, right = ((now - then) * base.radius for now, then in zip(self._turned, before, strict=True))
+        ahead, turn = 0.5 * (left + right), (right - left) / base.separation
+        middle = self._yaw + 0.5 * turn
+        self._x += ahead * math.cos(middle)
+        self._y += ahead * math.sin(middle)
+        self._yaw += turn
+        self.motion = Motion(np.array([ahead / span, 0.0, 0.0]), np.array([0.0, 0.0, turn / span]))
+
+    @property
+    def place(self) -> Place:
+        """Where the wheels have brought the base."""
+        quat = np.array([math.cos(self._yaw / 2.0), 0.0, 0.0, math.sin(self._yaw / 2.0)])
+        return Place(np.array([self._x, self._y, 0.0]), quat)
+
+    def _stiffen(self, world: World) -> None:
+        """Let each wheel's drive follow a speed with the mass that it carries, at the bandwidth of all drives.
+
+        The gains of a drive come from what its joint carries; a wheel carries the rest of the robot, by the ground.
+        """
+        placement, robot, base = self._model.description.placement, self._model.robot, self._base
+        assert placement is not None
+        assert robot is not None
+        mass = sum(link.inertial.mass for link in placement.model.links if link.inertial is not None)
+        wheels = [*base.left, *base.right]
+        damping = robot.drive_gains()[1].copy()
+        least = 2.0 * (2.0 * math.pi * BANDWIDTH) * mass * base.radius**2 / len(wheels)
+        if (damping[0, wheels] < least).any():
+            damping[0, wheels] = np.maximum(damping[0, wheels], least)
+            world.write_parameter("damping", self._model.key, damping)
+
+    def _angles(self) -> tuple[float, float]:
+        robot = self._model.robot
+        assert robot is not None
+        angles = robot.joint_positions[0]
+        return float(angles[list(self._base.left)].mean()), float(angles[list(self._base.right)].mean())
+
+
+def _towards(present: float, wanted: float, most: float) -> float:
+    return present + max(-most, min(most, wanted - present))
+
+
+def odometry(frame: str, child: str, stamp: Any, place: Place, motion: Motion) -> tuple[Any, Any]:
+    """Return a nav_msgs/Odometry and the same place as a geometry_msgs/TransformStamped.
+
+    Args:
+        frame: In which the place is told.
+        child: The base, in whose axes the motion is told.
+        stamp: Of both.
+        place: Of the base.
+        motion: Of the base.
+    """
+    from geometry_msgs.msg import TransformStamped
+    from nav_msgs.msg import Odometry
+
+    odom = Odometry(child_frame_id=child)
+    odom.header.frame_id, odom.header.stamp = frame, stamp
+    write_pose(place, odom.pose.pose)
+    write_twist(motion, odom.twist.twist)
+    transform = TransformStamped(child_frame_id=child)
+    transform.header.frame_id, transform.header.stamp = frame, stamp
+    at, turn = transform.transform.translation, transform.transform.rotation
+    at.x, at.y, at.z = place.pos.tolist()
+    turn.w, turn.x, turn.y, turn.z = place.quat_wxyz.tolist()
+    return odom, transform

@@ -1,0 +1,275 @@
+"""The world: models in one simulation, that come and go while it runs. It is touched by one thread alone."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.interfaces import Scene, Simulation
+from frobs_core.specs import SimulatorRecord
+from frobs_ros.bridge.forces import Forces
+from frobs_ros.bridge.model import Model
+from frobs_ros.bridge.poses import REST, WORLD, Motion, Place
+
+NANO = 1_000_000_000
+
+
+class World:
+    """Models, what pushes them, and the time.
+
+    A model that comes or goes, or another time step, means another simulation; what stays keeps its state.
+
+    Args:
+        simulator: That computes it.
+        timestep: [s] of one physics step.
+        gravity: [m/s²]
+        floor: Whether there is a ground plane at z = 0.
+
+    Attributes:
+        models: By name.
+        forces: That push for a while.
+        time_ns: [ns] since the start, or since the last reset of the time.
+        steps: Physics steps that were made.
+    """
+
+    def __init__(
+        self,
+        simulator: SimulatorRecord,
+        *,
+        timestep: float = 0.001,
+        gravity: tuple[float, float, float] = (0.0, 0.0, -9.8),
+        floor: bool = True,
+    ) -> None:
+        if not 0.0 < timestep < 1.0:
+            raise ConfigurationError(f"a time step of {timestep} s; it must be in (0, 1).")
+        self._simulator, self._floor = simulator, floor
+        self._timestep, self._gravity = timestep, gravity
+        self._parameters: dict[tuple[str, str], Floats] = {}
+        self._viewed = False
+        self.simulation: Simulation | None = None
+        self.models: dict[str, Model] = {}
+        self.forces = Forces()
+        self.time_ns = 0
+        self.steps = 0
+
+    @property
+    def timestep(self) -> float:
+        """[s] of one physics step."""
+        return self._timestep
+
+    @property
+    def timestep_ns(self) -> int:
+        """[ns] of one physics step."""
+        return round(self._timestep * NANO)
+
+    @property
+    def gravity(self) -> tuple[float, float, float]:
+        """[m/s²]."""
+        return self._gravity
+
+    @property
+    def has_floor(self) -> bool:
+        """Whether there is a ground plane."""
+        return self._floor
+
+    def robots(self) -> Iterator[Model]:
+        """Yield the models that move."""
+        return (model for model in self.models.values() if model.robot is not None)
+
+    def add(self, model: Model) -> None:
+        """Put a model into the world; where that fails, the world is as it was.
+
+        Raises:
+            ConfigurationError: There is a model of that name.
+            ModelFileError: The simulator refuses it.
+        """
+        if model.name in self.models:
+            raise ConfigurationError(f"there is a model '{model.name}' already; choose another name.")
+        model.key = self._free_key(model.name)
+        self._build([*self.models.values(), model])
+        self.models[model.name] = model
+        if model.robot is not None:
+            model.drive.hold(model.robot)
+
+    def remove(self, name: str) -> Model:
+        """Take a model out of the world, and return it.
+
+        Raises:
+            UnknownNameError: There is none of that name.
+        """
+        model = self.model(name)
+        self._build([other for other in self.models.values() if other is not model])
+        del self.models[name]
+        model.robot = None
+        self.forces.drop_model(name)
+        for key in [key for key in self._parameters if key[1].partition("/")[0] == model.key]:
+            del self._parameters[key]
+        return model
+
+    def model(self, name: str) -> Model:
+        """Return a model.
+
+        Raises:
+            UnknownNameError: There is none of that name.
+        """
+        if name not in self.models:
+            raise UnknownNameError("model", name, self.models)
+        return self.models[name]
+
+    def set_timestep(self, timestep: float) -> None:
+        """Change the physics step [s].
+
+        Raises:
+            ConfigurationError: It is not positive.
+        """
+        if not 0.0 < timestep < 1.0 or round(timestep * NANO) < 1:
+            raise ConfigurationError(f"a time step of {timestep} s; it must be in (0, 1).")
+        if timestep != self._timestep:
+            self._timestep = timestep
+            self._build(list(self.models.values()))
+
+    def set_gravity(self, gravity: tuple[float, float, float]) -> None:
+        """Change gravity [m/s²]."""
+        if gravity != self._gravity:
+            self._gravity = gravity
+            if self.simulation is not None:
+                self.simulation.write_parameter("gravity", "", np.array([gravity], np.float64))
+
+    def write_parameter(self, name: str, target: str, values: Floats) -> None:
+        """Change a physical parameter of what is there now; it stays when other models come and go."""
+        assert self.simulation is not None
+        self.simulation.write_parameter(name, target, values)
+        self._parameters[name, target] = values
+
+    def put(self, model: Model, place: Place, motion: Motion = REST) -> None:
+        """Put a model somewhere at once."""
+        model.put(place, motion)
+        if self.simulation is not None:
+            for name, body in model.static_bodies().items():
+                self.simulation.bodies[name].write_pose(np.array([body.pose.pos]), np.array([body.pose.quat_wxyz]))
+
+    def step(self, steps: int) -> None:
+        """Advance; controllers have told the drives what to follow.
+
+        Raises:
+            SimulationError: The engine failed.
+        """
+        if self.simulation is not None:
+            self.forces.apply(self)
+            for model in self.robots():
+                assert model.robot is not None
+                model.drive.command(model.robot, steps, self._timestep)
+            self.simulation.step(steps)
+        self.steps += steps
+        self.time_ns += steps * self.timestep_ns
+
+    def steps_until(self, time_ns: int) -> int:
+        """Return after how many steps a time is reached; at least 1."""
+        return max(1, -(-(time_ns - self.time_ns) // self.timestep_ns))
+
+    def reset(self, *, time: bool) -> None:
+        """Put every model back to where it was spawned, at rest, and forget what pushes; also the time, where told."""
+        if self.simulation is not None:
+            self.simulation.reset()
+        self.forces.clear()
+        for model in self.models.values():
+            self.put(model, model.spawned)
+            if model.robot is not None:
+                model.drive.hold(model.robot)
+        if time:
+            self.time_ns = 0
+
+    def find_link(self, name: str) -> tuple[Model, str]:
+        """Return the model and the link that a scoped name means: ``"model::link"``, or a link's name that is unique.
+
+        Raises:
+            UnknownNameError: There is none, or there are several.
+        """
+        return self._find("link", name, {model.name: model.links for model in self.models.values()})
+
+    def find_joint(self, name: str) -> tuple[Model, str]:
+        """Return the model and the actuated joint that a name means, scoped or unique.
+
+        Raises:
+            UnknownNameError: There is none, or there are several.
+        """
+        return self._find("joint", name, {model.name: tuple(model.joints) for model in self.models.values()})
+
+    def frame(self, name: str) -> tuple[Place, Motion]:
+        """Return where a frame is and how it moves: the world, a model or a link.
+
+        Raises:
+            UnknownNameError: There is none of that name.
+        """
+        if name in ("", "world", "map", "/map"):
+            return WORLD, REST
+        if name in self.models:
+            return self.models[name].place(), self.models[name].motion()
+        model, link = self.find_link(name)
+        return model.link_place(link), model.link_motion(link)
+
+    def open_viewer(self) -> None:
+        """Open a window; it opens anew when the simulation is another.
+
+        Raises:
+            RenderingUnavailableError: There is no display.
+        """
+        self._viewed = True
+        if self.simulation is not None:
+            self.simulation.open_viewer()
+
+    def close(self) -> None:
+        """Release the simulation; twice is harmless."""
+        if self.simulation is not None:
+            self.simulation.close()
+            self.simulation = None
+
+    def _find(self, kind: str, name: str, names: dict[str, tuple[str, ...]]) -> tuple[Model, str]:
+        owner, scoped, inner = name.partition("::")
+        inner = inner.rpartition("::")[2] if scoped else name
+        owners = [owner] if scoped else list(names)
+        found = [model for model in owners if inner in names.get(model, ())]
+        if len(found) != 1:
+            raise UnknownNameError(
+                kind, name, [f"{model}::{each}" for model, all_of in names.items() for each in all_of]
+            )
+        return self.models[found[0]], inner
+
+    def _free_key(self, name: str) -> str:
+        """Return what the simulation may call a model: no slash, no word that means something to it, and no other's."""
+        taken = {model.key for model in self.models.values()} | {"world", "floor"}
+        key = base = re.sub(r"\W", "_", name) or "model"
+        number = 2
+        while key in taken:
+            key, number = f"{base}_{number}", number + 1
+        return key
+
+    def _build(self, models: Iterable[Model]) -> None:
+        """Make the simulation of these models; those that were there keep their state."""
+        models = list(models)
+        moving = [model for model in models if not model.is_static]
+        # Simulators tell the first robots apart in what a lidar sees: those that have one come first.
+        moving.sort(key=lambda model: not (model.description.placement and model.description.placement.robot.lidars))
+        states = {model.name: model.state() for model in moving if model.robot is not None}
+        new: Simulation | None = None
+        if moving:
+            bodies = {name: body for model in models for name, body in model.static_bodies().items()}
+            scene = Scene(floor=self._floor, gravity=self._gravity, bodies=bodies)
+            robots = {model.key: model.placement() for model in moving}
+            new = self._simulator.load()(robots, scene, num_envs=1, physics_timestep=self._timestep, num_threads=1)
+        self.close()
+        self.simulation = new
+        for model in moving:
+            assert new is not None
+            model.robot = new.robots[model.key]
+            if model.name in states:
+                model.write_state(*states[model.name])
+        for (name, target), values in self._parameters.items():
+            if new is not None and target.partition("/")[0] in new.robots:
+                new.write_parameter(name, target, values)
+        if self._viewed and new is not None:
+            new.open_viewer()

@@ -1,0 +1,49 @@
+"""``frobs doctor ros``: is ROS here, and what is missing?"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import typer
+
+from frobs_core.cli.options import Json
+from frobs_core.cli.output import console, print_json, print_line, print_table
+
+if TYPE_CHECKING:
+    from rich.text import Text
+
+
+def ros(json: Json = False) -> None:
+    """Find out which parts of ROS and Gazebo are here, which packages bring what is missing, and whether a master answers.
+
+    Exits with 1 where something is missing without which frobs-ros cannot work.
+
+    Example:
+        $ frobs doctor ros
+        $ frobs doctor ros --json
+    """
+    from rich.text import Text
+
+    from frobs_ros.doctor import examine_ros
+
+    report = examine_ros()
+    if json:
+        print_json(report)
+    else:
+        rows: list[list[str | Text]] = []
+        for part in report.parts:
+            state = Text("here", style="green") if part.found else Text("missing", style=_style(part.needed))
+            about = part.version or part.place if part.found else f"apt-get install {part.package}" * bool(part.package)
+            rows.append([part.name, state, part.purpose, about or "–"])
+        print_table(("part", "state", "what for", "version, place or remedy"), rows)
+        print_line()
+        for line in report.advice:
+            console().print(Text(line), soft_wrap=True)
+        verdict = "ROS can be used" if report.usable else "ROS cannot be used here"
+        console().print(Text(verdict, style="bold green" if report.usable else "bold red"), soft_wrap=True)
+    if not report.usable:
+        raise typer.Exit(1)
+
+
+def _style(needed: bool) -> str:
+    return "bold red" if needed else "yellow"

@@ -1,0 +1,100 @@
+"""``frobs ros serve``: any FRobs simulation as Gazebo."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def serve(
+    robot: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            show_default="an empty world",
+            help="A robot that stands there from the beginning: one of 'frobs list robots', or a URDF, xacro or MJCF file.",
+        ),
+    ] = None,
+    simulator: Annotated[str, typer.Option(metavar="NAME", help="One of 'frobs list simulators'.")] = "mujoco",
+    namespace: Annotated[str, typer.Option(metavar="NS", help="Of the robot's topics and services.")] = "/",
+    model_name: Annotated[
+        str, typer.Option(metavar="NAME", show_default="the robot's own", help="What the world calls the robot.")
+    ] = "",
+    world: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", exists=True, dir_okay=False, show_default="a ground plane", help="An SDF world file."
+        ),
+    ] = None,
+    paused: Annotated[bool, typer.Option("--paused", help="Begin with the time standing still.")] = False,
+    timestep: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", show_default="the world file's, or 0.001", help="Of a physics step."),
+    ] = None,
+    max_update_rate: Annotated[
+        float | None,
+        typer.Option(
+            metavar="HZ",
+            min=0.0,
+            show_default="the world file's, or real time",
+            help="Physics steps per second; 0: as fast as it goes.",
+        ),
+    ] = None,
+    clock_frequency: Annotated[
+        float, typer.Option(metavar="HZ", min=0.0, help="Of /clock, in simulated time; 0: every step.")
+    ] = 100.0,
+    state_frequency: Annotated[
+        float, typer.Option(metavar="HZ", min=0.0, help="Of model_states and link_states, in simulated time.")
+    ] = 100.0,
+    gui: Annotated[bool, typer.Option("--gui", help="Open a window on the world.")] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", help="Log everything.")] = False,
+    listen: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            show_default="this machine alone",
+            help="Listen on all interfaces, and be reached at this address by other machines.",
+        ),
+    ] = None,
+) -> None:
+    """Offer a simulation as Gazebo: the services and topics of gazebo_ros and its controller managers.
+
+    A ROS master must be running. Ctrl-C ends it.
+
+    Example:
+        $ frobs ros serve --robot irb120 --simulator mujoco
+        $ frobs ros serve --simulator pybullet --world maze.world --paused
+    """
+    from frobs_ros.bridge.node import Options
+    from frobs_ros.bridge.node import serve as serve_node
+
+    serve_node(
+        Options(
+            simulator=simulator,
+            robot=robot,
+            model_name=model_name,
+            namespace=namespace,
+            world=world,
+            paused=paused,
+            timestep=timestep,
+            max_update_rate=max_update_rate,
+            clock_frequency=clock_frequency,
+            state_frequency=state_frequency,
+            gui=gui,
+            verbose=verbose,
+            listen=listen,
+        )
+    )
+
+
+def main() -> None:
+    """Run it alone, as ``python -m frobs_ros.bridge``, and exit the process."""
+    from frobs_core.cli.group import FrobsGroup
+
+    app = typer.Typer(cls=FrobsGroup, pretty_exceptions_enable=False)
+    app.command("serve")(serve)
+    app.callback()(lambda: None)
+    app(args=["serve", *sys.argv[1:]], prog_name="python -m frobs_ros.bridge")

@@ -1,0 +1,141 @@
+"""Finds ROS 1 on this machine, and makes its Python modules importable without anything else of the system's.
+
+Nothing here imports ROS until :func:`use_ros` is called, and a machine without ROS loses nothing else.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import os
+import sys
+from collections.abc import Mapping, MutableMapping
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import urlparse
+
+from frobs_ros import finder
+from frobs_ros.errors import RosNotFoundError
+
+DISTRIBUTION = Path("/opt/ros/noetic")
+SYSTEM = Path("/usr")
+MASTER_URI = "http://localhost:11311"
+
+PACKAGES = ("ros-core", "python3-rospy", "python3-tf2-ros", "python3-sensor-msgs", "python3-geometry-msgs")
+"""Debian packages without which nothing goes; ``frobs doctor ros`` lists all."""
+
+
+@dataclass(frozen=True)
+class RosInstallation:
+    """Where ROS is.
+
+    Attributes:
+        prefix: ``/usr`` for Debian's packages, ``/opt/ros/noetic``, or a prefix of conda.
+        modules: The folder of its Python modules.
+    """
+
+    prefix: Path
+    modules: Path
+
+    @property
+    def share(self) -> Path:
+        """The folder of its packages."""
+        return self.prefix / "share"
+
+    @property
+    def programs(self) -> Path:
+        """The folder of its commands."""
+        return self.prefix / "bin"
+
+
+def find_ros() -> RosInstallation | None:
+    """Return where ROS is, or None: what Python imports already, then ``/opt/ros/noetic``, then Debian's packages."""
+    spec = importlib.util.find_spec("rospy")
+    if spec is not None and spec.origin is not None:
+        modules = Path(spec.origin).resolve().parents[1]  # links lead to where the rest of ROS is
+        return RosInstallation(_prefix(modules), modules)
+    for prefix in (DISTRIBUTION, SYSTEM):
+        modules = prefix / "lib" / "python3" / "dist-packages"
+        if (modules / "rospy" / "__init__.py").is_file():
+            return RosInstallation(prefix, modules)
+    return None
+
+
+def _prefix(modules: Path) -> Path:
+    """Return the folder above ``lib/python3…/``; the modules' own where there is no ``lib``."""
+    for folder in modules.parents:
+        if folder.name == "lib":
+            return folder.parent
+    return modules
+
+
+def use_ros() -> None:
+    """Make ``import rospy`` and the message packages work; calling it again costs nothing.
+
+    What is importable already is used. Else ROS's modules, and they alone, are taken from where ROS is installed.
+    Environment variables that ROS needs and nobody has set are set: see :func:`set_variables`.
+
+    Raises:
+        RosNotFoundError: ROS is not installed, or not for this Python; says which packages to install.
+    """
+    if "rospy" in sys.modules and _Used.done:
+        return
+    installation = find_ros()
+    if installation is None:
+        raise RosNotFoundError("no module 'rospy' is installed on this machine", PACKAGES)
+    finder.install([installation.modules, SYSTEM / "lib" / "python3" / "dist-packages"])
+    set_variables(os.environ)
+    try:
+        importlib.import_module("rospy")
+    except ImportError as error:
+        version = f"{sys.version_info.major}.{sys.version_info.minor}"
+        raise RosNotFoundError(
+            f"'import rospy' from {installation.modules} fails in Python {version}: {error}. If a module of Python is "
+            "missing: pip install 'frobs-ros[ros]'"
+        ) from error
+    from frobs_ros.messages import use_messages
+
+    use_messages()
+    _Used.done = True
+
+
+class _Used:
+    """Whether :func:`use_ros` has done its work."""
+
+    done = False
+
+
+def set_variables(environment: MutableMapping[str, str]) -> None:
+    """Set what ROS needs and nobody has set.
+
+    The master is the one on this machine unless ``ROS_MASTER_URI`` says another. Where the master is on this machine,
+    and neither ``ROS_HOSTNAME`` nor ``ROS_IP`` is set, nodes are named ``localhost``, and then rospy listens on the
+    loopback address alone.
+    """
+    environment.setdefault("ROS_MASTER_URI", MASTER_URI)
+    if not environment.get("ROS_HOSTNAME") and not environment.get("ROS_IP") and is_local(environment):
+        environment["ROS_HOSTNAME"] = "localhost"
+
+
+def is_local(environment: Mapping[str, str]) -> bool:
+    """Return whether the ROS master is on this machine's loopback address."""
+    host = urlparse(environment.get("ROS_MASTER_URI", MASTER_URI)).hostname or ""
+    return host in ("localhost", "::1") or host.startswith("127.")
+
+
+def child_variables() -> dict[str, str]:
+    """Return the environment for programs of ROS: the system's Python comes first on ``PATH``.
+
+    Nodes begin with ``#!/usr/bin/env python3``; with another Python's folder first they find no rospy.
+    """
+    environment = dict(os.environ)
+    set_variables(environment)
+    installation = find_ros()
+    first = ["/usr/bin", "/bin"]
+    if installation is not None and installation.prefix != SYSTEM:
+        first.insert(0, str(installation.programs))
+    rest = [entry for entry in environment.get("PATH", "").split(os.pathsep) if entry and entry not in first]
+    environment["PATH"] = os.pathsep.join([*first, *rest])
+    for name in ("PYTHONHOME", "VIRTUAL_ENV", "__PYVENV_LAUNCHER__"):
+        environment.pop(name, None)
+    return environment

@@ -1,0 +1,112 @@
+"""What can go wrong with ROS, beside what :mod:`frobs_core.errors` lists.
+
+SimulationError                 of the core
+└── RosError                    ROS, or something that ROS runs, failed
+├── RosNotFoundError        ROS is not installed for this Python
+├── MasterError             no ROS master answers, or it refuses
+├── ServiceError            a service is not there, broke off, or refused what was asked
+├── PackageNotFoundError    no ROS package has this name, or it lacks the file
+└── ProcessError            a process did not start, or ended at once
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from frobs_core.errors import SimulationError, nearest
+
+
+class RosError(SimulationError):
+    """ROS, or something that ROS runs, failed."""
+
+
+class RosNotFoundError(RosError):
+    """ROS is not installed for this Python.
+
+    Args:
+        reason: What is missing.
+        packages: The Debian packages that bring it; none: another remedy stands in the reason.
+    """
+
+    def __init__(self, reason: str, packages: Sequence[str] = ()) -> None:
+        self.reason = reason
+        self.packages = tuple(packages)
+        install = f" Install it with 'apt-get install {' '.join(self.packages)}'." if self.packages else ""
+        super().__init__(f"ROS cannot be used: {reason}.{install} 'frobs doctor ros' says what else is missing.")
+
+
+class MasterError(RosError):
+    """No ROS master answers, or it refuses what was asked.
+
+    Args:
+        uri: Where it was looked for.
+        reason: What it answers; None: nothing.
+    """
+
+    def __init__(self, uri: str, reason: str | None = None) -> None:
+        self.uri = uri
+        self.reason = reason
+        what = f"the ROS master at {uri} refuses: {reason}" if reason else f"no ROS master answers at {uri}"
+        remedy = "" if reason else "; start one with 'roscore', or let ROS_MASTER_URI say where it is"
+        super().__init__(f"{what}{remedy}.")
+
+
+class ServiceError(RosError):
+    """A service is not there, broke off, or refused what was asked.
+
+    Args:
+        service: Its full name.
+        reason: What happened; what to do.
+    """
+
+    def __init__(self, service: str, reason: str) -> None:
+        self.service = service
+        self.reason = reason
+        super().__init__(f"service {service}: {reason}")
+
+
+class PackageNotFoundError(RosError):
+    """No ROS package has this name, or it lacks the file.
+
+    Args:
+        package: The name that was asked for.
+        available: Names of packages that were seen.
+        searched: The folders that were searched.
+        file: The file that the package lacks; None: the package itself is missing.
+    """
+
+    def __init__(
+        self, package: str, available: Iterable[str], searched: Iterable[Path | str], file: Path | None = None
+    ) -> None:
+        self.package = package
+        self.file = file
+        self.searched = tuple(str(folder) for folder in searched)
+        names = sorted(available)
+        close = nearest(package if file is None else file.name, names)
+        hint = f" Did you mean '{close}'?" if close else ""
+        if file is not None:
+            there = f" {file.parent} holds: {', '.join(names[:10]) or 'nothing'}."
+            super().__init__(f"the ROS package '{package}' has no file {file}.{hint or there}")
+        else:
+            super().__init__(
+                f"no ROS package is named '{package}'.{hint} Looked in {', '.join(self.searched) or 'no folder'}; "
+                "source the workspace's setup.bash, or name the folder that holds it in ROS_PACKAGE_PATH."
+            )
+
+
+class ProcessError(RosError):
+    """A process did not start, or ended at once.
+
+    Args:
+        name: Of the process.
+        reason: What happened.
+        output: The last that it wrote.
+    """
+
+    def __init__(self, name: str, reason: str, output: str = "") -> None:
+        self.name = name
+        self.reason = reason
+        self.output = output
+        said = f" It wrote last:\n{output}" if output else ""
+        super().__init__(f"{name}: {reason}.{said}")

@@ -1,0 +1,1 @@
+"""What :mod:`frobs_ros.ros_gazebo` offers, by subject: launching, physics, the world's time, models."""

@@ -1,0 +1,138 @@
+"""Launch the simulation, and end it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from frobs_core.errors import ConfigurationError
+from frobs_ros import backends, master, processes
+from frobs_ros.errors import PackageNotFoundError, ProcessError
+from frobs_ros.log import answers
+from frobs_ros.packages import find_package
+from frobs_ros.services import is_offered
+
+LAUNCH_TIMEOUT = 120.0
+"""[s] for the simulation to answer."""
+_GRACE = 10.0
+_LAST, _FIRST = "/gazebo/get_world_properties", "/gazebo/pause_physics"
+OUTPUTS = ("screen", "log")
+
+
+@answers(False)
+def launch_Gazebo(  # noqa: N802 # FRobs_RL's name
+    paused: bool = False,
+    use_sim_time: bool = True,
+    gui: bool = True,
+    recording: bool = False,
+    debug: bool = False,
+    verbose: bool = False,
+    output: str = "screen",
+    custom_world_path: str | None = None,
+    custom_world_pkg: str | None = None,
+    custom_world_name: str | None = None,
+    respawn_gazebo: bool = False,
+    pub_clock_frequency: int = 100,
+    server_required: bool = False,
+    gui_required: bool = False,
+    launch_new_term: bool = True,
+) -> bool:
+    """Launch Gazebo, or the bridge in its place, and wait until it answers.
+
+    ``FROBS_ROS_BACKEND`` says which: ``gazebo``, ``bridge:mujoco``, ``bridge:pybullet``, ``bridge:gazebo``; without it,
+    Gazebo where gazebo_ros is installed, else the bridge over MuJoCo. A ROS master is started where none answers.
+
+    Args:
+        paused: Whether to begin with the time standing still.
+        use_sim_time: Whether nodes go by the simulation's clock.
+        gui: Whether to open its window.
+        recording: Whether to record its state.
+        debug: Whether to run it so that crashes can be understood.
+        verbose: Whether to log more.
+        output: Where it writes: ``"screen"``, where we write; ``"log"``, a file.
+        custom_world_path: A world file.
+        custom_world_pkg: A ROS package with a world file; used where no path is given.
+        custom_world_name: The world file in the package, in its folder ``worlds`` or anywhere below.
+        respawn_gazebo: Whether to start it again when it ends.
+        pub_clock_frequency: Of /clock [Hz].
+        server_required: Whether all of the launch ends with the server.
+        gui_required: Whether all of the launch ends with the window.
+        launch_new_term: Whether to run it in an xterm.
+
+    Returns:
+        Whether it answers.
+    """
+    if output not in OUTPUTS:
+        raise ConfigurationError(f"output is {output!r}; it is 'screen' or 'log'.")
+    launch = backends.Launch(
+        paused=paused,
+        use_sim_time=use_sim_time,
+        gui=gui,
+        recording=recording,
+        debug=debug,
+        verbose=verbose,
+        world=find_world(custom_world_path, custom_world_pkg, custom_world_name),
+        respawn=respawn_gazebo,
+        clock_frequency=pub_clock_frequency,
+        server_required=server_required,
+        gui_required=gui_required,
+    )
+    backend = backends.choose()
+    backends.check(launch, backend)
+    words, variables = backends.command(launch, backend)
+    master.ensure()
+    if is_offered(_FIRST):
+        raise ProcessError("Gazebo", f"a simulation runs already at {master.master_uri()}; close it first")
+    master.connect().setParam("/use_sim_time", use_sim_time)
+    process = processes.start(
+        "gazebo",
+        words,
+        name="Gazebo" if backend == backends.GAZEBO else backend,
+        terminal=launch_new_term,
+        output=output,
+        environment=variables,
+        respawn=respawn_gazebo and backend != backends.GAZEBO,
+        grace=_GRACE,
+    )
+    process.wait_until(lambda: is_offered(_FIRST) and is_offered(_LAST), LAUNCH_TIMEOUT)
+    return True
+
+
+@answers(False)
+def close_Gazebo() -> bool:  # noqa: N802 # FRobs_RL's name
+    """End the simulation that this process launched; those of others go on.
+
+    Returns:
+        Whether it was running and is ended.
+    """
+    found = processes.owned(["gazebo"])
+    if not found:
+        raise ProcessError("Gazebo", "this process runs none")
+    return processes.stop(found)
+
+
+def find_world(path: str | None, package: str | None, name: str | None) -> Path | None:
+    """Return a world file, or None for the empty world.
+
+    Args:
+        path: Of the file; comes first.
+        package: A ROS package that holds it.
+        name: Its name in the package.
+
+    Raises:
+        ConfigurationError: There is no such file, or one of package and name is missing.
+        PackageNotFoundError: There is no such package, or no such file in it.
+    """
+    if path:
+        file = Path(path).expanduser().absolute()
+        if not file.is_file():
+            raise ConfigurationError(f"there is no world file {file}.")
+        return file
+    if not package and not name:
+        return None
+    if not package or not name:
+        raise ConfigurationError("a world of a package needs the package's name and the world's file name.")
+    folder = find_package(package)
+    for file in (folder / "worlds" / name, folder / name, *sorted(folder.rglob(Path(name).name))):
+        if file.is_file():
+            return file
+    raise PackageNotFoundError(package, [file.name for file in folder.rglob("*.world")], (), folder / "worlds" / name)

@@ -1,0 +1,196 @@
+"""Update rate, time step, gravity and the engine's settings.
+
+Gazebo has one service that reads all of them and one that writes all of them, so a change of one is both.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from frobs_core.errors import ConfigurationError
+from frobs_ros.environment import use_ros
+from frobs_ros.errors import ServiceError
+from frobs_ros.log import answers
+from frobs_ros.services import call
+
+_GET, _SET = "/gazebo/get_physics_properties", "/gazebo/set_physics_properties"
+
+TIME_STEP, GRAVITY = 0.001, (0.0, 0.0, -9.81)
+ODE = {
+    "auto_disable_bodies": False,
+    "sor_pgs_precon_iters": 0,
+    "sor_pgs_iters": 50,
+    "sor_pgs_w": 1.3,
+    "sor_pgs_rms_error_tol": 0.0,
+    "contact_surface_layer": 0.001,
+    "contact_max_correcting_vel": 0.0,
+    "cfm": 0.0,
+    "erp": 0.2,
+    "max_contacts": 20,
+}
+"""What :func:`gazebo_set_default_properties` sets, beside a time step [s], gravity [m/s²] and real time."""
+
+
+@answers(False)
+def gazebo_set_max_update_rate(max_update_rate: float) -> bool:
+    """Set how fast the simulation may run.
+
+    Args:
+        max_update_rate: Real-time factor: 1 is real time, 10 ten times as fast; 0 is as fast as it can.
+
+    Returns:
+        Whether it is set.
+    """
+    factor = _number("max_update_rate", max_update_rate, 0.0)
+    now = _get()
+    return _set(now, max_update_rate=factor / now.time_step)
+
+
+@answers(math.nan)
+def gazebo_get_max_update_rate() -> float:
+    """Return how fast the simulation may run, as a real-time factor; NaN where no simulation answers."""
+    now = _get()
+    return float(now.max_update_rate * now.time_step)
+
+
+@answers(False)
+def gazebo_set_time_step(new_time_step: float) -> bool:
+    """Set the physics time step; the real-time factor stays as it is.
+
+    Args:
+        new_time_step: [s]
+
+    Returns:
+        Whether it is set.
+    """
+    step = _number("new_time_step", new_time_step, 0.0, above=True)
+    now = _get()
+    return _set(now, time_step=step, max_update_rate=now.max_update_rate * now.time_step / step)
+
+
+@answers(math.nan)
+def gazebo_get_time_step() -> float:
+    """Return the physics time step [s]; NaN where no simulation answers."""
+    return float(_get().time_step)
+
+
+@answers(False)
+def gazebo_set_gravity(x: float, y: float, z: float) -> bool:
+    """Set gravity.
+
+    Args:
+        x: [m/s²]
+        y: [m/s²]
+        z: [m/s²], −9.81 on Earth.
+
+    Returns:
+        Whether it is set.
+    """
+    return _set(_get(), gravity=_vector(x, y, z))
+
+
+@answers(None)
+def gazebo_get_gravity() -> Any:
+    """Return gravity [m/s²] as a ``geometry_msgs/Vector3``; None where no simulation answers."""
+    return _get().gravity
+
+
+@answers(False)
+def gazebo_set_ODE_physics(  # noqa: N802 # FRobs_RL's name
+    auto_disable_bodies: bool,
+    sor_pgs_precon_iters: int,
+    sor_pgs_iters: int,
+    sor_pgs_w: float,
+    sor_pgs_rms_error_tol: float,
+    contact_surface_layer: float,
+    contact_max_correcting_vel: float,
+    cfm: float,
+    erp: float,
+    max_contacts: int,
+) -> bool:
+    """Set the engine ODE.
+
+    Args:
+        auto_disable_bodies: Whether bodies at rest are left out of the computation.
+        sor_pgs_precon_iters: Iterations before the contact solver's own.
+        sor_pgs_iters: Iterations of the contact solver.
+        sor_pgs_w: Its relaxation.
+        sor_pgs_rms_error_tol: At which it stops early; 0 for never.
+        contact_surface_layer: Depth to which bodies may sink into each other [m].
+        contact_max_correcting_vel: Of bodies that are pushed apart [m/s].
+        cfm: Constraint force mixing.
+        erp: Error reduction per step, 0 to 1.
+        max_contacts: Between two bodies.
+
+    Returns:
+        Whether it is set.
+    """
+    given = dict(locals())
+    for name, value in given.items():
+        _number(name, float(value), 0.0)
+    return _set(_get(), ode=given)
+
+
+@answers(None)
+def gazebo_get_ODE_physics() -> Any:  # noqa: N802 # FRobs_RL's name
+    """Return the engine's settings as a ``gazebo_msgs/ODEPhysics``; None where no simulation answers."""
+    return _get().ode_config
+
+
+@answers(False)
+def gazebo_set_default_properties() -> bool:
+    """Set the time step to 1 ms, the speed to real time, gravity to Earth's, and the engine to its defaults.
+
+    Returns:
+        Whether they are set.
+    """
+    return _set(_get(), time_step=TIME_STEP, max_update_rate=1.0 / TIME_STEP, gravity=_vector(*GRAVITY), ode=ODE)
+
+
+def _get() -> Any:
+    use_ros()
+    from gazebo_msgs.srv import GetPhysicsProperties
+
+    answer = call(_GET, GetPhysicsProperties)
+    if not answer.success:
+        raise ServiceError(_GET, answer.status_message)
+    return answer
+
+
+def _set(
+    now: Any,
+    *,
+    time_step: float | None = None,
+    max_update_rate: float | None = None,
+    gravity: Any = None,
+    ode: dict[str, Any] | None = None,
+) -> bool:
+    """Set what is given, and the rest to what it is now."""
+    from gazebo_msgs.msg import ODEPhysics
+    from gazebo_msgs.srv import SetPhysicsProperties
+
+    answer = call(
+        _SET,
+        SetPhysicsProperties,
+        time_step=now.time_step if time_step is None else time_step,
+        max_update_rate=now.max_update_rate if max_update_rate is None else max_update_rate,
+        gravity=now.gravity if gravity is None else gravity,
+        ode_config=now.ode_config if ode is None else ODEPhysics(**ode),
+    )
+    if not answer.success:
+        raise ServiceError(_SET, answer.status_message)
+    return True
+
+
+def _vector(x: float, y: float, z: float) -> Any:
+    use_ros()
+    from geometry_msgs.msg import Vector3
+
+    return Vector3(*(_number(name, value) for name, value in zip("xyz", (x, y, z), strict=True)))
+
+
+def _number(name: str, value: float, low: float = -math.inf, *, above: bool = False) -> float:
+    if not math.isfinite(value) or value < low or (above and value == low):
+        raise ConfigurationError(f"{name} is {value}; it must be finite{f', and {low:g} or more' if low == 0 else ''}.")
+    return float(value)

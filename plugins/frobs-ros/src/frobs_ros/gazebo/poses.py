@@ -1,0 +1,63 @@
+"""Poses as ROS says them: position, and a quaternion whose scalar is last."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from frobs_core.errors import ConfigurationError
+
+_TOLERANCE = 1e-3
+
+
+def orientation(x: float, y: float, z: float, w: float) -> tuple[float, float, float, float]:
+    """Return a unit quaternion, scalar last.
+
+    Four zeros, which FRobs_RL has as a default and Gazebo reads as no rotation, are the identity.
+
+    Args:
+        x: First part of the vector.
+        y: Second part.
+        z: Third part.
+        w: Scalar.
+
+    Raises:
+        ConfigurationError: It is no rotation: its length is not 1.
+    """
+    parts = (float(x), float(y), float(z), float(w))
+    if not any(parts):
+        return (0.0, 0.0, 0.0, 1.0)
+    length = math.sqrt(sum(part * part for part in parts))
+    if not math.isfinite(length) or abs(length - 1.0) > _TOLERANCE:
+        raise ConfigurationError(
+            f"the orientation (x, y, z, w) = {parts} has length {length:.4g}; a rotation has length 1. "
+            "(0, 0, 0, 1) is no rotation."
+        )
+    return tuple(part / length for part in parts)  # type: ignore[return-value]
+
+
+def position(x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Return a position [m].
+
+    Args:
+        x: [m]
+        y: [m]
+        z: [m]
+
+    Raises:
+        ConfigurationError: It is not finite.
+    """
+    if not all(map(math.isfinite, (x, y, z))):
+        raise ConfigurationError(f"the position ({x}, {y}, {z}) is not finite.")
+    return (float(x), float(y), float(z))
+
+
+def pose_message(pos: tuple[float, float, float], quat_xyzw: tuple[float, float, float, float]) -> Any:
+    """Return a ``geometry_msgs/Pose`` of a position [m] and an orientation, scalar last, after checking both.
+
+    Raises:
+        ConfigurationError: One of them is none.
+    """
+    from geometry_msgs.msg import Point, Pose, Quaternion
+
+    return Pose(Point(*position(*pos)), Quaternion(*orientation(*quat_xyzw)))

@@ -1,0 +1,94 @@
+"""Where models are."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from frobs_core.errors import ConfigurationError
+from frobs_ros.environment import use_ros
+from frobs_ros.errors import ServiceError
+from frobs_ros.gazebo.poses import pose_message, position
+from frobs_ros.log import answers
+from frobs_ros.services import call
+
+_GET, _SET = "/gazebo/get_model_state", "/gazebo/set_model_state"
+
+
+@answers((None, None, None, False))
+def gazebo_get_model_state(model_name: str, relative_entity_name: str = "world") -> tuple[Any, Any, Any, bool]:
+    """Return where a model is and how it moves.
+
+    Args:
+        model_name: Its name in the simulation.
+        relative_entity_name: The model or link that pose and twist are relative to.
+
+    Returns:
+        Header, pose, twist, and True; three times None and False where there is no such model.
+    """
+    use_ros()
+    from gazebo_msgs.srv import GetModelState
+
+    answer = call(_GET, GetModelState, model_name, relative_entity_name)
+    if not answer.success:
+        raise ServiceError(_GET, f"'{model_name}': {answer.status_message}")
+    return answer.header, answer.pose, answer.twist, True
+
+
+@answers(False)
+def gazebo_set_model_state(
+    model_name: str,
+    ref_frame: str = "world",
+    pos_x: float = 0.0,
+    pos_y: float = 0.0,
+    pos_z: float = 0.0,
+    ori_x: float = 0.0,
+    ori_y: float = 0.0,
+    ori_z: float = 0.0,
+    ori_w: float = 0.0,
+    lin_vel_x: float = 0.0,
+    lin_vel_y: float = 0.0,
+    lin_vel_z: float = 0.0,
+    ang_vel_x: float = 0.0,
+    ang_vel_y: float = 0.0,
+    ang_vel_z: float = 0.0,
+    sleep_time: float = 0.05,
+) -> bool:
+    """Put a model somewhere, with a velocity.
+
+    Args:
+        model_name: Its name in the simulation.
+        ref_frame: The model or link that all of it is relative to.
+        pos_x: [m]
+        pos_y: [m]
+        pos_z: [m]
+        ori_x: Of a quaternion of length 1; four zeros are no rotation.
+        ori_y: Of the quaternion.
+        ori_z: Of the quaternion.
+        ori_w: Scalar of the quaternion.
+        lin_vel_x: [m/s]
+        lin_vel_y: [m/s]
+        lin_vel_z: [m/s]
+        ang_vel_x: [rad/s]
+        ang_vel_y: [rad/s]
+        ang_vel_z: [rad/s]
+        sleep_time: What FRobs_RL slept between request and answer [s]. The answer comes when the state is set, so that
+            nothing is slept; it must not be negative.
+
+    Returns:
+        Whether it is done.
+    """
+    use_ros()
+    from gazebo_msgs.msg import ModelState
+    from gazebo_msgs.srv import SetModelState
+    from geometry_msgs.msg import Twist, Vector3
+
+    if not sleep_time >= 0.0:
+        raise ConfigurationError(f"sleep_time is {sleep_time} s; it is 0 or more.")
+    twist = Twist(
+        Vector3(*position(lin_vel_x, lin_vel_y, lin_vel_z)), Vector3(*position(ang_vel_x, ang_vel_y, ang_vel_z))
+    )
+    pose = pose_message((pos_x, pos_y, pos_z), (ori_x, ori_y, ori_z, ori_w))
+    answer = call(_SET, SetModelState, ModelState(model_name, pose, twist, ref_frame))
+    if not answer.success:
+        raise ServiceError(_SET, f"'{model_name}': {answer.status_message}")
+    return True

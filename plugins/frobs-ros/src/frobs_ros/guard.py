@@ -1,0 +1,139 @@
+"""Runs one command, and ends all that came of it when the owner says so, or is gone.
+
+A program of its own, ``python -I -S guard.py COMMAND…``, made of the standard library alone. Its standard input is a
+pipe whose other end the owner holds: it closes when the owner dies, however that happens, ``kill -9`` too. Whatever
+the command starts stays below this process in the tree of processes, daemons as well (PR_SET_CHILD_SUBREAPER), so
+nothing of it can be left over.
+
+``--respawn`` starts the command again when it ends by itself; ``--grace S`` is what it has after SIGINT, and again
+after SIGTERM [s]; ``--inside`` sends the SIGINT to what the command runs, which is meant for terminals.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+
+_SET_PDEATHSIG, _SET_CHILD_SUBREAPER = 1, 36
+_POLL = 0.02
+_LOOK = 1.0
+_RESPAWN_PAUSE = 1.0
+
+
+def descendants(pid: int) -> list[int]:
+    """Return the processes below one, in the order in which they were started."""
+    children: dict[int, list[int]] = {}
+    for entry in os.listdir("/proc"):
+        if entry.isdigit():
+            try:
+                with open(f"/proc/{entry}/stat", "rb") as file:
+                    fields = file.read().rpartition(b")")[2].split()
+            except OSError:
+                continue  # it ended while we looked
+            if fields[0] != b"Z":
+                children.setdefault(int(fields[1]), []).append(int(entry))
+    found, todo = [], [pid]
+    while todo:
+        below = sorted(children.get(todo.pop(0), ()))
+        found += below
+        todo += below
+    return found
+
+
+def _signal(pids: list[int], number: int) -> None:
+    for pid in pids:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(pid, number)
+
+
+def _reap() -> None:
+    """Bury those that were adopted."""
+    with contextlib.suppress(ChildProcessError):
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            continue
+
+
+def _wait_until_none(grace: float) -> bool:
+    until = time.monotonic() + grace
+    while descendants(os.getpid()):
+        if time.monotonic() > until:
+            return False
+        time.sleep(_POLL)
+        _reap()
+    return True
+
+
+def _end(child: subprocess.Popen[bytes], grace: float, inside: bool) -> None:
+    """End the command and what came of it: SIGINT to the command, then SIGTERM, then SIGKILL to all that is left."""
+    if child.poll() is None:
+        _signal((inside and descendants(child.pid)) or [child.pid], signal.SIGINT)
+        if _wait_until_none(grace):
+            return
+    _signal(descendants(os.getpid()), signal.SIGTERM)
+    if _wait_until_none(grace):
+        return
+    while rest := descendants(os.getpid()):
+        _signal(rest, signal.SIGKILL)
+        time.sleep(_POLL)
+        _reap()
+
+
+def _start(command: list[str]) -> subprocess.Popen[bytes]:
+    libc = ctypes.CDLL(None, use_errno=True)
+
+    def prepare() -> None:
+        libc.prctl(_SET_PDEATHSIG, signal.SIGTERM)  # should this guard itself be killed
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+    return subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True, preexec_fn=prepare)
+
+
+def main(arguments: list[str]) -> int:
+    """Run; return the command's exit code."""
+    respawn, inside, grace = False, False, 5.0
+    while arguments[0].startswith("--"):
+        option = arguments.pop(0)
+        respawn, inside = respawn or option == "--respawn", inside or option == "--inside"
+        grace = float(arguments.pop(0)) if option == "--grace" else grace
+    owner = os.getppid()
+    os.setsid()  # Ctrl-C in the owner's terminal is the owner's
+    ctypes.CDLL(None, use_errno=True).prctl(_SET_CHILD_SUBREAPER, 1)
+    told, wake = os.pipe()
+    os.set_blocking(wake, False)
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGCHLD):
+        signal.signal(number, lambda number, _: os.write(wake, b"c" if number == signal.SIGCHLD else b"!"))
+    child = _start(arguments)
+    while True:
+        ready, _, _ = select.select([0, told], [], [], _LOOK)
+        # A process that the owner forked may hold the pipe open, so the owner is looked for as well.
+        if 0 in ready or os.getppid() != owner or (told in ready and b"!" in os.read(told, 4096)):
+            _end(child, grace, inside)
+            return 0
+        code = child.poll()
+        _reap_adopted(child.pid)
+        if code is not None and respawn:
+            time.sleep(_RESPAWN_PAUSE)
+            child = _start(arguments)
+        elif code is not None:
+            _end(child, grace, inside)  # what a launcher that was killed leaves behind
+            return code if code >= 0 else 128 - code
+
+
+def _reap_adopted(child: int) -> None:
+    """Bury those that were adopted and are dead, but leave the command's own code to be asked for."""
+    with open(f"/proc/self/task/{os.getpid()}/children") as file:
+        adopted = [pid for pid in map(int, file.read().split()) if pid != child]
+    for pid in adopted:
+        with contextlib.suppress(ChildProcessError):
+            os.waitpid(pid, os.WNOHANG)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

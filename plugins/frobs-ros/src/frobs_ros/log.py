@@ -1,0 +1,48 @@
+"""What functions that answer with True and False say about a False."""
+
+from __future__ import annotations
+
+import functools
+import logging
+from collections.abc import Callable
+from typing import Any, ParamSpec, TypeVar
+
+from frobs_core.errors import FrobsError
+from frobs_ros.errors import RosNotFoundError
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+LOG = logging.getLogger("rosout.frobs_ros")
+"""Below rospy's own logger: after ``rospy.init_node`` what is said here is on the screen, in ROS's log and on /rosout."""
+
+
+def answers(refusal: Any, *, pair: bool = False) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Let a function return ``refusal`` where it would raise an error of FRobs, and log the error.
+
+    That ROS is not installed at all is raised still. :func:`or_raise` calls the function as it was.
+
+    Args:
+        refusal: What to return.
+        pair: Return ``(refusal, the error's text)``.
+    """
+
+    def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        @functools.wraps(function)
+        def answering(*args: P.args, **kwargs: P.kwargs) -> R:
+            try:
+                return function(*args, **kwargs)
+            except RosNotFoundError:
+                raise
+            except FrobsError as error:
+                LOG.error("%s: %s", function.__name__, error)
+                return (refusal, str(error)) if pair else refusal  # type: ignore[return-value]
+
+        return answering
+
+    return decorate
+
+
+def or_raise(function: Callable[P, R]) -> Callable[P, R]:
+    """Return a function of this package as it is without :func:`answers`: it raises what it would log."""
+    return getattr(function, "__wrapped__", function)

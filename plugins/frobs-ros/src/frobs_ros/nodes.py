@@ -1,0 +1,88 @@
+"""Nodes that a ROS master knows, and which of them are ours."""
+
+from __future__ import annotations
+
+import xmlrpc.client
+from typing import Any
+
+from frobs_ros import processes
+from frobs_ros.errors import MasterError, RosError
+from frobs_ros.master import connect, master_uri
+
+_TIMEOUT = 3.0
+_CALLER = "/frobs"
+
+
+class _Timed(xmlrpc.client.Transport):
+    """Gives up on a node that hangs."""
+
+    def make_connection(self, host: Any) -> Any:
+        """Return a connection with a time limit."""
+        connection = super().make_connection(host)
+        connection.timeout = _TIMEOUT
+        return connection
+
+
+def names() -> set[str]:
+    """Return the names of all nodes.
+
+    Raises:
+        MasterError: No master answers.
+    """
+    publishers, subscribers, services = connect().getSystemState()
+    return {node for group in (publishers, subscribers, services) for _, found in group for node in found}
+
+
+def pid_of(name: str) -> int | None:
+    """Return a node's process; None where the node does not answer."""
+    try:
+        code, _, pid = _node(name).getPid(_CALLER)
+    except (OSError, xmlrpc.client.Error, RosError):
+        return None
+    return int(pid) if code == 1 else None
+
+
+def of(pids: set[int], among: set[str]) -> set[str]:
+    """Return the nodes that run in some processes.
+
+    Args:
+        pids: The processes.
+        among: The nodes to look at.
+    """
+    return {name for name in among if pid_of(name) in pids}
+
+
+def ours() -> set[str]:
+    """Return the nodes that run in processes of ours; this process's own node is none of them.
+
+    Raises:
+        MasterError: No master answers.
+    """
+    pids = {pid for process in processes.owned() for pid in process.pids()}
+    return of(pids, names()) if pids else set()
+
+
+def shut_down(name: str) -> None:
+    """Tell a node to end.
+
+    Raises:
+        MasterError: No master answers, or it knows no such node.
+        RosError: The node does not answer.
+    """
+    try:
+        _node(name).shutdown(_CALLER, "ended by ros_kill_node")
+    except (OSError, xmlrpc.client.Error) as error:
+        raise RosError(
+            f"the node {name} does not answer: {error}; 'rosnode cleanup' forgets nodes that are dead."
+        ) from error
+
+
+def _node(name: str) -> Any:
+    import rosgraph
+
+    try:
+        uri = connect().lookupNode(name)
+    except rosgraph.MasterError as error:
+        known = ", ".join(sorted(names())) or "none"
+        raise MasterError(master_uri(), f"there is no node '{name}'; there are: {known}") from error
+    return xmlrpc.client.ServerProxy(uri, transport=_Timed())

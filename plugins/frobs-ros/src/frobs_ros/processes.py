@@ -1,0 +1,242 @@
+"""Processes that we start, owned by handle: nothing is ever ended by name, and nothing is left over.
+
+Each runs below a guard (:mod:`frobs_ros.guard`), which ends it and all that came of it when it is told to, and when
+this process is gone: at exit, after an exception, Ctrl-C or ``kill -9``.
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import itertools
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
+from pathlib import Path
+
+from frobs_ros.environment import child_variables
+from frobs_ros.errors import ProcessError
+from frobs_ros.guard import descendants
+from frobs_ros.log import LOG
+
+_GUARD = Path(__file__).with_name("guard.py")
+_TAIL = 2_000
+_POLL = 0.02
+_owned: dict[int, Process] = {}
+_lock = threading.Lock()
+_numbers = itertools.count(1)
+_collecting: ContextVar[list[Process] | None] = ContextVar("collecting", default=None)
+
+
+class Process:
+    """A process that we started, with all that it starts.
+
+    Args:
+        kind: What it is for: ``"master"``, ``"launch"``, ``"node"``, ``"gazebo"``, ``"state publisher"``.
+        name: For messages.
+        popen: Its guard.
+        log: The file that it writes to; None: it writes where we write.
+        grace: What it has to end after SIGINT, and again after SIGTERM [s].
+        owner: The process that may end it; a fork of it may not.
+    """
+
+    def __init__(self, kind: str, name: str, popen: subprocess.Popen[bytes], log: Path | None, grace: float) -> None:
+        self.kind = kind
+        self.name = name
+        self.log = log
+        self.owner = os.getpid()
+        self._popen = popen
+        self._grace = grace
+
+    @property
+    def pid(self) -> int:
+        """Of the guard, above all processes that came of the command."""
+        return self._popen.pid
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the command, or anything that came of it, runs."""
+        return self._popen.poll() is None
+
+    @property
+    def returncode(self) -> int | None:
+        """What the command exited with; None while it runs."""
+        return self._popen.poll()
+
+    def pids(self) -> set[int]:
+        """Return the processes that came of the command."""
+        return set(descendants(self.pid)) if self.is_running else set()
+
+    def stop(self) -> bool:
+        """End it: SIGINT, then SIGTERM, then SIGKILL; twice is harmless.
+
+        Returns:
+            Whether nothing of it runs any more.
+        """
+        if os.getpid() != self.owner:
+            return False
+        if self._popen.stdin is not None:
+            with contextlib.suppress(OSError):
+                self._popen.stdin.close()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._popen.wait(2 * self._grace + 5.0)
+        _owned.pop(self.pid, None)
+        return not self.is_running
+
+    def output(self) -> str:
+        """Return the last that it wrote, as far as we keep it."""
+        if self.log is None:
+            return ""
+        with contextlib.suppress(OSError):
+            return self.log.read_bytes()[-_TAIL:].decode(errors="replace").strip()
+        return ""
+
+    def wait_until(self, ready: Callable[[], bool], timeout: float) -> None:
+        """Wait until something holds.
+
+        Args:
+            ready: Whether it does.
+            timeout: [s]
+
+        Raises:
+            ProcessError: The process ended, or time is up; the process is ended then.
+        """
+        until = time.monotonic() + timeout
+        while not ready():
+            if not self.is_running:
+                raise ProcessError(self.name, f"it ended at once, with exit code {self.returncode}", self.output())
+            if time.monotonic() > until:
+                self.stop()
+                raise ProcessError(self.name, f"it was not ready after {timeout:g} s and was ended", self.output())
+            time.sleep(_POLL)
+
+
+def start(
+    kind: str,
+    command: Sequence[str | Path],
+    *,
+    name: str,
+    terminal: bool = False,
+    output: str | None = "log",
+    environment: Mapping[str, str] | None = None,
+    respawn: bool = False,
+    grace: float = 5.0,
+) -> Process:
+    """Start a command that this process owns.
+
+    Args:
+        kind: What it is for; see :class:`Process`.
+        command: The program and its arguments.
+        name: For messages, and the title of the window.
+        terminal: Whether to run it in an xterm. Without an xterm or a display it writes to a file, which is logged.
+        output: Where it writes: ``"screen"``, where we write; ``"log"``, a file; None, nowhere. A window shows it.
+        environment: Its environment variables; those for programs of ROS where nothing is given.
+        respawn: Whether to start it again when it ends by itself.
+        grace: What it has to end after SIGINT, and again after SIGTERM [s].
+
+    Raises:
+        ProcessError: There is no such program.
+    """
+    variables = dict(environment) if environment is not None else child_variables()
+    words = [str(word) for word in command]
+    program = shutil.which(words[0], path=variables.get("PATH"))
+    if program is None:
+        raise ProcessError(name, f"the program '{words[0]}' is not installed; see 'frobs doctor ros'")
+    words[0] = program
+    options = ["--grace", str(grace), *(["--respawn"] if respawn else [])]
+    log = None
+    window = _window(name, variables) if terminal else []
+    if window:
+        words = [*window, *words]
+        options.append("--inside")
+    elif terminal or output == "log":
+        log = log_folder() / f"{name.strip('/').replace('/', '-').replace(' ', '-') or kind}-{next(_numbers)}.log"
+    if terminal and log:
+        LOG.warning("%s writes to %s", name, log)
+    with contextlib.ExitStack() as stack:
+        to = stack.enter_context(log.open("wb")) if log else (None if output == "screen" else subprocess.DEVNULL)
+        popen = subprocess.Popen(
+            [sys.executable, "-I", "-S", str(_GUARD), *options, *words],
+            stdin=subprocess.PIPE,
+            stdout=to,
+            stderr=None if to is None else subprocess.STDOUT,
+            env=variables,
+        )
+    process = Process(kind, name, popen, log, grace)
+    with _lock:
+        _owned[process.pid] = process
+    collected = _collecting.get()
+    if collected is not None:
+        collected.append(process)
+    return process
+
+
+def _window(name: str, variables: Mapping[str, str]) -> list[str]:
+    """Return the words that put a command into a window; none where there can be no window."""
+    missing = "xterm is not installed" if shutil.which("xterm", path=variables.get("PATH")) is None else ""
+    if not variables.get("DISPLAY"):
+        missing = "there is no display"
+    if missing:
+        LOG.warning("%s runs without a window of its own: %s", name, missing)
+        return []
+    return ["xterm", "-T", name, "-e"]
+
+
+def log_folder() -> Path:
+    """Return the folder for what our processes write: of this process, made when it is first asked for."""
+    global _folder
+    if _folder is None or not _folder.is_dir():
+        base = os.environ.get("ROS_LOG_DIR")
+        if base:
+            Path(base).mkdir(parents=True, exist_ok=True)
+        _folder = Path(tempfile.mkdtemp(prefix="frobs-ros-", dir=base))
+    return _folder
+
+
+_folder: Path | None = None
+
+
+def owned(kinds: Iterable[str] = ()) -> list[Process]:
+    """Return our processes that run, of some kinds or of all, oldest first."""
+    wanted = set(kinds)
+    with _lock:
+        found = list(_owned.values())
+    for process in found:
+        if not process.is_running:
+            _owned.pop(process.pid, None)
+    return [p for p in found if p.is_running and p.owner == os.getpid() and (not wanted or p.kind in wanted)]
+
+
+def stop(processes: Iterable[Process]) -> bool:
+    """End processes, the newest first.
+
+    Returns:
+        Whether none of them runs any more.
+    """
+    ended = [process.stop() for process in reversed(list(processes))]  # all of them, also after one that would not
+    return all(ended)
+
+
+@contextlib.contextmanager
+def collected() -> Iterator[list[Process]]:
+    """Collect the processes that are started inside; an error ends them."""
+    found: list[Process] = []
+    token = _collecting.set(found)
+    try:
+        yield found
+    except BaseException:
+        stop(found)
+        raise
+    finally:
+        _collecting.reset(token)
+
+
+@atexit.register
+def _stop_all() -> None:
+    stop(owned())

@@ -1,0 +1,131 @@
+"""The arguments of RobotBasicEnv: checked, and handed on to what they are for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+from frobs_core.errors import ConfigurationError
+from frobs_ros.gazebo.poses import orientation, position
+from frobs_ros.log import LOG
+
+LAUNCH: Mapping[str, str] = {
+    "gazebo_init_paused": "paused",
+    "gazebo_use_gui": "gui",
+    "gazebo_recording": "recording",
+    "gazebo_freq": "pub_clock_frequency",
+    "world_path": "custom_world_path",
+    "world_pkg": "custom_world_pkg",
+    "world_filename": "custom_world_name",
+}
+"""Argument of RobotBasicEnv, then of launch_Gazebo."""
+
+ROBOT: Mapping[str, str] = {
+    "pkg_name": "pkg_name",
+    "urdf_file": "model_urdf_file",
+    "controller_file": "controllers_file",
+    "controller_list": "controllers_list",
+    "urdf_folder": "model_urdf_folder",
+    "namespace": "ns",
+    "urdf_xacro_args": "args_xacro",
+    "rob_state_publisher_max_freq": "max_pub_freq",
+    "rob_st_term": "rob_st_term",
+    "model_name_in_gazebo": "gazebo_name",
+    "model_pos_x": "pos_x",
+    "model_pos_y": "pos_y",
+    "model_pos_z": "pos_z",
+    "model_ori_w": "ori_w",
+    "model_ori_x": "ori_x",
+    "model_ori_y": "ori_y",
+    "model_ori_z": "ori_z",
+}
+"""Argument of RobotBasicEnv, then of spawn_model_in_gazebo."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotSettings:
+    """The arguments of :class:`frobs_ros.robot_basic_env.RobotBasicEnv`, which explains them."""
+
+    launch_gazebo: bool
+    gazebo_init_paused: bool
+    gazebo_use_gui: bool
+    gazebo_recording: bool
+    gazebo_freq: int
+    world_path: str | None
+    world_pkg: str | None
+    world_filename: str | None
+    gazebo_max_freq: float | None
+    gazebo_timestep: float | None
+    spawn_robot: bool
+    model_name_in_gazebo: str
+    namespace: str
+    pkg_name: str | None
+    urdf_file: str | None
+    urdf_folder: str
+    controller_file: str | None
+    controller_list: Sequence[str] | None
+    urdf_xacro_args: Sequence[str] | None
+    rob_state_publisher_max_freq: float | None
+    rob_st_term: bool
+    model_pos_x: float
+    model_pos_y: float
+    model_pos_z: float
+    model_ori_x: float
+    model_ori_y: float
+    model_ori_z: float
+    model_ori_w: float
+    reset_controllers: bool
+    reset_mode: int
+    step_mode: int
+    num_gazebo_steps: int
+
+    def check(self) -> None:
+        """Refuse what cannot be meant, before anything is started.
+
+        Raises:
+            ConfigurationError: Says which argument, and what it can be.
+        """
+        for name in ("reset_mode", "step_mode"):
+            if getattr(self, name) not in (1, 2):
+                raise ConfigurationError(f"{name} is {getattr(self, name)!r}; it is 1 or 2.")
+        if int(self.num_gazebo_steps) != self.num_gazebo_steps or self.num_gazebo_steps < 1:
+            raise ConfigurationError(f"num_gazebo_steps is {self.num_gazebo_steps!r}; it is a whole number, 1 or more.")
+        if self.step_mode == 1 and self.num_gazebo_steps != 1:
+            LOG.warning("num_gazebo_steps=%d is not used: step_mode 1 goes by the clock", self.num_gazebo_steps)
+        for name in ("gazebo_max_freq", "gazebo_timestep"):
+            value = getattr(self, name)
+            if value is not None and not (value > 0 or (value == 0 and name == "gazebo_max_freq")):
+                raise ConfigurationError(f"{name} is {value}; it is above 0.")
+        position(self.model_pos_x, self.model_pos_y, self.model_pos_z)
+        orientation(self.model_ori_x, self.model_ori_y, self.model_ori_z, self.model_ori_w)
+        if self.spawn_robot and not (self.pkg_name and self.urdf_file):
+            raise ConfigurationError("spawn_robot needs pkg_name and urdf_file.")
+        if self.reset_controllers and not self.controller_list:
+            raise ConfigurationError("reset_controllers needs controller_list.")
+        self._say_what_is_not_used()
+
+    def _say_what_is_not_used(self) -> None:
+        """Log arguments of a launch or of a robot that this environment does not make itself."""
+        launch = ("gazebo_recording", "world_path", "world_pkg", "world_filename")
+        robot = ("pkg_name", "urdf_file", "controller_file", "urdf_xacro_args", "rob_state_publisher_max_freq")
+        for switch, names in (("launch_gazebo", launch), ("spawn_robot", robot)):
+            given = [name for name in names if getattr(self, name)]
+            if given and not getattr(self, switch):
+                LOG.warning(
+                    "%s not used: %s is False", f"{', '.join(given)} {'is' if len(given) == 1 else 'are'}", switch
+                )
+
+    def launch(self) -> dict[str, Any]:
+        """Return the arguments of launch_Gazebo."""
+        return {theirs: getattr(self, ours) for ours, theirs in LAUNCH.items()}
+
+    def robot(self) -> dict[str, Any]:
+        """Return the arguments of spawn_model_in_gazebo."""
+        found = {theirs: getattr(self, ours) for ours, theirs in ROBOT.items()}
+        return found | {"controllers_list": list(self.controller_list or ())}
+
+    @classmethod
+    def names(cls) -> tuple[str, ...]:
+        """Return the names of the arguments, in their order."""
+        return tuple(field.name for field in fields(cls))

@@ -1,0 +1,313 @@
+"""FRobs_RL's ``ros_controllers``: load, start, stop, reset and unload the controllers of a robot.
+
+Each function answers with True or False, and the log says why it is False.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from frobs_core.errors import ConfigurationError
+from frobs_ros.errors import ServiceError
+from frobs_ros.log import answers, or_raise
+from frobs_ros.names import join
+from frobs_ros.services import call
+
+_PAUSE = 0.05
+STRICTNESS = {1: "best effort", 2: "strict"}
+
+
+@answers(False)
+def load_controller_srv(controller_name: str, ns: str | None = None, max_retries: int = 5) -> bool:
+    """Load a controller; one that is loaded already stays.
+
+    Args:
+        controller_name: The controller, whose type is the parameter ``<ns>/<controller>/type``.
+        ns: Namespace of the robot.
+        max_retries: How often to try.
+
+    Returns:
+        Whether the controller is loaded.
+    """
+    from frobs_ros.environment import use_ros
+
+    use_ros()
+    from controller_manager_msgs.srv import LoadController
+
+    service = join(ns, "controller_manager", "load_controller")
+    if _try(lambda: call(service, LoadController, controller_name, tries=max_retries).ok, max_retries):
+        return True
+    states = _states(ns)
+    if controller_name in states:
+        return True
+    raise ServiceError(service, f"it refuses '{controller_name}': {_why_not_loaded(controller_name, ns)}")
+
+
+@answers(None)
+def load_controller_list_srv(controller_list: Sequence[str], ns: str | None = None, max_retries: int = 5) -> None:
+    """Load controllers.
+
+    Args:
+        controller_list: The controllers.
+        ns: Namespace of the robot.
+        max_retries: How often to try each.
+    """
+    for controller in controller_list:
+        load_controller_srv(controller, ns, max_retries)
+
+
+@answers(False)
+def unload_controller_srv(controller_name: str, ns: str | None = None, max_retries: int = 5) -> bool:
+    """Unload a controller, which must not run.
+
+    Args:
+        controller_name: The controller.
+        ns: Namespace of the robot.
+        max_retries: How often to try.
+
+    Returns:
+        Whether the controller is unloaded.
+    """
+    from frobs_ros.environment import use_ros
+
+    use_ros()
+    from controller_manager_msgs.srv import UnloadController
+
+    service = join(ns, "controller_manager", "unload_controller")
+    if _try(lambda: call(service, UnloadController, controller_name, tries=max_retries).ok, max_retries):
+        return True
+    state = _states(ns).get(controller_name)
+    reason = "no such controller is loaded" if state is None else f"it is {state}; stop it first"
+    raise ServiceError(service, f"it refuses '{controller_name}': {reason}. {_loaded(ns)}")
+
+
+@answers(None)
+def unload_controller_list_srv(controller_list: Sequence[str], ns: str | None = None, max_retries: int = 5) -> None:
+    """Unload controllers, which must not run.
+
+    Args:
+        controller_list: The controllers.
+        ns: Namespace of the robot.
+        max_retries: How often to try each.
+    """
+    for controller in controller_list:
+        unload_controller_srv(controller, ns, max_retries)
+
+
+@answers(False)
+def switch_controllers_srv(
+    start_controllers: Sequence[str],
+    stop_controllers: Sequence[str],
+    ns: str | None = None,
+    strictness: int = 1,
+    start_asap: bool = False,
+    timeout: float = 3.0,
+    max_retries: int = 5,
+) -> bool:
+    """Start controllers and stop others, in one step of the controller manager.
+
+    Args:
+        start_controllers: The controllers to start.
+        stop_controllers: The controllers to stop.
+        ns: Namespace of the robot.
+        strictness: 1 does what can be done, 2 does all or nothing.
+        start_asap: Whether to start each as soon as its hardware is ready.
+        timeout: Before pending controllers are given up [s]; 0 for never.
+        max_retries: How often to try.
+
+    Returns:
+        Whether it is done: those to start run, those to stop do not.
+    """
+    from frobs_ros.environment import use_ros
+
+    use_ros()
+    from controller_manager_msgs.srv import SwitchController
+
+    if strictness not in STRICTNESS:
+        raise ConfigurationError(f"strictness is {strictness}; it is 1 (best effort) or 2 (strict).")
+    if timeout < 0:
+        raise ConfigurationError(f"timeout is {timeout} s; it is 0 (never) or more.")
+    start, stop = list(start_controllers or ()), list(stop_controllers or ())
+    service = join(ns, "controller_manager", "switch_controller")
+    fields: dict[str, Any] = {
+        "start_controllers": start,
+        "stop_controllers": stop,
+        "strictness": strictness,
+        "start_asap": start_asap,
+        "timeout": timeout,
+    }
+    done = _try(lambda: call(service, SwitchController, tries=max_retries, **fields).ok, max_retries)
+    # With best effort the controller manager says yes to names that it does not know.
+    states = _states(ns)
+    idle = [name for name in start if states.get(name) != "running"]
+    busy = [name for name in stop if states.get(name) == "running" and name not in start]
+    if done and not idle and not busy:
+        return True
+    wrong = [f"'{name}' is {states.get(name, 'not loaded')} and should run" for name in idle]
+    wrong += [f"'{name}' still runs" for name in busy]
+    raise ServiceError(service, f"{', '.join(wrong) or 'it refuses, and does not say why'}. {_loaded(ns)}")
+
+
+@answers(False)
+def start_controllers_srv(
+    start_controllers: Sequence[str],
+    ns: str | None = None,
+    strictness: int = 1,
+    start_asap: bool = False,
+    timeout: float = 3.0,
+) -> bool:
+    """Start controllers that are loaded.
+
+    Args:
+        start_controllers: The controllers.
+        ns: Namespace of the robot.
+        strictness: 1 does what can be done, 2 does all or nothing.
+        start_asap: Whether to start each as soon as its hardware is ready.
+        timeout: Before pending controllers are given up [s]; 0 for never.
+
+    Returns:
+        Whether they run.
+    """
+    return or_raise(switch_controllers_srv)(start_controllers, [], ns, strictness, start_asap, timeout)
+
+
+@answers(False)
+def stop_controllers_srv(
+    stop_controllers: Sequence[str],
+    ns: str | None = None,
+    strictness: int = 1,
+    start_asap: bool = False,
+    timeout: float = 3.0,
+) -> bool:
+    """Stop controllers.
+
+    Args:
+        stop_controllers: The controllers.
+        ns: Namespace of the robot.
+        strictness: 1 does what can be done, 2 does all or nothing.
+        start_asap: Of no meaning to stopping; sent as it is.
+        timeout: Before pending controllers are given up [s]; 0 for never.
+
+    Returns:
+        Whether they are stopped.
+    """
+    return or_raise(switch_controllers_srv)([], stop_controllers, ns, strictness, start_asap, timeout)
+
+
+@answers(False)
+def reset_controllers_srv(
+    reset_controllers: Sequence[str],
+    max_retries: int = 10,
+    ns: str | None = None,
+    strictness: int = 1,
+    start_asap: bool = False,
+    timeout: float = 3.0,
+) -> bool:
+    """Stop controllers and start them again.
+
+    Args:
+        reset_controllers: The controllers.
+        max_retries: How often to try.
+        ns: Namespace of the robot.
+        strictness: 1 does what can be done, 2 does all or nothing.
+        start_asap: Whether to start each as soon as its hardware is ready.
+        timeout: Before pending controllers are given up [s]; 0 for never.
+
+    Returns:
+        Whether they run again.
+    """
+    switch = or_raise(switch_controllers_srv)
+    switch([], reset_controllers, ns, strictness, start_asap, timeout, max_retries)
+    return switch(reset_controllers, [], ns, strictness, start_asap, timeout, max_retries)
+
+
+@answers(False)
+def spawn_controllers_srv(
+    spawn_controllers: Sequence[str],
+    ns: str | None = None,
+    strictness: int = 1,
+    start_asap: bool = False,
+    timeout: float = 3.0,
+) -> bool:
+    """Load controllers and start them.
+
+    Args:
+        spawn_controllers: The controllers.
+        ns: Namespace of the robot.
+        strictness: 1 does what can be done, 2 does all or nothing.
+        start_asap: Whether to start each as soon as its hardware is ready.
+        timeout: Before pending controllers are given up [s]; 0 for never.
+
+    Returns:
+        Whether they run.
+    """
+    for controller in spawn_controllers:
+        or_raise(load_controller_srv)(controller, ns)
+    return or_raise(start_controllers_srv)(spawn_controllers, ns, strictness, start_asap, timeout)
+
+
+@answers(False)
+def kill_controllers_srv(
+    kill_controllers: Sequence[str],
+    ns: str | None = None,
+    strictness: int = 1,
+    start_asap: bool = False,
+    timeout: float = 3.0,
+) -> bool:
+    """Stop controllers and unload them.
+
+    Args:
+        kill_controllers: The controllers.
+        ns: Namespace of the robot.
+        strictness: 1 does what can be done, 2 does all or nothing.
+        start_asap: Of no meaning to stopping; sent as it is.
+        timeout: Before pending controllers are given up [s]; 0 for never.
+
+    Returns:
+        Whether they are unloaded.
+    """
+    or_raise(stop_controllers_srv)(kill_controllers, ns, strictness, start_asap, timeout)
+    for controller in kill_controllers:
+        or_raise(unload_controller_srv)(controller, ns)
+    return True
+
+
+def _try(ask: Callable[[], bool], tries: int) -> bool:
+    """Ask until the answer is yes."""
+    for attempt in range(max(tries, 1)):
+        if attempt:
+            time.sleep(_PAUSE)
+        if ask():
+            return True
+    return False
+
+
+def _states(ns: str | None) -> dict[str, str]:
+    """Return the state of each controller that is loaded."""
+    from controller_manager_msgs.srv import ListControllers
+
+    listed = call(join(ns, "controller_manager", "list_controllers"), ListControllers)
+    return {controller.name: controller.state for controller in listed.controller}
+
+
+def _loaded(ns: str | None) -> str:
+    states = _states(ns)
+    return f"Loaded are: {', '.join(f'{name} ({state})' for name, state in states.items()) or 'none'}."
+
+
+def _why_not_loaded(controller: str, ns: str | None) -> str:
+    from controller_manager_msgs.srv import ListControllerTypes
+
+    from frobs_ros.master import connect
+
+    parameter = join(ns, controller, "type")
+    master = connect()
+    if not master.hasParam(parameter):
+        return f"the parameter {parameter} is missing; load the controllers' YAML file into {join(ns)} first"
+    kind = master.getParam(parameter)
+    types = call(join(ns, "controller_manager", "list_controller_types"), ListControllerTypes).types
+    if kind not in types:
+        return f"there is no controller type '{kind}'; there are {', '.join(sorted(types))}"
+    return "the controller manager's log says why"

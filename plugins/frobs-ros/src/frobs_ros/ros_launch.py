@@ -1,0 +1,114 @@
+"""FRobs_RL's ``ros_launch``: launch files, in processes that are ours."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from frobs_core.errors import ConfigurationError
+from frobs_ros import master, nodes, processes
+from frobs_ros.errors import PackageNotFoundError, ProcessError
+from frobs_ros.log import LOG, answers
+from frobs_ros.packages import find_package
+
+START_TIMEOUT = 30.0
+"""[s] for the first node of a launch file."""
+_GRACE = 20.0  # roslaunch gives each node 15 s
+
+
+@answers(False)
+def ros_launch_from_pkg(
+    pkg_name: str, launch_file: str, args: Sequence[str] | None = None, launch_new_term: bool = True
+) -> bool:
+    """Run a launch file of a ROS package.
+
+    Args:
+        pkg_name: The package.
+        launch_file: The file, in the package's folder ``launch`` or below the package.
+        args: Arguments: ``["gui:=false"]``.
+        launch_new_term: Whether to run it in an xterm.
+
+    Returns:
+        Whether it runs, or is done.
+    """
+    return launch(find_launch_file(pkg_name, launch_file), args, terminal=launch_new_term)
+
+
+@answers(False)
+def ros_launch_from_path(
+    launch_file_path: str, args: Sequence[str] | None = None, launch_new_term: bool = True
+) -> bool:
+    """Run a launch file.
+
+    Args:
+        launch_file_path: The file.
+        args: Arguments: ``["gui:=false"]``.
+        launch_new_term: Whether to run it in an xterm.
+
+    Returns:
+        Whether it runs, or is done.
+    """
+    return launch(Path(launch_file_path).expanduser(), args, terminal=launch_new_term)
+
+
+@answers(False)
+def ros_kill_launch_process() -> bool:
+    """End the launch files that this process runs, with all their nodes; those of others go on.
+
+    Returns:
+        Whether none of them runs any more.
+    """
+    return processes.stop(processes.owned(["launch"]))
+
+
+def find_launch_file(package: str, file: str) -> Path:
+    """Return a launch file of a ROS package: where ``roslaunch PACKAGE FILE`` finds it.
+
+    Raises:
+        PackageNotFoundError: There is no such package or file.
+    """
+    folder = find_package(package)
+    for path in (folder / "launch" / file, folder / file, *sorted(folder.rglob(Path(file).name))):
+        if path.is_file():
+            return path
+    raise PackageNotFoundError(package, [path.name for path in folder.rglob("*.launch")], (), folder / "launch" / file)
+
+
+def launch(file: Path, args: Sequence[str] | None, *, terminal: bool) -> bool:
+    """Run a launch file; returns when its first node is there.
+
+    A ROS master is started where none answers.
+
+    Args:
+        file: The launch file.
+        args: Its arguments.
+        terminal: Whether to run it in an xterm.
+
+    Raises:
+        ConfigurationError: There is no such file, or an argument is not of the form ``name:=value``.
+        ProcessError: roslaunch failed.
+    """
+    if not file.is_file():
+        raise ConfigurationError(f"there is no launch file {file}.")
+    words = [args] if isinstance(args, str) else [str(word) for word in args or ()]
+    for word in words:
+        if ":=" not in word:
+            raise ConfigurationError(f"the launch argument {word!r} is not of the form 'name:=value'.")
+    master.ensure()
+    before = nodes.names()
+    process = processes.start(
+        "launch", ["roslaunch", file, *words], name=file.name, terminal=terminal, output="screen", grace=_GRACE
+    )
+    until = time.monotonic() + START_TIMEOUT
+    while process.is_running:
+        found = nodes.names() - before
+        if found and nodes.of(process.pids(), found):
+            return True
+        if time.monotonic() > until:
+            LOG.warning("%s runs, but no node of it has come up in %g s", file, START_TIMEOUT)
+            return True
+        time.sleep(0.05)
+    if process.returncode:
+        raise ProcessError(f"roslaunch {file}", f"it ended with exit code {process.returncode}", process.output())
+    return True

@@ -1,0 +1,186 @@
+"""FRobs_RL's ``ros_node``: nodes and the master, in processes that are ours; only ours are ended."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+
+from frobs_core.errors import ConfigurationError
+from frobs_ros import master, nodes, processes
+from frobs_ros.environment import find_ros
+from frobs_ros.errors import MasterError, PackageNotFoundError, RosError
+from frobs_ros.log import LOG, answers
+from frobs_ros.names import join
+from frobs_ros.packages import find_package
+
+START_TIMEOUT = 15.0
+"""[s] for a node to be known to the master."""
+OUTPUTS = ("log", "screen", None)
+_POLL = 0.05
+
+
+@answers(False)
+def ros_node_from_pkg(
+    pkg_name: str,
+    node_name: str,
+    launch_master: bool = False,
+    launch_master_term: bool = True,
+    launch_new_term: bool = True,
+    name: str | None = None,
+    ns: str = "/",
+    output: str | None = "log",
+) -> bool:
+    """Run a node of a ROS package.
+
+    Args:
+        pkg_name: The package.
+        node_name: The node's program in it.
+        launch_master: Whether to start a ROS master where none answers.
+        launch_master_term: Whether to run that one in an xterm.
+        launch_new_term: Whether to run the node in an xterm.
+        name: The node's name in the graph; its own where nothing is given.
+        ns: Its namespace.
+        output: Where it writes: ``"log"``, a file; ``"screen"``, where we write; None, nowhere.
+
+    Returns:
+        Whether it runs.
+    """
+    if output not in OUTPUTS:
+        raise ConfigurationError(f"output is {output!r}; it is 'log', 'screen' or None.")
+    program = find_node(pkg_name, node_name)
+    if launch_master:
+        master.ensure(terminal=launch_master_term)
+    start_node("node", program, name=name, ns=ns, terminal=launch_new_term, output=output)
+    return True
+
+
+@answers(False)
+def ros_kill_node(node_name: str) -> bool:
+    """End a node by name, whoever started it.
+
+    Args:
+        node_name: Its name in the graph.
+
+    Returns:
+        Whether it is gone.
+    """
+    name = join(node_name)
+    nodes.shut_down(name)
+    until = time.monotonic() + START_TIMEOUT
+    while name in nodes.names():
+        if time.monotonic() > until:
+            raise RosError(f"the node {name} was told to end, and has not in {START_TIMEOUT:g} s.")
+        time.sleep(_POLL)
+    return True
+
+
+@answers(False)
+def ros_kill_all_nodes() -> bool:
+    """End the nodes that run in processes of ours; this process's own node and those of others go on.
+
+    Returns:
+        Whether none of them runs any more.
+    """
+    found = nodes.ours() if master.is_online() else set()
+    for name in found:
+        try:
+            nodes.shut_down(name)
+        except RosError as error:
+            LOG.debug("%s", error)
+    ended = processes.stop(processes.owned(["node", "state publisher"]))
+    until = time.monotonic() + START_TIMEOUT
+    while master.is_online() and (rest := nodes.ours() & found):
+        if time.monotonic() > until:
+            raise RosError(f"the nodes {', '.join(sorted(rest))} were told to end, and have not.")
+        time.sleep(_POLL)
+    return ended
+
+
+@answers(False)
+def ros_kill_master() -> bool:
+    """End the ROS master if it is ours.
+
+    Returns:
+        Whether no master answers any more. Somebody else's goes on, and the answer is False.
+    """
+    ours = processes.owned(["master"])
+    ended = processes.stop(ours)
+    if not ours and master.is_online():
+        raise MasterError(master.master_uri(), "it was not started by this process, and goes on")
+    return ended
+
+
+@answers(False)
+def ros_kill_all_processes() -> bool:
+    """End all that this process has started: nodes, launch files, Gazebo, the master; nothing of others.
+
+    Returns:
+        Whether none of it runs any more.
+    """
+    return processes.stop(processes.owned())
+
+
+def find_node(package: str, node: str) -> Path:
+    """Return the program of a node, where ``rosrun PACKAGE NODE`` finds it.
+
+    Args:
+        package: The ROS package.
+        node: The program's name.
+
+    Raises:
+        PackageNotFoundError: There is no such package, or no such program in it; names what there is.
+    """
+    folder = find_package(package)
+    prefixes = [Path(prefix) for prefix in os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep) if prefix]
+    installation = find_ros()
+    prefixes += [installation.prefix] if installation else []
+    places = [prefix / "lib" / package for prefix in prefixes] + [folder]
+    programs = {
+        path.name: path
+        for place in reversed(places)
+        for path in sorted(place.rglob("*"), reverse=True)
+        if path.is_file() and os.access(path, os.X_OK)
+    }
+    if node not in programs:
+        raise PackageNotFoundError(package, programs, places, folder / node)
+    return programs[node]
+
+
+def start_node(
+    kind: str,
+    program: Path,
+    *,
+    name: str | None = None,
+    ns: str | None = "/",
+    terminal: bool = False,
+    output: str | None = "log",
+    remaps: tuple[str, ...] = (),
+) -> processes.Process:
+    """Start a node; returns when the master knows it.
+
+    Args:
+        kind: Of the process.
+        program: The node's program.
+        name: In the graph; its own where nothing is given.
+        ns: Its namespace.
+        terminal: Whether to run it in an xterm.
+        output: Where it writes.
+        remaps: Further arguments: ``"_rate:=30"``, ``"a:=b"``.
+
+    Raises:
+        MasterError: No master answers.
+        ProcessError: It ended at once, or the master does not get to know it.
+    """
+    before = nodes.names()
+    words = [program, f"__ns:={join(ns)}", *([f"__name:={name}"] if name else []), *remaps]
+    title = join(ns, name or program.name)
+    process = processes.start(kind, words, name=title, terminal=terminal, output=output)
+    replaces = {join(ns, name)} & before if name else set()  # a node of one name takes the other's place
+
+    def is_known() -> bool:
+        found = (nodes.names() - before) | replaces
+        return bool(found and nodes.of(process.pids(), found))
+
+    process.wait_until(is_known, START_TIMEOUT)
+    return process

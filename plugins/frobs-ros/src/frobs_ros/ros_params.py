@@ -1,0 +1,82 @@
+"""FRobs_RL's ``ros_params``: YAML files to the parameter server."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from frobs_core.errors import ConfigFileError
+from frobs_ros.log import answers
+from frobs_ros.master import connect
+from frobs_ros.names import join
+from frobs_ros.packages import find_file
+
+
+@answers(False)
+def ros_load_yaml_from_pkg(pkg_name: str, file_name: str, ns: str = "/") -> bool:
+    """Load a YAML file of a ROS package's folder ``config`` into parameters.
+
+    Args:
+        pkg_name: The package.
+        file_name: The file.
+        ns: Namespace of the parameters.
+
+    Returns:
+        Whether it is loaded.
+    """
+    return _load(find_file(pkg_name, "config", file_name), ns)
+
+
+@answers(False)
+def ros_load_yaml_from_path(file_path: str, ns: str = "/") -> bool:
+    """Load a YAML file into parameters.
+
+    Args:
+        file_path: The file.
+        ns: Namespace of the parameters.
+
+    Returns:
+        Whether it is loaded.
+    """
+    return _load(Path(file_path).expanduser(), ns)
+
+
+def _load(path: Path, ns: str) -> bool:
+    """Load a file as ``rosparam load`` does: angles may be ``deg(90)``, parameters beside those given stay."""
+    for parameters, namespace in _read(path, ns):
+        if not isinstance(parameters, dict):
+            raise ConfigFileError(path, None, "it holds no mapping of parameters.")
+        master = connect()
+        for name, value in _leaves(parameters):
+            master.setParam(join(namespace, name), value)
+    return True
+
+
+def _read(path: Path, ns: str) -> list[tuple[Any, str]]:
+    import yaml
+
+    if not path.is_file():
+        raise ConfigFileError(path, None, "no such file.")
+    connect()
+    import rosparam
+
+    try:
+        loaded: list[tuple[Any, str]] = rosparam.load_file(str(path), default_namespace=join(ns))
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        line = mark.line + 1 if mark else None
+        raise ConfigFileError(path, line, f"it is no YAML: {getattr(error, 'problem', error)}") from error
+    except (rosparam.RosParamException, UnicodeDecodeError) as error:
+        raise ConfigFileError(path, None, str(error)) from error
+    if not loaded:
+        raise ConfigFileError(path, None, "it is empty.")
+    return loaded
+
+
+def _leaves(parameters: dict[Any, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    """Return each value that is no mapping, with the name below which it stands."""
+    found: list[tuple[str, Any]] = []
+    for key, value in parameters.items():
+        name = f"{prefix}{key}"
+        found += _leaves(value, f"{name}/") if isinstance(value, dict) and value else [(name, value)]
+    return found

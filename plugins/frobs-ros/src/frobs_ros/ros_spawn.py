@@ -1,0 +1,106 @@
+"""FRobs_RL's ``ros_spawn``: a robot with all that belongs to it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from frobs_core.errors import ConfigurationError
+from frobs_ros.errors import MasterError
+from frobs_ros.gazebo.poses import orientation
+from frobs_ros.gazebo.spawn import gazebo_spawn_urdf_string
+from frobs_ros.log import answers, or_raise
+from frobs_ros.master import connect, master_uri
+from frobs_ros.names import join
+from frobs_ros.ros_controllers import spawn_controllers_srv
+from frobs_ros.ros_node import find_node, start_node
+from frobs_ros.ros_params import ros_load_yaml_from_pkg
+from frobs_ros.ros_urdf import urdf_load_from_pkg
+
+_STATE_PUBLISHER = "robot_state_publisher"
+_DESCRIPTION = "robot_description"
+
+
+@answers(False)
+def init_robot_state_pub(
+    namespace: str = "/", max_pub_freq: float | None = None, launch_new_term: bool = False
+) -> bool:
+    """Start ROS's robot_state_publisher, which says on tf where a robot's links are.
+
+    The parameter ``<namespace>/robot_description`` must be there. The program is ROS's own, in C++; where it listens
+    is up to ROS, and that is on every interface.
+
+    Args:
+        namespace: Of the robot.
+        max_pub_freq: Highest rate [Hz]; its own default where nothing is given.
+        launch_new_term: Whether to run it in an xterm.
+
+    Returns:
+        Whether it runs.
+    """
+    description = join(namespace, _DESCRIPTION)
+    if not connect().hasParam(description):
+        raise MasterError(master_uri(), f"there is no parameter {description}; load the robot's URDF into it first")
+    if max_pub_freq is not None and not max_pub_freq > 0:
+        raise ConfigurationError(f"max_pub_freq is {max_pub_freq} Hz; it must be above 0.")
+    rate = (f"_publish_frequency:={max_pub_freq}",) if max_pub_freq is not None else ()
+    program = find_node(_STATE_PUBLISHER, _STATE_PUBLISHER)
+    start_node("state publisher", program, name=_STATE_PUBLISHER, ns=namespace, terminal=launch_new_term, remaps=rate)
+    return True
+
+
+@answers(False)
+def spawn_model_in_gazebo(
+    pkg_name: str,
+    model_urdf_file: str,
+    controllers_file: str | None,
+    controllers_list: Sequence[str] = [],  # FRobs_RL's default; it is only read
+    model_urdf_folder: str = "/urdf",
+    ns: str = "/",
+    args_xacro: Sequence[str] | None = None,
+    max_pub_freq: float | None = None,
+    rob_st_term: bool = False,
+    gazebo_name: str = "robot1",
+    gaz_ref_frame: str = "world",
+    pos_x: float = 0.0,
+    pos_y: float = 0.0,
+    pos_z: float = 0.0,
+    ori_w: float = 0.0,
+    ori_x: float = 0.0,
+    ori_y: float = 0.0,
+    ori_z: float = 0.0,
+) -> bool:
+    """Spawn a robot: description, state publisher, model, parameters of its controllers, controllers.
+
+    Args:
+        pkg_name: The ROS package that holds its files.
+        model_urdf_file: Its URDF or xacro.
+        controllers_file: YAML file in the package's folder ``config``; None: it has no controllers.
+        controllers_list: The controllers to load and start.
+        model_urdf_folder: The URDF's folder in the package.
+        ns: Namespace of the robot.
+        args_xacro: Arguments of the xacro: ``["effort:=true"]``.
+        max_pub_freq: Highest rate of the state publisher [Hz].
+        rob_st_term: Whether to run the state publisher in an xterm.
+        gazebo_name: The model's name in the simulation.
+        gaz_ref_frame: The model or link that the pose is relative to.
+        pos_x: [m]
+        pos_y: [m]
+        pos_z: [m]
+        ori_w: Scalar of a quaternion of length 1; four zeros are no rotation.
+        ori_x: Of the quaternion.
+        ori_y: Of the quaternion.
+        ori_z: Of the quaternion.
+
+    Returns:
+        Whether all of it is done.
+    """
+    quat = orientation(ori_x, ori_y, ori_z, ori_w)
+    or_raise(urdf_load_from_pkg)(pkg_name, model_urdf_file, _DESCRIPTION, model_urdf_folder, ns, args_xacro)
+    or_raise(init_robot_state_pub)(ns, max_pub_freq, rob_st_term)
+    text = connect().getParam(join(ns, _DESCRIPTION))
+    or_raise(gazebo_spawn_urdf_string)(text, gazebo_name, join(ns), gaz_ref_frame, pos_x, pos_y, pos_z, *quat)
+    if controllers_file:
+        or_raise(ros_load_yaml_from_pkg)(pkg_name, controllers_file, ns)
+    if controllers_list:
+        or_raise(spawn_controllers_srv)(controllers_list, ns)
+    return True

@@ -1,0 +1,139 @@
+"""FRobs_RL's ``ros_urdf``: robot descriptions from files to texts, and to the parameter server.
+
+Files are expanded by xacro, whatever their suffix. Nothing of ROS is needed to parse one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from frobs_core.errors import ConfigurationError, ModelFileError
+from frobs_core.models.xacro_files import expand_xacro
+from frobs_core.models.xmltree import parse_xml
+from frobs_ros.log import answers
+from frobs_ros.master import connect
+from frobs_ros.names import join
+from frobs_ros.packages import RosPackages, find_file
+
+
+@answers(False)
+def urdf_load_from_pkg(
+    pkg_name: str,
+    model_name: str,
+    param_name: str,
+    folder: str = "/urdf",
+    ns: str | None = None,
+    args_xacro: Sequence[str] | None = None,
+) -> bool:
+    """Load a URDF or xacro of a ROS package into a parameter.
+
+    Args:
+        pkg_name: The package.
+        model_name: The file.
+        param_name: The parameter: ``"robot_description"``.
+        folder: The file's folder in the package.
+        ns: Namespace of the parameter.
+        args_xacro: Arguments of the xacro: ``["effort:=true"]``.
+
+    Returns:
+        Whether it is loaded.
+    """
+    return _load(parse_model(find_file(pkg_name, folder, model_name), args_xacro), param_name, ns)
+
+
+@answers(False)
+def urdf_load_from_path(
+    model_path: str, param_name: str, ns: str | None = None, args_xacro: Sequence[str] | None = None
+) -> bool:
+    """Load a URDF or xacro into a parameter.
+
+    Args:
+        model_path: The file.
+        param_name: The parameter: ``"robot_description"``.
+        ns: Namespace of the parameter.
+        args_xacro: Arguments of the xacro: ``["effort:=true"]``.
+
+    Returns:
+        Whether it is loaded.
+    """
+    return _load(parse_model(Path(model_path), args_xacro), param_name, ns)
+
+
+@answers(None)
+def urdf_parse_from_pkg(
+    pkg_name: str, model_name: str, folder: str = "/urdf", args_xacro: Sequence[str] | None = None
+) -> str | None:
+    """Return the URDF that a file of a ROS package holds or expands to.
+
+    Args:
+        pkg_name: The package.
+        model_name: The file.
+        folder: The file's folder in the package.
+        args_xacro: Arguments of the xacro: ``["effort:=true"]``.
+
+    Returns:
+        The URDF; None where there is no such package or file, or it is broken.
+    """
+    return parse_model(find_file(pkg_name, folder, model_name), args_xacro)
+
+
+@answers(None)
+def urdf_parse_from_path(model_path: str, args_xacro: Sequence[str] | None = None) -> str | None:
+    """Return the URDF that a file holds or expands to.
+
+    Args:
+        model_path: The file.
+        args_xacro: Arguments of the xacro: ``["effort:=true"]``.
+
+    Returns:
+        The URDF; None where there is no such file, or it is broken.
+    """
+    return parse_model(Path(model_path), args_xacro)
+
+
+def parse_model(path: Path, arguments: Sequence[str] | None = None) -> str:
+    """Expand a file.
+
+    Args:
+        path: The file.
+        arguments: Of the xacro: ``["effort:=true"]``.
+
+    Raises:
+        ConfigurationError: An argument is not of the form ``name:=value``.
+        ModelFileError: The file is missing, broken, or no robot.
+    """
+    file = path.expanduser().absolute()
+    if not file.is_file():
+        raise ModelFileError(file, "no such file.")
+    text = expand_xacro(file, xacro_arguments(arguments), RosPackages(file))
+    root = parse_xml(text.encode(), file)
+    if root.tag != "robot":
+        raise ModelFileError(file, f"its root is <{root.tag}>; a URDF's is <robot>.")
+    return text
+
+
+def xacro_arguments(arguments: Sequence[str] | None) -> Mapping[str, str]:
+    """Return xacro arguments by name.
+
+    Args:
+        arguments: Each ``name:=value``.
+
+    Raises:
+        ConfigurationError: One is not of that form.
+    """
+    if isinstance(arguments, str):
+        raise ConfigurationError(f"xacro arguments are a list of 'name:=value', not one text: {arguments!r}.")
+    found = {}
+    for argument in arguments or ():
+        name, assigned, value = str(argument).partition(":=")
+        if not assigned or not name:
+            raise ConfigurationError(f"the xacro argument {argument!r} is not of the form 'name:=value'.")
+        found[name] = value
+    return found
+
+
+def _load(text: str, parameter: str, ns: str | None) -> bool:
+    name = join(ns, parameter)
+    connect().setParam(name, text)
+    return True

@@ -1,0 +1,143 @@
+"""What the tests with a real ROS share: a master of their own, a client in this process, and bridges as processes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def ros() -> None:
+    """Make ROS importable; skip where there is none, or fail where FROBS_REQUIRE_ROS says so."""
+    from frobs_ros.environment import use_ros
+    from frobs_ros.errors import RosNotFoundError
+
+    try:
+        use_ros()
+    except RosNotFoundError as error:
+        if os.environ.get("FROBS_REQUIRE_ROS") == "1":
+            pytest.fail(str(error))
+        pytest.skip(str(error))
+
+
+def free_port() -> int:
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return int(found.getsockname()[1])
+
+
+@pytest.fixture(scope="session")
+def rosmaster(ros: None) -> Iterator[str]:
+    """A real master on a port of its own, and this process a node there; its URI."""
+    from frobs_ros.environment import child_variables
+
+    uri = f"http://127.0.0.1:{free_port()}"
+    kept = {name: os.environ.get(name) for name in ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")}
+    os.environ |= {"ROS_MASTER_URI": uri, "ROS_IP": "127.0.0.1"}
+    os.environ.pop("ROS_HOSTNAME", None)
+    command = ["rosmaster", "--core", "-p", uri.rpartition(":")[2]]
+    process = subprocess.Popen(
+        command, env=child_variables(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+    )
+    try:
+        import rosgraph
+        import rospy
+
+        _wait(lambda: rosgraph.is_master_online(uri), 30.0, "the master does not answer")
+        rospy.init_node("client", disable_signals=True)  # before any clock: it lives in real time
+        yield uri
+        rospy.signal_shutdown("the tests are over")
+    finally:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        for name, value in kept.items():
+            os.environ.pop(name, None) if value is None else os.environ.__setitem__(name, value)
+
+
+class BridgeProcess:
+    """A bridge that runs as a process.
+
+    Attributes:
+        process: It.
+        log: What it has said.
+    """
+
+    def __init__(self, arguments: list[str], log: Path) -> None:
+        self.log = log
+        with log.open("wb") as file:
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", "frobs_ros.bridge", *arguments],
+                stdout=file,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+
+    def wait_until_ready(self) -> None:
+        import rosgraph
+
+        master = rosgraph.Master("/client")
+
+        def offered() -> bool:
+            assert self.process.poll() is None, self.log.read_text()
+            try:
+                master.lookupService("/gazebo/get_world_properties")
+            except rosgraph.MasterException:
+                return False
+            return True
+
+        _wait(offered, 120.0, "the bridge offers nothing")
+
+    def stop(self) -> None:
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+            try:
+                code = self.process.wait(30.0)
+            except subprocess.TimeoutExpired:
+                os.killpg(self.process.pid, signal.SIGKILL)
+                self.process.wait()
+                raise AssertionError(f"the bridge does not end: {self.log.read_text()}") from None
+            assert code == 0, self.log.read_text()
+            assert "Traceback" not in self.log.read_text(), self.log.read_text()
+
+
+@pytest.fixture(scope="module")
+def bridges(rosmaster: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., BridgeProcess]]:
+    """Starts bridges with options, and ends the one before: there is one Gazebo in a graph."""
+    running: list[BridgeProcess] = []
+
+    def start(*arguments: str) -> BridgeProcess:
+        while running:
+            running.pop().stop()
+        running.append(BridgeProcess(list(arguments), tmp_path_factory.mktemp("bridge") / "log"))
+        running[-1].wait_until_ready()
+        return running[-1]
+
+    yield start
+    while running:
+        running.pop().stop()
+
+
+def _wait(condition: Callable[[], bool], timeout: float, complaint: str) -> None:
+    end = time.monotonic() + timeout
+    while not condition():
+        assert time.monotonic() < end, complaint
+        time.sleep(0.05)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Pass over rospy's own warnings: it leaves sockets to the garbage collector, and calls what Python has renamed.
+
+    In all tests of this folder, as what one leaves over may be collected in the next.
+    """
+    for item in items:
+        if item.path.is_relative_to(Path(__file__).parent):
+            for kind in ("ResourceWarning", "DeprecationWarning", "pytest.PytestUnraisableExceptionWarning"):
+                item.add_marker(pytest.mark.filterwarnings(f"ignore::{kind}"))
