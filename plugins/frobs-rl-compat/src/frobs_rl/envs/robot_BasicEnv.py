@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from frobs_ros.robot_basic_env import RobotBasicEnv as _RobotBasicEnv
 from frobs_rl_compat.manner import Manner, answer_reset, answer_step
 from frobs_rl_compat.named_imports import manner_by_imports
+from frobs_ros.robot_basic_env import RobotBasicEnv as _RobotBasicEnv
 
 __all__ = ["RobotBasicEnv"]
 

@@ -1,6 +1,7 @@
 """What environments use."""
 
-from gym.utils import seeding
 from gymnasium.utils import EzPickle
+
+from gym.utils import seeding
 
 __all__ = ["EzPickle", "seeding"]
