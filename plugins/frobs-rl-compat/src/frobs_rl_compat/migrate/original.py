@@ -62,6 +62,8 @@ def _space_text(space: gymnasium.Space[Any]) -> str:
     if isinstance(space, gymnasium.spaces.Box):
         low, high = (f"np.array({_numbers(bound)})" for bound in (space.low, space.high))
         return f"gym.spaces.Box(\n    low={low},\n    high={high},\n    dtype=np.{space.dtype},\n)"
+    if isinstance(space, gymnasium.spaces.MultiDiscrete):
+        return f"gym.spaces.MultiDiscrete({space.nvec.tolist()})"
     return f"gym.spaces.{space}"
 
 

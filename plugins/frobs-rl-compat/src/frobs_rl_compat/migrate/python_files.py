@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,23 +33,31 @@ class OldClass:
     path: Path
     source: str
 
-    def text(self, method: str) -> list[str]:
-        """Return the lines of a method's body, without its docstring and indentation."""
+    def text(self, method: str, without: Callable[[ast.stmt], bool] = lambda statement: False) -> list[str]:
+        """Return the lines of a method's body, without its docstring and indentation.
+
+        Args:
+            method: Its name.
+            without: Which statements are left out.
+        """
         function = self.methods[method]
         body = function.body[1:] if ast.get_docstring(function) is not None else function.body
-        if not body:
-            return []
-        before = function.body[0].end_lineno if body is not function.body else function.lineno
-        lines = self.source.splitlines()[before or 0 : function.end_lineno]
-        lines = (
-            lines if body is not function.body else self.source.splitlines()[body[0].lineno - 1 : function.end_lineno]
-        )
-        lines = [line.expandtabs(4) for line in lines]
+        all_lines = self.source.expandtabs(4).splitlines()
+        lines: list[str] = []
+        end = function.body[0].end_lineno or 0 if body is not function.body else body[0].lineno - 1
+        for statement in body:
+            begin, end = end, statement.end_lineno or statement.lineno
+            if not without(statement):
+                lines += all_lines[begin:end]  # with the comments and empty lines before it
         margin = min((len(line) - len(line.lstrip()) for line in lines if line.strip()), default=0)
         kept = [line[margin:].rstrip() for line in lines]
         while kept and not kept[0]:
             kept.pop(0)
         return kept
+
+    def signature(self, method: str) -> str:
+        """Return the first line of a method."""
+        return f"def {method}({ast.unparse(self.methods[method].args)}):"
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from pathlib import Path
 
 from frobs_rl_compat.migrate.comments import commented, has_method, insert_in_method
+from frobs_rl_compat.migrate.constructor import PARAMETERS
 from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.report import Migration
 
@@ -42,11 +44,12 @@ def edit_task(package: OldPackage, file: Path, made: Migration) -> None:
         method = next(name for name in methods if has_method(text, name))
         text = insert_in_method(text, method, commented(lines, 8, todo.format(name=f"{old.name}.{hook}") + "."))
         made.carry(hook, f"task.py: a comment in {method}")
-    lines = [line for old in package.lineage if _CONSTRUCTOR in old.methods for line in old.text(_CONSTRUCTOR)]
-    if lines:
-        todo = "observation_space is original.OBSERVATION_SPACE, if observe returns it; of the constructors nothing else is left:"
-        text = insert_in_method(text, "bind", commented(lines, 8, todo))
-        made.carry("__init__", "task.py: a comment in bind")
+    for old in reversed(package.lineage):
+        lines = old.text(_CONSTRUCTOR, _said_elsewhere) if _CONSTRUCTOR in old.methods else []
+        if lines:
+            todo = f"what {old.name} prepared; observation_space is original.OBSERVATION_SPACE, if observe returns it."
+            text = insert_in_method(text, "bind", commented(lines, 8, todo))
+            made.carry(f"{old.name}.__init__", "task.py: a comment in bind")
     pose = {key: value for key, value in package.constructed.parameters.items() if key.startswith("model_") and value}
     pose.pop("model_name_in_gazebo", None)
     pose.pop("model_ori_w", None)
@@ -55,6 +58,16 @@ def edit_task(package: OldPackage, file: Path, made: Migration) -> None:
         text = insert_in_method(text, "scene", commented([], 8, f"Scene(robot_pose=…): the robot stood at {shown}."))
         made.carry("the robot's place in the world", "task.py: a comment in scene")
     file.write_text(text + _helpers(package, made), "utf-8")
+
+
+def _said_elsewhere(statement: ast.stmt) -> bool:
+    """Return whether a statement of a constructor is in ``original.py``, or is only said to people."""
+    if isinstance(statement, ast.Assign):
+        return all(ast.unparse(target).removeprefix("self.") in PARAMETERS for target in statement.targets)
+    if not isinstance(statement, ast.Expr):
+        return False
+    called = ast.unparse(statement.value.func) if isinstance(statement.value, ast.Call) else ""
+    return isinstance(statement.value, ast.Constant) or called.endswith(".__init__") or called.startswith("rospy.log")
 
 
 def _with_numbers(package: OldPackage, text: str, made: Migration) -> str:
@@ -96,7 +109,7 @@ def _helpers(package: OldPackage, made: Migration) -> str:
         for method in old.methods:
             if method in _ELSEWHERE:
                 continue
-            lines = [f"def {method}(…):", *(f"    {line}" if line else "" for line in old.text(method))]
+            lines = [old.signature(method), *(f"    {line}" if line else "" for line in old.text(method))]
             parts += ["", *commented(lines, 0, f"{old.name}.{method}, if something above still wants it.")]
             made.carry(f"{old.name}.{method}", "task.py: a comment at the end")
     return "\n".join(["", *parts, ""]) if parts else ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -147,11 +148,15 @@ def literal(value: Any, indent: int = 0) -> str:
     """Return a value of a YAML file as Python, a mapping with a line for each key."""
     margin = " " * indent
     if isinstance(value, Mapping):
-        inner = "".join(f"{margin}    {str(key)!r}: {literal(item, indent + 4)},\n" for key, item in value.items())
+        inner = "".join(
+            f"{margin}    {literal(str(key))}: {literal(item, indent + 4)},\n" for key, item in value.items()
+        )
         return f"{{\n{inner}{margin}}}" if value else "{}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(literal(item, indent + 4) for item in value) + "]"
     if isinstance(value, float) and not math.isfinite(value):
         return f'float("{value}")'
-    return repr(value).replace("'", '"') if isinstance(value, str) and '"' not in value else repr(value)
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
 
 
 def _controls(mapping: Mapping[str, Any]) -> bool:
