@@ -18,6 +18,8 @@ class RobotBasicEnv(_RobotBasicEnv):
     four values from ``step``. In a file that imports ``gymnasium`` it has Gymnasium's.
     """
 
+    _next_seed: int | None = None
+
     @property
     def frobs_manner(self) -> Manner:
         """In which manner this environment answers."""
@@ -25,7 +27,13 @@ class RobotBasicEnv(_RobotBasicEnv):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
         """Begin an episode: the observation, in Gymnasium's manner with the info behind it."""
+        seed, self._next_seed = self._next_seed if seed is None else seed, None
         return answer_reset(self.frobs_manner, super().reset(seed=seed, options=options))
+
+    def seed(self, seed: int | None = None) -> list[int]:
+        """Seed the next ``reset``, as old gym did."""
+        self._next_seed = seed
+        return [] if seed is None else [seed]
 
     def step(self, action: Any) -> Any:
         """Act: observation, reward, done and info, in Gymnasium's manner with terminated and truncated for done."""
