@@ -60,7 +60,7 @@ def _space(package: OldPackage, name: str, attribute: str, made: Migration) -> s
 
 def _space_text(space: gymnasium.Space[Any]) -> str:
     if isinstance(space, gymnasium.spaces.Box):
-        low, high = (f"np.array({_numbers(bound)})" for bound in (space.low, space.high))
+        low, high = (f"np.array({_numbers(bound)}, dtype=np.{space.dtype})" for bound in (space.low, space.high))
         return f"gym.spaces.Box(\n    low={low},\n    high={high},\n    dtype=np.{space.dtype},\n)"
     if isinstance(space, gymnasium.spaces.MultiDiscrete):
         return f"gym.spaces.MultiDiscrete({space.nvec.tolist()})"
