@@ -13,6 +13,7 @@ from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.report import Migration
 from frobs_rl_compat.migrate.yaml_files import literal
 
+_WIDTH = 114  # of a line, without its margin and a comma
 _SPACES = {"ACTION_SPACE": "self.action_space", "OBSERVATION_SPACE": "self.observation_space"}
 
 
@@ -60,20 +61,29 @@ def _space(package: OldPackage, name: str, attribute: str, made: Migration) -> s
 
 def _space_text(space: gymnasium.Space[Any]) -> str:
     if isinstance(space, gymnasium.spaces.Box):
-        low, high = (f"np.array({_numbers(bound)}, dtype=np.{space.dtype})" for bound in (space.low, space.high))
-        return f"gym.spaces.Box(\n    low={low},\n    high={high},\n    dtype=np.{space.dtype},\n)"
+        bounds = "".join(f"    {name}={_bound(getattr(space, name), len(name))},\n" for name in ("low", "high"))
+        return f"gym.spaces.Box(\n{bounds}    dtype=np.{space.dtype},\n)"
     if isinstance(space, gymnasium.spaces.MultiDiscrete):
         return f"gym.spaces.MultiDiscrete({space.nvec.tolist()})"
     return f"gym.spaces.{space}"
 
 
-def _numbers(values: np.ndarray[Any, Any]) -> str:
-    if values.ndim != 1 or values.size > 12:
-        inner = np.array2string(values, separator=", ", max_line_width=100, threshold=values.size + 1, precision=7)
-        text = inner.replace("\n", "\n    ")
-    else:
-        text = "[" + ", ".join(f"{value:.7g}" for value in values.tolist()) + "]"
-    return text.replace("inf", "np.inf")
+def _bound(values: np.ndarray[Any, Any], already: int) -> str:
+    """Return a bound of a Box as a formatter would leave it, in one line or an argument to each."""
+    numbers, dtype = _numbers(values.tolist()), f"dtype=np.{values.dtype}"
+    line = f"np.array({numbers}, {dtype})"
+    if already + len(line) <= _WIDTH:
+        return line
+    if len(numbers) > _WIDTH - 4 and values.ndim == 1:
+        rows = "".join(f"            {_numbers(value)},\n" for value in values.tolist())
+        numbers = f"[\n{rows}        ]"
+    return f"np.array(\n        {numbers},\n        {dtype},\n    )"
+
+
+def _numbers(value: Any) -> str:
+    if isinstance(value, list):
+        return "[" + ", ".join(_numbers(item) for item in value) + "]"
+    return f"{value:.7g}".replace("inf", "np.inf")
 
 
 def _constant(stem: str) -> str:

@@ -153,7 +153,12 @@ def literal(value: Any, indent: int = 0) -> str:
         )
         return f"{{\n{inner}{margin}}}" if value else "{}"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(literal(item, indent + 4) for item in value) + "]"
+        items = [literal(item, indent + 4) for item in value]
+        line = f"[{', '.join(items)}]"
+        if len(line) <= 60:
+            return line
+        rows = "".join(f"{margin}    {item},\n" for item in items)
+        return f"[\n{rows}{margin}]"
     if isinstance(value, float) and not math.isfinite(value):
         return f'float("{value}")'
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
