@@ -8,11 +8,11 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
-from frobs_ros.mirror import Mirror, State
 
 from frobs_core.deploy import Policy
 from frobs_core.errors import ConfigurationError
 from frobs_core.pretrained import read_pretrained
+from frobs_ros.mirror import Mirror, State
 
 REACH, MAZE = "frobs/Irb120Reach-v0", "frobs/KobukiMaze-v0"
 
