@@ -110,6 +110,7 @@ class RosRobot:
             )
         if "DiffDrive" in given and drive is not None:
             return rospy.Publisher(self._name(f"{controller}/cmd_vel"), Twist, queue_size=1), self._twist
+        self._check_running(controller)
         takes = _MODES.get(given.partition("_")[0])
         if takes is not mode:
             raise ConfigurationError(
@@ -127,6 +128,23 @@ class RosRobot:
         if "JointGroup" in given:
             return rospy.Publisher(topic, Float64MultiArray, queue_size=1), self._group
         raise ConfigurationError(f"a {given} takes one joint; load a JointTrajectoryController or a JointGroup… one.")
+
+    def _check_running(self, controller: str) -> None:
+        """Refuse a controller that would let all commands go by; where nobody manages controllers, trust."""
+        import rospy
+        import rosservice
+        from controller_manager_msgs.srv import ListControllers
+
+        service = self._name("controller_manager/list_controllers")
+        if rosservice.get_service_node(service) is None:
+            return
+        states = {each.name: each.state for each in rospy.ServiceProxy(service, ListControllers)().controller}
+        if states.get(controller) != "running":
+            running = ", ".join(sorted(name for name, state in states.items() if state == "running"))
+            raise ConfigurationError(
+                f"controller '{controller}' is {states.get(controller, 'not loaded')}; running are: {running or '(none)'}. "
+                "Start it first: ros_controllers.start_controllers_srv, or rosservice call …/switch_controller."
+            )
 
     def _controllers(self) -> str:
         import rospy
