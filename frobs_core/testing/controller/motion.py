@@ -70,8 +70,10 @@ def zero_action_does_not_drift(subject: ControllerUnderTest) -> Outcome:
     Where the zero action holds what is there, it holds where other actions have led to, too.
     """
     with subject.bind(gravity=(0.0, 0.0, -9.81)) as bound:
+        space = bound.controller.action_space
         if not _has_zero(bound) or bound.controller.command_mode != CommandMode.POSITION:
             return NotApplicable("not a position controller with a zero action")
+        assert isinstance(space, gym.spaces.Box)
         for _ in range(subject.count(50)):
             bound.step(bound.constant(0.0))
         before = bound.robot.joint_positions.copy()
@@ -83,7 +85,7 @@ def zero_action_does_not_drift(subject: ControllerUnderTest) -> Outcome:
         bound.step(bound.constant(0.0))
         if np.abs(bound.robot.joint_positions - start).max() < 0.02:  # else the zero action names a place
             for _ in range(subject.count(12)):
-                bound.step(bound.constant(0.5 * bound.controller.action_space.high))
+                bound.step(bound.constant(0.5 * space.high))
             led = bound.robot.joint_positions - start
             for _ in range(subject.count(50)):
                 bound.step(bound.constant(0.0))
