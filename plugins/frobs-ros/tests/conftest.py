@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+PACKAGES = Path(__file__).parent / "packages"
+
 
 @pytest.fixture(scope="session")
 def ros() -> None:
@@ -123,6 +125,63 @@ def bridges(rosmaster: str, tmp_path_factory: pytest.TempPathFactory) -> Iterato
     yield start
     while running:
         running.pop().stop()
+
+
+@pytest.fixture(scope="session")
+def own_master(rosmaster: str) -> Iterator[str]:
+    """The master for tests of the helpers, which find the packages of the tests and wait for nothing long; its URI."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ROS_PACKAGE_PATH", str(PACKAGES))
+        patch.setenv("FROBS_ROS_TIMEOUT", "2")
+        patch.delenv("DISPLAY", raising=False)
+        patch.delenv("FROBS_ROS_BACKEND", raising=False)
+        yield rosmaster
+    from frobs_ros import processes
+
+    processes.stop(processes.owned())
+
+
+@pytest.fixture(scope="module")
+def gazebo(own_master: str) -> Iterator[None]:
+    """The bridge over MuJoCo, paused, launched in Gazebo's place."""
+    from frobs_ros.gazebo.launch import close_Gazebo, launch_Gazebo
+    from frobs_ros.log import or_raise
+
+    assert or_raise(launch_Gazebo)(paused=True, gui=False, output="log", launch_new_term=False)
+    yield
+    close_Gazebo()
+
+
+@pytest.fixture
+def world(gazebo: None) -> Iterator[None]:
+    """The bridge's world, paused, and without models afterwards."""
+    from gazebo_msgs.srv import GetWorldProperties
+
+    from frobs_ros import ros_gazebo
+    from frobs_ros.services import call
+
+    ros_gazebo.gazebo_pause_physics()
+    yield
+    ros_gazebo.gazebo_pause_physics()
+    for name in call("/gazebo/get_world_properties", GetWorldProperties).model_names:
+        if name != "ground_plane":
+            ros_gazebo.gazebo_delete_model(name)
+
+
+@pytest.fixture
+def lonely(monkeypatch: pytest.MonkeyPatch, ros: None) -> str:
+    """A place where no ROS master is; its URI."""
+    uri = f"http://127.0.0.1:{free_port()}"
+    monkeypatch.setenv("ROS_MASTER_URI", uri)
+    monkeypatch.setenv("FROBS_ROS_TIMEOUT", "0.3")
+    return uri
+
+
+@pytest.fixture
+def reasons(caplog: pytest.LogCaptureFixture) -> Callable[[], str]:
+    """Returns what the helpers have logged."""
+    caplog.set_level("WARNING", logger="rosout.frobs_ros")
+    return lambda: "\n".join(record.getMessage() for record in caplog.records if "frobs_ros" in record.name)
 
 
 def _wait(condition: Callable[[], bool], timeout: float, complaint: str) -> None:

@@ -136,4 +136,6 @@ def _reap_adopted(child: int) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    returncode = main(sys.argv[1:])
+    _reap()
+    sys.exit(returncode)

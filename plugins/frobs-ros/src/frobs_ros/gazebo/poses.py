@@ -31,7 +31,7 @@ def orientation(x: float, y: float, z: float, w: float) -> tuple[float, float, f
     if not math.isfinite(length) or abs(length - 1.0) > _TOLERANCE:
         raise ConfigurationError(
             f"the orientation (x, y, z, w) = {parts} has length {length:.4g}; a rotation has length 1. "
-            "(0, 0, 0, 1) is no rotation."
+            "(0, 0, 0, 1) is the one that turns nothing."
         )
     return tuple(part / length for part in parts)  # type: ignore[return-value]
 

@@ -1,0 +1,3 @@
+#!/bin/sh
+echo this node fails >&2
+exit 3
