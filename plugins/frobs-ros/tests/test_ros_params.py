@@ -16,7 +16,12 @@ def test_a_file_of_a_package_is_loaded_below_its_namespace(own_master: str, ns: 
 
     assert ros_params.ros_load_yaml_from_pkg("tiny_arm", "numbers.yaml", ns) is True
     found = rospy.get_param(f"/{ns.strip('/')}/arm".replace("//", "/"))
-    assert found == {"reach": 0.6, "angle": pytest.approx(1.5708, abs=1e-4), "names": ["one", "two"], "deep": {"deeper": True}}
+    assert found == {
+        "reach": 0.6,
+        "angle": pytest.approx(1.5708, abs=1e-4),
+        "names": ["one", "two"],
+        "deep": {"deeper": True},
+    }
 
 
 def test_a_file_is_loaded_and_what_stands_beside_stays(own_master: str) -> None:
@@ -39,7 +44,9 @@ def test_a_file_that_cannot_be_used_is_refused_with_a_reason(
     assert reason in reasons()
 
 
-def test_a_package_that_is_nowhere_is_refused_and_the_nearest_named(own_master: str, reasons: Callable[[], str]) -> None:
+def test_a_package_that_is_nowhere_is_refused_and_the_nearest_named(
+    own_master: str, reasons: Callable[[], str]
+) -> None:
     assert ros_params.ros_load_yaml_from_pkg("tiny_harm", "numbers.yaml") is False
     assert "Did you mean 'tiny_arm'?" in reasons()
 

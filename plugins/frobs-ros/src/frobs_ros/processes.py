@@ -62,12 +62,15 @@ class Process:
     @property
     def is_running(self) -> bool:
         """Whether the command, or anything that came of it, runs."""
-        return self._popen.poll() is None
+        return self.returncode is None
 
     @property
     def returncode(self) -> int | None:
         """What the command exited with; None while it runs."""
-        return self._popen.poll()
+        code = self._popen.poll()
+        if code is not None:
+            self._let_go()
+        return code
 
     def pids(self) -> set[int]:
         """Return the processes that came of the command."""
@@ -81,13 +84,17 @@ class Process:
         """
         if os.getpid() != self.owner:
             return False
-        if self._popen.stdin is not None:
-            with contextlib.suppress(OSError):
-                self._popen.stdin.close()
+        self._let_go()
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._popen.wait(2 * self._grace + 5.0)
         _owned.pop(self.pid, None)
         return not self.is_running
+
+    def _let_go(self) -> None:
+        """Close our end of the guard's pipe, which tells it to end everything."""
+        if self._popen.stdin is not None:
+            with contextlib.suppress(OSError):
+                self._popen.stdin.close()
 
     def output(self) -> str:
         """Return the last that it wrote, as far as we keep it."""
