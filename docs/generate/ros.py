@@ -19,7 +19,10 @@ def page() -> str:
     )
     for module, functions in FUNCTIONS.items():
         text += heading(module, "-")
-        rows = [(code(name), escape(_summary(module, name)), escape(how) or "as in FRobs_RL") for name, how in functions.items()]
+        rows = [
+            (code(name), escape(_summary(module, name)), escape(how) or "as in FRobs_RL")
+            for name, how in functions.items()
+        ]
         text += table(["function", "what it does", "beside FRobs_RL"], rows, widths="30 40 30")
         text += literal("\n".join(f"{name}({_taken(module, name)})" for name in functions), "python")
     text += heading("Arguments of launch_Gazebo", "-")
