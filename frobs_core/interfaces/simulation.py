@@ -398,8 +398,8 @@ class Simulation(ABC):
         """Return a physical parameter of each environment.
 
         Args:
-            name: ``mass`` [kg] (num_envs,), ``friction`` (num_envs,), ``stiffness`` and ``damping`` (drive gains)
-                and ``joint_damping`` (num_envs, dof), ``gravity`` [m/s²] (num_envs, 3).
+            name: ``mass`` [kg] (num_envs,), with which the inertia goes; ``friction`` (num_envs,), ``stiffness`` and
+                ``damping`` (drive gains) and ``joint_damping`` (num_envs, dof), ``gravity`` [m/s²] (num_envs, 3).
             target: For mass and friction a scene body or ``"robot/link"`` (friction also ``"floor"``); for the
                 joint parameters a robot's name; for gravity ``""``.
 

@@ -62,7 +62,9 @@ test_all_other_environments = pytest.mark.slow(
 )
 test_on_pybullet = pytest_checks(check for id in FIRST for check in on_pybullet(id, ROBOTS[id]))
 test_all_others_on_pybullet = pytest.mark.slow(
-    pytest_checks(check for id in ROBOTS if id not in FIRST for check in on_pybullet(id, ROBOTS[id]))
+    pytest.mark.exhaustive(
+        pytest_checks(check for id in ROBOTS if id not in FIRST for check in on_pybullet(id, ROBOTS[id]))
+    )
 )
 test_composed_with_discrete_actions = pytest_checks(composed("discrete"))
 test_composed_with_tool_actions = pytest_checks(composed("tcp_delta_pose", *BATCHES))

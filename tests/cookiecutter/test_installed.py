@@ -105,6 +105,7 @@ def test_from_wheels_alone_a_pair_is_made_installed_tested_and_learned(sandbox: 
     assert found["success_rate"] >= 0.95, found
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("file", ["xarm/xarm6_robot.urdf", "kuka_iiwa/model.urdf"])
 def test_a_pair_from_an_unknown_arm_learns_to_reach(file: str, new: Any, sandbox: Sandbox, tmp_path: Path) -> None:
     data = pytest.importorskip("pybullet_data", reason="PyBullet has no wheel for this Python")

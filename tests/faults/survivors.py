@@ -7,37 +7,37 @@ from planting import Fault
 _MEANING = "the contract leaves to the controller what an action means; it is held by"
 REASONS: dict[tuple[str, str], str] = {
     (
-        "frobs_controllers.joint_delta_position",
-        "np.add",
-    ): f"only with `full_range=True`, which the kit is not given; {_MEANING} `test_joint_controllers.py`",
+        "frobs_controllers.tcp_delta_position",
+        "line 38",
+    ): "a parameter that is out of range is accepted; the kit gives none but those of the record",
     (
-        "frobs_controllers.joint_delta_position",
-        "/ 2",
-    ): f"only with `full_range=True`, which the kit is not given; {_MEANING} `test_joint_controllers.py`",
+        "frobs_tasks_reach.goal",
+        "line 91",
+    ): "the reward's term has another name, and the same value; what terms are called is the task's own",
     (
         "frobs_controllers.joint_position",
-        "np.subtract",
-    ): f"it goes elsewhere, inside the limits, and rests there; {_MEANING} `test_joint_controllers.py`",
-    (
-        "frobs_controllers.joint_velocity",
-        "control_timestep",
-    ): f"it slows down too early near a limit, and stays inside; {_MEANING} `test_joint_controllers.py`",
+        "line 59",
+    ): "equivalent: every row of an array over the environments is the same there",
     (
         "frobs_controllers.differential_drive",
-        "1.0",
-    ): f"it drives twice as fast as its action says; {_MEANING} `test_differential_drive.py`",
-    (
-        "frobs_tasks_reach.reach",
-        "1.01",
-    ): "equivalent for the contract: the bounds of the observation space, which need only be wide enough, get wider",
-    (
-        "frobs_tasks_reach.reach",
-        "high - goal_low",
-    ): "equivalent for the contract: the bounds of the observation space stay wide enough for what is observed",
+        "separation",
+    ): f"it turns faster or slower than its action says; {_MEANING} `test_differential_drive.py`",
     (
         "frobs_tasks_reach.terms",
-        "p * y - q * x",
+        "b * z - c * y",
     ): "what a column of the observation means is the task's own; `test_reach_terms.py` compares it with a rotation",
+    (
+        "frobs_tasks_reach.motion",
+        "line 46",
+    ): "the goals move along other paths of the same kind; how they move is the task's own, held by `test_reach_dynamic.py`",
+    (
+        "frobs_sim_mujoco.simulation",
+        "distances > max_range",
+    ): "equivalent: what is exactly at the range reads as the range either way",
+    (
+        "frobs_controllers.joint_delta_position",
+        "self.reset(None)",
+    ): "equivalent for the contract: environments reset a controller before they use it",
 }
 """By module, and a part of the change."""
 

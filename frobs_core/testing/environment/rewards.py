@@ -10,7 +10,7 @@ import numpy as np
 from frobs_core.testing.checks import CheckFailure, NotApplicable, Outcome, expect
 from frobs_core.testing.compare import expect_close
 from frobs_core.testing.environment.rollout import draw_actions
-from frobs_core.testing.environment.subject import OTHER, EnvUnderTest, is_ours, observes_truly
+from frobs_core.testing.environment.subject import OTHER, EnvUnderTest, inside, is_ours, observes_truly
 
 _STEPS = 120
 _TERM = "frobs/reward/"
@@ -72,6 +72,11 @@ def compute_reward_equals_step(subject: EnvUnderTest) -> Outcome:
             (there >= rewards - 1e-9).all(),
             "a goal that is reached is worth less than one that is not: compute_reward(desired, desired) < reward.",
         )
+        if is_ours(env) and inside(env).task.reward_type == "sparse":
+            expect(
+                (there == 0.0).all() and np.isin(rewards, (-1.0, 0.0)).all(),
+                "a sparse reward is 0 where the goal is reached and −1 elsewhere, as hindsight replay expects it.",
+            )
     return None
 
 

@@ -9,13 +9,15 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.interfaces import Body, CommandMode, Simulation
-from frobs_core.models import Box, Pose
+from frobs_core.models import Box, Pose, Sphere
 from frobs_core.testing.checks import CheckFailure, Outcome, expect
 from frobs_core.testing.compare import expect_close
 from frobs_core.testing.simulator.robots import GRIPPER, LIFT, LIFT_INERTIA
 from frobs_core.testing.simulator.subject import BALL, TIMESTEP, SimulatorUnderTest, verifies
 
 _WEIGHTLESS = (0.0, 0.0, 0.0)
+assert isinstance(BALL.geometry, Sphere)
+_RADIUS = BALL.geometry.radius
 _BOX = Body(geometry=Box((0.2, 0.2, 0.2)), pose=Pose(pos=(0.0, 2.0, 0.1)), mass=1.0)
 
 
@@ -35,7 +37,7 @@ def gravity_shows(subject: SimulatorUnderTest) -> Outcome:
 
 @verifies("randomize_mass")
 def mass_shows(subject: SimulatorUnderTest) -> Outcome:
-    """A push moves a body by the mass of its own environment."""
+    """A push moves and a torque turns a body by the mass of its own environment: its inertia goes with it."""
     if not subject.level("wrench"):
         return _only_written(subject, "mass", "ball", np.array([0.5]), np.array([0.8]))
     with subject.build(bodies={"ball": BALL}, gravity=_WEIGHTLESS, floor=False) as (sim, _):
@@ -43,11 +45,15 @@ def mass_shows(subject: SimulatorUnderTest) -> Outcome:
         expect_close(np.full(n, 0.5), sim.parameter("mass", "ball"), 1e-12, "mass as the scene has it [kg]")
         values = 0.8 + 0.3 * np.arange(n, dtype=np.float64)
         _write(sim, "mass", "ball", values)
-        sim.apply_wrench("ball", np.array([[2.0, 0.0, 0.0]]).repeat(n, axis=0), np.zeros((n, 3)))
+        force, torque = np.array([[2.0, 0.0, 0.0]]).repeat(n, axis=0), np.array([[0.0, 0.0, 1e-3]]).repeat(n, axis=0)
+        sim.apply_wrench("ball", force, torque)
         sim.step(10)
         tolerance = subject.tolerance("randomize_mass", exact=1e-6)
+        lin_vel, ang_vel = sim.bodies["ball"].twist
         wanted = 2.0 * 10 * TIMESTEP / values
-        expect_close(wanted, sim.bodies["ball"].twist[0][:, 0], tolerance, "velocity of a ball that was pushed [m/s]")
+        expect_close(wanted, lin_vel[:, 0], tolerance, "velocity of a ball that was pushed [m/s]")
+        turned = 1e-3 * 10 * TIMESTEP / (0.4 * values * _RADIUS**2)  # a solid ball
+        expect_close(turned, ang_vel[:, 2], tolerance, "velocity of a ball that was turned [rad/s]")
     return None
 
 

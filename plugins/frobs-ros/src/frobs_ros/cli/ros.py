@@ -8,20 +8,22 @@ from typing import Any
 import typer
 
 from frobs_ros.cli.link import link
+from frobs_ros.cli.run import run
 from frobs_ros.cli.serve import serve
 
 
 def ros(context: typer.Context) -> None:
-    """Work with ROS 1: its modules in a virtual environment, and simulations behind the names of Gazebo.
+    """Work with ROS 1: its modules in a virtual environment, simulations behind the names of Gazebo, policies on robots.
 
     Example:
         $ frobs ros link
         $ frobs ros serve --robot irb120 --simulator mujoco
+        $ frobs ros run reach.frobs --controller arm_controller
         $ frobs ros COMMAND --help
     """
     if context.invoked_subcommand is None:
         typer.echo(context.get_help())
 
 
-COMMANDS: Mapping[str, Callable[..., Any]] = {"link": link, "serve": serve}
+COMMANDS: Mapping[str, Callable[..., Any]] = {"link": link, "run": run, "serve": serve}
 """Word, then what it does."""

@@ -1,0 +1,3 @@
+"""Launch Gazebo and work with its services: the functions of :mod:`frobs_ros.ros_gazebo`."""
+
+from frobs_ros.ros_gazebo import *

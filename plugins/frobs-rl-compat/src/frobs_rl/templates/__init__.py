@@ -1,0 +1,1 @@
+"""FRobs_RL's two templates, to inherit or to copy: ``CustomRobotEnv`` and ``CustomTaskEnv``."""

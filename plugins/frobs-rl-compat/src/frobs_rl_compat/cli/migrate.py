@@ -1,0 +1,66 @@
+"""``frobs migrate``: from a package or a YAML file of FRobs_RL to a plugin or a run configuration."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from frobs_core.cli.model_options import PackagePath
+from frobs_core.cli.options import Json
+
+
+def migrate(
+    path: Annotated[
+        Path,
+        typer.Argument(metavar="PATH", show_default=False, help="The ROS package's folder, or one of its YAML files."),
+    ],
+    out: Annotated[
+        Path, typer.Option(metavar="FOLDER", show_default="here", help="Where the new folder or file is made.")
+    ] = Path(),
+    name: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", show_default="the package's", help="Of the robot and the task: my_arm."),
+    ] = None,
+    id: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ID", show_default="the first", help="Which registered environment, where there are some."
+        ),
+    ] = None,
+    namespace: Annotated[str, typer.Option(metavar="NAME", help="The first part of the new Gymnasium ID.")] = "lab",
+    package_path: PackagePath = None,
+    json: Json = False,
+) -> None:
+    """Make a plugin of a package of FRobs_RL, or a run configuration of its YAML file.
+
+    The package is read, never imported. The plugin installs, passes its checks and trains as it is: the robot is the
+    package's own, the task a plain one to begin with. Spaces and numbers stand beside it, the old hooks as comments where
+    their work is done now, and TODO where something is left. MIGRATION.md says what was carried over and what was not.
+    Nothing is overwritten.
+
+    Example:
+        $ frobs migrate ~/catkin_ws/src/my_arm_rl --out plugins
+        $ frobs migrate ~/catkin_ws/src/my_arm_rl/config/td3.yaml
+    """
+    from frobs_core.cli.facts import print_facts
+    from frobs_core.cli.model_options import package_paths
+    from frobs_core.cli.output import only_json, print_json, print_line, print_title
+    from frobs_rl_compat.migrate import migrate_package, migrate_yaml
+
+    with only_json(json):
+        if path.is_file():
+            made = migrate_yaml(path, out)
+        else:
+            made = migrate_package(
+                path, out, name=name, id=id, namespace=namespace, package_paths=package_paths(package_path)
+            )
+    if json:
+        print_json(made.facts())
+        return
+    print_facts(made.facts() | {"next": None})
+    print_line()
+    print_title("  next")
+    for command in made.next:
+        print_line(f"    {command}")

@@ -1,0 +1,14 @@
+"""Messages: Gymnasium's."""
+
+from gymnasium.logger import deprecation, error, warn
+
+__all__ = ["deprecation", "error", "set_level", "warn"]
+
+DEBUG, INFO, WARN, ERROR, DISABLED = 10, 20, 30, 40, 50
+
+
+def set_level(level: int) -> None:
+    """Set from which level on messages are shown."""
+    from gymnasium import logger
+
+    logger.min_level = level

@@ -1,0 +1,19 @@
+"""From a package of FRobs_RL to a plugin, and from its YAML files to run configurations.
+
+python_files.py   the package's classes and calls, by ``ast``
+expressions.py    values of expressions, without running them
+constructor.py    what a constructor sets, in its order
+package.py        all that a package says
+yaml_files.py     its YAML files: learning, controllers, numbers
+robot.py          its URDF or xacro file
+plugin.py         the plugin that is made of it
+comments.py       old code as comments in new files
+report.py         what was carried over, and what was not
+"""
+
+from frobs_rl_compat.migrate.package import OldPackage, read_package
+from frobs_rl_compat.migrate.plugin import migrate_package
+from frobs_rl_compat.migrate.report import Migration
+from frobs_rl_compat.migrate.yaml_files import migrate_yaml
+
+__all__ = ["Migration", "OldPackage", "migrate_package", "migrate_yaml", "read_package"]

@@ -1,0 +1,83 @@
+"""What a migration leaves, and what to do about it."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Mapping
+from typing import Any
+
+from frobs_rl_compat.migrate.package import OldPackage
+from frobs_rl_compat.migrate.report import Migration
+
+_CONTROLLERS = (
+    ("JointTrajectoryController", "joint_delta_position, or trajectory for whole planned motions"),
+    ("DiffDrive", "differential_drive"),
+    ("position_controllers/", "joint_position, or joint_delta_position where the actions were steps"),
+    ("velocity_controllers/", "joint_velocity"),
+    ("effort_controllers/JointPosition", "joint_position"),
+    ("effort_controllers/JointVelocity", "joint_velocity"),
+    ("effort_controllers/", "joint_effort"),
+)
+"""Part of a type of ROS's controllers, and the controller that does the same here."""
+
+
+def note_what_is_left(package: OldPackage, made: Migration) -> None:
+    """Note all that the plugin does not have."""
+    for path, mapping in package.yaml.controllers.items():
+        for name, type in _types(mapping):
+            found = next((ours for part, ours in _CONTROLLERS if part in type), None)
+            if found is not None:
+                made.leave(f"controller {name} ({type}, {path.name})", f"plugin.py: controller={found}")
+    if any("moveit" in name.lower() for old in package.lineage for name in _names(old.tree)):
+        made.leave("MoveIt", 'plugin.py: controller="trajectory", of frobs-controllers-planning, plans and moves')
+    for topic in _topics(package):
+        made.leave(topic, "nothing is sent or awaited: read the robot's handle, simulation.robots['robot'], or Sensors")
+    for launch in sorted(package.folder.rglob("*.launch")):
+        made.leave(launch.name, "nothing is launched; what its nodes computed belongs into the task")
+    for world in sorted(package.folder.rglob("*.world")):
+        made.leave(world.name, "describe it in the task's scene: bodies, floor, cameras")
+    for path, reason in {**package.python.unread, **package.yaml.unread}.items():
+        made.leave(path.name, f"could not be read: {reason}")
+    for id in package.others:
+        made.leave(f"ID {id}", f"migrate it too: --id {id} --name OTHER_NAME")
+    if package.wrappers:
+        made.leave(
+            ", ".join(package.wrappers),
+            "actions are in [−1, 1] already; for observations: wrappers: [{name: 'frobs_core.wrappers:"
+            "NormalizeObservationWrapper'}] in train.yaml, once observation_space has finite bounds",
+        )
+    if package.hook("_check_subs_and_pubs_connection") is not None:
+        made.leave("_check_subs_and_pubs_connection", "nothing: a simulation is ready when it is built")
+
+
+def _types(mapping: Mapping[str, Any]) -> list[tuple[str, str]]:
+    found = []
+    for name, value in mapping.items():
+        if isinstance(value, Mapping):
+            type = value.get("type")
+            found += [(name, str(type))] if isinstance(type, str) else _types(value)
+    return found
+
+
+def _names(tree: ast.Module) -> list[str]:
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            found += [node.module or "", *(alias.name for alias in node.names)]
+    return found
+
+
+def _topics(package: OldPackage) -> list[str]:
+    found = []
+    for old in package.lineage:
+        for node in ast.walk(old.node):
+            if (
+                isinstance(node, ast.Call)
+                and ast.unparse(node.func) in ("rospy.Subscriber", "rospy.Publisher")
+                and node.args
+            ):
+                kind = ast.unparse(node.func).removeprefix("rospy.").lower()
+                found.append(f"{kind} of {ast.unparse(node.args[0])}")
+    return list(dict.fromkeys(found))

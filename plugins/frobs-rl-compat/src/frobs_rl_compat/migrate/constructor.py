@@ -1,0 +1,144 @@
+"""What constructors set, statement by statement, as far as it can be told without running them."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from frobs_rl_compat.migrate.expressions import Evaluator, UnknownValueError
+from frobs_rl_compat.migrate.python_files import ROOTS, OldClass
+
+PARAMETERS = (
+    "launch_gazebo", "gazebo_init_paused", "gazebo_use_gui", "gazebo_recording", "gazebo_freq", "world_path", "world_pkg",
+    "world_filename", "gazebo_max_freq", "gazebo_timestep", "spawn_robot", "model_name_in_gazebo", "namespace", "pkg_name",
+    "urdf_file", "urdf_folder", "controller_file", "controller_list", "urdf_xacro_args", "rob_state_publisher_max_freq",
+    "rob_st_term", "model_pos_x", "model_pos_y", "model_pos_z", "model_ori_x", "model_ori_y", "model_ori_z", "model_ori_w",
+    "reset_controllers", "reset_mode", "step_mode", "num_gazebo_steps",
+)  # fmt: skip
+"""Of ``RobotBasicEnv``, in their order."""
+
+
+@dataclass
+class Constructed:
+    """What is known of an environment.
+
+    Attributes:
+        values: By name: ``"self.action_space"``.
+        unknown: Names whose value could not be told, with the expression and what was missing.
+        parameters: That ``RobotBasicEnv`` is given.
+        unknown_parameters: Of those whose value could not be told, with the expression.
+    """
+
+    values: dict[str, Any] = field(default_factory=dict)
+    unknown: dict[str, tuple[str, str]] = field(default_factory=dict)
+    parameters: dict[str, Any] = field(default_factory=dict)
+    unknown_parameters: dict[str, str] = field(default_factory=dict)
+
+
+def construct(lineage: Sequence[OldClass], ros_parameter: Callable[[str], Any]) -> Constructed:
+    """Return what the constructor of a class sets.
+
+    Args:
+        lineage: The class, and those of the package that it inherits.
+        ros_parameter: Returns a value of the parameter server, or raises KeyError.
+    """
+    walk = _Walk(lineage, ros_parameter)
+    for old in reversed(lineage):
+        walk.statements(old.tree.body)
+    walk.method("__init__", 0)
+    return walk.found
+
+
+class _Walk:
+    def __init__(self, lineage: Sequence[OldClass], ros_parameter: Callable[[str], Any]) -> None:
+        self.found = Constructed()
+        self._lineage = lineage
+        self._evaluator = Evaluator(self.found.values, ros_parameter)
+        self._open: list[str] = []
+        self._at = 0
+
+    def method(self, name: str, begin: int) -> bool:
+        """Follow a method of the class at a place of the lineage, or of one behind it."""
+        for place, old in enumerate(self._lineage[begin:], begin):
+            if name in old.methods:
+                key = f"{old.name}.{name}"
+                if key in self._open:
+                    return True
+                self._open.append(key)
+                before, self._at = self._at, place
+                self.statements(old.methods[name].body)
+                self._at = before
+                self._open.pop()
+                return True
+        return False
+
+    def statements(self, body: Sequence[ast.stmt]) -> None:
+        for node in body:
+            if isinstance(node, ast.Assign):
+                for target in node.targets:
+                    self._assign(target, node.value)
+            elif isinstance(node, ast.AnnAssign) and node.value is not None:
+                self._assign(node.target, node.value)
+            elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
+                self._call(node.value)
+            elif isinstance(node, ast.If):
+                self._branch(node)
+            elif not isinstance(
+                node, ast.Pass | ast.Import | ast.ImportFrom | ast.ClassDef | ast.FunctionDef | ast.Expr
+            ):
+                self._forget(node)
+
+    def _branch(self, node: ast.If) -> None:
+        try:
+            holds = bool(self._evaluator.value(node.test))
+        except UnknownValueError:
+            self._forget(node)
+        else:
+            self.statements(node.body if holds else node.orelse)
+
+    def _assign(self, target: ast.expr, value: ast.expr) -> None:
+        if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple) and len(target.elts) == len(value.elts):
+            for inner, part in zip(target.elts, value.elts, strict=True):
+                self._assign(inner, part)
+            return
+        name = ast.unparse(target)
+        try:
+            self.found.values[name] = self._evaluator.value(value)
+            self.found.unknown.pop(name, None)
+        except UnknownValueError as error:
+            self.found.values.pop(name, None)
+            self.found.unknown[name] = (ast.unparse(value), str(error))
+
+    def _forget(self, statement: ast.stmt) -> None:
+        """Take all that a statement may set for unknown."""
+        for node in ast.walk(statement):
+            if isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store):
+                name = ast.unparse(node)
+                self.found.values.pop(name, None)
+                self.found.unknown[name] = ("set under a condition or in a loop", type(statement).__name__)
+
+    def _call(self, call: ast.Call) -> None:
+        function = call.func
+        if not isinstance(function, ast.Attribute):
+            return
+        owner = ast.unparse(function.value)
+        if function.attr == "__init__":
+            arguments = call.args if owner.startswith("super") else call.args[1:]
+            if not self.method("__init__", self._at + 1) and self._inherits_root():
+                self._parameters(arguments, call.keywords)
+        elif owner == "self":
+            self.method(function.attr, 0)
+
+    def _inherits_root(self) -> bool:
+        return any(base in ROOTS for base in self._lineage[self._at].bases)
+
+    def _parameters(self, arguments: Sequence[ast.expr], keywords: Sequence[ast.keyword]) -> None:
+        given = dict(zip(PARAMETERS, arguments, strict=False))
+        given |= {keyword.arg: keyword.value for keyword in keywords if keyword.arg}
+        for name, value in given.items():
+            try:
+                self.found.parameters[name] = self._evaluator.value(value)
+            except UnknownValueError as error:
+                self.found.unknown_parameters[name] = f"{ast.unparse(value)}: {error}"

@@ -1,0 +1,183 @@
+"""Values of Python expressions, worked out from their syntax; nothing of the package is imported or executed."""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+_MOST = 4096
+"""Elements of a list or an array, at most: what is larger is no space of a robot."""
+
+_CONSTANTS = {"np.pi": math.pi, "numpy.pi": math.pi, "math.pi": math.pi, "np.inf": np.inf, "numpy.inf": np.inf,
+              "math.inf": math.inf}  # fmt: skip
+_DTYPES = {f"{module}.{name}": name for module in ("np", "numpy")
+           for name in ("float32", "float64", "int32", "int64", "int8", "uint8")}  # fmt: skip
+
+_BINARY: Mapping[type, Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv,
+    ast.Mod: operator.mod,
+    ast.Pow: operator.pow,
+}
+_UNARY: Mapping[type, Callable[[Any], Any]] = {
+    ast.USub: operator.neg,
+    ast.UAdd: operator.pos,
+    ast.Not: operator.not_,
+}
+
+
+class UnknownValueError(Exception):
+    """An expression has no value that can be told from its syntax; the text says which part of it."""
+
+
+def _array(value: Any, dtype: Any = None) -> Any:
+    return np.asarray(value, dtype)
+
+
+def _filled(fill: float) -> Callable[..., Any]:
+    def make(shape: Any, dtype: Any = float) -> Any:
+        return np.full(_small(shape), fill, dtype)
+
+    return make
+
+
+def _small(shape: Any) -> Any:
+    if int(np.prod(shape)) > _MOST:
+        raise UnknownValueError(f"an array of the shape {shape}")
+    return shape
+
+
+_FUNCTIONS: Mapping[str, Callable[..., Any]] = {
+    "array": _array,
+    "asarray": _array,
+    "zeros": _filled(0.0),
+    "ones": _filled(1.0),
+    "full": lambda shape, value, dtype=None: np.full(_small(shape), value, dtype),
+    "concatenate": lambda parts, axis=0: np.concatenate([np.atleast_1d(part) for part in parts], axis),
+    "hstack": np.hstack,
+    "append": np.append,
+    "deg2rad": np.deg2rad,
+    "radians": np.deg2rad,
+    "sqrt": np.sqrt,
+    "linspace": lambda start, stop, num=50: np.linspace(start, stop, _small(num)),
+    "float": float,
+    "int": int,
+    "bool": bool,
+    "str": str,
+    "list": list,
+    "tuple": tuple,
+    "dict": dict,
+    "len": len,
+    "abs": abs,
+    "max": max,
+    "min": min,
+}
+_MODULES = ("np", "numpy", "math", "")
+_SPACES = {"Box": gymnasium.spaces.Box, "Discrete": gymnasium.spaces.Discrete,
+           "MultiDiscrete": gymnasium.spaces.MultiDiscrete, "MultiBinary": gymnasium.spaces.MultiBinary}  # fmt: skip
+
+
+class Evaluator:
+    """Works out values.
+
+    Args:
+        names: Values by name: ``"LENGTH"``, ``"self.max_joint_values"``. It may be added to.
+        parameters: Returns a value of ROS's parameter server by its name, or raises KeyError.
+    """
+
+    def __init__(self, names: dict[str, Any], parameters: Callable[[str], Any]) -> None:
+        self.names = names
+        self._parameters = parameters
+
+    def value(self, node: ast.expr) -> Any:
+        """Return the value of an expression.
+
+        Raises:
+            UnknownValueError: It cannot be told.
+        """
+        try:
+            return self._value(node)
+        except UnknownValueError:
+            raise
+        except (ArithmeticError, LookupError, TypeError, ValueError, AttributeError, AssertionError) as error:
+            raise UnknownValueError(f"{ast.unparse(node)} ({type(error).__name__}: {error})") from error
+
+    def _value(self, node: ast.expr) -> Any:
+        method = getattr(self, f"_{type(node).__name__.lower()}", None)
+        if method is None:
+            raise UnknownValueError(ast.unparse(node))
+        return method(node)
+
+    def _constant(self, node: ast.Constant) -> Any:
+        return node.value
+
+    def _name(self, node: ast.Name) -> Any:
+        if node.id not in self.names:
+            raise UnknownValueError(node.id)
+        return self.names[node.id]
+
+    def _attribute(self, node: ast.Attribute) -> Any:
+        text = ast.unparse(node)
+        for known in (self.names, _CONSTANTS, _DTYPES):
+            if text in known:
+                return known[text]
+        raise UnknownValueError(text)
+
+    def _list(self, node: ast.List) -> Any:
+        return [self._value(item) for item in node.elts]
+
+    def _tuple(self, node: ast.Tuple) -> Any:
+        return tuple(self._value(item) for item in node.elts)
+
+    def _dict(self, node: ast.Dict) -> Any:
+        return {self._value(key): self._value(value) for key, value in zip(node.keys, node.values, strict=True) if key}
+
+    def _unaryop(self, node: ast.UnaryOp) -> Any:
+        return _UNARY[type(node.op)](self._value(node.operand))
+
+    def _binop(self, node: ast.BinOp) -> Any:
+        left, right = self._value(node.left), self._value(node.right)
+        huge = isinstance(node.op, ast.Pow) and (np.max(np.abs(right)) > 64 or np.max(np.abs(left)) > 1e6)
+        repeated = isinstance(node.op, ast.Mult) and any(isinstance(part, str | list | tuple) for part in (left, right))
+        if repeated:
+            sequence, times = (left, right) if isinstance(right, int) else (right, left)
+            huge = len(sequence) * times > _MOST
+        if huge:
+            raise UnknownValueError(ast.unparse(node))
+        return _BINARY[type(node.op)](left, right)
+
+    def _subscript(self, node: ast.Subscript) -> Any:
+        return self._value(node.value)[self._value(node.slice)]
+
+    def _slice(self, node: ast.Slice) -> slice:
+        return slice(*(None if part is None else self._value(part) for part in (node.lower, node.upper, node.step)))
+
+    def _call(self, node: ast.Call) -> Any:
+        name = ast.unparse(node.func)
+        arguments = [self._value(argument) for argument in node.args]
+        keywords = {keyword.arg: self._value(keyword.value) for keyword in node.keywords if keyword.arg}
+        module, _, function = name.rpartition(".")
+        if name in ("rospy.get_param", "get_param"):
+            return self._parameter(node, *arguments)
+        if function in _SPACES:
+            return _SPACES[function](*arguments, **keywords)
+        if module in _MODULES and function in _FUNCTIONS:
+            return _FUNCTIONS[function](*arguments, **keywords)
+        raise UnknownValueError(ast.unparse(node))
+
+    def _parameter(self, node: ast.Call, name: str, *default: Any) -> Any:
+        try:
+            return self._parameters(name)
+        except KeyError:
+            if default:
+                return default[0]
+            raise UnknownValueError(f"the parameter {name}") from None

@@ -1,0 +1,180 @@
+"""The plugin that is made of a package."""
+
+from __future__ import annotations
+
+import os
+import re
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from frobs_core.errors import ConfigurationError
+from frobs_core.scaffold import render, resolve
+from frobs_core.scaffold.robot_file import copy_model
+from frobs_rl_compat.migrate.advice import note_what_is_left
+from frobs_rl_compat.migrate.comments import commented
+from frobs_rl_compat.migrate.original import write_original
+from frobs_rl_compat.migrate.package import OldPackage, read_package
+from frobs_rl_compat.migrate.report import Migration
+from frobs_rl_compat.migrate.robot import RobotSource, find_robot
+from frobs_rl_compat.migrate.task import edit_task
+from frobs_rl_compat.migrate.yaml_files import run_configuration
+
+
+def migrate_package(
+    path: Path,
+    out: Path,
+    *,
+    name: str | None = None,
+    id: str | None = None,
+    namespace: str = "lab",
+    package_paths: Mapping[str, str | Path] | None = None,
+) -> Migration:
+    """Make a plugin of a package; all of it, or nothing.
+
+    Args:
+        path: The ROS package's folder. It is read, never imported.
+        out: The folder to make the plugin's folder in.
+        name: Of the robot and the task; None: the package's.
+        id: Which of the registered environments; None: the first.
+        namespace: The first part of the new ID.
+        package_paths: Folders of ROS packages by name that are neither beside this one nor in ``ROS_PACKAGE_PATH``.
+
+    Raises:
+        ConfigurationError: There is no environment of FRobs_RL, the plugin's folder exists, or a name is taken.
+        UnknownNameError: The package does not register the ID.
+    """
+    package = read_package(path, id)
+    robot, problem = find_robot(package, package_paths or {})
+    made = Migration(package.name, out)
+    context = resolve(_answers(package, robot, name, namespace))
+    target = out / context["__folder"]
+    if target.exists() or target.is_symlink():
+        raise ConfigurationError(f"the folder {target} exists; choose another --name, or another place with --out.")
+    out.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=out, prefix=".frobs-migrate-") as aside:
+        folder = render(context, Path(aside))
+        sources = folder / "src" / context["__package"]
+        _edit_robot(package, robot, problem, sources, context["name"], made)
+        new_id = _edit_plugin(package, folder, sources, context, made)
+        edit_task(package, sources / "task.py", made)
+        write_original(package, sources, made)
+        _write_learning(package, folder, new_id, made)
+        note_what_is_left(package, made)
+        made.path = target
+        run = Path("runs") / context["name"]
+        made.next = [
+            f"pip install -e {target}",
+            f"pytest {target}",
+            f"frobs train {new_id} --config {target / 'train.yaml'} --seed 0 --run-dir {run}",
+            f"read {target / 'MIGRATION.md'}",
+        ]
+        (folder / "MIGRATION.md").write_text(made.markdown(), "utf-8")
+        os.rename(folder, target)
+    return made
+
+
+def _answers(package: OldPackage, robot: RobotSource | None, name: str | None, namespace: str) -> dict[str, str]:
+    """Return the answers to the questions of ``frobs new``."""
+    plain = re.sub(r"[^a-z0-9]+", "_", package.name.lower()).strip("_")[:40].strip("_")
+    answers = {"what": "both", "name": name or (plain if plain[:1].isalpha() else f"robot_{plain}"),
+               "namespace": namespace}  # fmt: skip
+    if robot is None:
+        return {**answers, "example": "arm"}
+    if robot.wheels is not None:
+        return {**answers, "example": "wheeled"}
+    return {
+        **answers,
+        "example": "file",
+        "robot_file": str(robot.path.absolute()),
+        "xacro_args": " ".join(f"{key}:={value}" for key, value in robot.xacro_args.items()),
+        "package_paths": os.pathsep.join(f"{key}={Path(folder).absolute()}" for key, folder in robot.package_paths.items()),
+    }  # fmt: skip
+
+
+def _edit_robot(
+    package: OldPackage, robot: RobotSource | None, problem: str, sources: Path, name: str, made: Migration
+) -> None:
+    file = sources / "robot.py"
+    if robot is None:
+        made.leave("the robot's file", f"{problem}; a two-joint arm stands in for it: put yours into robot.py")
+        lines = commented([], 0, f"the package's own robot; its file could not be used: {problem}")
+        text = file.read_text("utf-8")
+        file.write_text(
+            text.replace(f"\n{name.upper()} = Robot(", "\n" + "\n".join(lines) + f"\n{name.upper()} = Robot(")
+        )
+        return
+    made.carry(f"{robot.path.name}, macros expanded, with its meshes", f"src/{sources.name}/{name}.urdf")
+    made.leave("the tool and the posture at rest", "robot.py has what is likeliest: tcp, home and drive gains")
+    if robot.wheels is None:
+        return
+    wheels = robot.wheels
+    copy_model(robot.model, sources / f"{name}.urdf")
+    (sources / f"{name}.urdf.xacro").unlink()
+    links = [link.name for link in robot.model.links]
+    text = file.read_text("utf-8").replace(f"{name}.urdf.xacro", f"{name}.urdf")
+    for old, new in (
+        (r'left=\("[^"]*",\)', f'left=("{wheels.left}",)'),
+        (r'right=\("[^"]*",\)', f'right=("{wheels.right}",)'),
+        (r"separation=[0-9.]+", f"separation={wheels.separation:g}"),
+        (r"wheel_radius=[0-9.]+", f"wheel_radius={wheels.diameter / 2:g}"),
+        (r'tcp="base_link"', f'tcp="{"base_link" if "base_link" in links else links[0]}"'),
+        (r"    friction=.*\n", "    # TODO: friction={link: 0.0} of castors that glide; the highest speeds above, as yours has\n"),
+    ):  # fmt: skip
+        text = re.sub(old, new, text)
+    file.write_text(text, "utf-8")
+    readme = sources.parent.parent / "README.md"
+    readme.write_text(readme.read_text("utf-8").replace(f"{name}.urdf.xacro", f"{name}.urdf"), "utf-8")
+    made.carry("wheels of the Gazebo plugin", "robot.py: differential_drive")
+
+
+def _edit_plugin(package: OldPackage, folder: Path, sources: Path, context: Mapping[str, Any], made: Migration) -> str:
+    """Give the environment its ID and limit, and say what the old actions were; returns the ID."""
+    new_id = context["__id"]
+    if package.registration is not None:
+        stem = package.registration.id.rpartition("/")[2]
+        new_id = f"{context['namespace']}/{stem if re.search(r'-v[0-9]+$', stem) else f'{stem}-v0'}"
+        for path in folder.rglob("*"):
+            if path.is_file() and path.suffix in (".py", ".md", ".yaml", ".yml", ".toml"):
+                text = path.read_text("utf-8")
+                if context["__id"] in text:
+                    path.write_text(text.replace(context["__id"], new_id), "utf-8")
+        made.carry(f"ID {package.registration.id}", new_id)
+    file = sources / "plugin.py"
+    text = file.read_text("utf-8")
+    registered = package.registration.max_episode_steps if package.registration else None
+    limits = [limit for limit in (max(package.time_limits, default=0), registered) if limit]
+    if limits:
+        text = re.sub(r"max_episode_steps=[0-9]+", f"max_episode_steps={min(limits)}", text)
+        said = f"registered {registered}" + (
+            f", TimeLimitWrapper {max(package.time_limits)}" if package.time_limits else ""
+        )
+        made.carry(f"limit of steps ({said})", f"plugin.py: max_episode_steps={min(limits)}")
+    hook = package.hook("_send_action")
+    if hook is not None:
+        old, lines = hook
+        todo = f"choose the controller that does what {old.name}._send_action did; 'frobs list controllers' shows all."
+        head, at, rest = text.partition("                    controller=")
+        text = head + "\n".join(commented(lines, 20, todo)) + "\n" + at + rest
+        made.carry("_send_action", "plugin.py: a comment above controller=")
+    file.write_text(text, "utf-8")
+    return str(new_id)
+
+
+def _write_learning(package: OldPackage, folder: Path, id: str, made: Migration) -> None:
+    """Write a run's configuration for each file of FRobs_RL; the one that the scripts name is ``train.yaml``."""
+    named = {getattr(keyword.value, "value", None) for calls in package.python.calls.values() for call in calls
+             for keyword in call.keywords if keyword.arg == "config_filename"}  # fmt: skip
+    files = sorted(package.yaml.learning, key=lambda path: (path.name not in named, path.name))
+    for number, path in enumerate(files):
+        try:
+            text, note = run_configuration(path, package.yaml.learning[path], id)
+        except ConfigurationError as error:
+            made.leave(path.name, str(error))
+            continue
+        name = "train.yaml" if number == 0 else f"train_{path.stem}.yaml"
+        (folder / name).write_text(text, "utf-8")
+        made.carry(f"{path.name}: training, noise, networks", name)
+        if note:
+            made.leave(f"keys of {path.name}", note)

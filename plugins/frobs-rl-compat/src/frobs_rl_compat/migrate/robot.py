@@ -1,0 +1,95 @@
+"""The URDF or xacro file of a package's robot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+
+from frobs_core.errors import FrobsError
+from frobs_core.models import RobotModel, load_model
+from frobs_core.models.resources import Packages
+from frobs_rl_compat.migrate.package import OldPackage
+
+_DRIVE_TAGS = {
+    "left": ("leftJoint", "left_wheel_joint_name", "left_wheel", "left_joint"),
+    "right": ("rightJoint", "right_wheel_joint_name", "right_wheel", "right_joint"),
+    "separation": ("wheelSeparation", "wheel_separation"),
+    "diameter": ("wheelDiameter", "wheel_diameter"),
+}
+"""Elements of Gazebo's plugins for two driven wheels, by what they say."""
+
+
+@dataclass(frozen=True)
+class Wheels:
+    """Two driven wheels, as a plugin of Gazebo describes them.
+
+    Attributes:
+        left: Joint of the left one.
+        right: Of the right one.
+        separation: Between them [m].
+        diameter: Of each [m].
+    """
+
+    left: str
+    right: str
+    separation: float
+    diameter: float
+
+
+@dataclass(frozen=True)
+class RobotSource:
+    """A robot's file.
+
+    Attributes:
+        path: The file.
+        xacro_args: Its arguments by name.
+        package_paths: Folders of ROS packages that it may name.
+        model: What it says.
+        wheels: Where it drives on two wheels.
+    """
+
+    path: Path
+    xacro_args: Mapping[str, str]
+    package_paths: Mapping[str, str | Path]
+    model: RobotModel
+    wheels: Wheels | None
+
+
+def find_robot(package: OldPackage, package_paths: Mapping[str, str | Path]) -> tuple[RobotSource | None, str]:
+    """Return the robot that the package spawns, or None and why there is none.
+
+    Args:
+        package: The package.
+        package_paths: Folders of ROS packages by name, besides those that are found beside the package.
+    """
+    given = package.constructed.parameters
+    file = given.get("urdf_file")
+    if not file:
+        unknown = package.constructed.unknown_parameters.get("urdf_file")
+        return None, f"urdf_file is {unknown}" if unknown else "the package gives RobotBasicEnv no urdf_file"
+    paths = {package.name: package.folder, **package_paths}
+    args = dict(arg.partition(":=")[::2] for arg in given.get("urdf_xacro_args") or () if ":=" in arg)
+    try:
+        home = Packages(paths, package.folder.absolute() / "package.xml").find(given.get("pkg_name") or package.name)
+        path = Path(home) / str(given.get("urdf_folder", "/urdf")).strip("/") / str(file)
+        model = load_model(path, xacro_args=args, package_paths=paths)
+    except FrobsError as error:
+        return None, str(error)
+    return RobotSource(path, args, paths, model, _wheels(model)), ""
+
+
+def _wheels(model: RobotModel) -> Wheels | None:
+    for plugin in ElementTree.fromstring(model.xml).iter("plugin"):
+        texts = {child.tag: (child.text or "").strip() for child in plugin}
+        found = {}
+        for what, tags in _DRIVE_TAGS.items():
+            found[what] = next((texts[tag] for tag in tags if texts.get(tag)), "")
+        if all(found.values()):
+            try:
+                sizes = float(found["separation"]), float(found["diameter"])
+            except ValueError:
+                continue
+            return Wheels(found["left"], found["right"], *sizes)
+    return None

@@ -1,0 +1,172 @@
+"""The YAML files of a package: what learns, which controllers there are, and the task's numbers."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from frobs_algos_sb3.frobs_rl.settings import ROOT, algorithms_in
+from frobs_algos_sb3.frobs_rl.translate import translate
+from frobs_core.errors import ConfigurationError
+from frobs_core.yaml import dump_yaml, load_yaml, plain
+from frobs_rl_compat.migrate.report import Migration
+
+LEGACY_IDS = {
+    "irb120": "frobs/Irb120ReachLegacy-v0",
+    "irb140": "frobs/Irb140ReachLegacy-v0",
+    "ur5": "frobs/Ur5ReachLegacy-v0",
+    "kobuki_empty": "frobs/KobukiEmptyLegacy-v0",
+    "kobuki_dynamic": "frobs/KobukiDynamicLegacy-v0",
+    "kobuki_maze": "frobs/KobukiMazeLegacy-v0",
+}
+"""Root keys of the example repository's task files, and the environment that takes such a file unchanged."""
+
+
+@dataclass
+class YamlFiles:
+    """The files, by what they are for.
+
+    Attributes:
+        learning: Of FRobs_RL's algorithms.
+        controllers: Of ROS's controllers.
+        numbers: All others.
+        unread: Those that cannot be read, and why.
+    """
+
+    learning: dict[Path, Mapping[str, Any]] = field(default_factory=dict)
+    controllers: dict[Path, Mapping[str, Any]] = field(default_factory=dict)
+    numbers: dict[Path, Mapping[str, Any]] = field(default_factory=dict)
+    unread: dict[Path, str] = field(default_factory=dict)
+
+    def parameter(self, name: str) -> Any:
+        """Return a value that the files put on ROS's parameter server.
+
+        Args:
+            name: ``"/irb120/tolerance_goal_pos"``; namespaces before what a file says do not matter.
+
+        Raises:
+            KeyError: None of them has it.
+        """
+        keys = [key for key in name.split("/") if key]
+        for mapping in self.numbers.values():
+            for begin in range(len(keys)):
+                value: Any = mapping
+                for key in keys[begin:]:
+                    if not isinstance(value, Mapping) or key not in value:
+                        break
+                    value = value[key]
+                else:
+                    return plain(value)
+        raise KeyError(name)
+
+
+def read_yaml_files(folder: Path) -> YamlFiles:
+    """Read all YAML files of a package."""
+    files = YamlFiles()
+    for path in sorted([*folder.rglob("*.yaml"), *folder.rglob("*.yml")]):
+        if any(part.startswith(".") or part in ("build", "devel") for part in path.relative_to(folder).parts):
+            continue
+        try:
+            mapping = load_yaml(path)
+        except ConfigurationError as error:
+            files.unread[path] = str(error)
+            continue
+        kind = files.learning if ROOT in mapping else files.controllers if _controls(mapping) else files.numbers
+        kind[path] = mapping
+    return files
+
+
+def run_configuration(path: Path, mapping: Mapping[str, Any], environment: str | None) -> tuple[str, str]:
+    """Return a run's configuration for a file of FRobs_RL, and a line on what has no place in it.
+
+    Args:
+        path: The file.
+        mapping: What it holds.
+        environment: Gymnasium ID; None leaves it to the command line.
+
+    Raises:
+        ConfigurationError: The file cannot be used.
+    """
+    found = algorithms_in(mapping)
+    if not found:
+        raise ConfigurationError(
+            f"{path}: there is no algorithm's block under '{ROOT}': add ppo_params, td3_params, …."
+        )
+    config, note = translate(mapping, found[0], path)
+    if len(found) > 1:
+        note = f"{note} Blocks of other algorithms: {', '.join(found[1:])}.".strip()
+    head = f"# From {path.name} of FRobs_RL, by 'frobs migrate': observations go to the networks as they are.\n"
+    if environment is None:
+        head += "# TODO: the environment: frobs train ID --config THIS_FILE, or the key environment.\n"
+    return head + dump_yaml({**({"environment": environment} if environment else {}), **config}), note
+
+
+def migrate_yaml(path: Path, out: Path) -> Migration:
+    """Make a run configuration of one YAML file.
+
+    Args:
+        path: A file with ``model_params``, or a task's numbers of FRobs_RL's examples.
+        out: The folder to write it in.
+
+    Raises:
+        ConfigurationError: The file is of neither kind, or there is a file of the new one's name.
+    """
+    mapping = load_yaml(path)
+    target = out / f"{path.stem}_run.yaml"
+    if target.exists():
+        raise ConfigurationError(f"{target} exists; move it away, or choose another folder with --out.")
+    made = Migration(path.name, target)
+    if ROOT in mapping:
+        text, note = run_configuration(path, mapping, None)
+        made.carry(f"{ROOT}: training, noise, networks", target.name)
+        if note:
+            made.leave("keys that a run has no place for", note)
+        made.leave("the environment", "name it on the command line")
+        made.next.append(f"frobs train ID --config {target}")
+    else:
+        root = next((key for key in mapping if key in LEGACY_IDS), None)
+        if root is None:
+            raise ConfigurationError(
+                f"{path}: its keys are {', '.join(map(str, mapping))}; a file to migrate has '{ROOT}', or one of "
+                f"{', '.join(LEGACY_IDS)}. For the numbers of your own task migrate the whole package."
+            )
+        text = f"# {LEGACY_IDS[root]} takes {path.name} of FRobs_RL unchanged.\n" + dump_yaml(
+            {"environment": LEGACY_IDS[root], "environment_kwargs": {"config_file": str(path.absolute())}}
+        )
+        made.carry(f"the numbers under '{root}'", f"{target.name}: environment_kwargs.config_file")
+        made.next.append(f"frobs train {LEGACY_IDS[root]} --config {target}")
+    out.mkdir(parents=True, exist_ok=True)
+    target.write_text(text, "utf-8")
+    return made
+
+
+def literal(value: Any, indent: int = 0) -> str:
+    """Return a value of a YAML file as Python, a mapping with a line for each key."""
+    margin = " " * indent
+    if isinstance(value, Mapping):
+        inner = "".join(
+            f"{margin}    {literal(str(key))}: {literal(item, indent + 4)},\n" for key, item in value.items()
+        )
+        return f"{{\n{inner}{margin}}}" if value else "{}"
+    if isinstance(value, list | tuple):
+        items = [literal(item, indent + 4) for item in value]
+        line = f"[{', '.join(items)}]"
+        if len(line) <= 60:
+            return line
+        rows = "".join(f"{margin}    {item},\n" for item in items)
+        return f"[\n{rows}{margin}]"
+    if isinstance(value, float) and not math.isfinite(value):
+        return f'float("{value}")'
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
+
+
+def _controls(mapping: Mapping[str, Any]) -> bool:
+    """Return whether a file describes controllers, at its root or under one namespace."""
+    values = list(mapping.values())
+    if any(isinstance(value, Mapping) and "/" in str(value.get("type", "")) for value in values):
+        return True
+    return len(values) == 1 and isinstance(values[0], Mapping) and _controls(values[0])

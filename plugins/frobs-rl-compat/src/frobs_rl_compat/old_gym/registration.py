@@ -1,0 +1,103 @@
+"""IDs: those that are registered with ``gym`` stand in Gymnasium's registry, where both find them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import gymnasium
+from gymnasium.envs.registration import EnvSpec, load_env_creator
+
+from frobs_rl_compat.manner import to_gymnasium
+from frobs_rl_compat.old_gym.core import to_gym
+
+_MAKE = f"{__name__}:make_in_gymnasiums_manner"
+
+
+def register(
+    id: str,
+    entry_point: Callable[..., Any] | str | None = None,
+    reward_threshold: float | None = None,
+    nondeterministic: bool = False,
+    max_episode_steps: int | None = None,
+    order_enforce: bool = True,
+    kwargs: dict[str, Any] | None = None,
+    **unused: Any,
+) -> None:
+    """Register an environment. ``gym.make`` gives it four values, and ``gymnasium.make`` five.
+
+    Args:
+        id: ``"KobukiMazeEnv-v0"``
+        entry_point: The class, or ``"module:Class"``.
+        reward_threshold: At which it counts as solved.
+        nondeterministic: Whether it is, seeded too.
+        max_episode_steps: Steps per episode.
+        order_enforce: Whether a step before the first reset is an error.
+        kwargs: For the class.
+        **unused: What later versions of gym knew besides.
+    """
+    given = {**(kwargs or {}), "old_entry_point": entry_point}
+    known = gymnasium.registry.get(id)
+    same = {"entry_point": _MAKE, "kwargs": given, "max_episode_steps": max_episode_steps}
+    if known is not None and all(getattr(known, key) == value for key, value in same.items()):
+        return
+    gymnasium.register(
+        id,
+        _MAKE,
+        reward_threshold=reward_threshold,
+        nondeterministic=nondeterministic,
+        max_episode_steps=max_episode_steps,
+        order_enforce=order_enforce,
+        disable_env_checker=True,  # old gym had none
+        kwargs=given,
+    )
+
+
+def make_in_gymnasiums_manner(*, old_entry_point: Callable[..., Any] | str, **kwargs: Any) -> Any:
+    """Return a new environment of a class of either manner, in Gymnasium's."""
+    creator = load_env_creator(old_entry_point) if isinstance(old_entry_point, str) else old_entry_point
+    return to_gymnasium(creator(**kwargs))
+
+
+def make(id: str | EnvSpec, **kwargs: Any) -> Any:
+    """Return a new environment that answers in the manner of old gym.
+
+    Args:
+        id: Registered with ``gym`` or with Gymnasium.
+        **kwargs: For the class.
+    """
+    return to_gym(gymnasium.make(id, **kwargs))
+
+
+def spec(id: str) -> EnvSpec:
+    """Return what is registered under an ID."""
+    return gymnasium.spec(id)
+
+
+class EnvRegistry:
+    """Gymnasium's registry under old gym's names."""
+
+    @property
+    def env_specs(self) -> dict[str, EnvSpec]:
+        """The registry itself, by ID."""
+        return gymnasium.registry
+
+    def all(self) -> list[EnvSpec]:
+        """Return all that is registered."""
+        return list(gymnasium.registry.values())
+
+    def spec(self, id: str) -> EnvSpec:
+        """Return what is registered under an ID."""
+        return gymnasium.spec(id)
+
+    def __contains__(self, id: object) -> bool:
+        return id in gymnasium.registry
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(gymnasium.registry)
+
+    def __getitem__(self, id: str) -> EnvSpec:
+        return gymnasium.registry[id]
+
+
+registry = EnvRegistry()

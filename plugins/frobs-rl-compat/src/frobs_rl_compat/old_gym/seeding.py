@@ -1,0 +1,34 @@
+"""Random numbers as old gym gave them out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+class RandomNumberGenerator(np.random.Generator):
+    """NumPy's generator, with the names that it had before."""
+
+    def rand(self, *size: int) -> Any:
+        """Return numbers in [0, 1)."""
+        return self.random(size or None)
+
+    def randn(self, *size: int) -> Any:
+        """Return standard normal numbers."""
+        return self.standard_normal(size or None)
+
+    def randint(self, low: int, high: int | None = None, size: Any = None, dtype: Any = int) -> Any:
+        """Return whole numbers in [low, high), or in [0, low)."""
+        return self.integers(low, high, size, dtype)
+
+    def random_sample(self, size: Any = None) -> Any:
+        """Return numbers in [0, 1)."""
+        return self.random(size)
+
+
+def np_random(seed: int | None = None) -> tuple[RandomNumberGenerator, int]:
+    """Return a generator and the seed that it has."""
+    sequence = np.random.SeedSequence(seed)
+    used: Any = sequence.entropy
+    return RandomNumberGenerator(np.random.PCG64(sequence)), int(used)

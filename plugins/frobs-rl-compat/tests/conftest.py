@@ -1,0 +1,80 @@
+"""Where old packages run: a ROS graph of their own."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from frobs_ros.environment import find_ros
+
+_LIMIT = 900  # [s] for a script
+
+
+def _missing() -> str:
+    if find_ros() is None:
+        return "ROS is not installed"
+    done = subprocess.run([sys.executable, "-c", "import rospy"], capture_output=True, text=True)
+    return "" if done.returncode == 0 else f"import rospy fails: {done.stderr.strip().splitlines()[-1]}"
+
+
+def _alone() -> list[str]:
+    """Return what puts a command into a network of its own; nothing, where this user may not."""
+    command = ["unshare", "-n", "sh", "-c", 'ip link set lo up; ip route add 224.0.0.0/4 dev lo; exec "$@"', "sh"]
+    works = shutil.which("unshare") and shutil.which("ip") and subprocess.run([*command, "true"], capture_output=True)
+    return command if works and works.returncode == 0 else []
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@pytest.fixture
+def run_package(tmp_path: Path) -> Callable[..., Callable[..., str]]:
+    """Copy a package, and return what runs its scripts and returns their output."""
+    missing = _missing()
+    if missing and os.environ.get("FROBS_REQUIRE_ROS") == "1":
+        pytest.fail(f"{missing}, and FROBS_REQUIRE_ROS is set")
+    if missing:
+        pytest.skip(missing)
+    alone = _alone()
+
+    def prepare(package: Path, backend: str = "bridge:mujoco") -> Callable[..., str]:
+        folder = tmp_path / package.name
+        shutil.copytree(package, folder)
+        (tmp_path / "home").mkdir()
+        environment = {
+            **os.environ,
+            "ROS_PACKAGE_PATH": str(folder),
+            "PYTHONPATH": str(folder / "src"),
+            "ROS_HOSTNAME": "localhost",
+            "ROS_MASTER_URI": f"http://localhost:{11311 if alone else _free_port()}",
+            "FROBS_ROS_BACKEND": backend,
+            "HOME": str(tmp_path / "home"),
+            "ROS_HOME": str(tmp_path / "home" / ".ros"),
+        }
+
+        def run(script: str, *arguments: str) -> str:
+            done = subprocess.run(
+                [*alone, sys.executable, str(folder / "scripts" / script), *arguments],
+                env=environment,
+                cwd=tmp_path,
+                capture_output=True,
+                text=True,
+                timeout=_LIMIT,
+            )
+            output = done.stdout + done.stderr
+            assert done.returncode == 0, output[-6000:]
+            return output
+
+        return run
+
+    return prepare

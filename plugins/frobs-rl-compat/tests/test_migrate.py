@@ -1,0 +1,127 @@
+"""``frobs migrate``: what it makes, and that it overwrites nothing."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import gymnasium
+import pytest
+
+from frobs_core.errors import ConfigurationError
+from frobs_core.runs.config import RunConfig
+from frobs_core.yaml import load_yaml
+from frobs_rl_compat.migrate import migrate_package, migrate_yaml
+
+HERE = Path(__file__).parent
+EXAMPLES = HERE.parent / "examples"
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    return migrate_package(HERE / "gymnasium_package", tmp_path_factory.mktemp("made"), namespace="acme")
+
+
+def read(migration, name: str) -> str:
+    return next(path for path in migration.path.rglob(name) if path.is_file()).read_text("utf-8")
+
+
+def test_the_plugin_has_the_packages_robot_id_and_limit(made):
+    assert made.path.name == "frobs-gymnasium-package"
+    plugin = read(made, "plugin.py")
+    assert 'id="acme/PlaneArmReachGymnasiumEnv-v0"' in plugin
+    assert "max_episode_steps=20" in plugin
+    assert "self.set_joint_angles(target)" in plugin
+    assert "shoulder" in read(made, "gymnasium_package.urdf")
+    assert "frobs_core:acme/PlaneArmReachGymnasiumEnv-v0" in read(made, "README.md")
+
+
+def test_spaces_and_numbers_are_python_that_can_be_imported(made):
+    names: dict = {}
+    exec(read(made, "original.py"), names)
+    assert isinstance(names["ACTION_SPACE"], gymnasium.spaces.Box)
+    assert names["OBSERVATION_SPACE"].shape == (6,)
+    assert names["REACH_TASK"]["plane_arm"]["reached_goal_reward"] == 10.0
+    assert names["ROBOT_PARAMETERS"]["num_gazebo_steps"] == 20
+
+
+def test_the_task_has_the_timing_the_tolerance_and_the_old_hooks(made):
+    task = read(made, "task.py")
+    assert "control_timestep: ClassVar[float] = 0.04" in task
+    assert "physics_timestep: ClassVar[float] = 0.002" in task
+    assert "tolerance: float = 0.1" in task
+    for line in (
+        "#     return np.concatenate([self.joint_values, self.goal, self.tool_pos])",
+        "#     return self.step_reward - self.mult_dist_reward * distance",
+        '#         self.info["is_success"] = 1.0',
+        "#     self.goal = self.goal_space.sample()",
+        "#     def get_tool_pos(self, joint_values):",
+    ):
+        assert line in task
+    compile(task, "task.py", "exec")
+
+
+def test_the_training_file_becomes_a_run_configuration(made):
+    config = RunConfig(**load_yaml(made.path / "train.yaml"))
+    assert config.environment == "acme/PlaneArmReachGymnasiumEnv-v0"
+    assert config.algorithm == "td3"
+    assert config.steps == 60
+    assert config.algorithm_config["policy_kwargs"]["net_arch"] == [32, 32]
+
+
+def test_the_report_says_what_was_carried_and_what_was_not(made):
+    page = read(made, "MIGRATION.md")
+    carried, left = page.split("## Left to do")
+    assert "ID PlaneArmReachGymnasiumEnv-v0" in carried
+    for what in ("joint_position", "goal.launch", "/plane_arm/goal_pos", "NormalizeObservationWrapper", "log_folder"):
+        assert what in left
+
+
+def test_what_is_made_passes_its_own_lint(made):
+    for command in (["check"], ["format", "--check"]):
+        done = subprocess.run([sys.executable, "-m", "ruff", *command, made.path], capture_output=True, text=True)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_nothing_is_overwritten(made):
+    before = sorted(made.path.parent.iterdir())
+    with pytest.raises(ConfigurationError, match="exists"):
+        migrate_package(HERE / "gymnasium_package", made.path.parent, namespace="acme")
+    assert sorted(made.path.parent.iterdir()) == before
+
+
+def test_a_package_without_its_robots_file_gets_a_stand_in(tmp_path):
+    (tmp_path / "task.py").write_text(
+        "import moveit_commander\nfrom frobs_rl.envs import robot_BasicEnv\n"
+        "class Arm(robot_BasicEnv.RobotBasicEnv):\n    def __init__(self):\n"
+        "        super().__init__(pkg_name='nowhere', urdf_file='arm.urdf')\n"
+    )
+    migration = migrate_package(tmp_path, tmp_path / "made", name="other_arm")
+    left = dict(migration.left)
+    assert "nowhere" in left["the robot's file"]
+    assert 'controller="trajectory"' in left["MoveIt"]
+    assert "TODO" in read(migration, "robot.py")
+
+
+def test_a_training_file_alone_becomes_a_run_configuration(tmp_path):
+    migration = migrate_yaml(HERE / "old_gym_package" / "config" / "td3.yaml", tmp_path)
+    assert RunConfig(environment="CartPole-v1", **load_yaml(migration.path)).algorithm == "td3"
+    with pytest.raises(ConfigurationError, match="exists"):
+        migrate_yaml(HERE / "old_gym_package" / "config" / "td3.yaml", tmp_path)
+
+
+def test_a_task_file_of_the_example_repository_names_the_environment_that_takes_it(tmp_path):
+    file = tmp_path / "reacher_task.yaml"
+    file.write_text("irb120:\n  tolerance_goal_pos: 0.05\n")
+    config = load_yaml(migrate_yaml(file, tmp_path).path)
+    assert config["environment"] == "frobs/Irb120ReachLegacy-v0"
+    assert config["environment_kwargs"] == {"config_file": str(file)}
+
+
+def test_another_yaml_file_is_refused(tmp_path):
+    file = tmp_path / "other.yaml"
+    file.write_text("something: 1\n")
+    with pytest.raises(ConfigurationError, match=r"something.*model_params"):
+        migrate_yaml(file, tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["other.yaml"]

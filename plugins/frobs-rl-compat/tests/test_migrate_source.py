@@ -1,0 +1,151 @@
+"""What ``frobs migrate`` reads from the source of a package, and that it runs none of it."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+
+from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_rl_compat.migrate import read_package
+from frobs_rl_compat.migrate.comments import commented, insert_in_method
+from frobs_rl_compat.migrate.expressions import Evaluator, UnknownValueError
+
+HERE = Path(__file__).parent
+PARAMETERS = {"/arm/low": -2.0}
+
+VALUES = {
+    "[1, -2.5, 'x']": [1, -2.5, "x"],
+    "np.pi / 2": np.pi / 2,
+    "np.array([1.0, 2.0]) * scale": np.array([3.0, 6.0]),
+    "np.concatenate([np.ones(2), np.array([5])], axis=None)": np.array([1.0, 1.0, 5.0]),
+    "{'a': (1, 2)}['a'][0]": 1,
+    "rospy.get_param('/arm/low')": -2.0,
+    "rospy.get_param('/arm/other', 4)": 4,
+    "self.limit[1:]": [2, 3],
+}
+UNKNOWN = [
+    "__import__('os').system('true')",
+    "open('/etc/passwd').read()",
+    "missing",
+    "rospy.get_param('/arm/other')",
+    "2 ** 100000",
+    "[0] * 10 ** 9",
+    "np.zeros((10000, 10000))",
+    "(lambda: 1)()",
+    "1 / 0",
+]
+
+
+@pytest.fixture
+def evaluator():
+    return Evaluator({"scale": 3, "self.limit": [1, 2, 3]}, PARAMETERS.__getitem__)
+
+
+@pytest.mark.parametrize("text", VALUES)
+def test_values_are_told_from_their_syntax(evaluator, text):
+    assert np.array_equal(evaluator.value(ast.parse(text, mode="eval").body), VALUES[text])
+
+
+@pytest.mark.parametrize("text", UNKNOWN)
+def test_what_would_have_to_be_run_has_no_value(evaluator, text):
+    with pytest.raises(UnknownValueError):
+        evaluator.value(ast.parse(text, mode="eval").body)
+
+
+@pytest.mark.parametrize("name", ["old_gym_package", "gymnasium_package"])
+def test_a_package_is_read_without_being_imported(name):
+    package = read_package(HERE / name)
+    said = package.constructed
+    assert package.name == name
+    assert [old.name for old in package.lineage] == ["PlaneArmReachEnv", "PlaneArmEnv"]
+    assert package.registration is not None
+    assert package.registration.max_episode_steps == 10000
+    assert max(package.time_limits) == 20
+    assert said.parameters["urdf_file"] == "plane_arm.urdf.xacro"
+    assert said.parameters["controller_list"] == ["joint_state_controller", "arm_controller"]
+    assert said.parameters["gazebo_timestep"] == 0.002
+    assert said.unknown_parameters == {}
+    assert said.values["self.action_space"] == gymnasium.spaces.Box(-0.2, 0.2, (2,), np.float32)
+    low = np.array([-2.5, -2.0, -0.4, -0.4, -0.7, -0.7])
+    assert np.allclose(said.values["self.observation_space"].low, low)
+    old, lines = package.hook("_check_if_done")
+    assert old.name == "PlaneArmReachEnv"
+    assert lines[-1] == "return done"
+
+
+TASK = """
+from gym import spaces
+from gym.envs.registration import register
+from frobs_rl.templates import CustomRobotEnv
+import rospy
+
+raise RuntimeError("this file was run")
+
+register("One-v0", "lab.one:One", max_episode_steps=50)
+register(id="Two-v1", entry_point="lab.one:Two")
+
+class One(CustomRobotEnv.CCustomRobotEnv):
+    def __init__(self, easy=True):
+        if rospy.has_param("/size"):
+            size = 4
+        else:
+            size = 5
+        self.action_space = spaces.Discrete(size)
+        self.observation_space = spaces.Box(low=0, high=1, shape=(3,))
+        super(One, self).__init__()
+
+    def _get_reward(self):
+        raise NotImplementedError()
+
+class Two(One):
+    pass
+"""
+
+
+@pytest.fixture
+def package_of_two(tmp_path):
+    (tmp_path / "one.py").write_text(TASK)
+    (tmp_path / "old.py").write_text("print 'python 2'")
+    return tmp_path
+
+
+def test_a_value_under_an_unknown_condition_is_unknown(package_of_two):
+    said = read_package(package_of_two).constructed
+    assert "self.action_space" in said.unknown
+    assert said.values["self.observation_space"].shape == (3,)
+
+
+def test_one_of_several_environments_is_chosen_by_its_id(package_of_two):
+    first, second = read_package(package_of_two), read_package(package_of_two, "Two-v1")
+    assert first.registration.id == "One-v0"
+    assert first.registration.max_episode_steps == 50
+    assert first.others == ["Two-v1"]
+    assert [old.name for old in second.lineage] == ["Two", "One"]
+    assert first.hook("_get_reward") is None
+    assert [path.name for path in first.python.unread] == ["old.py"]
+    with pytest.raises(UnknownNameError, match="One-v0"):
+        read_package(package_of_two, "One-v1")
+
+
+def test_a_folder_without_environments_is_refused(tmp_path):
+    (tmp_path / "other.py").write_text("class Other: pass")
+    with pytest.raises(ConfigurationError, match=r"RobotBasicEnv.*Other"):
+        read_package(tmp_path)
+    with pytest.raises(ConfigurationError, match="neither a folder nor a file"):
+        read_package(tmp_path / "nowhere")
+
+
+def test_comments_keep_indentation_and_width():
+    lines = commented(["if x:", "    y = " + " + ".join(["word"] * 40), "", "return y"], 8, "do it.")
+    assert lines[0] == "        # TODO: do it."
+    assert lines[1] == "        #     if x:"
+    assert lines[2].startswith("        #         y = word")
+    assert max(map(len, lines)) <= 120
+    text = 'class A:\n    def f(self):\n        """Say.\n\n        More.\n        """\n        return 1\n'
+    inserted = insert_in_method(text, "f", ["        # here"])
+    assert inserted.splitlines()[6] == "        # here"
+    assert ast.dump(ast.parse(inserted)) == ast.dump(ast.parse(text))

@@ -1,0 +1,254 @@
+"""A robot behind ROS topics: what it measures, and where commands go."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import CommandMode
+from frobs_core.rotations import quat_rotate
+from frobs_ros.environment import use_ros
+from frobs_ros.mirror import Command, Mirror, State
+from frobs_ros.scans import rays_of
+
+_MODES = {"position": CommandMode.POSITION, "velocity": CommandMode.VELOCITY, "effort": CommandMode.EFFORT}
+
+
+@dataclass(frozen=True)
+class Topics:
+    """Where a robot measures; relative names are in its namespace.
+
+    Attributes:
+        joint_states: sensor_msgs/JointState, of one publisher or several.
+        odom: nav_msgs/Odometry of a base that moves.
+        scan: sensor_msgs/LaserScan of the lidar.
+        goal: geometry_msgs/Point in the world [m]: another goal.
+        cmd_vel: geometry_msgs/Twist, where a wheeled robot has no controller by name.
+    """
+
+    joint_states: str = "joint_states"
+    odom: str = "odom"
+    scan: str = "scan"
+    goal: str = "goal_pos"
+    cmd_vel: str = "cmd_vel"
+
+
+class RosRobot:
+    """A :class:`frobs_ros.policy_loop.LiveRobot` behind ROS topics. The process must be a ROS node already.
+
+    Args:
+        mirror: Of the policy that is to act.
+        namespace: Of the robot.
+        controller: Its controller that gets the commands; None: a wheeled robot's ``cmd_vel``.
+        topics: Where it measures.
+
+    Raises:
+        ConfigurationError: The controller is unknown, or takes other commands than the policy gives; or there are several
+            lidars.
+    """
+
+    def __init__(
+        self, mirror: Mirror, namespace: str = "/", controller: str | None = None, topics: Topics | None = None
+    ) -> None:
+        use_ros()
+        import rospy
+        from geometry_msgs.msg import Point
+        from nav_msgs.msg import Odometry
+        from sensor_msgs.msg import JointState, LaserScan
+
+        self._mirror, self._namespace = mirror, namespace.rstrip("/")
+        topics = topics or Topics()
+        if len(mirror.lidars) > 1:
+            raise ConfigurationError(
+                f"the policy sees with several lidars: {', '.join(mirror.lidars)}; one can be given."
+            )
+        self._lock = threading.Lock()
+        self._began = time.monotonic()
+        self._joints: dict[str, tuple[float, float]] = {}
+        self._base: tuple[Floats, Floats, Floats, Floats] | None = None
+        self._scan: Any = None
+        self._goal: Floats | None = None
+        self._heard: dict[str, float] = {"joint states": -math.inf}
+        rospy.Subscriber(self._name(topics.joint_states), JointState, self._hear_joints, queue_size=1, tcp_nodelay=True)
+        if mirror.moves:
+            self._heard["odometry"] = -math.inf
+            rospy.Subscriber(self._name(topics.odom), Odometry, self._hear_odometry, queue_size=1, tcp_nodelay=True)
+        if mirror.lidars:
+            self._heard["scan"] = -math.inf
+            rospy.Subscriber(self._name(topics.scan), LaserScan, self._hear_scan, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber(self._name(topics.goal), Point, self._hear_goal, queue_size=1)
+        self._publisher, self._message = self._open(controller, topics)
+
+    def _name(self, topic: str) -> str:
+        return topic if topic.startswith("/") else f"{self._namespace}/{topic}"
+
+    def _open(self, controller: str | None, topics: Topics) -> tuple[Any, Any]:
+        """Return a publisher, and what makes its message of a command."""
+        import rospy
+        from geometry_msgs.msg import Twist
+        from std_msgs.msg import Float64MultiArray
+        from trajectory_msgs.msg import JointTrajectory
+
+        mode = self._mirror.env.robot.command_mode
+        drive = self._mirror.env.robot.robot.differential_drive
+        if controller is None:
+            if drive is None:
+                raise ConfigurationError(f"which controller gets the commands? --controller {self._controllers()}")
+            return rospy.Publisher(self._name(topics.cmd_vel), Twist, queue_size=1), self._twist
+        given = rospy.get_param(self._name(f"{controller}/type"), None)
+        if given is None:
+            raise ConfigurationError(
+                f"no controller '{controller}' is loaded in {self._namespace or '/'}; there are: {self._controllers()}"
+            )
+        if "DiffDrive" in given and drive is not None:
+            return rospy.Publisher(self._name(f"{controller}/cmd_vel"), Twist, queue_size=1), self._twist
+        self._check_running(controller)
+        takes = _MODES.get(given.partition("_")[0])
+        if takes is not mode:
+            raise ConfigurationError(
+                f"the policy commands {mode.value}s, and controller '{controller}' is a {given}; load one that takes them."
+            )
+        self._order = list(rospy.get_param(self._name(f"{controller}/joints"), list(self._mirror.joint_names)))
+        if sorted(self._order) != sorted(self._mirror.joint_names):
+            raise ConfigurationError(
+                f"controller '{controller}' moves {', '.join(self._order)}, and the policy "
+                f"{', '.join(self._mirror.joint_names)}."
+            )
+        topic = self._name(f"{controller}/command")
+        if "JointTrajectory" in given:
+            return rospy.Publisher(topic, JointTrajectory, queue_size=1), self._trajectory
+        if "JointGroup" in given:
+            return rospy.Publisher(topic, Float64MultiArray, queue_size=1), self._group
+        raise ConfigurationError(f"a {given} takes one joint; load a JointTrajectoryController or a JointGroup… one.")
+
+    def _check_running(self, controller: str) -> None:
+        """Refuse a controller that would let all commands go by; where nobody manages controllers, trust."""
+        import rospy
+        import rosservice
+        from controller_manager_msgs.srv import ListControllers
+
+        service = self._name("controller_manager/list_controllers")
+        if rosservice.get_service_node(service) is None:
+            return
+        states = {each.name: each.state for each in rospy.ServiceProxy(service, ListControllers)().controller}
+        if states.get(controller) != "running":
+            running = ", ".join(sorted(name for name, state in states.items() if state == "running"))
+            raise ConfigurationError(
+                f"controller '{controller}' is {states.get(controller, 'not loaded')}; running are: {running or '(none)'}. "
+                "Start it first: ros_controllers.start_controllers_srv, or rosservice call …/switch_controller."
+            )
+
+    def _controllers(self) -> str:
+        import rospy
+
+        found = rospy.get_param(self._namespace or "/", {})
+        names = [
+            n for n, value in found.items() if isinstance(value, Mapping) and "Controller" in str(value.get("type"))
+        ]
+        return ", ".join(sorted(names)) or "(none is loaded)"
+
+    def _hear_joints(self, message: Any) -> None:
+        velocities = message.velocity or [0.0] * len(message.name)
+        with self._lock:
+            self._joints.update(zip(message.name, zip(message.position, velocities, strict=True), strict=True))
+            if all(name in self._joints for name in self._mirror.joint_names):
+                self._heard["joint states"] = time.monotonic()
+
+    def _hear_odometry(self, message: Any) -> None:
+        pose, twist = message.pose.pose, message.twist.twist
+        q = pose.orientation
+        quat = np.array([q.w, q.x, q.y, q.z])
+        moving = np.array([[twist.linear.x, twist.linear.y, twist.linear.z]])
+        turning = np.array([[twist.angular.x, twist.angular.y, twist.angular.z]])
+        pos = np.array([pose.position.x, pose.position.y, pose.position.z])
+        with self._lock:  # a twist is told in the base's own frame
+            self._base = pos, quat, quat_rotate(quat[None], moving)[0], quat_rotate(quat[None], turning)[0]
+            self._heard["odometry"] = time.monotonic()
+
+    def _hear_scan(self, message: Any) -> None:
+        with self._lock:
+            self._scan = message
+            self._heard["scan"] = time.monotonic()
+
+    def _hear_goal(self, message: Any) -> None:
+        with self._lock:
+            self._goal = np.array([message.x, message.y, message.z])
+
+    def now(self) -> float:
+        """Return ROS's time [s]."""
+        import rospy
+
+        seconds: float = rospy.get_time()
+        return seconds
+
+    def state(self) -> State | None:
+        """Return what was measured last; None: not all of it yet."""
+        with self._lock:
+            if -math.inf in self._heard.values():
+                return None
+            both = np.array([self._joints[name] for name in self._mirror.joint_names])
+            base, scan = self._base, self._scan
+        scans = {name: rays_of(scan, lidar) for name, lidar in self._mirror.lidars.items()}
+        return State(both[:, 0], both[:, 1], base, scans)
+
+    def silent(self) -> tuple[str, float]:
+        """Return what has been measured least recently, or never, and for how long [s] it has not been."""
+        with self._lock:
+            what = min(self._heard, key=self._heard.__getitem__)
+            return what, time.monotonic() - max(self._heard[what], self._began)
+
+    def new_goal(self) -> Floats | None:
+        """Return a goal (3,) [m] that has come since the last call."""
+        with self._lock:
+            goal, self._goal = self._goal, None
+        return goal
+
+    def send(self, command: Command, seconds: float) -> None:
+        """Publish a command; a trajectory is to be done in ``seconds``."""
+        self._publisher.publish(self._message(command, seconds))
+
+    def is_over(self) -> bool:
+        """Return whether the node is shut down."""
+        import rospy
+
+        over: bool = rospy.is_shutdown()
+        return over
+
+    def _ordered(self, command: Command) -> list[float]:
+        values = dict(zip(self._mirror.joint_names, command.values.tolist(), strict=True))
+        return [values[name] for name in self._order]
+
+    def _trajectory(self, command: Command, seconds: float) -> Any:
+        import rospy
+        from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+        point = JointTrajectoryPoint(time_from_start=rospy.Duration.from_sec(seconds))
+        field = {CommandMode.POSITION: "positions", CommandMode.VELOCITY: "velocities"}.get(command.mode, "effort")
+        setattr(point, field, self._ordered(command))
+        return JointTrajectory(joint_names=self._order, points=[point])
+
+    def _group(self, command: Command, seconds: float) -> Any:
+        from std_msgs.msg import Float64MultiArray
+
+        return Float64MultiArray(data=self._ordered(command))
+
+    def _twist(self, command: Command, seconds: float) -> Any:
+        from geometry_msgs.msg import Twist
+
+        drive = self._mirror.env.robot.robot.differential_drive
+        assert drive is not None
+        turns = dict(zip(self._mirror.joint_names, command.values.tolist(), strict=True))
+        left, right = (
+            drive.wheel_radius * sum(turns[name] for name in side) / len(side) for side in (drive.left, drive.right)
+        )
+        message = Twist()
+        message.linear.x, message.angular.z = (left + right) / 2.0, (right - left) / drive.separation
+        return message

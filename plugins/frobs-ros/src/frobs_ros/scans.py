@@ -1,0 +1,42 @@
+"""Laser scans as the rays of a lidar."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import Lidar
+
+
+def rays_of(scan: Any, lidar: Lidar) -> Floats:
+    """Return what a scan says along the rays of a lidar: of each the nearest beam.
+
+    Args:
+        scan: A sensor_msgs/LaserScan.
+        lidar: Whose rays are wanted, in the same frame.
+
+    Returns:
+        (rays,) [m]
+
+    Raises:
+        ConfigurationError: The scan looks elsewhere than a ray.
+    """
+    ranges = np.asarray(scan.ranges, np.float64)
+    wanted = np.arctan2(lidar.directions[:, 1], lidar.directions[:, 0])
+    step = scan.angle_increment
+    if not len(ranges) or step == 0.0:
+        raise ConfigurationError("the scan has no beams, or no angle between them.")
+    beams = scan.angle_min + step * np.arange(len(ranges))
+    off = np.abs((beams[None] - wanted[:, None] + math.pi) % (2.0 * math.pi) - math.pi)
+    nearest = off.argmin(axis=1)
+    missed = off[np.arange(len(wanted)), nearest] > 0.51 * abs(step)
+    if missed.any():
+        raise ConfigurationError(
+            f"the scan has no beam at {np.degrees(wanted[missed.argmax()]):.0f}°, where the policy's lidar has a ray; it "
+            f"goes from {math.degrees(beams[0]):.0f}° to {math.degrees(beams[-1]):.0f}°."
+        )
+    return ranges[nearest]
