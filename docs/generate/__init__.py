@@ -5,7 +5,7 @@ A Sphinx extension: the pages are written anew before each build, to ``docs/refe
 
 from pathlib import Path
 
-from generate import api, capabilities, commands, environments, errors, hooks, plugins, rules, signatures
+from generate import api, capabilities, commands, environments, errors, hooks, plugins, ros, rules, signatures
 
 PAGES = {
     "hooks": hooks.page,
@@ -15,6 +15,7 @@ PAGES = {
     "errors": errors.page,
     "model-rules": rules.page,
     "commands": commands.page,
+    "ros": ros.page,
     "api": api.page,
 }
 """Each page of the reference, with what writes it."""

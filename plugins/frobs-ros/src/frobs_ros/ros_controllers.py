@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from frobs_core.errors import ConfigurationError
+from frobs_ros.environment import use_ros
 from frobs_ros.errors import ServiceError
 from frobs_ros.log import answers, or_raise
 from frobs_ros.names import join
@@ -31,16 +32,16 @@ def load_controller_srv(controller_name: str, ns: str | None = None, max_retries
     Returns:
         Whether the controller is loaded.
     """
-    from frobs_ros.environment import use_ros
-
     use_ros()
     from controller_manager_msgs.srv import LoadController
 
     service = join(ns, "controller_manager", "load_controller")
-    if _try(lambda: call(service, LoadController, controller_name, tries=max_retries).ok, max_retries):
-        return True
-    states = _states(ns)
-    if controller_name in states:
+
+    def is_loaded() -> bool:
+        answer = call(service, LoadController, controller_name, tries=max_retries)
+        return bool(answer.ok) or controller_name in _states(ns)
+
+    if _try(is_loaded, max_retries):
         return True
     raise ServiceError(service, f"it refuses '{controller_name}': {_why_not_loaded(controller_name, ns)}")
 
@@ -70,8 +71,6 @@ def unload_controller_srv(controller_name: str, ns: str | None = None, max_retri
     Returns:
         Whether the controller is unloaded.
     """
-    from frobs_ros.environment import use_ros
-
     use_ros()
     from controller_manager_msgs.srv import UnloadController
 
@@ -120,8 +119,6 @@ def switch_controllers_srv(
     Returns:
         Whether it is done: those to start run, those to stop do not.
     """
-    from frobs_ros.environment import use_ros
-
     use_ros()
     from controller_manager_msgs.srv import SwitchController
 

@@ -17,6 +17,7 @@ from frobs_ros.packages import find_package
 START_TIMEOUT = 15.0
 """[s] for a node to be known to the master."""
 OUTPUTS = ("log", "screen", None)
+_SILENCE = 3.0
 _POLL = 0.05
 
 
@@ -66,11 +67,17 @@ def ros_kill_node(node_name: str) -> bool:
         Whether it is gone.
     """
     name = join(node_name)
-    nodes.shut_down(name)
-    until = time.monotonic() + START_TIMEOUT
+    silence: RosError | None = None
+    try:
+        nodes.shut_down(name)
+    except MasterError:
+        raise
+    except RosError as error:  # it may have ended before it answered
+        silence = error
+    until = time.monotonic() + (START_TIMEOUT if silence is None else _SILENCE)
     while name in nodes.names():
         if time.monotonic() > until:
-            raise RosError(f"the node {name} was told to end, and has not in {START_TIMEOUT:g} s.")
+            raise silence or RosError(f"the node {name} was told to end, and has not in {START_TIMEOUT:g} s.")
         time.sleep(_POLL)
     return True
 

@@ -1,4 +1,4 @@
-"""Calls of services: over connections that stay open, and with a reason for each failure."""
+"""Calls of services: over connections that stay open where they may, and with a reason for each failure."""
 
 from __future__ import annotations
 
@@ -13,6 +13,12 @@ from frobs_ros.master import master_uri
 
 _POLL = 0.05
 _PAUSE = 0.05
+LASTING = "/gazebo/"
+"""Services of the simulation itself, which last as long as it does: connections to them stay open.
+
+Others, of a robot's controller manager, go with the robot, and rospy leaves their connections open: a call would reach
+one that is withdrawn.
+"""
 _open = threading.local()
 """A connection for each service and thread: one cannot be shared between threads."""
 
@@ -110,6 +116,8 @@ def _connection(name: str, service: Any) -> Any:
 
     connections = _connections()
     if name not in connections:
+        if not name.startswith(LASTING):
+            return rospy.ServiceProxy(name, service)
         connections[name] = rospy.ServiceProxy(name, service, persistent=True)
     return connections[name]
 

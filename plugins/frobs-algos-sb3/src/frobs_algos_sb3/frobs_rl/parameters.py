@@ -1,17 +1,20 @@
 """Where parameters come from: the YAML file, through ROS's parameter server where there is one.
 
-This is the one place in which the class API meets ROS.
+This is the one place in which the class API meets ROS, and it imports nothing of it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
 from frobs_algos_sb3.frobs_rl.settings import ROOT
 from frobs_core.errors import ConfigFileError
 from frobs_core.yaml import load_yaml, plain
+
+SERVERS = "frobs.parameter_servers"
 
 
 def load_parameters(path: Path, ns: str) -> Mapping[str, Any]:
@@ -56,13 +59,16 @@ def current_parameters(mapping: Mapping[str, Any], ns: str) -> Mapping[str, Any]
 
 
 def parameter_server() -> Any:
-    """Return ``rospy`` where it is installed and a ROS master answers, or None."""
-    try:
-        import rosgraph  # type: ignore[import-untyped,import-not-found,unused-ignore]
-        import rospy  # type: ignore[import-untyped,import-not-found,unused-ignore]
-    except ImportError:
-        return None
-    return rospy if rosgraph.is_master_online() else None
+    """Return a parameter server, with ``set_param``, ``has_param`` and ``get_param``, where one answers, or None.
+
+    Distributions bring them as entry points of the group ``frobs.parameter_servers``, each a function that returns one
+    or None: frobs-ros brings that of ROS.
+    """
+    for entry in sorted(entry_points(group=SERVERS), key=lambda entry: entry.name):
+        server = entry.load()()
+        if server is not None:
+            return server
+    return None
 
 
 def _name(ns: str) -> str:

@@ -6,8 +6,9 @@ import sys
 import rospy
 from std_msgs.msg import String
 
+words = rospy.myargv(sys.argv)
 rospy.init_node("talk")
 publisher = rospy.Publisher("words", String, queue_size=1, latch=True)
 while not rospy.core.is_shutdown():
-    publisher.publish(sys.argv[1] if len(sys.argv) > 1 else "nothing")
+    publisher.publish(words[1] if len(words) > 1 else "nothing")
     rospy.rostime.wallsleep(0.05)

@@ -1,0 +1,45 @@
+"""The page of what stands of FRobs_RL's functions and arguments, from the tables of frobs-ros."""
+
+import importlib
+import inspect
+
+from frobs_ros.backends import TREATMENT
+from frobs_ros.functions import FUNCTIONS, PARAMETERS
+from generate.rst import code, escape, heading, label, literal, table
+
+
+def page() -> str:
+    """Return the page."""
+    text = label("ros") + heading("FRobs_RL's functions on ROS")
+    text += (
+        "What ``frobs-ros`` holds of FRobs_RL: names, arguments and defaults are those of its documentation, which a "
+        "test compares. Each function is tested against a real ROS master and, where it concerns the simulation, "
+        "against the bridge over MuJoCo. Processes are ended by handle, failures are logged with their reason, and "
+        "retries are as many as documented, without needless sleeping.\n\n"
+    )
+    for module, functions in FUNCTIONS.items():
+        text += heading(module, "-")
+        rows = [
+            (code(name), escape(_summary(module, name)), escape(how) or "as in FRobs_RL")
+            for name, how in functions.items()
+        ]
+        text += table(["function", "what it does", "beside FRobs_RL"], rows, widths="30 40 30")
+        text += literal("\n".join(f"{name}({_taken(module, name)})" for name in functions), "python")
+    text += heading("Arguments of launch_Gazebo", "-")
+    rows = [(code(name), escape(gazebo), escape(bridge)) for name, (gazebo, bridge) in TREATMENT.items()]
+    text += table(["argument", "on Gazebo", "on the bridge"], rows, widths="25 35 40")
+    text += heading("Arguments of RobotBasicEnv", "-")
+    return text + table(["argument", "what becomes of it"], [(code(n), escape(how)) for n, how in PARAMETERS.items()])
+
+
+def _function(module, name):
+    return getattr(importlib.import_module(f"frobs_ros.{module}"), name)
+
+
+def _summary(module, name) -> str:
+    return (inspect.getdoc(_function(module, name)) or "").partition("\n\n")[0].replace("\n", " ").replace("``", "'")
+
+
+def _taken(module, name) -> str:
+    parameters = inspect.signature(_function(module, name)).parameters.values()
+    return ", ".join(p.name if p.default is p.empty else f"{p.name}={p.default!r}" for p in parameters)

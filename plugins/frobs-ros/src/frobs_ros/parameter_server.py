@@ -1,0 +1,32 @@
+"""ROS's parameter server, for those who do not import ROS: FRobs_RL's algorithm classes read their YAML through it."""
+
+from __future__ import annotations
+
+import socket
+from typing import Any
+from urllib.parse import urlparse
+
+from frobs_ros.environment import use_ros
+from frobs_ros.errors import RosNotFoundError
+from frobs_ros.master import is_online, master_uri
+
+_TIMEOUT = 1.0
+
+
+def parameter_server() -> Any:
+    """Return ``rospy``, which has ``set_param``, ``has_param`` and ``get_param``, where a master answers, or None.
+
+    Where nothing listens at the master's address, nothing of ROS is imported.
+    """
+    address = urlparse(master_uri())
+    try:
+        socket.create_connection((address.hostname or "localhost", address.port or 80), _TIMEOUT).close()
+    except OSError:
+        return None
+    try:
+        use_ros()
+    except RosNotFoundError:
+        return None
+    import rospy
+
+    return rospy if is_online() else None

@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from frobs_ros.doctor import examine_ros
+
+
+def frobs(*words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-m", "frobs_core.cli", *words], capture_output=True, text=True, check=False)
+
+
+def test_the_doctor_says_what_is_here_and_that_no_master_answers(lonely: str) -> None:
+    report = examine_ros()
+    assert report.usable
+    assert report.master_uri == lonely
+    assert not report.master_answers
+    found = {part.name: part for part in report.parts}
+    assert found["rospy"].found
+    assert found["rospy"].version
+    assert all(part.package in report.missing for part in report.parts if not part.found and part.package)
+
+
+def test_the_doctor_sees_a_master(own_master: str) -> None:
+    assert examine_ros().master_answers
+
+
+def test_the_doctors_facts_are_json(ros: None) -> None:
+    done = frobs("doctor", "ros", "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["usable"] is True
+
+
+def test_links_are_made_and_taken_away_by_the_command(ros: None, tmp_path: Path) -> None:
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", tmp_path / "venv"], check=True)
+    done = frobs("ros", "link", "--venv", str(tmp_path / "venv"))
+    assert "modules of" in done.stdout
+    assert "no longer linked" in frobs("ros", "link", "--venv", str(tmp_path / "venv"), "--undo").stdout
+    wrong = frobs("ros", "link", "--venv", str(tmp_path))
+    assert wrong.returncode == 2
+    assert "is no virtual environment" in wrong.stderr
+
+
+def test_a_part_that_is_missing_is_named_with_its_package(ros: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    from frobs_ros import doctor
+
+    monkeypatch.setattr(doctor, "PROGRAMS", (*doctor.PROGRAMS, ("rosrobot", "python3-rosrobot", "a part", True)))
+    report = doctor.examine_ros()
+    assert not report.usable
+    assert "python3-rosrobot" in report.missing
+    assert any("apt-get install" in line and "python3-rosrobot" in line for line in report.advice)
