@@ -21,6 +21,7 @@ from frobs_rl.models.td3 import TD3
 from frobs_rl.wrappers.NormalizeActionWrapper import NormalizeActionWrapper
 from frobs_rl.wrappers.NormalizeObservationWrapper import NormalizeObservationWrapper
 from frobs_rl.wrappers.TimeLimitWrapper import TimeLimitWrapper
+from frobs_rl_compat.manner import manner_of
 
 SHARE = Path(frobs_rl.__file__).parent
 TD3_YAML = Path(__file__).parent / "old_gym_package" / "config" / "td3.yaml"
@@ -101,3 +102,41 @@ def test_the_default_package_is_found_without_ros(tmp_path):
     model = PPO(env, tmp_path / "models", tmp_path / "logs")
     assert model.settings.params.training_steps == 5000
     model.close_env()
+
+
+COMMON = {
+    "ros_controllers": "load_controller_srv",
+    "ros_gazebo": "launch_Gazebo",
+    "ros_launch": "ros_launch_from_pkg",
+    "ros_node": "ros_kill_all_processes",
+    "ros_params": "ros_load_yaml_from_pkg",
+    "ros_spawn": "spawn_model_in_gazebo",
+    "ros_urdf": "urdf_load_from_pkg",
+}
+
+
+@pytest.mark.parametrize("name", COMMON)
+def test_each_helper_is_that_of_frobs_ros(name):
+    ours, theirs = (importlib.import_module(f"{package}.{name}") for package in ("frobs_rl.common", "frobs_ros"))
+    assert getattr(ours, COMMON[name]) is getattr(theirs, COMMON[name])
+
+
+def test_the_templates_have_both_names_of_the_documentation():
+    from frobs_rl.envs import robot_BasicEnv
+    from frobs_rl.templates import CustomRobotEnv, CustomTaskEnv
+
+    assert CustomRobotEnv.CCustomRobotEnv is CustomRobotEnv.CustomRobotEnv
+    assert CustomTaskEnv.CCustomTaskEnv is CustomTaskEnv.CustomTaskEnv
+    assert issubclass(CustomTaskEnv.CustomTaskEnv, robot_BasicEnv.RobotBasicEnv)
+    assert gymnasium.spec("CustomTaskEnv-v0").max_episode_steps == 10000
+
+
+@pytest.mark.parametrize("name", ["gym", "gymnasium"])
+def test_a_robots_environment_has_the_manner_that_its_file_imports(name, tmp_path, monkeypatch):
+    (tmp_path / f"robot_{name}.py").write_text(
+        f"from {name} import spaces\nfrom frobs_rl.envs import robot_BasicEnv\n"
+        "class Robot(robot_BasicEnv.RobotBasicEnv):\n    pass\n"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+    made = object.__new__(importlib.import_module(f"robot_{name}").Robot)  # its constructor would want ROS
+    assert manner_of(made).value == name

@@ -6,6 +6,7 @@ installed beside this Python, and the ROS package ``frobs_rl``. It costs less th
 
 import os
 import sys
+from _thread import get_ident
 from importlib.machinery import ModuleSpec
 
 _HERE = os.path.dirname(os.path.abspath(__file__))
@@ -42,24 +43,26 @@ _OF_ROS = frozenset(
 )
 """What packages of FRobs_RL import of ROS at the top of their files."""
 
+_asking: set[int] = set()
+"""Threads that ask the other finders at the moment."""
+
 
 class LastResort:
     """Finds what nothing else finds: our ``gym``, and ROS's modules where ROS is installed but not linked."""
 
-    _looking = False
-
     @classmethod
     def find_spec(cls, name: str, path: object = None, target: object = None) -> ModuleSpec | None:
         """Return where a module is; for all other names None."""
-        if cls._looking or (name != "gym" and name not in _OF_ROS):
+        thread = get_ident()
+        if (name != "gym" and name not in _OF_ROS) or thread in _asking:
             return None
-        cls._looking = True
+        _asking.add(thread)
         try:
             found = _ask_others(name)
             if found is None:
                 found = _our_gym() if name == "gym" else _of_ros(name)
         finally:
-            cls._looking = False
+            _asking.discard(thread)
         return found
 
 

@@ -35,8 +35,8 @@ def migrate(
 ) -> None:
     """Make a plugin of a package of FRobs_RL, or a run configuration of its YAML file.
 
-    The package is read, never imported. The plugin installs, passes its checks and trains as it is: the robot is the
-    package's own, the task a plain one to begin with. Spaces and numbers stand beside it, the old hooks as comments where
+    The package is read, never imported. The plugin installs, is tested and trains as it is: the robot is the package's
+    own, the task a plain one to begin with. Spaces and numbers stand beside it, the old hooks as comments where
     their work is done now, and TODO where something is left. MIGRATION.md says what was carried over and what was not.
     Nothing is overwritten.
 
