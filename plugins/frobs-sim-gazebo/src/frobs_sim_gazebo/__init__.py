@@ -1,0 +1,1 @@
+"""Gazebo 11 as a simulator for FRobs."""

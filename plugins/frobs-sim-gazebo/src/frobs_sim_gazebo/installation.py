@@ -1,0 +1,139 @@
+"""Where Gazebo 11 is: this machine's own, or a root that ``tools/make_root.sh`` has made."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from frobs_core.errors import SimulationError
+
+ROOT_VARIABLE, NETWORK_VARIABLE = "FROBS_GAZEBO_ROOT", "FROBS_GAZEBO_NETWORK"
+
+_MARK = Path("etc/frobs-gazebo-root")  # what make_root.sh writes last
+_LAUNCH = Path(__file__).with_name("launch.py")
+_ENVIRONMENT = {
+    "LC_ALL": "C.UTF-8",
+    "GAZEBO_MASTER_URI": "http://127.0.0.1:11345",
+    "GAZEBO_IP": "127.0.0.1",
+    "IGN_IP": "127.0.0.1",
+    "GAZEBO_MODEL_DATABASE_URI": "",  # it looks for no models on a network
+}
+
+
+def cache_folder() -> Path:
+    """Return ``frobs`` in ``$XDG_CACHE_HOME``, else in ``~/.cache``."""
+    home = os.environ.get("XDG_CACHE_HOME", "")
+    return (Path(home) if os.path.isabs(home) else Path.home() / ".cache") / "frobs"
+
+
+def tool() -> Path:
+    """Return the script that makes a root."""
+    here = Path(__file__).parent
+    installed = here / "tools" / "make_root.sh"
+    return installed if installed.exists() else here.parents[1] / "tools" / "make_root.sh"
+
+
+@dataclass(frozen=True)
+class Installation:
+    """A Gazebo 11.
+
+    Attributes:
+        root: Folder that is the ``/`` of its programs; None: this machine's own.
+        version: Its full version, ``"11.1.0"``.
+    """
+
+    root: Path | None
+    version: str
+
+    @property
+    def store(self) -> Path:
+        """Folder for what is built for it, as this process sees it."""
+        return cache_folder() / "gazebo" if self.root is None else self.root / "var" / "cache" / "frobs"
+
+    @property
+    def scratch(self) -> Path | None:
+        """Folder that is in memory for its programs, each of which has its own; None: the root's ``/tmp``."""
+        return self.store / "scratch" if self.root is None else None
+
+    def inside(self, path: Path) -> str:
+        """Return a path under :attr:`store` as its programs see it."""
+        return str(path) if self.root is None else f"/{path.relative_to(self.root)}"
+
+    def command(self, *command: str) -> list[str]:
+        """Return the command line that runs one of its programs, walled off; see :mod:`frobs_sim_gazebo.launch`."""
+        network = os.environ.get(NETWORK_VARIABLE, "own")
+        if network not in ("own", "host"):
+            raise SimulationError(f"{NETWORK_VARIABLE} is '{network}'; it is 'own', the default, or 'host'.")
+        line = [sys.executable, "-I", "-S", str(_LAUNCH), f"--network={network}"]
+        if self.root is not None:
+            line.append(f"--root={self.root}")
+        elif self.scratch is not None:
+            self.scratch.mkdir(parents=True, exist_ok=True)
+            line.append(f"--scratch={self.scratch}")
+        return [*line, "--", *command]
+
+    def environment(self, **variables: str) -> dict[str, str]:
+        """Return the environment of its programs."""
+        scratch = "/tmp" if self.scratch is None else str(self.scratch)
+        path = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
+        kept = {} if self.root else {k: v for k, v in os.environ.items() if k.startswith(("GAZEBO_", "LD_", "OGRE_"))}
+        path = path if self.root else os.environ.get("PATH", path)
+        return {**kept, **_ENVIRONMENT, "PATH": path, "HOME": scratch, "GAZEBO_LOG_PATH": scratch, **variables}
+
+
+def find_gazebo() -> Installation:
+    """Return the Gazebo to use: ``$FROBS_GAZEBO_ROOT``, else this machine's own, else the root in the cache.
+
+    Raises:
+        SimulationError: There is none, or it is not of version 11.
+    """
+    named = os.environ.get(ROOT_VARIABLE)
+    return _find(named, str(cache_folder()), os.environ.get("PATH", ""))
+
+
+@lru_cache
+def _find(named: str | None, cache: str, path: str) -> Installation:
+    if named:
+        return _in_root(Path(named).absolute(), f"${ROOT_VARIABLE}")
+    own = shutil.which("gzserver", path=path)
+    if own:
+        found = Installation(None, _version([own]))
+        if found.version.startswith("11."):
+            return found
+    root = Path(cache) / "gazebo-root"
+    if root.exists():
+        return _in_root(root, "the cache")
+    reason = f"{own} is not of version 11 but '{found.version}'" if own else "there is no gzserver on this machine"
+    raise SimulationError(
+        f"Gazebo 11 is not here: {reason}. Install Gazebo 11 (Debian 11, Ubuntu 20.04 or 22.04: apt-get install gazebo "
+        f"libgazebo-dev cmake g++), or put it into a folder of its own on any other Debian: sudo {tool()}."
+    )
+
+
+def _in_root(root: Path, whence: str) -> Installation:
+    if not (root / _MARK).is_file() or not (root / "usr/bin/gzserver").is_file():
+        raise SimulationError(
+            f"the Gazebo root {root} (named by {whence}) is not there or half made; make it: sudo {tool()} {root}."
+        )
+    probe = Installation(root, "")
+    version = _version(probe.command("gzserver"), probe.environment())
+    return Installation(root, version)
+
+
+def _version(command: Sequence[str], environment: dict[str, str] | None = None) -> str:
+    try:
+        done = subprocess.run(
+            [*command, "--version"], capture_output=True, text=True, timeout=60, env=environment, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise SimulationError(f"gzserver does not run: {error}") from error
+    for line in done.stdout.splitlines():
+        if "version" in line:
+            return line.rpartition(" ")[2].strip()
+    raise SimulationError(f"gzserver does not run: {(done.stderr or done.stdout).strip() or done.returncode}")

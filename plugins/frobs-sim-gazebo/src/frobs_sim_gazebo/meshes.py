@@ -1,0 +1,64 @@
+"""Meshes of robots in files that Gazebo reads: convex hulls, kept where its programs see them, by content."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from frobs_core.errors import ModelFileError, SimulationError
+from frobs_core.models import Mesh
+from frobs_core.models.meshes import MeshPart, joined, read_mesh, scaled, write_stl
+from frobs_sim_gazebo.installation import Installation
+
+
+class MeshFiles:
+    """Writes each mesh once.
+
+    Args:
+        installation: Whose programs read them; None: none does, and meshes are only checked.
+    """
+
+    def __init__(self, installation: Installation | None) -> None:
+        self._installation = installation
+        self._hulls: dict[Mesh, str] = {}
+
+    def hull(self, mesh: Mesh) -> str:
+        """Return the URI of a mesh's convex hull, in metres: what other engines let touch, and fast to collide with.
+
+        Raises:
+            ModelFileError: The mesh cannot be read, or is flat.
+        """
+        if mesh not in self._hulls:
+            points = np.unique(joined(scaled(read_mesh(mesh.path), mesh.scale)).vertices, axis=0)
+            try:
+                found = ConvexHull(points)
+            except (QhullError, ValueError) as error:
+                raise ModelFileError(mesh.path, "the mesh is flat: a shape that collides needs a volume.") from error
+            faces = found.simplices.astype(np.int32)
+            corners = points[faces]
+            inward = (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) * found.equations[:, :3]).sum(-1)
+            faces[inward < 0.0] = faces[inward < 0.0][:, ::-1]
+            self._hulls[mesh] = self._store(MeshPart(points, faces))
+        return self._hulls[mesh]
+
+    def _store(self, part: MeshPart) -> str:
+        if self._installation is None:
+            return ""
+        key = hashlib.sha256(part.vertices.tobytes() + part.faces.tobytes()).hexdigest()[:32]
+        path = self._installation.store / "meshes" / f"{key}.stl"
+        if not path.exists():
+            try:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                handle, aside = tempfile.mkstemp(dir=path.parent, suffix=".part")
+                os.close(handle)
+                write_stl(part, Path(aside))
+                os.chmod(aside, 0o644)
+                os.replace(aside, path)  # so that another process sees all or nothing
+            except OSError as error:
+                raise SimulationError(f"a mesh cannot be written for Gazebo: {error}") from error
+        return f"file://{self._installation.inside(path)}"

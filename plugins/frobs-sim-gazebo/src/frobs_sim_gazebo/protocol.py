@@ -1,0 +1,81 @@
+"""The messages to the world plugin: operations, and how numbers and names lie in them; ``wire.hh`` has the other half."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+
+class Op(IntEnum):
+    """What the plugin is asked for."""
+
+    HELLO = 0
+    SETUP = 1
+    SPAWN = 2
+    REMOVE = 3
+    LAYOUT = 4
+    PART = 5
+    STEP = 6
+    GAINS = 7
+    WRITE = 8
+    PLACE = 9
+    RAYS = 10
+    PUSH = 11
+    GRAVITY = 12
+    MASS = 13
+    FRICTION = 14
+    STATE = 15
+    CLEAR = 16
+    MODELS = 17
+
+
+HEADER = struct.Struct("<IB")
+"""Size of the body, and operation (of a request) or 1 for done, 0 for refused (of an answer)."""
+
+
+def count(value: int) -> bytes:
+    """Return a count or an index."""
+    return struct.pack("<I", value)
+
+
+def numbers(values: npt.ArrayLike) -> bytes:
+    """Return numbers, without their count."""
+    return np.ascontiguousarray(values, "<f8").tobytes()
+
+
+def text(value: str) -> bytes:
+    """Return a text."""
+    data = value.encode()
+    return count(len(data)) + data
+
+
+def texts(*values: str) -> bytes:
+    """Return several texts, without their count."""
+    return b"".join(map(text, values))
+
+
+def indices(values: Iterable[int]) -> bytes:
+    """Return indices, with their count."""
+    found = list(values)
+    return struct.pack(f"<{len(found) + 1}I", len(found), *found)
+
+
+def read_numbers(body: bytes) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Return the numbers of an answer."""
+    return np.frombuffer(body, "<f8")
+
+
+def step(decimation: int, commands: npt.ArrayLike) -> bytes:
+    """Return the request of steps.
+
+    Args:
+        decimation: Physics steps.
+        commands: (rows, joints): one row that is held, or one for each physics step.
+    """
+    rows, joints = np.shape(commands)
+    return struct.pack("<III", decimation, rows, joints) + numbers(commands)

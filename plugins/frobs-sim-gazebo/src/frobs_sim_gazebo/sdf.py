@@ -1,0 +1,146 @@
+"""Robots, bodies and the floor as SDF models, the way Gazebo spawns them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ModelFileError
+from frobs_core.interfaces import Body, Placement
+from frobs_core.models import JointType
+from frobs_core.models.kinematics import compose
+from frobs_core.rotations import matrix_from_quat, quat_from_matrix
+from frobs_sim_gazebo.meshes import MeshFiles
+from frobs_sim_gazebo.shapes import elements, moments, numbers
+from frobs_sim_gazebo.skeleton import Mass, Skeleton, pose_array
+
+LINK = "link"
+"""Name of the one link of a scene body's model."""
+
+_OPEN = 1e16  # a limit that is none: the plugin stops joints at theirs
+_STANDING = 1.0  # [kg] of a base that nothing moves
+_UNTURNED = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+
+
+def safe_names(names: Iterable[str]) -> dict[str, str]:
+    """Return names that SDF and Gazebo take, one for each."""
+    found: dict[str, str] = {}
+    for name in names:
+        plain = re.sub(r"[^A-Za-z0-9_.-]", "_", name) or "_"
+        while plain in found.values() or plain == "world":
+            plain += "_"
+        found[name] = plain
+    return found
+
+
+def floor_sdf(name: str) -> str:
+    """Return the model of a floor at z = 0; its shape is named ``0``."""
+    plane = "<plane><normal>0 0 1</normal><size>100 100</size></plane>"
+    link = f'<link name="{LINK}">{_collision("0", plane, _UNTURNED, 1.0)}</link>'
+    return _model(name, _UNTURNED, f"<static>1</static>{link}")
+
+
+def body_sdf(name: str, body: Body, meshes: MeshFiles) -> tuple[str, list[str]]:
+    """Return the model of a scene body, and the names of its shapes.
+
+    Raises:
+        ConfigurationError: Its shape is a mesh and it has a mass.
+    """
+    parts = elements(body.geometry, meshes) if body.collides else []
+    shapes = [_collision(str(i), xml, pose_array(pose), body.friction) for i, (xml, pose) in enumerate(parts)]
+    if body.mass is None:
+        inner = f'<static>1</static><link name="{LINK}">{"".join(shapes)}</link>'
+    else:
+        inertia = np.diag(moments(body.geometry, body.mass))
+        weight = _inertial(Mass(body.mass, np.zeros(3), inertia))
+        inner = f'<link name="{LINK}">{weight}{"".join(shapes)}</link>'
+    return _model(name, pose_array(body.pose), inner), [str(i) for i in range(len(shapes))]
+
+
+def robot_sdf(name: str, placement: Placement, bones: Skeleton, meshes: MeshFiles) -> tuple[str, dict[str, list[str]]]:
+    """Return the model of a robot with all joints at 0, and the names of each link's shapes.
+
+    What is fixed together is one link, named after its first; a fixed base is a link that nothing moves.
+
+    Raises:
+        ModelFileError: A mesh cannot be read, or a free base weighs nothing.
+    """
+    model, robot = placement.model, placement.robot
+    links = safe_names(bones.bodies)
+    joints = safe_names(joint.name for joint in bones.joints)
+    masses = bones.masses()
+    fixed = robot.base == "fixed"
+    if not fixed and masses[0].mass <= 0.0:
+        raise ModelFileError(model.path, f"the root '{model.root}' weighs nothing, so a base that moves has no mass.")
+    if fixed:  # at its own origin, where Gazebo has no centre of mass to keep
+        masses[0] = Mass(_STANDING, np.zeros(3), _STANDING * np.eye(3))
+    collisions: list[list[str]] = [[] for _ in bones.bodies]
+    shapes: dict[str, list[str]] = {}
+    for link in model.links:
+        body, offset = bones.frames[link.name]
+        for shape in link.collisions:
+            place = compose(offset, pose_array(shape.origin))
+            for xml, pose in elements(shape.geometry, meshes):
+                own = f"{len(collisions[body])}"
+                friction = robot.friction.get(link.name, 1.0)
+                collisions[body].append(_collision(own, xml, compose(place, pose_array(pose)), friction))
+                shapes.setdefault(link.name, []).append(own)
+    pos, turn, _ = bones.place(_UNTURNED[None], np.zeros((1, len(bones.joints))))
+    lines = ["<self_collide>1</self_collide>" if robot.self_collision else ""]
+    for body, link_name in enumerate(bones.bodies):
+        place = np.concatenate([pos[0, body], quat_from_matrix(turn[0, body])])
+        kinematic = "<kinematic>1</kinematic>" if fixed and body == 0 else ""
+        lines.append(
+            f'<link name="{links[link_name]}">{_pose(place)}{_inertial(masses[body])}{kinematic}'
+            f"{''.join(collisions[body])}</link>"
+        )
+    for j, joint in enumerate(bones.joints):
+        kind = "prismatic" if joint.type is JointType.PRISMATIC else "revolute"
+        lines.append(
+            f'<joint name="{joints[joint.name]}" type="{kind}"><parent>{links[bones.bodies[bones.parents[j]]]}</parent>'
+            f"<child>{links[bones.bodies[j + 1]]}</child><axis><xyz>{numbers(joint.axis)}</xyz>"
+            f"<limit><lower>{-_OPEN}</lower><upper>{_OPEN}</upper></limit></axis></joint>"
+        )
+    return _model(name, pose_array(placement.pose), "".join(lines)), shapes
+
+
+def _model(name: str, place: Floats, inner: str) -> str:
+    return (
+        f'<sdf version="1.6"><model name="{name}">{_pose(place)}'
+        f"<allow_auto_disable>0</allow_auto_disable>{inner}</model></sdf>"
+    )
+
+
+def _collision(name: str, geometry: str, place: Floats, friction: float) -> str:
+    mu = float(friction)
+    return (
+        f'<collision name="{name}">{_pose(place)}<max_contacts>20</max_contacts><geometry>{geometry}</geometry>'
+        f"<surface><friction><ode><mu>{mu!r}</mu><mu2>{mu!r}</mu2></ode></friction></surface></collision>"
+    )
+
+
+def _inertial(mass: Mass) -> str:
+    (ixx, ixy, ixz), (_, iyy, iyz), (_, _, izz) = mass.inertia.tolist()
+    return (
+        f"<inertial><pose>{numbers(mass.com)} 0 0 0</pose><mass>{mass.mass!r}</mass><inertia><ixx>{ixx!r}</ixx>"
+        f"<ixy>{ixy!r}</ixy><ixz>{ixz!r}</ixz><iyy>{iyy!r}</iyy><iyz>{iyz!r}</iyz><izz>{izz!r}</izz></inertia></inertial>"
+    )
+
+
+def _pose(place: Floats) -> str:
+    return f"<pose>{numbers(place[:3])} {numbers(_rpy(place[3:]))}</pose>"
+
+
+def _rpy(quat_wxyz: Floats) -> Floats:
+    """Return roll, pitch and yaw about fixed axes, (3,) [rad]."""
+    m = matrix_from_quat(quat_wxyz)
+    flat = np.hypot(m[0, 0], m[1, 0])
+    pitch = np.arctan2(-m[2, 0], flat)
+    if flat < 1e-9:  # straight up or down: yaw turns about the same axis as roll
+        return np.array([np.arctan2(-m[1, 2], m[1, 1]), pitch, 0.0])
+    return np.array([np.arctan2(m[2, 1], m[2, 2]), pitch, np.arctan2(m[1, 0], m[0, 0])])
+
+

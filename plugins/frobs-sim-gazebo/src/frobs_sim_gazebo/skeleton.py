@@ -1,0 +1,227 @@
+"""A robot as bodies and joints that move: what is fixed is one body, and where all of them are, for many robots at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ModelFileError
+from frobs_core.models import Joint, JointType, Link, Pose, RobotModel
+from frobs_core.models.inertia import inertia_matrix
+from frobs_core.models.kinematics import compose
+from frobs_core.rotations import matrix_from_quat, quat_from_matrix
+
+_MOVING = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
+
+
+def pose_array(pose: Pose) -> Floats:
+    """Return position and quat_wxyz, (7,)."""
+    return np.array([*pose.pos, *pose.quat_wxyz])
+
+
+@dataclass(frozen=True)
+class Mass:
+    """What a body weighs.
+
+    Attributes:
+        mass: [kg]
+        com: Centre of mass in the body's frame [m], (3,).
+        inertia: About it, in the body's axes [kg·m²], (3, 3).
+    """
+
+    mass: float
+    com: Floats
+    inertia: Floats
+
+
+class Skeleton:
+    """Bodies and moving joints of a model.
+
+    Args:
+        model: The robot.
+
+    Attributes:
+        bodies: Name of the first link of each body; the base first, parents before children.
+        frames: Body that each link is part of, and where on it, (7,).
+        joints: The moving joints, each the parent joint of body i + 1; those that mimic others too.
+        parents: Body that each of them hangs from.
+        actuated: Where each actuated joint, in the file's order, is among the joints.
+        leaders: For each joint the joint that it follows, itself where it follows none.
+        multipliers: (joints,) of the leader's position.
+        offsets: (joints,) [rad or m]
+
+    Raises:
+        ModelFileError: The model has a joint that cannot be simulated.
+    """
+
+    def __init__(self, model: RobotModel) -> None:
+        self.model = model
+        children: dict[str, list[Joint]] = {}
+        for joint in model.joints:
+            if joint.type is not JointType.FIXED and joint.type not in _MOVING:
+                raise ModelFileError(
+                    model.path,
+                    f"joint '{joint.name}' is {joint.type.value}; only revolute, continuous, prismatic and fixed joints "
+                    "can be simulated. For a free base, say base='floating' in the robot's description.",
+                )
+            children.setdefault(joint.parent, []).append(joint)
+        self.bodies, self.joints, self.parents = [model.root], list[Joint](), list[int]()
+        self.frames: dict[str, tuple[int, Floats]] = {model.root: (0, pose_array(Pose()))}
+        origins, queue = [], [model.root]
+        while queue:
+            name = queue.pop(0)
+            body, at = self.frames[name]
+            for joint in children.get(name, ()):
+                origin = compose(at, pose_array(joint.origin))
+                if joint.type is JointType.FIXED:
+                    self.frames[joint.child] = body, origin
+                else:
+                    self.joints.append(joint)
+                    self.parents.append(body)
+                    origins.append(origin)
+                    self.frames[joint.child] = len(self.bodies), pose_array(Pose())
+                    self.bodies.append(joint.child)
+                queue.append(joint.child)
+        count = len(self.joints)
+        names = [joint.name for joint in self.joints]
+        self.actuated = [names.index(name) for name in model.joint_names]
+        self.leaders = [names.index(joint.mimic.joint) if joint.mimic else i for i, joint in enumerate(self.joints)]
+        self.multipliers = np.array([joint.mimic.multiplier if joint.mimic else 1.0 for joint in self.joints])
+        self.offsets = np.array([joint.mimic.offset if joint.mimic else 0.0 for joint in self.joints])
+        self._slides = np.array([joint.type is JointType.PRISMATIC for joint in self.joints], bool)
+        self.axes = np.array([joint.axis for joint in self.joints]).reshape(count, 3)
+        self._origins = np.array([origin[:3] for origin in origins]).reshape(count, 3)
+        self._turns = matrix_from_quat(np.array([origin[3:] for origin in origins]).reshape(count, 4))
+        x, y, z = self.axes.T
+        zero = np.zeros(count)
+        self._cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], -1).reshape(count, 3, 3)
+        self._cross_squared = np.matmul(self._cross, self._cross)
+
+    def all_positions(self, actuated: Floats) -> Floats:
+        """Return the positions of all joints, (n, joints), for those of the actuated ones, (n, dof)."""
+        found = np.zeros((len(actuated), len(self.joints)))
+        found[:, self.actuated] = actuated
+        return found[:, self.leaders] * self.multipliers + self.offsets
+
+    def all_velocities(self, actuated: Floats) -> Floats:
+        """Return the velocities of all joints, (n, joints), for those of the actuated ones, (n, dof)."""
+        found = np.zeros((len(actuated), len(self.joints)))
+        found[:, self.actuated] = actuated
+        return found[:, self.leaders] * self.multipliers
+
+    def place(self, base: Floats, positions: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return where the bodies are.
+
+        Args:
+            base: (n, 7): position [m] and quat_wxyz of the root link in the world.
+            positions: (n, joints) [rad or m]
+
+        Returns:
+            pos (n, bodies, 3) [m]; rotations (n, bodies, 3, 3); axes of the joints in the world, (n, joints, 3).
+        """
+        n, count = positions.shape
+        angles = np.where(self._slides, 0.0, positions)[..., None, None]
+        # Rodrigues: 1 + sin·[axis]× + (1 − cos)·[axis]×²
+        own = np.eye(3) + np.sin(angles) * self._cross + (1.0 - np.cos(angles)) * self._cross_squared
+        relative = np.matmul(self._turns, own)  # (n, joints, 3, 3)
+        pos, turn = np.empty((n, count + 1, 3)), np.empty((n, count + 1, 3, 3))
+        pos[:, 0], turn[:, 0] = base[:, :3], matrix_from_quat(base[:, 3:])
+        axes = np.empty((n, count, 3))
+        for j, parent in enumerate(self.parents):
+            turn[:, j + 1] = np.matmul(turn[:, parent], relative[:, j])
+            axes[:, j] = (turn[:, j + 1] * self.axes[j]).sum(-1)
+            pos[:, j + 1] = pos[:, parent] + (turn[:, parent] * self._origins[j]).sum(-1)
+            if self._slides[j]:
+                pos[:, j + 1] += axes[:, j] * positions[:, j, None]
+        return pos, turn, axes
+
+    def move(self, pos: Floats, axes: Floats, base_twist: Floats, velocities: Floats) -> tuple[Floats, Floats]:
+        """Return how the bodies move.
+
+        Args:
+            pos: Of the bodies, from :meth:`place`.
+            axes: Of the joints, from :meth:`place`.
+            base_twist: (n, 6): lin_vel_world [m/s] of the root link's origin and ang_vel_world [rad/s].
+            velocities: (n, joints) [rad/s or m/s]
+
+        Returns:
+            lin_vel_world of the bodies' origins and ang_vel_world, (n, bodies, 3) each.
+        """
+        lin, ang = np.empty_like(pos), np.empty_like(pos)
+        lin[:, 0], ang[:, 0] = base_twist[:, :3], base_twist[:, 3:]
+        for j, parent in enumerate(self.parents):
+            moved = axes[:, j] * velocities[:, j, None]
+            arm = pos[:, j + 1] - pos[:, parent]
+            lin[:, j + 1] = lin[:, parent] + np.cross(ang[:, parent], arm)
+            ang[:, j + 1] = ang[:, parent]
+            if self._slides[j]:
+                lin[:, j + 1] += moved
+            else:
+                ang[:, j + 1] += moved
+        return lin, ang
+
+    def on_body(self, link: str, pos: Floats, turn: Floats) -> tuple[int, Floats, Floats]:
+        """Return the body of a link, and the link's pos (n, 3) and quat_wxyz (n, 4)."""
+        body, offset = self.frames[link]
+        at = pos[:, body] + (turn[:, body] * offset[:3]).sum(-1)
+        return body, at, quat_from_matrix(np.matmul(turn[:, body], matrix_from_quat(offset[3:])))
+
+    def jacobian(self, link: str, pos: Floats, turn: Floats, axes: Floats) -> Floats:
+        """Return (n, 6, dof): lin_vel_world and ang_vel_world of a link's origin per velocity of an actuated joint."""
+        body, at, _ = self.on_body(link, pos, turn)
+        whole = np.zeros((len(pos), 6, len(self.joints)))
+        while body > 0:
+            j = body - 1
+            leader, share = self.leaders[j], self.multipliers[j]
+            if self._slides[j]:
+                whole[:, :3, leader] += share * axes[:, j]
+            else:
+                whole[:, :3, leader] += share * np.cross(axes[:, j], at - pos[:, body])
+                whole[:, 3:, leader] += share * axes[:, j]
+            body = self.parents[j]
+        return whole[:, :, self.actuated]
+
+    def masses(self, changed: Mapping[str, float] | None = None) -> list[Mass]:
+        """Return what each body weighs; a body that weighs nothing has a mass of 0.
+
+        Args:
+            changed: Masses [kg] of links that are not the model's; their inertia changes alike.
+        """
+        parts: list[list[tuple[Link, int, Floats]]] = [[] for _ in self.bodies]
+        for link in self.model.links:
+            body, offset = self.frames[link.name]
+            if link.inertial is not None:
+                parts[body].append((link, body, offset))
+        return [_joined(links, changed or {}, self._armature(body)) for body, links in enumerate(parts)]
+
+    def _armature(self, body: int) -> Floats:
+        """Return the inertia of the motor that turns a body, as if it sat on it, (3, 3) [kg·m²]."""
+        if body == 0 or self._slides[body - 1]:
+            return np.zeros((3, 3))
+        axis = self.axes[body - 1]
+        return self.joints[body - 1].armature * np.outer(axis, axis)
+
+
+def _joined(links: list[tuple[Link, int, Floats]], changed: Mapping[str, float], armature: Floats) -> Mass:
+    found = []
+    for link, _, offset in links:
+        inertial = link.inertial
+        assert inertial is not None
+        mass = changed.get(link.name, inertial.mass)
+        rotation = matrix_from_quat(offset[3:])
+        com = offset[:3] + (rotation * np.array(inertial.origin.pos)).sum(-1)
+        inertia = rotation @ inertia_matrix(inertial) @ rotation.T * (mass / inertial.mass)
+        found.append((mass, com, inertia))
+    total = sum(mass for mass, _, _ in found)
+    if total <= 0.0:
+        return Mass(0.0, np.zeros(3), np.zeros((3, 3)))
+    com = np.sum([mass * at for mass, at, _ in found], axis=0) / total
+    inertia = armature + np.sum([own + _steiner(mass, at - com) for mass, at, own in found], axis=0)
+    return Mass(total, com, inertia)
+
+
+def _steiner(mass: float, arm: Floats) -> Floats:
+    return np.asarray(mass * ((arm * arm).sum() * np.eye(3) - np.outer(arm, arm)))

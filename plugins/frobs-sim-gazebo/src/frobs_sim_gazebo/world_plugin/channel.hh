@@ -1,0 +1,29 @@
+// The connection to the process that started the server: a socket that it opened and this process inherited.
+#pragma once
+
+#include <string>
+
+#include "wire.hh"
+
+namespace frobs
+{
+/// Frames of u32 size, u8 operation or verdict, body. Nothing listens: the socket came with the process.
+class Channel
+{
+  /// Take the socket over, and end this process as soon as the other end is closed, whatever it is busy with.
+  public: explicit Channel(int _socket);
+
+  /// Wait for a request.
+  public: Op Receive(std::string &_body);
+
+  public: void Answer(const std::string &_body) { this->Send(1, _body); }
+
+  public: void Refuse(const std::string &_why) { this->Send(0, _why); }
+
+  private: void Send(uint8_t _verdict, const std::string &_body);
+
+  private: void Read(char *_into, size_t _size);
+
+  private: int socket;
+};
+}

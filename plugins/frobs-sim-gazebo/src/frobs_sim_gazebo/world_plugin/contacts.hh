@@ -1,0 +1,46 @@
+// The contacts that a scene declares, over all physics steps of a request.
+#pragma once
+
+#include <gazebo/physics/physics.hh>
+
+#include <unordered_map>
+#include <vector>
+
+#include "wire.hh"
+
+namespace frobs
+{
+class Contacts
+{
+  /// Learn which shapes there are and between which of them contacts are told.
+  public: void Load(Reader &_message, const gazebo::physics::WorldPtr &_world);
+
+  /// Look at the contacts of the step that has been made.
+  public: void Collect(const gazebo::physics::WorldPtr &_world);
+
+  public: void Clear();
+
+  /// Append whether each was there (0 or 1), then the largest normal force of each [N].
+  public: void Write(Writer &_state) const;
+
+  /// A shape by its place in the layout.
+  public: gazebo::physics::CollisionPtr Shape(uint32_t _index) const { return this->shapes.at(_index); }
+
+  private: struct Declared
+  {
+    std::vector<char> first, second, ignored;
+    double seen = 0, force = 0;
+
+    bool Means(uint32_t _a, uint32_t _b) const
+    {
+      return this->first[_a] && this->second[_b] && !this->ignored[_b];
+    }
+  };
+
+  private: std::vector<char> Mask(const std::vector<uint32_t> &_indices) const;
+
+  private: std::vector<gazebo::physics::CollisionPtr> shapes;
+  private: std::unordered_map<const gazebo::physics::Collision *, uint32_t> indices;
+  private: std::vector<Declared> declared;
+};
+}

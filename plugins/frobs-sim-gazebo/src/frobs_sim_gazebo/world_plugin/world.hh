@@ -1,0 +1,83 @@
+// What a simulation knows of its Gazebo world: bodies, joints, contacts, pushes.
+#pragma once
+
+#include <gazebo/physics/physics.hh>
+#include <gazebo/physics/ode/ODELink.hh>
+#include <gazebo/physics/ode/ode_inc.h>
+
+#include <string>
+#include <vector>
+
+#include "contacts.hh"
+#include "joint.hh"
+#include "wire.hh"
+
+namespace frobs
+{
+/// Everything that happens in one physics step, and what is read and written between steps.
+class World
+{
+  public: explicit World(const gazebo::physics::WorldPtr &_world) : world(_world) {}
+
+  /// Set the physics timestep and gravity.
+  public: void Setup(Reader &_message);
+
+  /// Learn which joints, bodies and contacts the messages mean, in which order.
+  public: void Layout(Reader &_message);
+
+  /// Let links of a model pass through each other that are in each other now; answer with the pairs.
+  public: std::string Part(Reader &_message);
+
+  public: void Gains(Reader &_message);
+
+  /// Put bodies somewhere at once, and say at which positions their joints then are.
+  public: void Write(Reader &_message);
+
+  /// Put a static model somewhere.
+  public: void Place(Reader &_message);
+
+  public: std::string Rays(Reader &_message);
+
+  public: void Push(Reader &_message);
+
+  public: void Gravity(Reader &_message);
+
+  public: void Mass(Reader &_message);
+
+  public: void Friction(Reader &_message);
+
+  /// Forget contacts, pushes and efforts, and that numbers blew up.
+  public: void Clear();
+
+  /// Begin a request of steps: the commands, a row or one for each step.
+  public: void Begin(uint32_t _steps, std::vector<double> _commands, uint32_t _rows);
+
+  /// Set the forces of the next physics step.
+  public: void BeforeStep();
+
+  /// Look at what the step did; return whether another one is to be made.
+  public: bool AfterStep();
+
+  public: std::string State();
+
+  private: gazebo::physics::ModelPtr Model(const std::string &_name) const;
+  private: bool Sound() const;
+
+  private: struct Pushed
+  {
+    dBodyID body;
+    double numbers[9];  // point in the body's frame, force and torque in the world
+  };
+
+  private: gazebo::physics::WorldPtr world;
+  private: std::vector<Joint> joints;
+  private: std::vector<gazebo::physics::ODELinkPtr> links;
+  private: std::vector<dBodyID> bodies;
+  private: std::vector<Pushed> pushes;
+  private: Contacts contacts;
+  private: std::vector<double> commands;
+  private: uint32_t rows = 0, row = 0, left = 0;
+  private: double timestep = 0;
+  private: bool broken = false;
+};
+}
