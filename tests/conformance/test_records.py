@@ -34,6 +34,7 @@ SHORT: dict[str, dict[str, Any]] = {
 
 # PyBullet has no wheel for a Python above 3.11; what needs it cannot be checked there.
 MISSING = set() if find_spec("pybullet") else {"pybullet", "sim_pybullet"}
+MISSING |= {"gazebo"}  # which most machines lack: its own tests check it, and say why where they cannot
 if not all(find_spec(name) for name in ("ompl", "pinocchio", "toppra")):
     MISSING |= {"trajectory", "controllers_planning"}
 

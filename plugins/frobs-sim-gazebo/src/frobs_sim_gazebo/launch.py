@@ -43,12 +43,12 @@ def main() -> None:
         elif given.scratch:
             _mount("tmpfs", given.scratch, "tmpfs", 0)
     except OSError as error:
-        print(f"no namespace for Gazebo: {error}", file=sys.stderr)
+        sys.stderr.write(f"no namespace for Gazebo: {error}\n")
         sys.exit(NO_NAMESPACE)
     try:
         os.execvp(given.command[0], given.command)
     except OSError as error:
-        print(f"{given.command[0]} cannot be run: {error}", file=sys.stderr)
+        sys.stderr.write(f"{given.command[0]} cannot be run: {error}\n")
         sys.exit(127)
 
 

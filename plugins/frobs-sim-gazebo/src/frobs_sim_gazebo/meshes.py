@@ -41,7 +41,9 @@ class MeshFiles:
                 raise ModelFileError(mesh.path, "the mesh is flat: a shape that collides needs a volume.") from error
             faces = found.simplices.astype(np.int32)
             corners = points[faces]
-            inward = (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) * found.equations[:, :3]).sum(-1)
+            inward = (
+                np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) * found.equations[:, :3]
+            ).sum(-1)
             faces[inward < 0.0] = faces[inward < 0.0][:, ::-1]
             self._hulls[mesh] = self._store(MeshPart(points, faces))
         return self._hulls[mesh]

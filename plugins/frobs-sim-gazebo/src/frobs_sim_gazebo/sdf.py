@@ -142,5 +142,3 @@ def _rpy(quat_wxyz: Floats) -> Floats:
     if flat < 1e-9:  # straight up or down: yaw turns about the same axis as roll
         return np.array([np.arctan2(-m[1, 2], m[1, 1]), pitch, 0.0])
     return np.array([np.arctan2(m[2, 1], m[2, 2]), pitch, np.arctan2(m[1, 0], m[0, 0])])
-
-

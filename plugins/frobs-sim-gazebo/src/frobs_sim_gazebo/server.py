@@ -10,7 +10,8 @@ import subprocess
 import tempfile
 import time
 import weakref
-from typing import IO, Any
+from collections import deque
+from typing import IO, NoReturn
 
 from frobs_core.errors import SimulationError
 from frobs_sim_gazebo.build import built_plugin
@@ -48,7 +49,7 @@ class Server:
         self.installation = installation or find_gazebo()
         folder = self.installation.inside(built_plugin(self.installation))
         self._timeout = float(os.environ.get(TIMEOUT_VARIABLE) or _ANSWER)
-        self._waiting_for = ""
+        self._waiting_for: deque[str] = deque()
         self._log: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the server
         self._socket, theirs = socket.socketpair()
         try:
@@ -98,14 +99,14 @@ class Server:
         Raises:
             ServerError: The server is gone.
         """
-        self._waiting_for = op.name.lower()
+        self._waiting_for.append(op.name.lower())
         try:
             self._socket.sendall(HEADER.pack(len(body), op) + body)
         except OSError:
             self._fail("ended")
 
     def receive(self, longest: float | None = None, steps: int = 0) -> bytes:
-        """Return the answer to the request that was sent.
+        """Return the answer to the oldest request that was sent and not answered yet.
 
         Args:
             longest: [s] to wait.
@@ -124,8 +125,9 @@ class Server:
             self._fail(f"did not answer for {seconds:.0f} s")
         except OSError:
             self._fail("ended")
+        asked = self._waiting_for.popleft()
         if not done:
-            raise SimulationError(f"Gazebo refused '{self._waiting_for}': {body.decode(errors='replace')}.")
+            raise SimulationError(f"Gazebo refused '{asked}': {body.decode(errors='replace')}.")
         return body
 
     def _read(self, size: int) -> bytes:
@@ -137,7 +139,7 @@ class Server:
             data += part
         return bytes(data)
 
-    def _fail(self, how: str) -> Any:
+    def _fail(self, how: str) -> NoReturn:
         """End the server and raise the error that says how it failed."""
         if how == "ended":
             with contextlib.suppress(subprocess.TimeoutExpired):
@@ -154,7 +156,7 @@ class Server:
                 how = f"ended with exit code {code}"
         said = self.log()
         self.close()
-        during = f" during {self._waiting_for}" if self._waiting_for else ""
+        during = f" during {self._waiting_for[0]}" if self._waiting_for else ""
         raise ServerError(f"gzserver {how}{during}." + (f" It said last:\n{said}" if said else ""))
 
     def log(self) -> str:

@@ -73,8 +73,7 @@ class WorldPlugin : public gazebo::WorldPlugin
   {
     for (const auto &name : this->awaited)
     {
-      auto model = this->gazebo->ModelByName(name);
-      if (model && model->IsLoaded())
+      if (this->gazebo->ModelByName(name))
         continue;
       if (std::chrono::steady_clock::now() > this->deadline)
       {

@@ -1,0 +1,74 @@
+"""One body of a Gazebo scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import SimulationError
+from frobs_core.interfaces import Body, BodyHandle
+from frobs_sim_gazebo.skeleton import pose_array
+
+if TYPE_CHECKING:
+    from frobs_sim_gazebo.simulation import GazeboSimulation
+
+_NO_JOINTS = slice(0, 0)
+
+
+class GazeboBody(BodyHandle):
+    """One body, in every environment; see :class:`frobs_core.interfaces.BodyHandle`."""
+
+    def __init__(self, simulation: GazeboSimulation, name: str, body: Body) -> None:
+        self.name = name
+        self._simulation, self._body = simulation, body
+        self._span = simulation.layout.bodies.get(("body", name))  # None: nothing pushes it
+
+    @property
+    def pose(self) -> tuple[Floats, Floats]:
+        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) in the world."""
+        if self._span is None:
+            found = self._simulation.stands[self.name]
+        else:
+            found = self._simulation.raw[:, self._span.start, :7]
+        return read_only(found[:, :3]), read_only(found[:, 3:])
+
+    @property
+    def twist(self) -> tuple[Floats, Floats]:
+        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s]."""
+        if self._span is None:
+            zeros = np.zeros((self._simulation.num_envs, 3))
+            return read_only(zeros), read_only(zeros)
+        found = self._simulation.raw[:, self._span.start, 7:]
+        return read_only(found[:, :3]), read_only(found[:, 3:])
+
+    def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
+        """Put the body somewhere at once."""
+        if self._span is None and not self._body.kinematic:
+            raise SimulationError(f"body '{self.name}' is static; make it kinematic, or give it a mass.")
+        envs = self._simulation.envs(mask)
+        pose = np.empty((len(envs), 7))
+        pose[:, :3] = pos
+        pose[:, 3:] = self.pose[1][envs] if quat_wxyz is None else quat_wxyz
+        self._put(envs, pose)
+
+    def put_home(self, envs: Sequence[int]) -> None:
+        """Put it where the scene has it."""
+        if self._span is not None:
+            self._put(envs, np.tile(pose_array(self._body.pose), (len(envs), 1)))
+
+    def _put(self, envs: Sequence[int], pose: Floats) -> None:
+        if self._span is None:
+            self._simulation.place(self.name, pose, envs)
+        else:
+            raw = np.concatenate([pose, np.zeros((len(envs), 6))], axis=1)[:, None]
+            self._simulation.write(self._span, raw, envs, _NO_JOINTS, np.zeros((len(envs), 0)))
+
+
+def read_only(array: Floats) -> Floats:
+    """Return an array that nobody can write to."""
+    view = array.view()
+    view.flags.writeable = False
+    return view

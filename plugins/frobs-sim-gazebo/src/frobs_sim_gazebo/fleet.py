@@ -1,0 +1,127 @@
+"""The servers of a simulation, one for each environment: started together, spoken to in parallel, lost one by one."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+from frobs_core.errors import SimulationError
+from frobs_sim_gazebo.build import built_plugin
+from frobs_sim_gazebo.installation import Installation
+from frobs_sim_gazebo.protocol import Op
+from frobs_sim_gazebo.server import Server, ServerError
+
+_log = logging.getLogger(__name__)
+_AT_ONCE = 8  # servers that start at the same time
+_MOST_LOST = 3  # servers in a row that an environment may lose without a step between
+
+Message = tuple[Op, bytes]
+
+
+class Fleet:
+    """One server for each environment.
+
+    Args:
+        installation: Of Gazebo.
+        count: How many.
+        prepare: Fills a server's world; called in a thread of its own.
+
+    Raises:
+        SimulationError: One does not start; none is left then.
+    """
+
+    def __init__(self, installation: Installation, count: int, prepare: Callable[[Server], None]) -> None:
+        self._installation, self._prepare = installation, prepare
+        self._servers: list[Server | None] = [None] * count
+        self._lost = [0] * count
+        built_plugin(installation)
+        self.start(range(count))
+
+    def server(self, env: int) -> Server | None:
+        """Return the server of an environment, or None: it was lost."""
+        return self._servers[env]
+
+    def start(self, envs: Sequence[int]) -> None:
+        """Start the servers of some environments anew.
+
+        Raises:
+            SimulationError: One does not start, or an environment has lost too many; all are ended.
+        """
+        if not envs:
+            return
+        try:
+            with ThreadPoolExecutor(min(_AT_ONCE, len(envs)), "frobs-gazebo") as pool:
+                for env, server in zip(envs, pool.map(self._started, envs), strict=True):
+                    self._servers[env] = server
+        except BaseException:
+            self.close()
+            raise
+
+    def _started(self, env: int) -> Server:
+        server = Server(self._installation)
+        self._servers[env] = server  # so that it is closed if another one fails
+        self._prepare(server)
+        return server
+
+    def exchange(self, messages: Mapping[int, Sequence[Message]], steps: int = 0) -> dict[int, bytes]:
+        """Send each environment its messages and return the answer to the last of them.
+
+        A server that ends or hangs is reported, its environment left out of the answers; :meth:`start` replaces it.
+
+        Args:
+            messages: By environment.
+            steps: Physics steps that the last message asks for.
+
+        Raises:
+            SimulationError: A server refused a message, or an environment lost one server after the other.
+        """
+        sent, answers = [], {}
+        refusal: SimulationError | None = None
+        for env, own in messages.items():
+            server = self._servers[env]
+            if server is None:
+                continue
+            try:
+                for op, body in own:
+                    server.send(op, body)
+                sent.append((env, server, len(own)))
+            except ServerError as error:
+                self._lose(env, error)
+        for env, server, count in sent:
+            for k in range(count):
+                try:
+                    answers[env] = server.receive(steps=steps if k == count - 1 else 0)
+                except ServerError as error:
+                    answers.pop(env, None)
+                    self._lose(env, error)
+                    break
+                except SimulationError as error:
+                    refusal = error  # the other answers are on their way, and must be fetched
+        if refusal is not None:
+            raise refusal
+        if steps:
+            for env in answers:
+                self._lost[env] = 0
+        return answers
+
+    def _lose(self, env: int, error: ServerError) -> None:
+        self._servers[env] = None
+        self._lost[env] += 1
+        if self._lost[env] >= _MOST_LOST:
+            self.close()
+            raise SimulationError(
+                f"environment {env} lost {_MOST_LOST} Gazebo servers in a row; the last one: {error}"
+            ) from error
+        _log.error(
+            "environment %d lost its Gazebo server: %s\nIts episode is cut off here; the next reset starts another server.",
+            env,
+            error,
+        )
+
+    def close(self) -> None:
+        """End all servers; twice is harmless."""
+        for env, server in enumerate(self._servers):
+            if server is not None:
+                server.close()
+                self._servers[env] = None

@@ -1,0 +1,175 @@
+"""What is in a world, in the order in which the plugin and the simulation speak of it."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import Placement, Scene
+from frobs_core.models import home_positions
+from frobs_sim_gazebo import protocol
+from frobs_sim_gazebo.meshes import MeshFiles
+from frobs_sim_gazebo.sdf import LINK, body_sdf, floor_sdf, robot_sdf, safe_names
+from frobs_sim_gazebo.skeleton import Skeleton, pose_array
+
+FLOOR = "floor"
+
+
+class Layout:
+    """Models, joints, bodies and shapes of a scene.
+
+    Args:
+        robots: By name.
+        scene: Everything else.
+        meshes: Writes the mesh files that the models name.
+
+    Attributes:
+        models: SDF of each model, by its name in Gazebo.
+        model_names: Gazebo's name of each robot, scene body and the floor.
+        skeletons: Of each robot.
+        joints: Which of all joints are a robot's.
+        bodies: Which of all moving bodies are a robot's, or a scene body's.
+        placed: The scene bodies that only move where they are written to.
+        joint_count: Of all robots.
+        body_count: That move, bases of fixed robots among them.
+        coms: (bodies, 3) centre of mass in the body's frame [m].
+        shapes: Which shapes are those of a side of a contact.
+
+    Raises:
+        ConfigurationError: The scene contradicts itself, or names what is not there.
+        ModelFileError: A robot cannot be simulated.
+    """
+
+    def __init__(self, robots: Mapping[str, Placement], scene: Scene, meshes: MeshFiles) -> None:
+        _check(robots, scene)
+        self._robots, self._scene = robots, scene
+        floor = [FLOOR] if scene.floor else []
+        # A robot may have the name of a body: each kind has names of its own.
+        keys = (
+            [("floor", name) for name in floor] + [("body", n) for n in scene.bodies] + [("robot", n) for n in robots]
+        )
+        plain = safe_names(f"{kind}.{name}" for kind, name in keys)
+        self.model_names = {(kind, name): plain[f"{kind}.{name}"] for kind, name in keys}
+        self.models: dict[str, str] = {}
+        self.skeletons = {name: Skeleton(placement.model) for name, placement in robots.items()}
+        self.joints: dict[str, slice] = {}
+        self.bodies: dict[tuple[str, str], slice] = {}
+        self.placed = [name for name, body in scene.bodies.items() if body.kinematic]
+        self.joint_count = self.body_count = 0
+        self.shapes: dict[str, list[int]] = {}
+        self._shape_names: list[tuple[str, str, str]] = []
+        coms: list[Floats] = []
+        if scene.floor:
+            self._add(("floor", FLOOR), floor_sdf(self.model_names["floor", FLOOR]))
+            self._add_shapes(FLOOR, "floor", FLOOR, LINK, ["0"])
+        for name, body in scene.bodies.items():
+            text, shapes = body_sdf(self.model_names["body", name], body, meshes)
+            self._add(("body", name), text)
+            self._add_shapes(name, "body", name, LINK, shapes)
+            if body.mass is not None:
+                self.bodies["body", name] = slice(self.body_count, self.body_count + 1)
+                self.body_count += 1
+                coms.append(np.zeros(3))
+        for name, placement in robots.items():
+            coms += self._add_robot(name, placement, meshes)
+        self.coms = np.array(coms).reshape(self.body_count, 3)
+
+    def _add(self, key: tuple[str, str], text: str) -> None:
+        self.models[self.model_names[key]] = text
+
+    def _add_robot(self, name: str, placement: Placement, meshes: MeshFiles) -> list[Floats]:
+        bones = self.skeletons[name]
+        text, shapes = robot_sdf(self.model_names["robot", name], placement, bones, meshes)
+        self._add(("robot", name), text)
+        links = safe_names(bones.bodies)
+        self.shapes[name] = []
+        for link in placement.model.links:
+            body = bones.bodies[bones.frames[link.name][0]]
+            self._add_shapes(f"{name}/{link.name}", "robot", name, links[body], shapes.get(link.name, []))
+            self.shapes[name] += self.shapes[f"{name}/{link.name}"]
+        self.joints[name] = slice(self.joint_count, self.joint_count + len(bones.joints))
+        self.bodies["robot", name] = slice(self.body_count, self.body_count + len(bones.bodies))
+        self.joint_count += len(bones.joints)
+        self.body_count += len(bones.bodies)
+        coms = [mass.com for mass in bones.masses()]
+        if placement.robot.base == "fixed":
+            coms[0] = np.zeros(3)
+        return coms
+
+    def _add_shapes(self, side: str, kind: str, name: str, link: str, shapes: list[str]) -> None:
+        first = len(self._shape_names)
+        self.shapes[side] = list(range(first, first + len(shapes)))
+        self._shape_names += [(self.model_names[kind, name], link, shape) for shape in shapes]
+
+    def message(self) -> bytes:
+        """Return the request that tells the plugin of it."""
+        parts = [protocol.count(self.joint_count)]
+        for name in self._robots:
+            bones, model = self.skeletons[name], self.model_names["robot", name]
+            links = safe_names(bones.bodies)
+            joints = safe_names(joint.name for joint in bones.joints)
+            first = self.joints[name].start
+            for j, joint in enumerate(bones.joints):
+                leader = first + bones.leaders[j] if joint.mimic is not None else -1
+                numbers = joint.limits.lower, joint.limits.upper, leader, bones.multipliers[j], bones.offsets[j]
+                parts += [
+                    protocol.texts(model, joints[joint.name], links[bones.bodies[j + 1]]),
+                    struct.pack("<ddidd", *numbers),
+                ]
+        parts.append(protocol.count(self.body_count))
+        for (kind, name), span in self.bodies.items():
+            links = [LINK] if kind == "body" else list(safe_names(self.skeletons[name].bodies).values())
+            for i in range(span.stop - span.start):
+                stands = kind == "robot" and i == 0 and self._robots[name].robot.base == "fixed"
+                parts += [protocol.texts(self.model_names[kind, name], links[i]), struct.pack("<B", stands)]
+        parts.append(protocol.count(len(self._shape_names)))
+        parts += [protocol.texts(*names) for names in self._shape_names]
+        parts.append(protocol.count(len(self._scene.contacts)))
+        for contact in self._scene.contacts.values():
+            first_side, second_side = contact.first, contact.second
+            if first_side == "*":
+                first_side, second_side = second_side, first_side
+            everything = list(range(len(self._shape_names)))
+            first_shapes = everything if first_side == "*" else self.shapes[first_side]
+            ignored = [shape for side in contact.ignore for shape in self.shapes[side]]
+            parts += [
+                protocol.indices(first_shapes),
+                protocol.indices([] if second_side == "*" else self.shapes[second_side]),
+                struct.pack("<B", second_side == "*"),
+                protocol.indices(ignored),
+            ]
+        return b"".join(parts)
+
+    def home(self, robot: str) -> Floats:
+        """Return the positions of all joints of a robot at home, (joints,)."""
+        placement, bones = self._robots[robot], self.skeletons[robot]
+        found: Floats = bones.all_positions(home_positions(placement.model, placement.robot.home)[None])[0]
+        return found
+
+    def start(self, robot: str) -> Floats:
+        """Return where the scene places a robot's base, (7,)."""
+        return pose_array(self._robots[robot].pose)
+
+
+def _check(robots: Mapping[str, Placement], scene: Scene) -> None:
+    """Refuse what contradicts itself, and names of what is not there.
+
+    Raises:
+        ConfigurationError: Something does.
+    """
+    links = {f"{name}/{link.name}" for name, placement in robots.items() for link in placement.model.links}
+    known = [*scene.bodies, *robots, *([FLOOR] if scene.floor else [])]
+    for name, contact in scene.contacts.items():
+        for side in (contact.first, contact.second, *contact.ignore):
+            if side != "*" and side not in known and side not in links:
+                raise ConfigurationError(f"contact '{name}' names '{side}', which is none of {', '.join(known)}.")
+    for name, camera in scene.cameras.items():
+        if camera.frame is not None and camera.frame not in links and camera.frame not in scene.bodies:
+            raise ConfigurationError(f"camera '{name}' is fixed to '{camera.frame}', which is no body of the scene.")
+    for name, body in scene.bodies.items():
+        if body.mass is not None and body.kinematic:
+            raise ConfigurationError(f"scene body '{name}' is kinematic, so it has no mass; give one or the other.")

@@ -1,0 +1,27 @@
+"""Records of this distribution."""
+
+from frobs_core.capabilities import Level
+from frobs_core.hookspecs import hookimpl
+from frobs_core.specs import SimulatorRecord
+
+
+@hookimpl
+def frobs_simulators() -> list[SimulatorRecord]:
+    """Offer Gazebo 11."""
+    exact = "teleport pause batched contacts rays wrench randomize_gravity"
+    # Gazebo repeats a motion closely, not to the bit. Its drives follow the law to the first order in the timestep, its
+    # friction is the smaller one of two bodies where MuJoCo takes the larger, and what is fixed together keeps its
+    # centre of mass when a mass is changed.
+    approximate = "determinism snapshot drive randomize_mass randomize_friction randomize_gains randomize_joint_damping"
+    return [
+        SimulatorRecord(
+            name="gazebo",
+            summary="Gazebo 11 in lock-step: one server for each environment",
+            entry_point="frobs_sim_gazebo.simulation:GazeboSimulation",
+            install_hint="pip install frobs-sim-gazebo, and Gazebo 11: apt-get install gazebo, or its tools/make_root.sh",
+            capabilities={
+                **dict.fromkeys(exact.split(), Level.EXACT),
+                **dict.fromkeys(approximate.split(), Level.APPROXIMATE),
+            },
+        )
+    ]

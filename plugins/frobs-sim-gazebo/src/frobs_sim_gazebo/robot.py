@@ -1,0 +1,256 @@
+"""One robot of a Gazebo simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import SimulationError
+from frobs_core.interfaces import CommandMode, Placement, RobotHandle
+from frobs_core.models import default_gains, default_tcp, home_positions
+from frobs_core.rotations import quat_from_matrix, quat_multiply, quat_rotate
+from frobs_sim_gazebo.body import read_only
+
+if TYPE_CHECKING:
+    from frobs_sim_gazebo.simulation import GazeboSimulation
+
+
+class GazeboRobot(RobotHandle):
+    """One robot, in every environment; see :class:`frobs_core.interfaces.RobotHandle`.
+
+    Frames are where the base and the joint positions put them, as a robot's own controller knows them: Gazebo keeps the
+    links together by forces, so its own may be some micrometres off.
+    """
+
+    def __init__(self, simulation: GazeboSimulation, name: str, placement: Placement) -> None:
+        self._simulation, self._placement = simulation, placement
+        model, robot = placement.model, placement.robot
+        self.name, self.robot, self.model = name, robot, model
+        self.num_envs = n = simulation.num_envs
+        self.joint_names, self.dof = model.joint_names, len(model.joint_names)
+        self.tcp = robot.tcp or default_tcp(model)
+        self.frame_name("tcp")
+        self._bones = simulation.layout.skeletons[name]
+        self._joints, self._links = simulation.layout.joints[name], simulation.layout.bodies["robot", name]
+        self._columns = self._joints.start + np.array(self._bones.actuated, np.intp)
+        self._fixed = robot.base == "fixed"
+
+        expand = lambda values: np.repeat(np.asarray(values, np.float64)[None], n, axis=0)  # noqa: E731 - (n, dof)
+        limits = [joint.limits for joint in model.actuated_joints]
+        self.home = expand(home_positions(model, robot.home))
+        self.position_lower = expand([limit.lower for limit in limits])
+        self.position_upper = expand([limit.upper for limit in limits])
+        self.velocity_limit = expand([limit.velocity for limit in limits])
+        self.effort_limit = expand([limit.effort for limit in limits])
+        gains = robot.gains or default_gains(model, home_positions(model, robot.home))
+        pairs = [gains.of(joint) for joint in self.joint_names]
+        self._stiffness, self._damping = expand([kp for kp, _ in pairs]), expand([kd for _, kd in pairs])
+        self.joint_damping = expand([joint.damping for joint in model.actuated_joints])
+        self._friction = np.array([joint.friction for joint in model.actuated_joints])
+        self._command_mode = placement.command_mode
+        self.target = np.zeros((n, self.dof))  # Kp·q*, Kd·v* or ff
+        self._seen: dict[str, tuple[int, tuple[Floats, ...]]] = {}
+
+    @property
+    def joint_positions(self) -> Floats:
+        """(num_envs, dof) [rad or m]."""
+        return read_only(self._simulation.positions[:, self._columns])
+
+    @property
+    def joint_velocities(self) -> Floats:
+        """(num_envs, dof) [rad/s or m/s]."""
+        return read_only(self._simulation.velocities[:, self._columns])
+
+    @property
+    def joint_efforts(self) -> Floats:
+        """(num_envs, dof) [N·m or N]: what the drives applied in the last physics step."""
+        return read_only(self._simulation.efforts[:, self._columns])
+
+    def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
+        """Put the joints somewhere at once."""
+        envs = self._simulation.envs(mask)
+        shape = len(envs), self.dof
+        q = np.broadcast_to(np.asarray(positions, np.float64), shape)
+        v = np.broadcast_to(np.asarray(velocities, np.float64), shape)
+        self._put(envs, self._base()[envs], self._base_motion()[envs], q, v)
+
+    def put_home(self, envs: Sequence[int]) -> None:
+        """Put the robot where the scene has it, at home and at rest."""
+        k = len(envs)
+        base = np.tile(self._simulation.layout.start(self.name), (k, 1))
+        self._put(envs, base, np.zeros((k, 6)), self.home[envs], np.zeros((k, self.dof)))
+
+    def _put(self, envs: Sequence[int], base: Floats, motion: Floats, q: Floats, v: Floats) -> None:
+        """Put base and joints somewhere: base (k, 7), its twist (k, 6), joints (k, dof) twice."""
+        simulation, bones, links = self._simulation, self._bones, self._links
+        positions, velocities = bones.all_positions(q), bones.all_velocities(v)
+        with np.errstate(invalid="ignore", over="ignore"):  # what is not finite ends the episode, not the program
+            pos, turn, axes = bones.place(base, positions)
+            lin, ang = bones.move(pos, axes, motion, velocities)
+            arms = (turn * simulation.layout.coms[links][None, :, None, :]).sum(-1)
+            raw = np.empty((len(envs), len(bones.bodies), 13))
+            raw[..., :3] = pos + arms
+            raw[..., 3:7] = quat_from_matrix(turn) if np.isfinite(turn).all() else np.nan
+            raw[:, 0, 3:7] = base[:, 3:]
+            raw[..., 7:10], raw[..., 10:] = lin + np.cross(ang, arms), ang
+        simulation.write(links, raw, envs, self._joints, positions)
+        for row, env in enumerate(envs):
+            if simulation.is_sound(env):
+                simulation.positions[env, self._joints] = positions[row]
+                simulation.velocities[env, self._joints] = velocities[row]
+                simulation.bases[self.name][env] = base[row]
+
+    @property
+    def command_mode(self) -> CommandMode:
+        """What commands mean."""
+        return self._command_mode
+
+    def set_command_mode(self, mode: CommandMode) -> None:
+        """Change what commands mean, and hold."""
+        self._command_mode = mode
+        self._simulation.stale_gains[:] = True
+        self._simulation.command_rows.pop(self.name, None)
+        self.hold(range(self.num_envs))
+
+    @property
+    def _gain(self) -> Floats:
+        """What a command is multiplied with, (num_envs, dof)."""
+        if self._command_mode is CommandMode.EFFORT:
+            return np.ones_like(self._damping)
+        return self._stiffness if self._command_mode is CommandMode.POSITION else self._damping
+
+    def write_gains(self, which: int, rows: Sequence[int], values: Floats) -> None:
+        """Change Kp (0) or Kd (1) of some environments; what the drives follow stays what it is."""
+        before = self._gain[rows].copy()
+        self.drive_gains()[which][rows] = values
+        self._simulation.stale_gains[rows] = True
+        self.target[rows] *= np.divide(self._gain[rows], before, out=np.ones_like(before), where=before > 0)
+
+    def fill_gains(self, env: int, into: Floats) -> None:
+        """Write what the plugin's drives need of an environment, (joints, 5)."""
+        actuated, mode = self._bones.actuated, self._command_mode
+        into[actuated, 0] = self._stiffness[env] if mode is CommandMode.POSITION else 0.0
+        into[actuated, 1] = 0.0 if mode is CommandMode.EFFORT else self._damping[env]
+        into[actuated, 2], into[actuated, 3] = self.joint_damping[env], self._friction
+        into[actuated, 4] = self.effort_limit[env]
+
+    def command(self, values: Floats) -> None:
+        """Set what the drives follow."""
+        if values.ndim == 2:
+            np.multiply(self._gain, values, out=self.target)
+            self._simulation.command_rows.pop(self.name, None)
+        else:
+            self._simulation.command_rows[self.name] = self._gain[:, None] * values
+
+    def fill(self, into: Floats, rows: Floats | None) -> None:
+        """Write what the drives follow in the next steps, (num_envs, rows, joints); the last row is held."""
+        if rows is not None:
+            self.target[:] = rows[:, -1]
+        into[:, :, self._bones.actuated] = self.target[:, None] if rows is None else rows
+
+    def hold(self, envs: Sequence[int]) -> None:
+        """Command some environments to stay where they are, or to rest."""
+        rows = list(envs)
+        position = self._command_mode is CommandMode.POSITION
+        self.target[rows] = (self._gain * self.joint_positions)[rows] if position else 0.0
+
+    def drive_gains(self) -> tuple[Floats, Floats]:
+        """Return Kp and Kd, (num_envs, dof) each; write to them through ``write_parameter``."""
+        return self._stiffness, self._damping
+
+    def _base(self) -> Floats:
+        """Return pos and quat_wxyz of the root link, (num_envs, 7)."""
+        if self._fixed:
+            return self._simulation.bases[self.name]
+        raw = self._simulation.raw[:, self._links.start]
+        arm = quat_rotate(raw[:, 3:7], self._simulation.layout.coms[self._links.start])
+        return np.concatenate([raw[:, :3] - arm, raw[:, 3:7]], axis=1)
+
+    def _base_motion(self) -> Floats:
+        """Return lin_vel_world of the root link's origin and ang_vel_world, (num_envs, 6)."""
+        if self._fixed:
+            return np.zeros((self.num_envs, 6))
+        raw = self._simulation.raw[:, self._links.start]
+        arm = quat_rotate(raw[:, 3:7], self._simulation.layout.coms[self._links.start])
+        return np.concatenate([raw[:, 7:10] - np.cross(raw[:, 10:], arm), raw[:, 10:]], axis=1)
+
+    @property
+    def base_pose(self) -> tuple[Floats, Floats]:
+        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the root link in the world."""
+        base = self._base()
+        return read_only(base[:, :3]), read_only(base[:, 3:])
+
+    @property
+    def base_twist(self) -> tuple[Floats, Floats]:
+        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link's origin."""
+        motion = self._base_motion()
+        return read_only(motion[:, :3]), read_only(motion[:, 3:])
+
+    def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
+        """Put the root link somewhere at once."""
+        envs = self._simulation.envs(mask)
+        base = np.empty((len(envs), 7))
+        base[:, :3], base[:, 3:] = pos, quat_wxyz
+        self._put(envs, base, self._base_motion()[envs], self.joint_positions[envs], self.joint_velocities[envs])
+
+    def write_base_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
+        """Give a free root link a velocity at once."""
+        if self._fixed:
+            raise SimulationError(f"robot '{self.name}' has a fixed base, which has no velocity.")
+        envs = self._simulation.envs(mask)
+        motion = np.empty((len(envs), 6))
+        motion[:, :3], motion[:, 3:] = lin_vel_world, ang_vel_world
+        self._put(envs, self._base()[envs], motion, self.joint_positions[envs], self.joint_velocities[envs])
+
+    def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
+        """Return where a link is, or would be, in the world."""
+        link = self.frame_name(frame)
+        if joint_positions is not None:
+            base = self._simulation.layout.start(self.name)[None]
+            return self._on_base(base, *self.model.frame_pose(link, joint_positions))
+        pos, quat = self._kept(
+            f"pose {link}",
+            lambda: self._on_base(self._base(), *self.model.frame_pose(link, self.joint_positions)),
+        )
+        return pos, quat
+
+    def _on_base(self, base: Floats, pos: Floats, quat: Floats) -> tuple[Floats, Floats]:
+        turn = np.broadcast_to(base[:, 3:], quat.shape)
+        return quat_rotate(turn, pos) + base[:, :3], quat_multiply(turn, quat)
+
+    def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
+        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin."""
+        link = self.frame_name(frame)
+        pos, turn, axes = self._placed()
+        body, at, _ = self._bones.on_body(link, pos, turn)
+        velocities = self._simulation.velocities[:, self._joints]
+        lin, ang = self._bones.move(pos, axes, self._base_motion(), velocities)
+        return read_only(lin[:, body] + np.cross(ang[:, body], at - pos[:, body])), read_only(ang[:, body])
+
+    def frame_jacobian(self, frame: str) -> Floats:
+        """Return (num_envs, 6, dof): rows 0–2 linear, rows 3–5 angular, in the world."""
+        link = self.frame_name(frame)
+        (found,) = self._kept(f"jacobian {link}", lambda: (self._bones.jacobian(link, *self._placed()),))
+        return found
+
+    def _placed(self) -> tuple[Floats, Floats, Floats]:
+        pos, turn, axes = self._kept(
+            "bodies", lambda: self._bones.place(self._base(), self._simulation.positions[:, self._joints])
+        )
+        return pos, turn, axes
+
+    def _kept(self, what: str, compute: Callable[[], tuple[Floats, ...]]) -> tuple[Floats, ...]:
+        """Return what is computed from the state, once for each state."""
+        version, found = self._seen.get(what, (-1, ()))
+        if version != self._simulation.version:
+            found = tuple(map(read_only, compute()))
+            self._seen[what] = self._simulation.version, found
+        return found
+
+    def lidar(self, name: str) -> Floats:
+        """Return (num_envs, rays) [m] of a lidar of the robot."""
+        lidar, origins, directions = self.lidar_rays(name)
+        return np.maximum(self._simulation.cast(origins, directions, lidar.range_max, self.name), lidar.range_min)

@@ -1,0 +1,346 @@
+"""The Gazebo simulation: a server for each environment, in lock-step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
+from frobs_core.interfaces import Marker, Placement, Scene, Simulation, Snapshot, Translation, translate
+from frobs_core.models import RobotModel
+from frobs_sim_gazebo import parameters, protocol, snapshots
+from frobs_sim_gazebo.body import GazeboBody
+from frobs_sim_gazebo.fleet import Fleet, Message
+from frobs_sim_gazebo.installation import find_gazebo
+from frobs_sim_gazebo.layout import Layout
+from frobs_sim_gazebo.meshes import MeshFiles
+from frobs_sim_gazebo.protocol import Op
+from frobs_sim_gazebo.robot import GazeboRobot
+from frobs_sim_gazebo.server import Server
+from frobs_sim_gazebo.skeleton import pose_array
+from frobs_sim_gazebo.translation import TABLES
+
+FASTEST = 1e6
+"""[rad/s or m/s] beyond which an environment has diverged."""
+
+
+class GazeboSimulation(Simulation):
+    """``num_envs`` copies of robots and a scene, each in a Gazebo 11 of its own; see :class:`frobs_core.interfaces.Simulation`.
+
+    An environment whose server ends or hangs is reported in the log, shows in :attr:`diverged`, and has a new server
+    after its reset; three in a row are a :class:`~frobs_core.errors.SimulationError`. ``num_threads`` means nothing
+    here: servers are processes.
+    """
+
+    render_modalities: ClassVar[Sequence[str]] = ()
+
+    def __init__(
+        self,
+        robots: Mapping[str, Placement],
+        scene: Scene,
+        *,
+        num_envs: int,
+        physics_timestep: float,
+        num_threads: int = 0,
+    ) -> None:
+        self.num_envs, self.physics_timestep, self.scene, self.placements = num_envs, physics_timestep, scene, robots
+        n = num_envs
+        # What the scene says wrong is told before it is looked whether Gazebo is here.
+        Layout(robots, scene, MeshFiles(None))
+        installation = find_gazebo()
+        self.layout = layout = Layout(robots, scene, MeshFiles(installation))
+        self.version = 0  # of the state: what is computed from it is kept until it changes
+        self.positions, self.velocities, self.efforts = np.zeros((3, n, layout.joint_count))
+        self.raw = np.zeros((n, layout.body_count, 13))  # at the centres of mass: pos, quat_wxyz, lin and ang vel
+        self.bases = {name: np.tile(layout.start(name), (n, 1)) for name in robots}  # of robots whose base is fixed
+        self.stands = {name: np.tile(pose_array(body.pose), (n, 1)) for name, body in scene.bodies.items()}
+        self._contact, self._force = np.zeros((2, n, len(scene.contacts)))
+        self.steps, self._diverged = np.zeros(n, np.int64), np.zeros(n, bool)
+        self.written: dict[tuple[str, str], Floats] = {}
+        self.command_rows: dict[str, Floats] = {}
+        self._queues: list[list[Message]] = [[] for _ in range(n)]
+        self.stale_gains = np.ones(n, bool)
+        self._parted = np.zeros(n, bool)
+        self._closed = False
+        self.robots = {name: GazeboRobot(self, name, placement) for name, placement in robots.items()}
+        self.bodies = {name: GazeboBody(self, name, body) for name, body in scene.bodies.items()}
+        self._fleet = Fleet(installation, n, self._prepare)
+        try:
+            self.reset()
+        except BaseException:
+            self.close()
+            raise
+
+    def _prepare(self, server: Server) -> None:
+        """Fill the world of a new server."""
+        server.call(Op.SETUP, protocol.numbers([self.physics_timestep, *self.scene.gravity]))
+        models = self.layout.models
+        spawn = protocol.count(len(models)) + b"".join(protocol.texts(*model) for model in models.items())
+        server.call(Op.SPAWN, spawn)
+        server.call(Op.LAYOUT, self.layout.message())
+
+    @classmethod
+    def translation(cls, model: RobotModel) -> Sequence[Translation]:
+        """Say what becomes of a robot's model file."""
+        return translate(model, TABLES[model.format])
+
+    @property
+    def native(self) -> tuple[Server | None, ...]:
+        """The servers, one for each environment; None where one was lost."""
+        return tuple(self._fleet.server(env) for env in range(self.num_envs))
+
+    @property
+    def time(self) -> Floats:
+        """(num_envs,) [s] since the reset."""
+        return self.steps * self.physics_timestep
+
+    @property
+    def diverged(self) -> Mask | None:
+        """Which environments stand still because their numbers blew up or their server was lost, or None."""
+        return self._diverged if self._diverged.any() else None
+
+    def reset(self, mask: Mask | None = None) -> None:
+        """Go back to the scene as it was built; lost servers are replaced."""
+        envs = self.envs(mask)
+        fresh = [env for env in envs if self._fleet.server(env) is None]
+        if self._closed:
+            raise SimulationError("the simulation is closed.")
+        self._fleet.start(fresh)
+        self._parted[fresh] = False
+        self.stale_gains[fresh] = True
+        self._diverged[envs] = False
+        self.steps[envs] = 0
+        self.efforts[envs] = self._contact[envs] = self._force[envs] = 0.0
+        for env in envs:
+            self._queues[env] = [(Op.CLEAR, b"")]
+        for env in fresh:
+            self._queues[env] += parameters.messages(self, env)
+        for name in self.layout.placed:
+            home = pose_array(self.scene.bodies[name].pose)
+            self.place(name, np.tile(home, (len(envs), 1)), envs)
+        for body in self.bodies.values():
+            body.put_home(envs)
+        for robot in self.robots.values():
+            robot.put_home(envs)
+        self._part([env for env in envs if not self._parted[env]])
+        self.command_rows.clear()
+        for robot in self.robots.values():
+            robot.hold(envs)
+
+    def _part(self, envs: Sequence[int]) -> None:
+        """Let links pass through each other that are in each other at home."""
+        for name, placement in self.placements.items():
+            if placement.robot.self_collision and envs:
+                model = protocol.text(self.layout.model_names["robot", name])
+                self.exchange({env: [(Op.PART, model)] for env in envs})
+        self._parted[list(envs)] = True
+
+    def step(self, decimation: int) -> None:
+        """Advance every environment by ``decimation`` physics steps."""
+        if self._closed:
+            raise SimulationError("the simulation is closed.")
+        rows = 1
+        for values in self.command_rows.values():
+            rows = values.shape[1]
+            if rows != decimation:
+                raise ConfigurationError(f"a command has {rows} rows for {decimation} physics steps.")
+        envs = np.flatnonzero(~self._diverged).tolist()
+        commands = np.zeros((self.num_envs, rows, self.layout.joint_count))
+        for name, robot in self.robots.items():
+            robot.fill(commands[:, :, self.layout.joints[name]], self.command_rows.get(name))
+        messages = {}
+        for env in envs:
+            if self.stale_gains[env]:
+                self._queues[env].append((Op.GAINS, self._gains(env)))
+                self.stale_gains[env] = False
+            messages[env] = [*self._queues[env], (Op.STEP, protocol.step(decimation, commands[env]))]
+            self._queues[env] = []
+        for env, answer in self.exchange(messages, decimation).items():
+            if self._take(env, answer):
+                self.steps[env] += decimation
+        self.command_rows.clear()
+
+    def _gains(self, env: int) -> bytes:
+        whole = np.zeros((self.layout.joint_count, 5))
+        for name, robot in self.robots.items():
+            robot.fill_gains(env, whole[self.layout.joints[name]])
+        return protocol.numbers(whole)
+
+    def _take(self, env: int, answer: bytes) -> bool:
+        """Take over the state that a server tells; return whether it is sound."""
+        self.version += 1
+        found, joints, bodies = protocol.read_numbers(answer), self.layout.joint_count, self.layout.body_count
+        if found[0]:
+            self._diverged[env] = True
+            return False
+        by_joint = found[1 : 1 + 3 * joints].reshape(joints, 3)
+        self.positions[env], self.velocities[env], self.efforts[env] = by_joint.T
+        contacts = 1 + 3 * joints + 13 * bodies
+        self.raw[env] = found[1 + 3 * joints : contacts].reshape(bodies, 13)
+        self._contact[env], self._force[env] = found[contacts:].reshape(2, -1)
+        return True
+
+    def exchange(self, messages: Mapping[int, Sequence[Message]], steps: int = 0) -> dict[int, bytes]:
+        """Send messages to environments and return their last answers; those that lost their server diverge."""
+        if self._closed:
+            raise SimulationError("the simulation is closed.")
+        answers = self._fleet.exchange(messages, steps)
+        lost = [env for env in messages if env not in answers]
+        self._diverged[lost] = True
+        return answers
+
+    def is_sound(self, env: int) -> bool:
+        """Return whether an environment has not diverged."""
+        return not self._diverged[env]
+
+    def set_diverged(self, which: Mask) -> None:
+        """Say which environments have diverged, and that the state is another."""
+        self._diverged[:] = which
+        self.version += 1
+
+    @property
+    def told(self) -> tuple[Floats, Floats]:
+        """What the last step told of the declared contacts: 1 or 0, and force [N]; (num_envs, contacts) each."""
+        return self._contact, self._force
+
+    def later(self, env: int, op: Op, body: bytes) -> None:
+        """Send a message before the next step or write; its answer tells nothing."""
+        self._queues[env].append((op, body))
+
+    def write(self, bodies: slice, raw: Floats, envs: Sequence[int], joints: slice, positions: Floats) -> None:
+        """Put bodies somewhere at once.
+
+        Args:
+            bodies: Which of all.
+            raw: (k, bodies, 13): pos, quat_wxyz, lin and ang vel of the centres of mass.
+            envs: The k environments.
+            joints: Which of all joints are put somewhere by it.
+            positions: (k, joints) where.
+        """
+        messages = {}
+        for row, env in enumerate(envs):
+            sound = np.isfinite(raw[row]).all() and np.abs(raw[row, :, 7:]).max(initial=0.0) < FASTEST
+            if not sound:
+                self._diverged[env] = True  # Gazebo could not bear them
+            if self._diverged[env]:
+                continue
+            angles = np.full(self.layout.joint_count, np.nan)
+            angles[joints] = positions[row]
+            body = protocol.count(bodies.stop - bodies.start)
+            for number, values in zip(range(bodies.start, bodies.stop), raw[row], strict=True):
+                body += protocol.count(number) + protocol.numbers(values)
+            messages[env] = [*self._queues[env], (Op.WRITE, body + protocol.numbers(angles))]
+            self._queues[env] = []
+        kept = self._contact.copy(), self._force.copy(), self.efforts.copy()
+        for env, answer in self.exchange(messages).items():
+            self._take(env, answer)
+        self._contact, self._force, self.efforts = kept
+
+    def place(self, body: str, poses: Floats, envs: Sequence[int]) -> None:
+        """Put a body that nothing pushes somewhere, (k, 7)."""
+        model = protocol.text(self.layout.model_names["body", body])
+        for pose, env in zip(poses, envs, strict=True):
+            if (self.stands[body][env] != pose).any():
+                self.stands[body][env] = pose
+                self.later(env, Op.PLACE, model + protocol.numbers(pose))
+        self.version += 1
+
+    def contact(self, name: str) -> Mask:
+        """(num_envs,) bool: whether a declared contact was there in any physics step of the last ``step``."""
+        return _read_only(self._contact[:, self._index(name)] > 0.0)
+
+    def contact_force(self, name: str) -> Floats:
+        """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``."""
+        force = self._force[:, self._index(name)]
+        if self.scene.contacts[name].ignore:
+            raise ConfigurationError(f"contact '{name}' ignores something, so its force is not told; declare others.")
+        return _read_only(force)
+
+    def _index(self, name: str) -> int:
+        names = list(self.scene.contacts)
+        if name not in names:
+            raise UnknownNameError("declared contact", name, names)
+        return names.index(name)
+
+    def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
+        """Cast rays at everything that collides."""
+        return self.cast(origins, directions, max_range, "")
+
+    def cast(self, origins: Floats, directions: Floats, max_range: float, blind_to: str) -> Floats:
+        """Cast rays that do not see one robot; (num_envs, k) [m]."""
+        count = origins.shape[1]
+        head = protocol.count(count) + protocol.numbers(max_range)
+        head += protocol.text(self.layout.model_names["robot", blind_to] if blind_to else "")
+        messages = {}
+        for env in np.flatnonzero(~self._diverged).tolist():
+            body = head + protocol.numbers(origins[env]) + protocol.numbers(directions[env])
+            messages[env] = [*self._queues[env], (Op.RAYS, body)]
+            self._queues[env] = []
+        found = np.full((self.num_envs, count), max_range)
+        for env, answer in self.exchange(messages).items():
+            found[env] = protocol.read_numbers(answer)
+        return found
+
+    def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
+        """Push a body at its centre of mass during the next ``step``."""
+        parameters.check_body(self, body)
+        envs = self.envs(mask)
+        number, point = parameters.centre(self, body)
+        if number is None:
+            return  # nothing moves it
+        forces = np.broadcast_to(np.asarray(force_world, np.float64), (len(envs), 3))
+        torques = np.broadcast_to(np.asarray(torque_world, np.float64), (len(envs), 3))
+        for env, force, torque in zip(envs, forces, torques, strict=True):
+            self.later(env, Op.PUSH, protocol.count(number) + protocol.numbers([*point, *force, *torque]))
+
+    def parameter(self, name: str, target: str = "") -> Floats:
+        """Return a physical parameter of each environment."""
+        return parameters.read(self, name, target)
+
+    def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
+        """Change a physical parameter."""
+        parameters.write(self, name, target, values, mask)
+
+    def snapshot(self) -> Snapshot:
+        """Return where everything is and how it moves, what the drives follow, and the parameters that were written."""
+        return {**snapshots.take(self), **parameters.snapshot(self)}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self.reset(self._diverged | np.array([server is None for server in self.native], bool))
+        parameters.restore(self, snapshot)
+        snapshots.put_back(self, snapshot)
+
+    def render(
+        self,
+        mask: Mask | None = None,
+        camera: str | None = None,
+        size: tuple[int, int] = (480, 640),
+        modality: str = "rgb",
+        markers: Sequence[Marker] = (),
+    ) -> np.ndarray[Any, Any]:
+        """Refuse: this plugin draws nothing."""
+        raise SimulationError("no pictures are drawn on Gazebo; run the same policy with simulator='mujoco' for them.")
+
+    def open_viewer(self) -> None:
+        """Refuse: this plugin draws nothing."""
+        raise SimulationError("no window is opened on Gazebo; run the same policy with simulator='mujoco' for one.")
+
+    def close(self) -> None:
+        """End the servers; twice is harmless."""
+        if not self._closed:
+            self._closed = True
+            self._fleet.close()
+
+    def envs(self, mask: Mask | None) -> list[int]:
+        """Return the environments of a mask."""
+        return list(range(self.num_envs)) if mask is None else np.flatnonzero(mask).tolist()
+
+
+def _read_only(array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    view = array.view()
+    view.flags.writeable = False
+    return view

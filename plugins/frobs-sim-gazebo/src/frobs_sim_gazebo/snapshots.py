@@ -1,0 +1,49 @@
+"""The state of a simulation as arrays: where every body is and how it moves, and what the drives follow."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from frobs_core.interfaces import CommandMode, Snapshot
+
+if TYPE_CHECKING:
+    from frobs_sim_gazebo.simulation import GazeboSimulation
+
+_MODES = tuple(CommandMode)
+_STATE = ("positions", "velocities", "efforts", "raw", "steps")
+
+
+def take(simulation: GazeboSimulation) -> Snapshot:
+    """Return the state, as copies."""
+    state: Snapshot = {name: getattr(simulation, name).copy() for name in _STATE}
+    state["diverged"] = np.zeros(simulation.num_envs, bool) | (simulation.diverged is not None and simulation.diverged)
+    state["contact"], state["contact_force"] = (array.copy() for array in simulation.told)
+    for name, stands in simulation.stands.items():
+        state[f"stands/{name}"] = stands.copy()
+    for name, robot in simulation.robots.items():
+        state[f"base/{name}"] = simulation.bases[name].copy()
+        state[f"target/{name}"] = robot.target.copy()
+        state[f"mode/{name}"] = np.full(simulation.num_envs, _MODES.index(robot.command_mode))
+    return state
+
+
+def put_back(simulation: GazeboSimulation, state: Snapshot) -> None:
+    """Return to a state."""
+    envs = range(simulation.num_envs)
+    for name, robot in simulation.robots.items():
+        robot.set_command_mode(_MODES[int(state[f"mode/{name}"][0])])
+    for name in simulation.layout.placed:
+        simulation.place(name, state[f"stands/{name}"], envs)
+    whole = slice(0, simulation.layout.body_count), slice(0, simulation.layout.joint_count)
+    simulation.write(whole[0], state["raw"], envs, whole[1], state["positions"])
+    for name in _STATE:
+        getattr(simulation, name)[...] = state[name]
+    for told, name in zip(simulation.told, ("contact", "contact_force"), strict=True):
+        told[...] = state[name]
+    for name, robot in simulation.robots.items():
+        simulation.bases[name][...] = state[f"base/{name}"]
+        robot.target[...] = state[f"target/{name}"]
+    simulation.set_diverged(state["diverged"])
+    simulation.command_rows.clear()
