@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,6 +11,7 @@ import typer
 from frobs_core.cli.catalogue import bare_id, find_spec
 from frobs_core.cli.options import Controller, EnvId, Json
 from frobs_core.cli.output import console, only_json, print_json, print_line, print_note, print_table, print_title
+from frobs_core.errors import PluginError
 
 if TYPE_CHECKING:
     from frobs_core.parity import Certificate
@@ -23,7 +25,7 @@ def parity(
         str | None,
         typer.Option(
             metavar="NAME,NAME…",
-            show_default="the environment's own, then every other one",
+            show_default="the environment's own, then every other one that is here",
             help="Which to compare, the reference first.",
         ),
     ] = None,
@@ -97,10 +99,16 @@ def _split(names: str | None) -> list[str]:
 
 
 def _installed(own: str) -> list[str]:
-    """Return the simulators that are installed, the environment's own first."""
+    """Return the simulators that can be used here, the environment's own first."""
     from frobs_core import plugins
 
-    return [own, *(name for name in plugins.records("simulator") if name != own)]
+    found = [own]
+    for name in plugins.records("simulator"):
+        if name != own:
+            with suppress(PluginError):  # its engine is not here
+                plugins.get_record("simulator", name).load()
+                found.append(name)
+    return found
 
 
 def _print(certificate: Certificate, folder: Path) -> None:

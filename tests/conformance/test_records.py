@@ -34,7 +34,7 @@ SHORT: dict[str, dict[str, Any]] = {
 
 # PyBullet has no wheel for a Python above 3.11; what needs it cannot be checked there.
 MISSING = set() if find_spec("pybullet") else {"pybullet", "sim_pybullet"}
-MISSING |= {"gazebo"}  # which most machines lack: its own tests check it, and say why where they cannot
+MISSING |= {"gazebo", "sim_gazebo"}  # most machines lack it: its own tests check it, and say why where they cannot
 if not all(find_spec(name) for name in ("ompl", "pinocchio", "toppra")):
     MISSING |= {"trajectory", "controllers_planning"}
 
@@ -51,7 +51,8 @@ def of_a_task_alone(name: str) -> list[Check]:
 
 
 test_simulator = pytest_checks(every("simulator", check_simulator))
-test_robot = pytest_checks(every("robot", check_robot))
+SIMULATORS = [name for name in plugins.records("simulator") if name not in MISSING]
+test_robot = pytest_checks(every("robot", lambda name: check_robot(name, SIMULATORS)))
 test_controller = pytest_checks(every("controller", check_controller))
 test_task = pytest_checks(every("task", of_a_task_alone))
 test_algorithm = pytest_checks(every("algorithm", lambda name: check_algorithm(name, SHORT.get(name))))

@@ -14,8 +14,6 @@ from corpus import files
 from free_motion import SECONDS, Motion, free_motion
 from free_motion import TOLERANCE as APART
 
-from frobs_core import plugins
-
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "model-survey.md"
 PAIR = ("mujoco", "pybullet")
 """The simulators whose free motion is compared."""
@@ -24,7 +22,7 @@ PACKAGES = ("example-robot-data", "pybullet", "pin", "trimesh", "mujoco")
 
 def main() -> None:
     """Compare all, each file in a process for itself, and write the page."""
-    simulators = sorted(plugins.records("simulator"))
+    simulators = sorted(PAIR)
     with get_context("spawn").Pool(maxtasksperchild=1) as pool:
         found = pool.map(examine, list(files().items()), chunksize=1)
     results = {name: result for name, result, _ in found}
@@ -35,7 +33,7 @@ def main() -> None:
 def examine(item: tuple[str, Path]) -> tuple[str, dict[str, Result], Motion | None]:
     """Return what became of a file on each simulator, and how alike it moves where all have built it."""
     name, file = item
-    results = {simulator: compare(file, simulator) for simulator in sorted(plugins.records("simulator"))}
+    results = {simulator: compare(file, simulator) for simulator in sorted(PAIR)}
     motion = None if any(result.refused for result in results.values()) else free_motion(file, PAIR)
     return name, results, motion
 

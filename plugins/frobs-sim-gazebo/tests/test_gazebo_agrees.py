@@ -44,7 +44,7 @@ def step_response(cls: type[Simulation], robot: Robot, model: RobotModel, jump: 
 
 
 @pytest.mark.parametrize(("base", "effort"), [("fixed", np.inf), ("fixed", 30.0), ("floating", np.inf)])
-def test_two_seconds_of_free_motion_are_mujocos_to_two_hundredths_of_a_radian(
+def test_two_seconds_of_free_motion_are_mujocos_to_a_hundredth_of_a_radian(
     gazebo: Installation, base: str, effort: float
 ) -> None:
     limits = {"lower": -np.inf, "upper": np.inf, "effort": effort}
@@ -52,7 +52,7 @@ def test_two_seconds_of_free_motion_are_mujocos_to_two_hundredths_of_a_radian(
     model, robot = replace(MODEL, joints=joints), replace(IRB120, base=base)
     there, here = (step_response(cls, robot, model, 0.4) for cls in (MujocoSimulation, GazeboSimulation))
     assert np.ptp(here, axis=0).min() > 0.3
-    assert np.abs(there - here).max() <= 0.02
+    assert np.abs(there - here).max() <= 0.01
 
 
 def test_links_stay_where_the_joint_positions_put_them(gazebo: Installation) -> None:
@@ -62,7 +62,7 @@ def test_links_stay_where_the_joint_positions_put_them(gazebo: Installation) -> 
     rng = np.random.default_rng(0)
     worst = 0.0
     for _ in range(20):
-        arm.command(arm.home + rng.uniform(-1.0, 1.0, (1, arm.dof)))
+        arm.command(arm.home + rng.uniform(-0.1, 0.1, (1, arm.dof)))
         sim.step(20)
         pos, turn, _ = bones.place(np.concatenate(arm.base_pose, axis=1), sim.positions)
         coms = pos[0] + (turn[0] * sim.layout.coms[:, None]).sum(-1)
@@ -103,7 +103,7 @@ def test_a_lidar_sees_what_mujocos_sees(gazebo: Installation) -> None:
         found.append(sim.robots["robot"].lidar("scan")[0])
         sim.close()
     assert (found[1] < 4.0).sum() > 15
-    assert found[1] == pytest.approx(found[0], abs=1e-6)
+    assert found[1] == pytest.approx(found[0], abs=1e-5)
 
 
 def test_a_motion_repeats_after_a_reset_and_in_another_server(gazebo: Installation) -> None:

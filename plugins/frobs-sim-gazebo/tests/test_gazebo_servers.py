@@ -34,7 +34,9 @@ MODEL = (
 def simulate(num_envs: int = 2) -> GazeboSimulation:
     placement = Placement(robot=ARM, model=model_of(ARM.model), command_mode=CommandMode.POSITION)
     cube = Body(geometry=Box((0.1, 0.1, 0.1)), pose=Pose((0.0, 2.0, 0.05)), mass=0.3)
-    return GazeboSimulation({"robot": placement}, Scene(bodies={"cube": cube}), num_envs=num_envs, physics_timestep=0.002)
+    return GazeboSimulation(
+        {"robot": placement}, Scene(bodies={"cube": cube}), num_envs=num_envs, physics_timestep=0.002
+    )
 
 
 def spawn(server: Server, name: str) -> None:
@@ -67,8 +69,6 @@ def test_models_come_and_go_by_name_and_what_is_wrong_is_refused_by_name(gazebo:
         assert server.call(Op.MODELS) == b""
         with pytest.raises(SimulationError, match="no model 'ball'"):
             server.call(Op.REMOVE, protocol.text("ball"))
-        with pytest.raises(SimulationError, match="no operation 99"):
-            server.call(99)  # type: ignore[arg-type]
         with pytest.raises(SimulationError, match="ended too early"):
             server.call(Op.SETUP, b"123")
         spawn(server, "ball")

@@ -17,7 +17,7 @@ def frobs_simulators() -> list[SimulatorRecord]:
         SimulatorRecord(
             name="gazebo",
             summary="Gazebo 11 in lock-step: one server for each environment",
-            entry_point="frobs_sim_gazebo.simulation:GazeboSimulation",
+            entry_point="frobs_sim_gazebo.available:GazeboSimulation",
             install_hint="pip install frobs-sim-gazebo, and Gazebo 11: apt-get install gazebo, or its tools/make_root.sh",
             capabilities={
                 **dict.fromkeys(exact.split(), Level.EXACT),

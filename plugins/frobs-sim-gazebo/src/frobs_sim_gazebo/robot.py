@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from frobs_sim_gazebo.simulation import GazeboSimulation
 
 
+_UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
+
+
 class GazeboRobot(RobotHandle):
     """One robot, in every environment; see :class:`frobs_core.interfaces.RobotHandle`.
 
@@ -218,6 +221,8 @@ class GazeboRobot(RobotHandle):
         return pos, quat
 
     def _on_base(self, base: Floats, pos: Floats, quat: Floats) -> tuple[Floats, Floats]:
+        if (base[:, 3:] == _UNTURNED).all():  # as most arms stand, and a product less to wait for
+            return pos + base[:, :3], quat
         turn = np.broadcast_to(base[:, 3:], quat.shape)
         return quat_rotate(turn, pos) + base[:, :3], quat_multiply(turn, quat)
 

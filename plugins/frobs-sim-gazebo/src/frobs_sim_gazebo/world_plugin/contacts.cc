@@ -8,8 +8,9 @@
 
 namespace frobs
 {
-void Contacts::Load(Reader &_message, const gazebo::physics::WorldPtr &_world)
+std::set<std::string> Contacts::Load(Reader &_message, const gazebo::physics::WorldPtr &_world)
 {
+  std::set<std::string> models;
   this->shapes.clear();
   this->indices.clear();
   this->declared.clear();
@@ -23,6 +24,7 @@ void Contacts::Load(Reader &_message, const gazebo::physics::WorldPtr &_world)
       throw std::runtime_error("there is no shape '" + name + "' of link '" + link + "' of model '" + model + "'");
     this->indices[shape.get()] = this->shapes.size();
     this->shapes.push_back(shape);
+    models.insert(model);
   }
   for (uint32_t i = _message.Count(); i > 0; --i)
   {
@@ -34,6 +36,7 @@ void Contacts::Load(Reader &_message, const gazebo::physics::WorldPtr &_world)
     contact.ignored = this->Mask(_message.Indices());
     this->declared.push_back(contact);
   }
+  return models;
 }
 
 std::vector<char> Contacts::Mask(const std::vector<uint32_t> &_indices) const

@@ -3,6 +3,8 @@
 
 #include <gazebo/physics/physics.hh>
 
+#include <set>
+#include <string>
 #include <unordered_map>
 #include <vector>
 
@@ -13,7 +15,9 @@ namespace frobs
 class Contacts
 {
   /// Learn which shapes there are and between which of them contacts are told.
-  public: void Load(Reader &_message, const gazebo::physics::WorldPtr &_world);
+  ///
+  /// \return Names of the models that the shapes are parts of.
+  public: std::set<std::string> Load(Reader &_message, const gazebo::physics::WorldPtr &_world);
 
   /// Look at the contacts of the step that has been made.
   public: void Collect(const gazebo::physics::WorldPtr &_world);

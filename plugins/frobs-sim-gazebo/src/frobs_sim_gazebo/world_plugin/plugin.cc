@@ -144,6 +144,8 @@ class WorldPlugin : public gazebo::WorldPlugin
     auto model = this->gazebo->ModelByName(_name);
     if (!model)
       throw std::runtime_error("there is no model '" + _name + "'");
+    if (this->world->Holds(_name))
+      throw std::runtime_error("model '" + _name + "' is part of the simulation and stays as long as it");
     this->gazebo->RemoveModel(model);
   }
 

@@ -23,6 +23,13 @@ gazebo::physics::ModelPtr World::Model(const std::string &_name) const
   return model;
 }
 
+gazebo::physics::ModelPtr World::Keep(const std::string &_name)
+{
+  auto model = this->Model(_name);
+  this->models.insert(_name);
+  return model;
+}
+
 void World::Setup(Reader &_message)
 {
   auto physics = this->world->Physics();
@@ -41,6 +48,7 @@ void World::Gravity(Reader &_message)
 
 void World::Layout(Reader &_message)
 {
+  this->models.clear();
   this->joints.clear();
   this->links.clear();
   this->bodies.clear();
@@ -48,7 +56,7 @@ void World::Layout(Reader &_message)
   for (uint32_t i = _message.Count(); i > 0; --i)
   {
     const std::string model = _message.Text(), name = _message.Text(), child = _message.Text();
-    Joint joint(this->Model(model), name, child);
+    Joint joint(this->Keep(model), name, child);
     joint.lower = _message.Get<double>();
     joint.upper = _message.Get<double>();
     joint.leader = _message.Get<int32_t>();
@@ -60,7 +68,7 @@ void World::Layout(Reader &_message)
   {
     const std::string model = _message.Text(), name = _message.Text();
     const bool stands = _message.Get<uint8_t>();
-    auto link = boost::dynamic_pointer_cast<gazebo::physics::ODELink>(this->Model(model)->GetLink(name));
+    auto link = boost::dynamic_pointer_cast<gazebo::physics::ODELink>(this->Keep(model)->GetLink(name));
     if (!link || !link->GetODEId())
       throw std::runtime_error("model '" + model + "' has no moving link '" + name + "'");
     if (stands)
@@ -75,7 +83,8 @@ void World::Layout(Reader &_message)
     this->links.push_back(link);
     this->bodies.push_back(link->GetODEId());
   }
-  this->contacts.Load(_message, this->world);
+  for (const std::string &model : this->contacts.Load(_message, this->world))
+    this->models.insert(model);
 }
 
 std::string World::Part(Reader &_message)

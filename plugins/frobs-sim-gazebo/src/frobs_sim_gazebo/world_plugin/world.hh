@@ -5,6 +5,7 @@
 #include <gazebo/physics/ode/ODELink.hh>
 #include <gazebo/physics/ode/ode_inc.h>
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,9 @@ class World
 
   /// Learn which joints, bodies and contacts the messages mean, in which order.
   public: void Layout(Reader &_message);
+
+  /// Whether the layout has a part of a model, which must then stay.
+  public: bool Holds(const std::string &_model) const { return this->models.count(_model) > 0; }
 
   /// Let links of a model pass through each other that are in each other now; answer with the pairs.
   public: std::string Part(Reader &_message);
@@ -61,6 +65,7 @@ class World
   public: std::string State();
 
   private: gazebo::physics::ModelPtr Model(const std::string &_name) const;
+  private: gazebo::physics::ModelPtr Keep(const std::string &_name);
   private: bool Sound() const;
 
   private: struct Pushed
@@ -70,6 +75,7 @@ class World
   };
 
   private: gazebo::physics::WorldPtr world;
+  private: std::set<std::string> models;
   private: std::vector<Joint> joints;
   private: std::vector<gazebo::physics::ODELinkPtr> links;
   private: std::vector<dBodyID> bodies;
