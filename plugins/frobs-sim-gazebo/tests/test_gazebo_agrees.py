@@ -44,7 +44,7 @@ def step_response(cls: type[Simulation], robot: Robot, model: RobotModel, jump: 
 
 
 @pytest.mark.parametrize(("base", "effort"), [("fixed", np.inf), ("fixed", 30.0), ("floating", np.inf)])
-def test_two_seconds_of_free_motion_are_mujocos_to_a_hundredth_of_a_radian(
+def test_two_seconds_of_free_motion_are_mujocos_to_two_hundredths_of_a_radian(
     gazebo: Installation, base: str, effort: float
 ) -> None:
     limits = {"lower": -np.inf, "upper": np.inf, "effort": effort}
@@ -52,7 +52,7 @@ def test_two_seconds_of_free_motion_are_mujocos_to_a_hundredth_of_a_radian(
     model, robot = replace(MODEL, joints=joints), replace(IRB120, base=base)
     there, here = (step_response(cls, robot, model, 0.4) for cls in (MujocoSimulation, GazeboSimulation))
     assert np.ptp(here, axis=0).min() > 0.3
-    assert np.abs(there - here).max() <= 0.01
+    assert np.abs(there - here).max() <= 0.02
 
 
 def test_links_stay_where_the_joint_positions_put_them(gazebo: Installation) -> None:
