@@ -11,6 +11,7 @@ import pytest
 from frobs_core.arrays import Floats
 from frobs_core.interfaces import Body, CommandMode, Lidar, Placement, Robot, Scene, Simulation
 from frobs_core.models import Capsule, Cylinder, Pose, RobotModel, Sphere, load_model
+from frobs_core.testing.simulator.robots import ROVER, model_of
 from frobs_robots_abb.irb120 import IRB120
 from frobs_sim_gazebo.installation import Installation
 from frobs_sim_gazebo.simulation import GazeboSimulation
@@ -119,3 +120,17 @@ def test_a_motion_repeats_after_a_reset_and_in_another_server(gazebo: Installati
         sim.close()
     for trace in traces[1:]:
         assert trace == pytest.approx(traces[0], abs=1e-9)
+
+
+def test_a_robot_on_its_wheels_leaves_the_solver_in_peace(gazebo: Installation) -> None:
+    placement = Placement(
+        robot=ROVER, model=model_of(ROVER.model), pose=Pose((0.0, 0.0, 0.051)), command_mode=CommandMode.VELOCITY
+    )
+    sim = GazeboSimulation({"robot": placement}, Scene(cameras={}), num_envs=1, physics_timestep=TIMESTEP)
+    server, rover = sim.native[0], sim.robots["robot"]
+    assert server is not None
+    rover.command(np.array([[6.0, 3.0]]))
+    sim.step(1000)
+    assert "LCP" not in server.log()  # ODE's word for contacts that it could not solve for
+    assert abs(rover.base_pose[0][0, 2] - 0.05) < 1e-3
+    sim.close()
