@@ -157,3 +157,37 @@ def test_servers_end_with_a_process_that_is_killed(gazebo: Installation) -> None
         pid = int(parent.stdout.readline())
         parent.kill()
     assert until_gone(pid)
+
+
+def resident(pid: int) -> int:
+    """Return the memory of a process [kB]."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    return int(status.partition("VmRSS:")[2].split()[0])
+
+
+@pytest.mark.slow
+def test_a_thousand_models_come_and_go_without_a_leak(gazebo: Installation) -> None:
+    server = Server(gazebo)
+    try:
+        grown = []
+        for cycle in range(1000):
+            spawn(server, "ball")
+            server.call(Op.STEP, protocol.step(2, [[]]))
+            server.call(Op.REMOVE, protocol.text("ball"))
+            if cycle in (199, 999):
+                grown.append(resident(server.process.pid))
+        assert server.call(Op.MODELS) == b""
+        assert grown[1] - grown[0] < 20_000, grown
+    finally:
+        server.close()
+
+
+def test_a_model_of_the_simulation_stays(gazebo: Installation) -> None:
+    sim = simulate(1)
+    server = sim.native[0]
+    assert server is not None
+    for name in ("robot.robot", "body.cube", "floor.floor"):
+        with pytest.raises(SimulationError, match=f"'{name}' is part of the simulation"):
+            server.call(Op.REMOVE, protocol.text(name))
+    sim.step(1)
+    sim.close()

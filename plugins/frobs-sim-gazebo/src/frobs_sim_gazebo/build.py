@@ -25,7 +25,7 @@ def built_plugin(installation: Installation) -> Path:
     Raises:
         SimulationError: It cannot be built; the message ends with what the build said.
     """
-    files = sorted(path for path in _SOURCES.iterdir() if path.is_file())
+    files = sorted(path for path in _SOURCES.iterdir() if path.is_file() and path.name != _WORLD)
     key = hashlib.sha256(installation.version.encode())
     for path in files:
         key.update(path.name.encode() + b"\0" + path.read_bytes())
@@ -43,6 +43,20 @@ def built_plugin(installation: Installation) -> Path:
     return folder
 
 
+def stored_world(installation: Installation) -> Path:
+    """Return the file of the empty world that servers start with, where they see it."""
+    text = (_SOURCES / _WORLD).read_bytes()
+    path = installation.store / f"frobs-{hashlib.sha256(text).hexdigest()[:16]}.world"
+    if not path.exists():
+        try:
+            aside = path.with_suffix(f".{os.getpid()}")
+            aside.write_bytes(text)
+            aside.replace(path)
+        except OSError as error:
+            raise SimulationError(f"the world cannot be written to {path}: {error}") from error
+    return path
+
+
 def _build(installation: Installation, files: list[Path], folder: Path) -> None:
     aside = folder.with_suffix(".part")
     shutil.rmtree(aside, ignore_errors=True)
@@ -56,7 +70,6 @@ def _build(installation: Installation, files: list[Path], folder: Path) -> None:
         for command in (["cmake", "-S", seen, "-B", into], ["cmake", "--build", into, "--parallel", jobs]):
             _run(installation, command)
         shutil.move(aside / "build" / _LIBRARY, aside)
-        shutil.move(sources / _WORLD, aside)
         shutil.rmtree(aside / "build")
         shutil.rmtree(sources)
         aside.rename(folder)

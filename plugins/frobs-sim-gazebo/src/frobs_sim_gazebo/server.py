@@ -14,7 +14,7 @@ from collections import deque
 from typing import IO, NoReturn
 
 from frobs_core.errors import SimulationError
-from frobs_sim_gazebo.build import built_plugin
+from frobs_sim_gazebo.build import built_plugin, stored_world
 from frobs_sim_gazebo.installation import NETWORK_VARIABLE, Installation, find_gazebo
 from frobs_sim_gazebo.launch import NO_NAMESPACE
 from frobs_sim_gazebo.protocol import HEADER, Op
@@ -48,13 +48,14 @@ class Server:
     def __init__(self, installation: Installation | None = None) -> None:
         self.installation = installation or find_gazebo()
         folder = self.installation.inside(built_plugin(self.installation))
+        world = self.installation.inside(stored_world(self.installation))
         self._timeout = float(os.environ.get(TIMEOUT_VARIABLE) or _ANSWER)
         self._waiting_for: deque[str] = deque()
         self._log: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the server
         self._socket, theirs = socket.socketpair()
         try:
             self.process = subprocess.Popen(
-                self.installation.command("gzserver", "--verbose", f"{folder}/frobs.world"),
+                self.installation.command("gzserver", "--verbose", world),
                 env=self.installation.environment(
                     FROBS_GAZEBO_FD=str(theirs.fileno()), GAZEBO_PLUGIN_PATH=folder, **self._master()
                 ),
