@@ -16,6 +16,7 @@ import sys
 import xmlrpc.client
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 from urllib.parse import urlparse
 
 _EMPTY = "d41d8cd98f00b204e9800998ecf8427e"  # std_srvs/Empty
@@ -87,9 +88,10 @@ def _find(service: str) -> tuple[str, int] | None:
     """Return host and port of a service, or None."""
     uri = os.environ.get("ROS_MASTER_URI", "http://localhost:11311")
     try:
-        code, _, found = xmlrpc.client.ServerProxy(uri).lookupService(_CALLER, service)  # type: ignore[misc]
+        answer: Any = xmlrpc.client.ServerProxy(uri).lookupService(_CALLER, service)
     except (OSError, xmlrpc.client.Error):
         return None
+    code, _, found = answer
     address = urlparse(str(found))
     return (address.hostname, address.port) if code == 1 and address.hostname and address.port else None
 
