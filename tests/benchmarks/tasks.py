@@ -308,10 +308,13 @@ def current_commit() -> str:
 
 @cache
 def machine() -> str:
-    """Return processor, number of cores and Python."""
+    """Return processor, number of cores that this process may use, and Python."""
     names = [line for line in _lines(Path("/proc/cpuinfo")) if line.startswith("model name")]
     processor = names[0].partition(":")[2].strip() if names else platform.machine()
-    return f"{processor}, {os.cpu_count()} cores, Python {platform.python_version()}"
+    cores, usable = os.cpu_count(), len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return (
+        f"{processor}, {cores if usable == cores else f'{usable} of {cores}'} cores, Python {platform.python_version()}"
+    )
 
 
 def main() -> None:
