@@ -17,7 +17,7 @@ class MyController(Controller):
     """Moves the commanded joint positions by a smoothed action: what jerks is filtered out.
 
     Args:
-        max_delta: How far an action of 1 moves a joint in a control step [rad or m].
+        max_delta: How far an action of 1 moves a joint in a control step [rad or m], where its velocity limit allows it.
         smoothing: Share of the last step's action that goes on acting, in [0, 1).
     """
 
@@ -37,6 +37,7 @@ class MyController(Controller):
         self._lower, self._upper = robot.position_lower.copy(), robot.position_upper.copy()  # (num_envs, dof)
         self._target: Floats = robot.home.copy()
         self._smooth: Floats = np.zeros_like(self._target)
+        self._step = np.minimum(self.max_delta, robot.velocity_limit * control_timestep)  # no faster than a joint may
         self.action_space = gym.spaces.Box(-1.0, 1.0, (robot.dof,), np.float32)
 
     def reset(self, mask: Mask | None) -> None:
@@ -52,7 +53,7 @@ class MyController(Controller):
         pulls it a little below what is commanded.
         """
         self._smooth = self.smoothing * self._smooth + (1.0 - self.smoothing) * np.clip(action, -1.0, 1.0)
-        self._target = np.clip(self._target + self.max_delta * self._smooth, self._lower, self._upper)
+        self._target = np.clip(self._target + self._step * self._smooth, self._lower, self._upper)
         return self._target
 
     def snapshot(self) -> Snapshot:

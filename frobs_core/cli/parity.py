@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +10,6 @@ import typer
 from frobs_core.cli.catalogue import bare_id, find_spec
 from frobs_core.cli.options import Controller, EnvId, Json
 from frobs_core.cli.output import console, only_json, print_json, print_line, print_note, print_table, print_title
-from frobs_core.errors import PluginError
 
 if TYPE_CHECKING:
     from frobs_core.parity import Certificate
@@ -102,13 +100,7 @@ def _installed(own: str) -> list[str]:
     """Return the simulators that can be used here, the environment's own first."""
     from frobs_core import plugins
 
-    found = [own]
-    for name in plugins.records("simulator"):
-        if name != own:
-            with suppress(PluginError):  # its engine is not here
-                plugins.get_record("simulator", name).load()
-                found.append(name)
-    return found
+    return [own, *(name for name in plugins.importable("simulator") if name != own)]
 
 
 def _print(certificate: Certificate, folder: Path) -> None:

@@ -14,13 +14,24 @@ The functions below ask one collection, that of everything installed. :func:`iso
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
+from frobs_core.errors import PluginError
 from frobs_core.plugins.collection import Plugins
 from frobs_core.plugins.report import PluginReport
 from frobs_core.specs import Record
 
-__all__ = ["PluginReport", "Plugins", "active", "get_record", "get_report", "isolated", "records", "reports"]
+__all__ = [
+    "PluginReport",
+    "Plugins",
+    "active",
+    "get_record",
+    "get_report",
+    "importable",
+    "isolated",
+    "records",
+    "reports",
+]
 
 _active = Plugins()
 
@@ -53,6 +64,20 @@ def records(kind: str) -> Mapping[str, Record]:
         UnknownNameError: There is no such kind.
     """
     return _active.records(kind)
+
+
+def importable(kind: str) -> list[str]:
+    """Return the names of the records of a kind whose implementation can be imported here: its engine is installed.
+
+    Raises:
+        UnknownNameError: There is no such kind.
+    """
+    found = []
+    for name, record in records(kind).items():
+        with suppress(PluginError):
+            record.load()
+            found.append(name)
+    return found
 
 
 def get_record(kind: str, name: str) -> Record:

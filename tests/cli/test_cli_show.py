@@ -12,7 +12,7 @@ from frobs_core.specs import KINDS
 
 Frobs = Callable[..., Result]
 Facts = Callable[..., Any]
-NAMES = [f"{kind}:{name}" for kind in KINDS for name in plugins.records(kind)]
+NAMES = [f"{kind}:{name}" for kind in KINDS for name in plugins.importable(kind)]
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -39,14 +39,14 @@ def check_robot(robot: str | Robot, simulators: Sequence[str] | None = None) -> 
 
     Args:
         robot: Its name, or its description.
-        simulators: Those to build it in; None: all that are installed.
+        simulators: Those to build it in; None: all that are installed and can be imported here.
 
     Raises:
         UnknownNameError: No robot, or no simulator, has this name.
     """
     the_robot = plugins.get_record("robot", robot).load() if isinstance(robot, str) else robot
     checks = collect(RobotUnderTest(the_robot), DESCRIPTION_CHECKS)
-    for name in plugins.records("simulator") if simulators is None else simulators:
+    for name in plugins.importable("simulator") if simulators is None else simulators:
         record = plugins.get_record("simulator", name)
         assert isinstance(record, SimulatorRecord)
         checks += collect(RobotUnderTest(the_robot, record), SIMULATION_CHECKS, prefix=name)

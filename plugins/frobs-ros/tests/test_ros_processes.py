@@ -76,8 +76,9 @@ def test_what_a_command_leaves_behind_when_it_ends_is_ended(tmp_path: Path) -> N
 @pytest.mark.parametrize("end", ["kill -9", "exception", "exit", "Ctrl-C"])
 def test_nothing_is_left_when_the_owner_is_gone(end: str, tmp_path: Path) -> None:
     script = f"""
-import sys, time
+import signal, sys, time
 from frobs_ros import processes
+signal.signal(signal.SIGINT, signal.default_int_handler)  # which shells take from what runs in the background
 process = processes.start("node", ["sh", "-c", {DAEMON!r}], name="tested", grace=0.4)
 while len(process.pids()) < 3:
     time.sleep(0.02)
