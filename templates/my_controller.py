@@ -17,7 +17,7 @@ class MyController(Controller):
     """Moves the commanded joint positions by a smoothed action: what jerks is filtered out.
 
     Args:
-        max_delta: How far an action of 1 moves a joint in a control step [rad or m], where its velocity limit allows it.
+        max_delta: How far an action of 1 moves a joint in a control step [rad or m], if its velocity limit allows it.
         smoothing: Share of the last step's action that goes on acting, in [0, 1).
     """
 

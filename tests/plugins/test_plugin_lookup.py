@@ -143,3 +143,11 @@ def test_records_cannot_be_changed(site):
         plugins.records("robot")["mine"] = None
     with pytest.raises(TypeError):
         plugins.reports()[0].records["robot"] = ()
+
+
+def test_what_cannot_be_imported_here_is_left_out_of_what_can(site):
+    assert "mujoco" in installed.importable("simulator")
+    site.add_robot("arms", "arm_module", "without_a_model")
+    with installed.isolated(site.plugins()):
+        assert list(installed.records("robot")) == ["without_a_model"]
+        assert installed.importable("robot") == []
