@@ -69,6 +69,15 @@ def _prefix(modules: Path) -> Path:
     return modules
 
 
+def make_findable() -> RosInstallation | None:
+    """Let Python find ROS's modules, and set the variables that they need; returns where ROS is, None without it."""
+    installation = find_ros()
+    if installation is not None:
+        finder.install([installation.modules, SYSTEM / "lib" / "python3" / "dist-packages"])
+        set_variables(os.environ)
+    return installation
+
+
 def use_ros() -> None:
     """Make ``import rospy`` and the message packages work; calling it again costs nothing.
 
@@ -80,11 +89,9 @@ def use_ros() -> None:
     """
     if "rospy" in sys.modules and _Used.done:
         return
-    installation = find_ros()
+    installation = make_findable()
     if installation is None:
         raise RosNotFoundError("no module 'rospy' is installed on this machine", PACKAGES)
-    finder.install([installation.modules, SYSTEM / "lib" / "python3" / "dist-packages"])
-    set_variables(os.environ)
     try:
         importlib.import_module("rospy")
     except ImportError as error:
