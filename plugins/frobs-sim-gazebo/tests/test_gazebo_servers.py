@@ -78,6 +78,20 @@ def test_models_come_and_go_by_name_and_what_is_wrong_is_refused_by_name(gazebo:
     server.close()
 
 
+def test_a_timeout_that_rospy_gives_all_sockets_does_not_end_a_server(gazebo: Installation) -> None:
+    before = socket.getdefaulttimeout()
+    socket.setdefaulttimeout(60.0)  # as rospy does when a node starts
+    try:
+        server = Server(gazebo)
+    finally:
+        socket.setdefaulttimeout(before)
+    try:
+        time.sleep(0.1)  # until it waits for a request
+        assert server.call(Op.MODELS) == b""
+    finally:
+        server.close()
+
+
 def test_a_server_listens_where_nobody_reaches_it(gazebo: Installation) -> None:
     server = Server(gazebo)
     try:

@@ -53,6 +53,7 @@ class Server:
         self._waiting_for: deque[str] = deque()
         self._log: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the server
         self._socket, theirs = socket.socketpair()
+        theirs.setblocking(True)  # what rospy does not leave it: it gives all of its process's sockets a timeout
         try:
             self.process = subprocess.Popen(
                 self.installation.command("gzserver", "--verbose", world),
