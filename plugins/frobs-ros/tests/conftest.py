@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import socket
@@ -189,6 +190,13 @@ def _wait(condition: Callable[[], bool], timeout: float, complaint: str) -> None
     while not condition():
         assert time.monotonic() < end, complaint
         time.sleep(0.05)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def rubbish() -> Iterator[None]:
+    """Collect what rospy leaves over while its warnings are passed over: the tests of others take each for an error."""
+    yield
+    gc.collect()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
