@@ -14,6 +14,8 @@ from pathlib import Path
 
 import pytest
 
+from frobs_core.errors import SimulationError
+
 PACKAGES = Path(__file__).parent / "packages"
 
 
@@ -128,6 +130,13 @@ def bridges(rosmaster: str, tmp_path_factory: pytest.TempPathFactory) -> Iterato
         running.pop().stop()
 
 
+@pytest.fixture(scope="module")
+def monkeypatch_module() -> Iterator[pytest.MonkeyPatch]:
+    """What sets variables for a module."""
+    with pytest.MonkeyPatch.context() as patch:
+        yield patch
+
+
 @pytest.fixture(scope="session")
 def own_master(rosmaster: str) -> Iterator[str]:
     """The master for tests of the helpers, which find the packages of the tests and wait for nothing long; its URI."""
@@ -142,15 +151,29 @@ def own_master(rosmaster: str) -> Iterator[str]:
     processes.stop(processes.owned())
 
 
-@pytest.fixture(scope="module")
-def gazebo(own_master: str) -> Iterator[None]:
-    """The bridge over MuJoCo, paused, launched in Gazebo's place."""
+@pytest.fixture(scope="module", params=["mujoco", "gazebo"])
+def gazebo(own_master: str, request: pytest.FixtureRequest, monkeypatch_module: pytest.MonkeyPatch) -> Iterator[None]:
+    """The bridge, paused, launched in gazebo_ros's place: over MuJoCo, and over a real Gazebo 11."""
     from frobs_ros.gazebo.launch import close_Gazebo, launch_Gazebo
     from frobs_ros.log import or_raise
 
+    if request.param == "gazebo":
+        require_gazebo()
+    monkeypatch_module.setenv("FROBS_ROS_BACKEND", f"bridge:{request.param}")
     assert or_raise(launch_Gazebo)(paused=True, gui=False, output="log", launch_new_term=False)
     yield
     close_Gazebo()
+
+
+def require_gazebo() -> None:
+    """Skip where there is no Gazebo 11, or fail where FROBS_REQUIRE_GAZEBO says so."""
+    installation = pytest.importorskip("frobs_sim_gazebo.installation")
+    try:
+        installation.find_gazebo()
+    except SimulationError as error:
+        if os.environ.get("FROBS_REQUIRE_GAZEBO") == "1":
+            pytest.fail(str(error))
+        pytest.skip(str(error))
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Every function of ros_gazebo against the bridge over MuJoCo."""
+"""Every function of ros_gazebo against the bridge over MuJoCo and over a real Gazebo."""
 
 from __future__ import annotations
 
