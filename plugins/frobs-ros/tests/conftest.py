@@ -152,28 +152,32 @@ def own_master(rosmaster: str) -> Iterator[str]:
 
 
 @pytest.fixture(scope="module", params=["mujoco", "gazebo"])
-def gazebo(own_master: str, request: pytest.FixtureRequest, monkeypatch_module: pytest.MonkeyPatch) -> Iterator[None]:
-    """The bridge, paused, launched in gazebo_ros's place: over MuJoCo, and over a real Gazebo 11."""
+def simulator(ros: None, request: pytest.FixtureRequest) -> str:
+    """What computes behind the bridge: MuJoCo, and a real Gazebo 11.
+
+    Without a Gazebo it skips, or fails where FROBS_REQUIRE_GAZEBO says so.
+    """
+    if request.param == "gazebo":
+        installation = pytest.importorskip("frobs_sim_gazebo.installation")
+        try:
+            installation.find_gazebo()
+        except SimulationError as error:
+            if os.environ.get("FROBS_REQUIRE_GAZEBO") == "1":
+                pytest.fail(str(error))
+            pytest.skip(str(error))
+    return str(request.param)
+
+
+@pytest.fixture(scope="module")
+def gazebo(own_master: str, simulator: str, monkeypatch_module: pytest.MonkeyPatch) -> Iterator[None]:
+    """The bridge, paused, launched in gazebo_ros's place."""
     from frobs_ros.gazebo.launch import close_Gazebo, launch_Gazebo
     from frobs_ros.log import or_raise
 
-    if request.param == "gazebo":
-        require_gazebo()
-    monkeypatch_module.setenv("FROBS_ROS_BACKEND", f"bridge:{request.param}")
+    monkeypatch_module.setenv("FROBS_ROS_BACKEND", f"bridge:{simulator}")
     assert or_raise(launch_Gazebo)(paused=True, gui=False, output="log", launch_new_term=False)
     yield
     close_Gazebo()
-
-
-def require_gazebo() -> None:
-    """Skip where there is no Gazebo 11, or fail where FROBS_REQUIRE_GAZEBO says so."""
-    installation = pytest.importorskip("frobs_sim_gazebo.installation")
-    try:
-        installation.find_gazebo()
-    except SimulationError as error:
-        if os.environ.get("FROBS_REQUIRE_GAZEBO") == "1":
-            pytest.fail(str(error))
-        pytest.skip(str(error))
 
 
 @pytest.fixture

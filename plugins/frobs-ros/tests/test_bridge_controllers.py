@@ -102,8 +102,8 @@ def until(condition: Callable[[], bool], timeout: float = 20.0) -> None:
 
 
 @pytest.fixture(scope="module")
-def server(bridges: Callable[..., Any]) -> Any:
-    return bridges("--paused")
+def server(simulator: str, bridges: Callable[..., Any]) -> Any:
+    return bridges("--simulator", simulator, "--paused")
 
 
 @pytest.fixture(params=["Position"])

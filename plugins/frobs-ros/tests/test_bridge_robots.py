@@ -70,7 +70,7 @@ def twist(linear: float, angular: float = 0.0) -> Any:
     return Twist(linear=Vector3(x=linear), angular=Vector3(z=angular))
 
 
-def test_robot_of_frobs_stands_with_controllers_and_transforms(bridges: Callable[..., Any]) -> None:
+def test_robot_of_frobs_stands_with_controllers_and_transforms(simulator: str, bridges: Callable[..., Any]) -> None:
     import rospy
     from controller_manager_msgs.srv import ListControllers
     from gazebo_msgs.srv import GetLinkState, SetModelConfiguration
@@ -80,7 +80,7 @@ def test_robot_of_frobs_stands_with_controllers_and_transforms(bridges: Callable
 
     from frobs_ros.environment import child_variables
 
-    bridges("--robot", "irb120", "--namespace", "/left", "--paused")
+    bridges("--simulator", simulator, "--robot", "irb120", "--namespace", "/left", "--paused")
     told = proxy("/left/controller_manager/list_controllers", ListControllers)().controller
     states = {each.name: each.state for each in told}
     assert states["joint_state_controller"] == states["arm_controller"] == "running"
@@ -117,13 +117,15 @@ def test_robot_of_frobs_stands_with_controllers_and_transforms(bridges: Callable
         joints.close()
 
 
-def test_robot_on_wheels_drives_and_scans(bridges: Callable[..., Any], publish: Callable[[str, Any], None]) -> None:
+def test_robot_on_wheels_drives_and_scans(
+    simulator: str, bridges: Callable[..., Any], publish: Callable[[str, Any], None]
+) -> None:
     from gazebo_msgs.srv import GetModelState, SpawnModel
     from geometry_msgs.msg import Pose
     from nav_msgs.msg import Odometry
     from sensor_msgs.msg import LaserScan
 
-    bridges("--robot", "kobuki", "--paused")
+    bridges("--simulator", simulator, "--robot", "kobuki", "--paused")
     wall = (
         '<sdf version="1.6"><model name="wall"><static>true</static><link name="l"><collision name="c"><geometry><box>'
         "<size>0.2 8 1</size></box></geometry></collision></link></model></sdf>"
@@ -174,12 +176,12 @@ def spawn(name: str, xml: str, namespace: str, y: float = 0.0) -> Any:
 
 
 def test_plugins_of_gazebo_are_honoured_or_named(
-    bridges: Callable[..., Any], publish: Callable[[str, Any], None]
+    simulator: str, bridges: Callable[..., Any], publish: Callable[[str, Any], None]
 ) -> None:
     from nav_msgs.msg import Odometry
     from sensor_msgs.msg import LaserScan
 
-    bridge = bridges("--paused")
+    bridge = bridges("--simulator", simulator, "--paused")
     assert spawn("rover", ROVER.format(wheels=WHEELS, extra=PLUGINS), "/rover").success
     odom, scans = Heard("/rover/odom", Odometry), Heard("/rover/beams", LaserScan)
     until(lambda: odom and scans)
@@ -194,13 +196,15 @@ def test_plugins_of_gazebo_are_honoured_or_named(
     scans.close()
 
 
-def test_two_robots_live_in_their_namespaces(bridges: Callable[..., Any], publish: Callable[[str, Any], None]) -> None:
+def test_two_robots_live_in_their_namespaces(
+    simulator: str, bridges: Callable[..., Any], publish: Callable[[str, Any], None]
+) -> None:
     import rospy
     from controller_manager_msgs.srv import LoadController, SwitchController
     from gazebo_msgs.srv import DeleteModel, GetModelState
     from nav_msgs.msg import Odometry
 
-    bridges("--paused")
+    bridges("--simulator", simulator, "--paused")
     drives = "".join(
         f'<transmission name="{side}"><joint name="{side}_joint"><hardwareInterface>hardware_interface/'
         "VelocityJointInterface</hardwareInterface></joint></transmission>"

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.parametrize("simulator", ["mujoco", "pybullet", "gazebo"], indirect=True, scope="module")
+
 INERTIA = '<inertial><mass value="1"/><inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/></inertial>'
 BOX = f'<robot name="box"><link name="b">{INERTIA}<collision><geometry><box size=".2 .2 .2"/></geometry></collision></link></robot>'
 ARM = f"""<robot name="arm"><link name="world"/><link name="base">{INERTIA}</link><link name="rod">
@@ -51,9 +53,9 @@ class Gazebo:
         return float(self.get_model_state(name, "world").pose.position.z)
 
 
-@pytest.fixture(scope="module", params=["mujoco", "pybullet"])
-def server(request: pytest.FixtureRequest, bridges: Callable[..., Any]) -> Gazebo:
-    bridges("--simulator", request.param, "--paused")
+@pytest.fixture(scope="module")
+def server(simulator: str, bridges: Callable[..., Any]) -> Gazebo:
+    bridges("--simulator", simulator, "--paused")
     return Gazebo()
 
 
