@@ -30,7 +30,7 @@ _URDF: TranslationTable = {
     "textures": (_DROPPED, "no pictures are drawn"),
     "collision_shapes": (_KEPT, ""),
     "collision_meshes": (_APPROXIMATED, "their convex hulls touch and meet rays"),
-    "contact_parameters": (_DROPPED, "friction 1, contacts hard and without bounce"),
+    "contact_parameters": (_DROPPED, "friction 1, contacts stiff and without bounce"),
     "safety_controllers": (_DROPPED, "controllers keep to the limits"),
     "calibrations": (_DROPPED, "nothing to calibrate in a simulation"),
     "transmissions": (_DROPPED, "the drives act on the joints directly"),
