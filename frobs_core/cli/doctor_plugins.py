@@ -28,7 +28,7 @@ def plugins(
         ),
     ] = None,
     timeout: Annotated[
-        float, typer.Option(metavar="S", min=0.1, help="How long the import of each may take [s].")
+        float, typer.Option(metavar="S", min=0.1, help="How many seconds the import of each may take.")
     ] = 30.0,
     json: Json = False,
 ) -> None:

@@ -3,6 +3,7 @@ from typing import Any
 
 import pytest
 import typer
+from rich.text import Text
 from typer.testing import Result
 
 import frobs_core
@@ -45,7 +46,9 @@ def test_every_command_has_help_with_an_example(frobs: Frobs, words: tuple[str, 
 def test_every_parameter_has_help(words: tuple[str, ...], command: Any) -> None:
     for parameter in command.params:
         if parameter.name not in ("install_completion", "show_completion"):
-            assert getattr(parameter, "help", None), f"{words}: {parameter.name}"
+            text = getattr(parameter, "help", None)
+            assert text, f"{words}: {parameter.name}"
+            assert Text.from_markup(text).plain == text, f"{words}: {parameter.name} loses what is in brackets"
 
 
 def test_every_command_has_a_file_and_a_heading() -> None:

@@ -33,7 +33,7 @@ def run(
     ] = None,
     goal: Annotated[
         tuple[float, float, float] | None,
-        typer.Option(metavar="X Y Z", show_default=False, help="The task's goal [m]; drawn by the task without it."),
+        typer.Option(metavar="X Y Z", show_default=False, help="The task's goal, in metres; drawn by the task without it."),
     ] = None,
     joint_states: Annotated[str, typer.Option(metavar="TOPIC", help="Where joints are measured.")] = "joint_states",
     odom: Annotated[str, typer.Option(metavar="TOPIC", help="Where a moving base is measured.")] = "odom",
@@ -41,10 +41,10 @@ def run(
     goal_topic: Annotated[str, typer.Option(metavar="TOPIC", help="Where other goals come (Point).")] = "goal_pos",
     speed: Annotated[float, typer.Option(metavar="X", help="Share of the velocity limits that may be used.")] = 1.0,
     timeout: Annotated[
-        float, typer.Option(metavar="S", min=0.0, help="How long measurements may fail to come [s].")
+        float, typer.Option(metavar="S", min=0.0, help="How many seconds measurements may fail to come.")
     ] = 0.5,
     seconds: Annotated[
-        float | None, typer.Option(metavar="S", show_default=False, help="End after so long, by ROS's clock [s].")
+        float | None, typer.Option(metavar="S", show_default=False, help="End after so many seconds, by ROS's clock.")
     ] = None,
     simulator: Annotated[str, typer.Option(metavar="NAME", help="Which mirrors the robot.")] = "mujoco",
     json: Json = False,
