@@ -8,12 +8,13 @@ but has an obvious reading. The rules stand in ``frobs_core.models.RULES``.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from frobs_core.errors import nearest
 from frobs_core.models.inertia import read_inertials
+from frobs_core.models.kinematics import MOVING
 from frobs_core.models.model import Joint, JointLimits, JointType, Link, Mimic, RobotModel
 from frobs_core.models.notes import Notes
 from frobs_core.models.resources import Packages
@@ -63,7 +64,17 @@ def read_urdf(root: Element, path: Path, packages: Packages) -> RobotModel:
     )
 
 
-def _joint(element: Element, links: dict[str, Element], joints: dict[str, Element], notes: Notes) -> Joint:
+def read_joint(element: Element, links: Collection[str], joints: Collection[str]) -> Joint:
+    """Read where a joint is and how it moves; its limits and dynamics are left out.
+
+    Args:
+        element: The ``<joint>``.
+        links: Names of the links.
+        joints: Names of the joints.
+
+    Raises:
+        ModelFileError: Its type, one of its links, its axis or the joint that it mimics is missing or impossible.
+    """
     name = element.required("name")
     try:
         kind = JointType(element.required("type"))
@@ -83,12 +94,7 @@ def _joint(element: Element, links: dict[str, Element], joints: dict[str, Elemen
             hint = f" Did you mean '{close}'?" if close else ""
             element.refuse(f"its {tag} link '{link}' does not exist.{hint} Links: {', '.join(links)}.")
         ends.append(link)
-    moving = kind in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
-    dynamics = element.child("dynamics")
-    limits = _limits(element, kind, notes) if moving else JointLimits()
-    if kind == JointType.REVOLUTE and math.isinf(limits.upper):
-        kind = JointType.CONTINUOUS
-        element.set("type", kind.value)
+    moving = kind in MOVING
     return Joint(
         name=name,
         type=kind,
@@ -96,10 +102,24 @@ def _joint(element: Element, links: dict[str, Element], joints: dict[str, Elemen
         child=ends[1],
         origin=read_pose(element),
         axis=_axis(element) if moving else (1.0, 0.0, 0.0),
+        mimic=_mimic(element, joints) if moving else None,
+    )
+
+
+def _joint(element: Element, links: dict[str, Element], joints: dict[str, Element], notes: Notes) -> Joint:
+    joint = read_joint(element, links, joints)
+    dynamics = element.child("dynamics")
+    limits = _limits(element, joint.type, notes) if joint.type in MOVING else JointLimits()
+    kind = joint.type
+    if kind == JointType.REVOLUTE and math.isinf(limits.upper):
+        kind = JointType.CONTINUOUS
+        element.set("type", kind.value)
+    return replace(
+        joint,
+        type=kind,
         limits=limits,
         damping=_not_negative(dynamics, "damping") if dynamics is not None else 0.0,
         friction=_not_negative(dynamics, "friction") if dynamics is not None else 0.0,
-        mimic=_mimic(element, joints) if moving else None,
     )
 
 
@@ -165,7 +185,7 @@ def _limits(element: Element, kind: JointType, notes: Notes) -> JointLimits:
     return JointLimits(lower, upper, *caps)
 
 
-def _mimic(element: Element, joints: dict[str, Element]) -> Mimic | None:
+def _mimic(element: Element, joints: Collection[str]) -> Mimic | None:
     mimic = element.child("mimic")
     if mimic is None:
         return None

@@ -29,6 +29,16 @@ def test_the_state_publisher_needs_a_description(reasons: Callable[[], str]) -> 
     assert "there is no parameter /nothing_here/robot_description" in reasons()
 
 
+def test_the_state_publisher_needs_a_robot_in_it(reasons: Callable[[], str]) -> None:
+    import rospy
+
+    rospy.set_param("/torn/robot_description", "<robot><link name='a'>")
+    assert ros_spawn.init_robot_state_pub("/torn") is False
+    assert "/torn/robot_description" in reasons()
+    assert "not well-formed XML" in reasons()
+    assert "/torn/robot_state_publisher" not in nodes.names()
+
+
 def test_a_robot_comes_with_all_that_belongs_to_it() -> None:
     import rospy
     from sensor_msgs.msg import JointState

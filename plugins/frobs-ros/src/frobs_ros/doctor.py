@@ -27,6 +27,7 @@ MODULES = (
     ("sensor_msgs", "python3-sensor-msgs", "joint states, scans", True),
     ("trajectory_msgs", "python3-trajectory-msgs", "trajectories of controllers", True),
     ("rosgraph_msgs", "python3-rosgraph-msgs", "the clock", True),
+    ("tf2_msgs", "python3-tf2-msgs", "frames of a robot's links", True),
     ("nav_msgs", "python3-nav-msgs", "odometry", False),
     ("actionlib", "python3-actionlib", "actions of trajectory controllers", False),
     ("actionlib_msgs", "python3-actionlib-msgs", "the same", False),
@@ -41,7 +42,7 @@ PROGRAMS = (
     ("gzserver", "", "Gazebo 11, from its own packages", False),
 )
 ROS_PACKAGES = (
-    ("robot_state_publisher", "ros-robot-state-publisher", "frames of a robot's links", False),
+    ("robot_state_publisher", "ros-robot-state-publisher", "frames, in launch files of yours", False),
     ("joint_state_publisher", "joint-state-publisher", "joint states by hand", False),
     ("gazebo_ros", "", "Gazebo's own names in ROS; without it the bridge stands in", False),
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 from frobs_core.errors import ConfigurationError
@@ -52,7 +53,7 @@ def ros_node_from_pkg(
     program = find_node(pkg_name, node_name)
     if launch_master:
         master.ensure(terminal=launch_master_term)
-    start_node("node", program, name=name, ns=ns, terminal=launch_new_term, output=output)
+    start_node("node", [program], name=name, ns=ns, terminal=launch_new_term, output=output)
     return True
 
 
@@ -156,7 +157,7 @@ def find_node(package: str, node: str) -> Path:
 
 def start_node(
     kind: str,
-    program: Path,
+    command: Sequence[str | Path],
     *,
     name: str | None = None,
     ns: str | None = "/",
@@ -168,7 +169,7 @@ def start_node(
 
     Args:
         kind: Of the process.
-        program: The node's program.
+        command: The node's program; where something else runs it, that comes first.
         name: In the graph; its own where nothing is given.
         ns: Its namespace.
         terminal: Whether to run it in an xterm.
@@ -180,8 +181,8 @@ def start_node(
         ProcessError: It ended at once, or the master does not get to know it.
     """
     before = nodes.names()
-    words = [program, f"__ns:={join(ns)}", *([f"__name:={name}"] if name else []), *remaps]
-    title = join(ns, name or program.name)
+    words = [*command, f"__ns:={join(ns)}", *([f"__name:={name}"] if name else []), *remaps]
+    title = join(ns, name or Path(command[0]).name)
     process = processes.start(kind, words, name=title, terminal=terminal, output=output)
     replaces = {join(ns, name)} & before if name else set()  # a node of one name takes the other's place
 

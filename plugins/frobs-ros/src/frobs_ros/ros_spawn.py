@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 
 from frobs_core.errors import ConfigurationError
@@ -12,7 +13,7 @@ from frobs_ros.log import answers, or_raise
 from frobs_ros.master import connect, master_uri
 from frobs_ros.names import join
 from frobs_ros.ros_controllers import spawn_controllers_srv
-from frobs_ros.ros_node import find_node, start_node
+from frobs_ros.ros_node import start_node
 from frobs_ros.ros_params import ros_load_yaml_from_pkg
 from frobs_ros.ros_urdf import urdf_load_from_pkg
 
@@ -24,10 +25,10 @@ _DESCRIPTION = "robot_description"
 def init_robot_state_pub(
     namespace: str = "/", max_pub_freq: float | None = None, launch_new_term: bool = False
 ) -> bool:
-    """Start ROS's robot_state_publisher, which says on tf where a robot's links are.
+    """Start a robot_state_publisher, which says on tf where a robot's links are.
 
-    The parameter ``<namespace>/robot_description`` must be there. The program is ROS's own, in C++; where it listens
-    is up to ROS, and that is on every interface.
+    The parameter ``<namespace>/robot_description`` must be there. The node is :mod:`frobs_ros.state_publisher`, which does
+    what ROS's own does.
 
     Args:
         namespace: Of the robot.
@@ -43,8 +44,8 @@ def init_robot_state_pub(
     if max_pub_freq is not None and not max_pub_freq > 0:
         raise ConfigurationError(f"max_pub_freq is {max_pub_freq} Hz; it must be above 0.")
     rate = (f"_publish_frequency:={max_pub_freq}",) if max_pub_freq is not None else ()
-    program = find_node(_STATE_PUBLISHER, _STATE_PUBLISHER)
-    start_node("state publisher", program, name=_STATE_PUBLISHER, ns=namespace, terminal=launch_new_term, remaps=rate)
+    node = [sys.executable, "-m", "frobs_ros.state_publisher"]
+    start_node("state publisher", node, name=_STATE_PUBLISHER, ns=namespace, terminal=launch_new_term, remaps=rate)
     return True
 
 

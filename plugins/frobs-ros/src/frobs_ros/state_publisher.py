@@ -1,0 +1,284 @@
+"""Where a robot's links are, on tf: what ROS's robot_state_publisher 1.15 does, in a node that listens where rospy does.
+
+ROS's own is written in C++, and roscpp listens on every interface, whatever ROS_IP and ROS_HOSTNAME say.
+``python -m frobs_ros.state_publisher`` takes its place: the parameters ``robot_description``, ``tf_prefix``,
+``~publish_frequency``, ``~use_tf_static`` and ``~ignore_timestamp``, the topics ``joint_states``, ``/tf``, ``/tf_static``.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Collection, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ConfigurationError, FrobsError
+from frobs_core.models import Joint, JointType
+from frobs_core.models.kinematics import MOVING
+from frobs_core.models.tree import check_tree, check_unique, flatten_mimics
+from frobs_core.models.urdf import read_joint
+from frobs_core.models.xmltree import parse_xml
+from frobs_core.rotations import quat_from_axis_angle, quat_multiply, quat_rotate
+from frobs_ros.environment import use_ros
+from frobs_ros.errors import MasterError
+from frobs_ros.master import master_uri, require
+from frobs_ros.names import join
+
+NAME = "robot_state_publisher"
+"""The node's, where it is given no other."""
+DESCRIPTION = "robot_description"
+FREQUENCY = 50.0
+"""[Hz] at most, where nobody says."""
+
+_AHEAD = 0.5  # [s] that fixed joints on /tf are valid beyond now, as they come again and again
+_QUEUE = 100  # messages, as tf2's broadcasters have it
+
+
+def read_joints(text: str, source: str) -> tuple[Joint, ...]:
+    """Read the joints of a URDF; shapes, masses and limits are not looked at.
+
+    Args:
+        text: The URDF.
+        source: Where it is from, for messages.
+
+    Raises:
+        ModelFileError: It is no URDF, or its joints make no tree.
+    """
+    root = parse_xml(text, Path(source))
+    if root.tag != "robot":
+        root.refuse("a robot's description is a URDF, whose first element is <robot>.")
+    links, elements = check_unique(root.children("link")), check_unique(root.children("joint"))
+    joints = [read_joint(element, links, elements) for element in elements.values()]
+    check_tree(links, joints, elements, root)
+    return flatten_mimics(joints, elements)
+
+
+class Frames:
+    """The frames that joints move: each joint's child in its parent, at a position.
+
+    Args:
+        joints: Revolute, continuous, prismatic; others stay where they are at zero.
+
+    Attributes:
+        joints: They.
+    """
+
+    def __init__(self, joints: Iterable[Joint]) -> None:
+        self.joints = tuple(joints)
+        k = len(self.joints)
+        self._pos = np.array([joint.origin.pos for joint in self.joints]).reshape(k, 3)
+        self._quat = np.array([joint.origin.quat_wxyz for joint in self.joints]).reshape(k, 4)
+        self._axes = np.array([joint.axis for joint in self.joints]).reshape(k, 3)
+        self._turns = np.array([float(joint.type is not JointType.PRISMATIC) for joint in self.joints])
+        self._ways = quat_rotate(self._quat, self._axes) * (1.0 - self._turns)[:, None]  # (k, 3), in the parent's frame
+
+    def positions(self, told: Mapping[str, float]) -> Floats:
+        """Return the joints' positions (k,) [rad or m]; not a number for those of which nothing is told.
+
+        Args:
+            told: By joint. One that mimics another follows it, unless it is told of itself.
+        """
+        found = np.full(len(self.joints), np.nan)
+        for i, joint in enumerate(self.joints):
+            if joint.name in told:
+                found[i] = told[joint.name]
+            elif joint.mimic and joint.mimic.joint in told:
+                found[i] = joint.mimic.multiplier * told[joint.mimic.joint] + joint.mimic.offset
+        return found
+
+    def poses(self, positions: Floats) -> tuple[Floats, Floats]:
+        """Return the frames at some positions.
+
+        Args:
+            positions: (k,) [rad or m]
+
+        Returns:
+            pos (k, 3) [m] and quat_wxyz (k, 4).
+        """
+        turned = quat_from_axis_angle(self._axes, positions * self._turns)
+        return self._pos + self._ways * positions[:, None], quat_multiply(self._quat, turned)
+
+
+class Pace:
+    """When a message of joint states is due: no sooner than some time after the last of its joints.
+
+    Args:
+        frequency: Highest rate [Hz].
+        always: Whether every message is due.
+    """
+
+    def __init__(self, frequency: float, always: bool = False) -> None:
+        self._interval = round(1e9 / frequency)
+        self._always = always
+        self._last: dict[str, int] = {}
+
+    def is_due(self, names: Collection[str], stamp: int) -> bool:
+        """Return whether a message is to be published, and take it as published then.
+
+        Stamps that go back, after a reset of the simulation, begin anew.
+
+        Args:
+            names: Of its joints.
+            stamp: [ns]
+        """
+        last = [self._last[name] for name in names if name in self._last]
+        due = (
+            self._always
+            or len(last) < len(names)  # one that is new
+            or stamp >= min(last, default=stamp) + self._interval
+            or stamp < max(last, default=stamp)
+        )
+        if due:
+            self._last.update(dict.fromkeys(names, stamp))
+        return due
+
+
+def prefixed(prefix: str, frame: str) -> str:
+    """Return a frame's name on tf: below the prefix, unless it begins with a slash."""
+    if frame.startswith("/"):
+        return frame[1:]
+    prefix = prefix.removeprefix("/")
+    return f"{prefix}/{frame}" if prefix else frame
+
+
+class StatePublisher:
+    """Publishes what it hears of joints; the process must be a ROS node.
+
+    Args:
+        joints: Of the robot.
+        frequency: Highest rate [Hz].
+        static: Whether fixed joints are told once, on ``/tf_static``; else again and again on ``/tf``.
+        always: Whether every message counts, whenever it is from.
+        prefix: Of the frames' names.
+
+    Raises:
+        ConfigurationError: The rate is not above 0.
+    """
+
+    def __init__(
+        self,
+        joints: Iterable[Joint],
+        *,
+        frequency: float = FREQUENCY,
+        static: bool = True,
+        always: bool = False,
+        prefix: str = "",
+    ) -> None:
+        import rospy
+        from sensor_msgs.msg import JointState
+        from tf2_msgs.msg import TFMessage
+
+        if not frequency > 0:
+            raise ConfigurationError(f"publish_frequency is {frequency} Hz; it must be above 0.")
+        joints = tuple(joints)
+        self._moving = Frames(joint for joint in joints if joint.type in MOVING)
+        # ROS's own takes planar joints as fixed as well, and says nothing of floating ones.
+        self._fixed = Frames(joint for joint in joints if joint.type in (JointType.FIXED, JointType.PLANAR))
+        self._pace, self._prefix = Pace(frequency, always), prefix
+        self._names = {joint.name for joint in joints}
+        self._lock = threading.Lock()  # each that publishes joint states is heard in a thread of its own
+        self._tf = rospy.Publisher("/tf", TFMessage, queue_size=_QUEUE, tcp_nodelay=True)
+        if static:
+            self._static = rospy.Publisher("/tf_static", TFMessage, queue_size=_QUEUE, latch=True)
+            self._static.publish(self._fixed_frames(rospy.Time.now()))
+        else:
+            rospy.Timer(rospy.Duration(1.0 / frequency), self._repeat, reset=True)
+        rospy.Subscriber("joint_states", JointState, self._hear, queue_size=1, tcp_nodelay=True)
+
+    def _hear(self, message: Any) -> None:
+        import rospy
+
+        if len(message.name) != len(message.position):
+            lengths = f"{len(message.name)} names and {len(message.position)} positions"
+            rospy.logwarn_throttle(300.0, f"passed over a message of joint_states with {lengths}")
+            return
+        stamp = message.header.stamp
+        with self._lock:
+            if not self._pace.is_due(message.name, stamp.to_nsec()):
+                return
+            strange = set(message.name) - self._names
+            self._names |= strange  # says so once
+        if strange:
+            rospy.logwarn("joint_states tells of joints that %s lacks: %s", DESCRIPTION, ", ".join(sorted(strange)))
+        positions = self._moving.positions(dict(zip(message.name, message.position, strict=True)))
+        known = np.isfinite(positions)
+        if known.any():
+            self._tf.publish(self._transforms(self._moving, np.where(known, positions, 0.0), known, stamp))
+
+    def _repeat(self, _: Any) -> None:
+        import rospy
+
+        self._tf.publish(self._fixed_frames(rospy.Time.now() + rospy.Duration(_AHEAD)))
+
+    def _fixed_frames(self, stamp: Any) -> Any:
+        count = len(self._fixed.joints)
+        return self._transforms(self._fixed, np.zeros(count), np.ones(count, bool), stamp)
+
+    def _transforms(self, frames: Frames, positions: Floats, wanted: Any, stamp: Any) -> Any:
+        """Return the message of those frames that are wanted (k,)."""
+        from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+        from std_msgs.msg import Header
+        from tf2_msgs.msg import TFMessage
+
+        pos, quat = frames.poses(positions)
+        return TFMessage([
+            TransformStamped(
+                Header(stamp=stamp, frame_id=prefixed(self._prefix, joint.parent)),
+                prefixed(self._prefix, joint.child),
+                Transform(Vector3(x, y, z), Quaternion(i, j, k, w)),
+            )
+            for joint, (x, y, z), (w, i, j, k), told in zip(
+                frames.joints, pos.tolist(), quat.tolist(), wanted.tolist(), strict=True
+            )
+            if told
+        ])  # fmt: skip
+
+
+def read_description() -> tuple[Joint, ...]:
+    """Return the joints of the robot that the nearest parameter ``robot_description`` describes.
+
+    Raises:
+        MasterError: No master answers, or there is no such parameter.
+        ModelFileError: It holds no robot.
+    """
+    import rosgraph
+    import rospy
+
+    namespace = rospy.get_namespace()
+    master = rosgraph.Master(join(namespace, NAME), master_uri())
+    try:
+        parameter = master.searchParam(DESCRIPTION)
+        text = master.getParam(parameter)
+    except (rosgraph.MasterError, KeyError) as error:
+        missing = f"there is no parameter {join(namespace, DESCRIPTION)}; load the robot's URDF into it first"
+        raise MasterError(master_uri(), missing) from error
+    return read_joints(str(text), parameter)
+
+
+def main() -> None:
+    """Be the node until it is shut down; exits the process with what is wrong where it cannot be."""
+    use_ros()
+    import rospy
+
+    try:
+        require()
+        joints = read_description()  # before there is a node, which would take the name of one that runs
+        rospy.init_node(NAME)
+        StatePublisher(
+            joints,
+            frequency=float(rospy.get_param("~publish_frequency", FREQUENCY)),
+            static=bool(rospy.get_param("~use_tf_static", True)),
+            always=bool(rospy.get_param("~ignore_timestamp", False)),
+            prefix=str(rospy.get_param(rospy.search_param("tf_prefix") or "~tf_prefix", "")),
+        )
+    except FrobsError as error:
+        sys.exit(str(error))
+    rospy.spin()
+
+
+if __name__ == "__main__":
+    main()
