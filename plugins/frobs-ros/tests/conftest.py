@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
+import ipaddress
 import os
 import signal
 import socket
@@ -194,6 +196,34 @@ def world(gazebo: None) -> Iterator[None]:
     for name in call("/gazebo/get_world_properties", GetWorldProperties).model_names:
         if name != "ground_plane":
             ros_gazebo.gazebo_delete_model(name)
+
+
+@pytest.fixture(scope="session")
+def listening() -> Callable[[int], set[str]]:
+    """Returns the addresses that a process listens at, IPv4 and IPv6, TCP and UDP, as the kernel knows them."""
+
+    def look(pid: int) -> set[str]:
+        inodes = set()
+        for link in Path(f"/proc/{pid}/fd").iterdir():
+            with contextlib.suppress(FileNotFoundError):  # closed while we look
+                inodes.add(os.readlink(link).removeprefix("socket:[").removesuffix("]"))
+        found = set()
+        for table in ("tcp", "tcp6", "udp", "udp6"):
+            for row in Path(f"/proc/{pid}/net/{table}").read_text().splitlines()[1:]:
+                _, local, remote, state, *_, inode = row.split()[:10]
+                is_open = state == "0A" if table.startswith("tcp") else remote.endswith(":0000")
+                if inode in inodes and is_open:
+                    found.add(_address(local.partition(":")[0]))
+        return found
+
+    return look
+
+
+def _address(words: str) -> str:
+    """Return what /proc writes as words of 32 bits, each with its bytes in this machine's order."""
+    raw = b"".join(int(words[i : i + 8], 16).to_bytes(4, sys.byteorder) for i in range(0, len(words), 8))
+    address = ipaddress.ip_address(raw)
+    return str(getattr(address, "ipv4_mapped", None) or address)
 
 
 @pytest.fixture

@@ -67,27 +67,8 @@ def bridge(bridges: Callable[..., Any]) -> Any:
     return bridges("--paused")
 
 
-def listening(pid: int) -> set[str]:
-    """Return the addresses that a process listens at, IPv4 and IPv6, TCP and UDP, as /proc writes them."""
-    inodes = set()
-    for link in Path(f"/proc/{pid}/fd").iterdir():
-        try:
-            inodes.add(os.readlink(link).removeprefix("socket:[").removesuffix("]"))
-        except FileNotFoundError:
-            continue
-    found = set()
-    for name in ("tcp", "tcp6", "udp", "udp6"):
-        for row in Path(f"/proc/{pid}/net/{name}").read_text().splitlines()[1:]:
-            columns = row.split()
-            if columns[9] in inodes and (
-                columns[3] == "0A" or (name.startswith("udp") and columns[2].endswith(":0000"))
-            ):
-                found.add(columns[1].partition(":")[0])
-    return found
-
-
-def test_only_the_loopback_address_is_listened_at(bridge: Any) -> None:
-    assert listening(bridge.process.pid) == {"0100007F"}
+def test_only_the_loopback_address_is_listened_at(bridge: Any, listening: Callable[[int], set[str]]) -> None:
+    assert listening(bridge.process.pid) == {"127.0.0.1"}
 
 
 def test_no_master_is_one_clear_line(ros: None) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from frobs_ros import ros_gazebo, ros_params
+from frobs_ros import ros_gazebo
 from frobs_ros.gazebo import physics
 
 SDF = Path(__file__).parent / "packages" / "tiny_arm" / "sdf" / "ball.sdf"
@@ -186,32 +186,3 @@ def test_a_second_simulation_on_one_master_is_refused(reasons: Callable[[], str]
     assert ros_gazebo.launch_Gazebo(gui=False) is False
     assert "a simulation runs already" in reasons()
     assert ros_gazebo.gazebo_step_physics(1)
-
-
-def test_nothing_of_this_listens_beyond_the_loopback_address() -> None:
-    from frobs_ros import processes
-
-    pids = {pid for process in processes.owned() for pid in process.pids()}
-    assert [line for line in listening(pids) if not line.startswith(("127.", "::1"))] == []
-    assert ros_params.ros_load_yaml_from_pkg("tiny_arm", "numbers.yaml")
-
-
-def listening(pids: set[int]) -> list[str]:
-    """Return the addresses on which processes listen."""
-    inodes = set()
-    for pid in pids:
-        for entry in Path(f"/proc/{pid}/fd").iterdir():
-            try:
-                target = str(entry.readlink())
-            except OSError:
-                continue
-            if target.startswith("socket:["):
-                inodes.add(target[8:-1])
-    found = []
-    for table, size in (("/proc/net/tcp", 4), ("/proc/net/tcp6", 16)):
-        for line in Path(table).read_text().splitlines()[1:]:
-            fields = line.split()
-            if fields[3] == "0A" and fields[9] in inodes:
-                raw = bytes.fromhex(fields[1].partition(":")[0])
-                found.append(".".join(str(part) for part in reversed(raw)) if size == 4 else raw.hex())
-    return found
