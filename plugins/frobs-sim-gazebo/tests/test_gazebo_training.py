@@ -14,7 +14,6 @@ import pytest
 import yaml
 
 from frobs_core.runs import Run
-from frobs_sim_gazebo.installation import Installation
 
 STEPS, EVERY = 1000, 100
 CONFIG = {
@@ -52,12 +51,11 @@ class Training:
         servers: The gzservers that have been seen.
     """
 
-    def __init__(self, path: Path, *command: str) -> None:
-        self.path, self.servers = path, set[int]()
-        self._log = path.with_suffix(".log")
-        with self._log.open("w") as log:
+    def __init__(self, path: Path, log: Path, *command: str) -> None:
+        self.path, self._log, self.servers = path, log, set[int]()
+        with log.open("w") as file:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", "frobs_core.cli", *command], stdout=log, stderr=log, start_new_session=True
+                [sys.executable, "-m", "frobs_core.cli", *command], stdout=file, stderr=file, start_new_session=True
             )
 
     def until(self, condition: Callable[[], object], longest: float = 120.0) -> None:
@@ -111,7 +109,7 @@ def start(tmp_path: Path) -> Iterator[Start]:
     begin = ("train", "frobs/Irb120Reach-v0", "--simulator", "gazebo", "--config", str(config), "--run-dir", str(path))
 
     def started(*command: str) -> Training:
-        running.append(Training(path, *(command or begin)))
+        running.append(Training(path, tmp_path / f"{len(running)}.log", *(command or begin)))
         return running[-1]
 
     yield started
