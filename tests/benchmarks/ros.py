@@ -170,6 +170,9 @@ class Joints:
         self._publisher = rospy.Publisher(f"/{GROUP}/command", Float64MultiArray, queue_size=1, tcp_nodelay=True)
         self._subscriber = rospy.Subscriber("/joint_states", JointState, self._hear, queue_size=1, tcp_nodelay=True)
         self._step = lambda: call("/gazebo/step", StepWorld, SUBSTEPS)
+        # Joint states come at whole multiples of their period, which are to be the ends of control steps.
+        passed = round(call("/gazebo/step", StepWorld, 1).time / PHYSICS_TIMESTEP)
+        call("/gazebo/step", StepWorld, SUBSTEPS - passed % SUBSTEPS)
         while self._publisher.get_num_connections() == 0 or self._subscriber.get_num_connections() == 0:
             time.sleep(0.01)
 
@@ -408,7 +411,7 @@ def report(
         "",
         f"Largest differences from {SIMULATORS[0]}: of the simulators by `frobs parity {ID}` (each joint's command jumps, "
         "physics steps of 2 ms, every step compared; saturated: at effort limits that are just enough), and of the bridge over "
-        f"MuJoCo, whose joints are commanded through a position controller's topic and read from `joint_states` every "
+        f"MuJoCo, whose joints are commanded on a position controller's topic and read from `joint_states` every "
         f"{SUBSTEPS} steps of {1e3 * PHYSICS_TIMESTEP:g} ms while each jumps by {JUMP:g} rad, from MuJoCo without ROS. What is "
         "allowed, and why, is in `frobs_core/parity/tolerances.py`.",
         "",
