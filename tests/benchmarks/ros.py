@@ -1,6 +1,6 @@
 """Measure one policy on every simulator and through ROS topics, and what an environment step costs there.
 
-Writes ``docs/explanation/ros-measured.md``; needs ROS 1 and Gazebo 11 (``frobs doctor ros``), an idle machine, and about ten
+Writes ``docs/explanation/ros-measured.md``; needs ROS 1 and Gazebo 11 (``frobs doctor ros``), an idle machine, and about five
 minutes::
 
     python tests/benchmarks/ros.py
