@@ -21,7 +21,10 @@ LINK = "link"
 """Name of the one link of a scene body's model."""
 
 _OPEN = 1e16  # a limit that is none: the plugin stops joints at theirs
-_STIFFNESS, _DAMPING = 1e6, 1e2  # [N/m], [N s/m] of a contact: rigid ones would not share a load, and casters take it all
+_STIFFNESS, _DAMPING = (
+    1e6,
+    1e2,
+)  # [N/m], [N s/m] of a contact: rigid ones would not share a load, and casters take it all
 _STANDING = 1.0  # [kg] of a base that nothing moves
 _UNTURNED = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 

@@ -33,7 +33,9 @@ def run(
     ] = None,
     goal: Annotated[
         tuple[float, float, float] | None,
-        typer.Option(metavar="X Y Z", show_default=False, help="The task's goal, in metres; drawn by the task without it."),
+        typer.Option(
+            metavar="X Y Z", show_default=False, help="The task's goal, in metres; drawn by the task without it."
+        ),
     ] = None,
     joint_states: Annotated[str, typer.Option(metavar="TOPIC", help="Where joints are measured.")] = "joint_states",
     odom: Annotated[str, typer.Option(metavar="TOPIC", help="Where a moving base is measured.")] = "odom",
