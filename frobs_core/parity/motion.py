@@ -94,6 +94,19 @@ def differences(reference: Sequence[Motion], other: Sequence[Motion]) -> Floats:
     return np.stack([np.abs(a.positions - b.positions) for a, b in zip(reference, other, strict=True)])
 
 
+def apart(found: Floats, expected: Floats, samples: int) -> Floats:
+    """Return how far each sample is from the range of what is expected so many samples around it, (n,).
+
+    Args:
+        found: (n,)
+        expected: (n,)
+        samples: Before and after; 0: plain differences.
+    """
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(expected, samples, mode="edge"), 2 * samples + 1)
+    error: Floats = np.maximum(np.maximum(around.min(axis=-1) - found, found - around.max(axis=-1)), 0.0)
+    return error
+
+
 def worst_joint(errors: Floats, names: Sequence[str], times: Floats) -> str:
     """Return ``"joint elbow at 0.214 s"``, where errors (…, samples, dof) are largest."""
     place = np.unravel_index(int(np.argmax(np.nan_to_num(errors, nan=np.inf))), errors.shape)

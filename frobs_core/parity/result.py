@@ -134,6 +134,7 @@ def judge(
     *,
     exact: bool,
     scale: float = 1.0,
+    least: float = 0.0,
     where: str = "",
     unit: str = "",
 ) -> Comparison:
@@ -147,11 +148,12 @@ def judge(
         errors: Absolute differences, of any shape.
         exact: Whether what both simulators claim makes the exact tolerance right.
         scale: What an approximate tolerance is a share of, where it is one.
+        least: What an approximate tolerance is at least, in ``unit``.
         where: At which joint, frame or time the error is largest.
         unit: In place of the tolerance's.
     """
     tolerance = TOLERANCES[tolerance_name]
-    allowed = tolerance.allowed(exact, scale)
+    allowed = tolerance.allowed(exact, scale) if exact else max(tolerance.allowed(exact, scale), least)
     error = float(np.max(np.asarray(errors, np.float64)))  # a NaN stays one
     return Comparison(
         quantity=quantity,

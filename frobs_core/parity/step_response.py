@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from frobs_core.interfaces import CommandMode
 from frobs_core.models.defaults import composite_inertia
 from frobs_core.parity.motion import (
     Motion,
+    apart,
     differences,
     error_line,
     position_bounds,
@@ -30,6 +32,7 @@ SATURATED_SHARE = 0.2
 
 _MOST_SATURATED = 0.8  # of a joint's samples: beyond it, too little is seen of how drives leave their limits
 _STEP = {CommandMode.POSITION: 0.2, CommandMode.VELOCITY: 1.0}  # [rad, m] and [rad/s, m/s], where there is room
+_LEAVING = 2  # physics steps that an approximate drive may leave its effort limit too early or late
 _JUMPS = 4  # to and fro, in the response at the effort limits
 _LONGEST_RISE, _SHORTEST_RISE = 0.3, 0.05  # [s] that a joint at its effort limit may take for its jump
 
@@ -80,13 +83,22 @@ def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
     limits, first = found
     motions = [first, *(_record(subject, commands, limits, reference.physics_timestep) for subject in subjects[1:])]
     shares = {subject.label: _saturated(motion, limits) for subject, motion in zip(subjects, motions, strict=True)}
+    own, facts = None, {}
+    if not follows_exactly(*subjects):
+        own = _error_of_the_step_size(reference, commands, limits, first)
+        facts["what the step size does"] = (
+            f"{reference.label} is off by about so much itself: {_list(reference, own)} {reference.joint_unit}. It is twice "
+            "the change at half the step, and no approximate engine has to agree better: where drives leave it to itself, "
+            "a joint swings freely, and what a step does to it grows"
+        )
     return Measurement(
         name=name,
         title=title,
         summary=summary,
-        comparisons=tuple(_judge(reference, subjects[1:], commands, motions)),
+        comparisons=tuple(_judge(reference, subjects[1:], commands, motions, own)),
         facts={
             "effort limits": _list(reference, limits),
+            **facts,
             **{f"saturated samples, {label}": _percent(reference, share) for label, share in shares.items()},
         },
         panels=_panels(subjects, commands, motions, limits),
@@ -129,6 +141,26 @@ def choose_effort_limits(subject: Subject, commands: Floats) -> tuple[Floats, li
         rise[shorten] *= 0.93
 
 
+def _error_of_the_step_size(subject: Subject, commands: Floats, limits: Floats, found: Sequence[Motion]) -> Floats:
+    """Return how far integrating with the subject's step takes it from its own motion with very short ones.
+
+    Engines integrate to first order, so half the step has half the error, and the change is the other half.
+
+    Args:
+        subject: The simulator.
+        commands: (dof, phases, dof): what each run commands, in turn.
+        limits: (dof,) of efforts.
+        found: The runs with the subject's step.
+
+    Returns:
+        (dof,) [rad or m], of the joint that is worst in each run.
+    """
+    finer = replace(subject, physics_timestep=subject.physics_timestep / 2.0)
+    change = differences(found, _record(finer, commands, limits, subject.physics_timestep))
+    error: Floats = 2.0 * change.max(axis=(1, 2))
+    return error
+
+
 def _mode(subject: Subject) -> CommandMode:
     """Return the mode in which the robot's drives follow something: wheels have no stiffness."""
     gains = subject.placement.robot.gains
@@ -164,9 +196,21 @@ def _saturated(motions: Sequence[Motion], limits: Floats) -> Floats:
 
 
 def _judge(
-    reference: Subject, others: Sequence[Subject], commands: Floats, motions: Sequence[Sequence[Motion]]
+    reference: Subject,
+    others: Sequence[Subject],
+    commands: Floats,
+    motions: Sequence[Sequence[Motion]],
+    own: Floats | None = None,
 ) -> Iterator[Comparison]:
-    """Yield positions and efforts of each other simulator, judged in the run in which it is worst."""
+    """Yield positions and efforts of each other simulator, judged in the run in which it is worst.
+
+    Args:
+        reference: What they are compared with.
+        others: The simulators.
+        commands: (dof, phases, dof): what each run commanded, in turn.
+        motions: Of the reference and of the others.
+        own: (dof,) error of the reference in each run; what is approximate need not be better.
+    """
     names, jumps = reference.placement.model.joint_names, np.abs(np.diag(commands[:, 0]))
     for other, found in zip(others, motions[1:], strict=True):
         exact = follows_exactly(reference, other)
@@ -177,11 +221,13 @@ def _judge(
             positions.append(
                 judge(
                     "step_response", "joint positions", other.label, reference.label, errors[j], exact=exact,
-                    scale=float(jump), where=place, unit=reference.joint_unit,
+                    scale=float(jump), least=0.0 if own is None else float(own[j]), where=place,
+                    unit=reference.joint_unit,
                 )
             )  # fmt: skip
             expected = motions[0][j].efforts[:, j]
-            off = np.abs(found[j].efforts[:, j] - expected) / max(float(np.abs(expected).max()), 1e-12)
+            off = apart(found[j].efforts[:, j], expected, 0 if exact else _LEAVING)
+            off /= max(float(np.abs(expected).max()), 1e-12)
             efforts.append(
                 judge(
                     "drive_effort", "drive efforts", other.label, reference.label, off, exact=exact,

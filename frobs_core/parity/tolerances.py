@@ -60,13 +60,17 @@ TOLERANCES: Mapping[str, Tolerance] = {
         approximate=0.02,
         unit="rad or m",
         share=True,
-        reason=f"{_LAW} An approximate drive may be off by 2 % of the step.",
+        reason=f"{_LAW} An approximate drive may be off by 2 % of the step, and at the effort limits by as much as the "
+        "reference's own step size puts it off, which is measured: no engine can be held to what the reference does not "
+        "keep itself.",
     ),
     "drive_effort": Tolerance(
         exact=1e-3,
         approximate=0.1,
         unit="of the peak",
-        reason="an effort is stiffness times a difference of angles, so a micro-radian is some thousandth of the peak.",
+        reason="an effort is stiffness times a difference of angles, so a micro-radian is some thousandth of the peak. An "
+        "approximate drive may leave its limit two physics steps earlier or later, at which the effort changes by its whole "
+        "range; beyond that, a tenth.",
     ),
     "gravity_drop": Tolerance(
         exact=1e-6,

@@ -18,6 +18,7 @@ from frobs_core.parity.actions import smooth_actions
 from frobs_core.parity.gravity_drop import gravity_drop
 from frobs_core.parity.kinematics import forward_kinematics
 from frobs_core.parity.lidar import lidar
+from frobs_core.parity.motion import apart
 from frobs_core.parity.replay import replay
 from frobs_core.parity.result import judge, worst
 from frobs_core.parity.rewards import rewards
@@ -112,6 +113,29 @@ def test_approximate_drives_may_be_off_by_a_share_of_the_step(subjects: Compare)
     assert rough.status is Status.PASSED
     assert rough.comparisons[0].tolerance == pytest.approx(0.02 * 0.2, rel=0.1)
     assert exact.comparisons[0].tolerance == 1e-6
+
+
+def test_approximate_drives_at_their_limits_may_be_off_by_what_the_step_size_does(subjects: Compare) -> None:
+    exact, rough = saturated_step_response(subjects("fine")), saturated_step_response(subjects("rough_fine"))
+    assert failed(exact) == ["joint positions", "drive efforts"]
+    assert "what the step size does" not in exact.facts
+    assert "mujoco is off by about so much itself: joint_1" in rough.facts["what the step size does"]
+    joints = rough.comparisons[0]
+    assert joints.status is Status.PASSED
+    assert joints.tolerance == pytest.approx(2.0 * joints.error)  # the other half is the finer engine's own
+    assert joints.tolerance > 0.02 * 0.2
+
+
+def test_approximate_drives_without_effort_limits_are_found(subjects: Compare) -> None:
+    assert failed(saturated_step_response(subjects("rough_boundless"))) == ["joint positions", "drive efforts"]
+
+
+def test_efforts_may_come_two_steps_early_or_late_and_no_more() -> None:
+    expected = np.repeat([1.0, -1.0], 10)
+    for late in (-2, -1, 0, 1, 2):
+        assert not apart(np.roll(expected, late)[3:-3], expected[3:-3], 2).any()
+    assert apart(np.roll(expected, 3)[3:-3], expected[3:-3], 2).max() == 2.0
+    assert apart(1.5 * expected, expected, 2).max() == 0.5
 
 
 def test_what_cannot_be_written_is_skipped(subjects: Compare) -> None:

@@ -81,6 +81,15 @@ class Strong(Changed):
         return replace(placement, model=replace(model, joints=joints))
 
 
+class Boundless(Changed):
+    """Effort limits that are none."""
+
+    def change(self, placement: Placement) -> Placement:
+        model = placement.model
+        joints = tuple(replace(joint, limits=replace(joint.limits, effort=np.inf)) for joint in model.joints)
+        return replace(placement, model=replace(model, joints=joints))
+
+
 class Fine(MujocoSimulation):
     """Half the timestep, twice the steps."""
 
@@ -131,7 +140,7 @@ class Mad(MujocoSimulation):
         raise SimulationError("the engine\nhas gone mad.")
 
 
-WRONG = (Stiff, Heavy, Crooked, Strong, Fine, Sunk, Restless, Farsighted, Mad)
+WRONG = (Stiff, Heavy, Crooked, Strong, Boundless, Fine, Sunk, Restless, Farsighted, Mad)
 
 
 @hookimpl
@@ -141,10 +150,11 @@ def frobs_simulators() -> list[SimulatorRecord]:
         replace(mujoco, name=cls.__name__.lower(), summary=cls.__doc__, entry_point=f"wrong_simulators:{cls.__name__}")
         for cls in WRONG
     ]
+    entry_points = {record.name: record.entry_point for record in found}
     claims = {
         "blind": {"rays": Level.UNSUPPORTED},
         "rough": {"drive": Level.APPROXIMATE},
-        "rough_stiff": {"drive": Level.APPROXIMATE},
+        **{f"rough_{name}": {"drive": Level.APPROXIMATE} for name in ("stiff", "fine", "boundless")},
         "fixed": {"teleport": Level.UNSUPPORTED},
     }
     return found + [
@@ -152,7 +162,7 @@ def frobs_simulators() -> list[SimulatorRecord]:
             mujoco,
             name=name,
             summary="MuJoCo that claims less",
-            entry_point="wrong_simulators:Stiff" if name == "rough_stiff" else mujoco.entry_point,
+            entry_point=entry_points.get(name.removeprefix("rough_"), mujoco.entry_point),
             capabilities={**mujoco.capabilities, **less},
         )
         for name, less in claims.items()

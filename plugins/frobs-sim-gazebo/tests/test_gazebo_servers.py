@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import itertools
 import logging
 import os
 import signal
@@ -55,6 +56,15 @@ def until_gone(*pids: int) -> bool:
     while any(map(is_alive, pids)) and time.monotonic() < deadline:
         time.sleep(0.05)
     return not any(map(is_alive, pids))
+
+
+def stop(pid: int) -> None:
+    """Stop a process, and wait until all of its threads stand still."""
+    os.kill(pid, signal.SIGSTOP)
+    threads = Path(f"/proc/{pid}/task").glob("*/stat")
+    for thread in threads:
+        while thread.read_text().rpartition(")")[2].split()[0] != "T":
+            time.sleep(0.005)
 
 
 def test_models_come_and_go_by_name_and_what_is_wrong_is_refused_by_name(gazebo: Installation) -> None:
@@ -134,7 +144,7 @@ def test_a_killed_server_cuts_its_episode_off_and_the_reset_brings_another(
 def test_a_server_that_hangs_is_ended_and_said_so(gazebo: Installation, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("FROBS_GAZEBO_TIMEOUT", "1")
     server = Server(gazebo)
-    os.kill(server.process.pid, signal.SIGSTOP)
+    stop(server.process.pid)
     with pytest.raises(ServerError, match="did not answer for 1 s during hello"):
         server.call(Op.HELLO)
     assert until_gone(server.process.pid)
@@ -171,6 +181,64 @@ def test_servers_end_with_a_process_that_is_killed(gazebo: Installation) -> None
         pid = int(parent.stdout.readline())
         parent.kill()
     assert until_gone(pid)
+
+
+# Swings an arm by what it is told, in two environments, each time that it reads a line.
+PROGRAM = """
+import sys
+import gymnasium as gym
+env = gym.make_vec("frobs_core:frobs/Irb120Reach-v0", 2, vectorization_mode="vector_entry_point", simulator="gazebo")
+env.reset(seed=0)
+simulation = env.unwrapped.simulation
+print(*(server.process.pid for server in simulation.native), flush=True)
+for line in sys.stdin:
+    for _ in range(20):
+        env.step(float(line) + 0.0 * env.action_space.sample())
+    print(*simulation.positions.ravel(), flush=True)
+"""
+
+
+class Program:
+    def __init__(self) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", PROGRAM], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+
+    def hear(self) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+        assert self.process.stdout is not None
+        return np.array(self.process.stdout.readline().split(), np.float64)
+
+    def tell(self, action: float) -> None:
+        assert self.process.stdin is not None
+        self.process.stdin.write(f"{action}\n")
+        self.process.stdin.flush()
+
+
+def test_programs_that_simulate_at_the_same_time_do_not_meet(gazebo: Installation) -> None:
+    programs = [Program(), Program()]
+    try:
+        pids = [program.hear().astype(int).tolist() for program in programs]
+        networks = {os.readlink(f"/proc/{pid}/ns/net") for pid in itertools.chain(*pids)}
+        assert len(networks) == 4
+        actions = (0.3, -0.3)
+        for program, action in zip(programs, actions, strict=True):
+            program.tell(action)  # both are under way now
+        together = [program.hear() for program in programs]
+        assert np.abs(together[0] - together[1]).max() > 0.1
+        programs[0].process.kill()
+        programs[0].process.wait()
+        assert until_gone(*pids[0])
+        programs[1].tell(actions[1])
+        further = programs[1].hear()
+        programs.append(Program())
+        programs[2].hear()
+        for expected in (together[1], further):
+            programs[2].tell(actions[1])
+            assert programs[2].hear() == pytest.approx(expected, abs=1e-9)
+    finally:
+        for program in programs:
+            with program.process as process:
+                process.kill()
 
 
 def resident(pid: int) -> int:

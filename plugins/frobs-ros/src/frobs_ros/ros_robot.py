@@ -18,6 +18,7 @@ from frobs_core.rotations import quat_rotate
 from frobs_ros.environment import use_ros
 from frobs_ros.mirror import Command, Mirror, State
 from frobs_ros.scans import rays_of
+from frobs_ros.services import call, is_offered
 
 _MODES = {"position": CommandMode.POSITION, "velocity": CommandMode.VELOCITY, "effort": CommandMode.EFFORT}
 
@@ -51,8 +52,9 @@ class RosRobot:
         topics: Where it measures.
 
     Raises:
-        ConfigurationError: The controller is unknown, or takes other commands than the policy gives; or there are several
-            lidars.
+        ConfigurationError: The controller is unknown, does not run, or takes other commands than the policy gives; or there
+            are several lidars.
+        RosError: No master answers, or the controller manager breaks off.
     """
 
     def __init__(
@@ -108,9 +110,9 @@ class RosRobot:
             raise ConfigurationError(
                 f"no controller '{controller}' is loaded in {self._namespace or '/'}; there are: {self._controllers()}"
             )
+        self._check_running(controller)
         if "DiffDrive" in given and drive is not None:
             return rospy.Publisher(self._name(f"{controller}/cmd_vel"), Twist, queue_size=1), self._twist
-        self._check_running(controller)
         takes = _MODES.get(given.partition("_")[0])
         if takes is not mode:
             raise ConfigurationError(
@@ -131,14 +133,12 @@ class RosRobot:
 
     def _check_running(self, controller: str) -> None:
         """Refuse a controller that would let all commands go by; where nobody manages controllers, trust."""
-        import rospy
-        import rosservice
         from controller_manager_msgs.srv import ListControllers
 
         service = self._name("controller_manager/list_controllers")
-        if rosservice.get_service_node(service) is None:
+        if not is_offered(service):
             return
-        states = {each.name: each.state for each in rospy.ServiceProxy(service, ListControllers)().controller}
+        states = {each.name: each.state for each in call(service, ListControllers).controller}
         if states.get(controller) != "running":
             running = ", ".join(sorted(name for name, state in states.items() if state == "running"))
             raise ConfigurationError(

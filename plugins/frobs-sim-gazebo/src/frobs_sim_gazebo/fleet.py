@@ -36,38 +36,48 @@ class Fleet:
         self._servers: list[Server | None] = [None] * count
         self._lost = [0] * count
         built_plugin(installation)
-        self.start(range(count))
+        self._start(range(count), self._started)
 
     def server(self, env: int) -> Server | None:
         """Return the server of an environment, or None: it was lost."""
         return self._servers[env]
 
-    def start(self, envs: Sequence[int]) -> None:
-        """Start the servers of some environments anew.
+    def replace(self, envs: Sequence[int]) -> None:
+        """Give some environments, which have lost theirs, other servers.
 
         Raises:
-            SimulationError: One does not start, or an environment has lost too many; all are ended.
+            SimulationError: An environment has lost too many in a row; all servers are ended.
         """
+        self._start(envs, self._replaced)
+
+    def _start(self, envs: Sequence[int], starter: Callable[[int], None]) -> None:
         if not envs:
             return
         try:
             with ThreadPoolExecutor(min(_AT_ONCE, len(envs)), "frobs-gazebo") as pool:
-                for env, server in zip(envs, pool.map(self._started, envs), strict=True):
-                    self._servers[env] = server
+                list(pool.map(starter, envs))
         except BaseException:
             self.close()
             raise
 
-    def _started(self, env: int) -> Server:
+    def _started(self, env: int) -> None:
         server = Server(self._installation)
         self._servers[env] = server  # so that it is closed if another one fails
         self._prepare(server)
-        return server
+
+    def _replaced(self, env: int) -> None:
+        """Start servers until one stays: what ended the one before may end the next."""
+        while True:
+            try:
+                return self._started(env)
+            except ServerError as error:
+                self._count_loss(env, error)
+                _log.error("environment %d lost another Gazebo server while it started: %s", env, error)
 
     def exchange(self, messages: Mapping[int, Sequence[Message]], steps: int = 0) -> dict[int, bytes]:
         """Send each environment its messages and return the answer to the last of them.
 
-        A server that ends or hangs is reported, its environment left out of the answers; :meth:`start` replaces it.
+        A server that ends or hangs is reported, its environment left out of the answers until :meth:`replace`.
 
         Args:
             messages: By environment.
@@ -106,18 +116,24 @@ class Fleet:
         return answers
 
     def _lose(self, env: int, error: ServerError) -> None:
-        self._servers[env] = None
-        self._lost[env] += 1
-        if self._lost[env] >= _MOST_LOST:
+        try:
+            self._count_loss(env, error)
+        except SimulationError:
             self.close()
-            raise SimulationError(
-                f"environment {env} lost {_MOST_LOST} Gazebo servers in a row; the last one: {error}"
-            ) from error
+            raise
         _log.error(
             "environment %d lost its Gazebo server: %s\nIts episode is cut off here; the next reset starts another server.",
             env,
             error,
         )
+
+    def _count_loss(self, env: int, error: ServerError) -> None:
+        self._servers[env] = None
+        self._lost[env] += 1
+        if self._lost[env] >= _MOST_LOST:
+            raise SimulationError(
+                f"environment {env} lost {_MOST_LOST} Gazebo servers in a row; the last one: {error}"
+            ) from error
 
     def close(self) -> None:
         """End all servers; twice is harmless."""

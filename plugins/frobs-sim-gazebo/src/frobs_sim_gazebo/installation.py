@@ -23,6 +23,7 @@ _ENVIRONMENT = {
     "GAZEBO_IP": "127.0.0.1",
     "IGN_IP": "127.0.0.1",
     "GAZEBO_MODEL_DATABASE_URI": "",  # it looks for no models on a network
+    "ALSOFT_DRIVERS": "null",  # nor for a loudspeaker, which fills its log
 }
 
 

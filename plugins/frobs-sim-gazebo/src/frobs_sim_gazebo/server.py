@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -24,6 +25,7 @@ _START = 60.0  # [s] until a server must have said hello
 _ANSWER = 60.0  # [s] until it must have answered
 _STEP = 0.05  # [s] that a physics step may take on top
 _LOG_LINES = 12
+_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 
 class ServerError(SimulationError):
@@ -166,7 +168,8 @@ class Server:
         with contextlib.suppress(ValueError, OSError):
             size = self._log.seek(0, os.SEEK_END)
             self._log.seek(max(0, size - 8192))
-            return "\n".join(self._log.read().decode(errors="replace").splitlines()[-_LOG_LINES:])
+            said = _COLOUR.sub("", self._log.read().decode(errors="replace"))
+            return "\n".join([line for line in said.splitlines() if line.strip()][-_LOG_LINES:])
         return ""
 
     def close(self) -> None:

@@ -108,7 +108,7 @@ class GazeboSimulation(Simulation):
         fresh = [env for env in envs if self._fleet.server(env) is None]
         if self._closed:
             raise SimulationError("the simulation is closed.")
-        self._fleet.start(fresh)
+        self._fleet.replace(fresh)
         self._parted[fresh] = False
         self.stale_gains[fresh] = True
         self._diverged[envs] = False

@@ -1,0 +1,104 @@
+"""Which controllers a policy's commands may go to, of a real controller manager on the bridge."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from frobs_core.errors import ConfigurationError
+from frobs_core.pretrained import read_pretrained
+from frobs_ros.mirror import Mirror
+from frobs_ros.ros_robot import RosRobot
+
+DRIVE = {
+    "type": "diff_drive_controller/DiffDriveController",
+    "left_wheel": "wheel_left_joint",
+    "right_wheel": "wheel_right_joint",
+    "wheel_separation": 0.23,
+    "wheel_radius": 0.035,
+}
+MANAGED = "/managed"
+WHEELS = """<robot name="wheels"><link name="base_link"><inertial><mass value="5"/>
+<inertia ixx=".05" iyy=".05" izz=".05" ixy="0" ixz="0" iyz="0"/></inertial></link>{}
+<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>"""
+WHEEL = """<link name="{side}"><inertial><mass value=".3"/><inertia ixx="5e-4" iyy="9e-4" izz="5e-4" ixy="0" ixz="0" iyz="0"/>
+</inertial></link><joint name="wheel_{side}_joint" type="continuous"><origin xyz="0 {y} 0"/><axis xyz="0 1 0"/>
+<parent link="base_link"/><child link="{side}"/></joint><transmission name="{side}"><joint name="wheel_{side}_joint">
+<hardwareInterface>hardware_interface/VelocityJointInterface</hardwareInterface></joint></transmission>"""
+
+
+@pytest.fixture(scope="module")
+def arm(bridges: Callable[..., Any]) -> None:
+    """The bridge with the arm, whose trajectory controller runs and whose group controller is loaded."""
+    bridges("--robot", "irb120", "--paused")
+
+
+@pytest.fixture(scope="module")
+def reach() -> Iterator[Mirror]:
+    with contextlib.closing(Mirror(read_pretrained("frobs/Irb120Reach-v0"))) as mirror:
+        yield mirror
+
+
+@pytest.fixture(scope="module")
+def maze() -> Iterator[Mirror]:
+    with contextlib.closing(Mirror(read_pretrained("frobs/KobukiMaze-v0"))) as mirror:
+        yield mirror
+
+
+def test_a_controller_that_runs_is_taken(arm: None, reach: Mirror) -> None:
+    robot = RosRobot(reach, controller="arm_controller")
+    until = time.monotonic() + 20.0
+    while robot.state() is None:
+        assert time.monotonic() < until
+        _step()
+
+
+def test_a_controller_that_is_not_loaded_or_does_not_run_is_refused(arm: None, reach: Mirror) -> None:
+    with pytest.raises(ConfigurationError, match=r"no controller 'leg' is loaded in /; there are: arm_controller, "):
+        RosRobot(reach, controller="leg")
+    with pytest.raises(
+        ConfigurationError, match=r"'joint_group_position_controller' is .*; running are: arm_controller, "
+    ):
+        RosRobot(reach, controller="joint_group_position_controller")
+
+
+def test_a_drive_that_does_not_run_is_refused_as_others_are(arm: None, maze: Mirror) -> None:
+    import rospy
+    from controller_manager_msgs.srv import LoadController, SwitchController
+    from gazebo_msgs.srv import SpawnModel
+    from geometry_msgs.msg import Pose
+
+    from frobs_ros.services import call
+
+    rospy.set_param(f"{MANAGED}/drive", DRIVE)
+    place = Pose()
+    place.position.y, place.position.z, place.orientation.w = 3.0, 1.0, 1.0
+    xml = WHEELS.format("".join(WHEEL.format(side=side, y=y) for side, y in (("left", 0.115), ("right", -0.115))))
+    assert call("/gazebo/spawn_urdf_model", SpawnModel, "wheels", xml, MANAGED, place, "world").success
+    with pytest.raises(ConfigurationError, match=r"'drive' is not loaded; running are: \(none\)"):
+        RosRobot(maze, MANAGED, "drive")
+    assert call(f"{MANAGED}/controller_manager/load_controller", LoadController, "drive").ok
+    with pytest.raises(ConfigurationError, match="'drive' is initialized; running are"):
+        RosRobot(maze, MANAGED, "drive")
+    switched = call(f"{MANAGED}/controller_manager/switch_controller", SwitchController, ["drive"], [], 2, False, 3.0)
+    assert switched.ok
+    RosRobot(maze, MANAGED, "drive")
+    assert f"{MANAGED}/drive/cmd_vel" in [name for name, _ in rospy.get_published_topics(MANAGED)]
+
+
+def test_where_nobody_manages_controllers_a_drive_is_trusted(arm: None, maze: Mirror) -> None:
+    import rospy
+
+    rospy.set_param("/unmanaged/drive", DRIVE)
+    RosRobot(maze, "/unmanaged", "drive")
+
+
+def _step() -> None:
+    from frobs_msgs.srv import StepWorld
+    from frobs_ros.services import call
+
+    call("/gazebo/step", StepWorld, 20)
