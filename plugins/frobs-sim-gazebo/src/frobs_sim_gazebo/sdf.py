@@ -21,10 +21,8 @@ LINK = "link"
 """Name of the one link of a scene body's model."""
 
 _OPEN = 1e16  # a limit that is none: the plugin stops joints at theirs
-_STIFFNESS, _DAMPING = (
-    1e6,
-    1e2,
-)  # [N/m], [N s/m] of a contact: rigid ones would not share a load, and casters take it all
+# Of a contact, [N/m] and [N s/m]: rigid ones would not share a load, and casters would take it off their wheels.
+_STIFFNESS, _DAMPING = 1e7, 1e3
 _STANDING = 1.0  # [kg] of a base that nothing moves
 _UNTURNED = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
@@ -123,8 +121,7 @@ def _collision(name: str, geometry: str, place: Floats, friction: float) -> str:
     return (
         f'<collision name="{name}">{_pose(place)}<max_contacts>20</max_contacts><geometry>{geometry}</geometry>'
         f"<surface><friction><ode><mu>{mu!r}</mu><mu2>{mu!r}</mu2></ode></friction>"
-        f"<contact><ode><kp>{_STIFFNESS!r}</kp><kd>{_DAMPING!r}</kd><min_depth>0.0001</min_depth></ode></contact>"
-        "</surface></collision>"
+        f"<contact><ode><kp>{_STIFFNESS!r}</kp><kd>{_DAMPING!r}</kd></ode></contact></surface></collision>"
     )
 
 
