@@ -1,4 +1,5 @@
-"""Packages of FRobs_RL run unmodified: a real ROS master, real nodes, the bridge over MuJoCo behind the names of Gazebo."""
+"""Packages of FRobs_RL run unmodified: a real ROS master, real nodes, and behind the names of Gazebo the bridge, over MuJoCo
+and over a real Gazebo."""
 
 from __future__ import annotations
 
@@ -13,8 +14,8 @@ EXAMPLES = HERE.parent / "examples"
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["old_gym_package", "gymnasium_package"])
-def test_an_old_package_spawns_trains_saves_loads_and_predicts(name, run_package, tmp_path):
-    run = run_package(HERE / name)
+def test_an_old_package_spawns_trains_saves_loads_and_predicts(name, backend, run_package, tmp_path):
+    run = run_package(HERE / name, backend)
     trained = run("train.py")
     assert re.search(r"total_timesteps \| 60", trained)
     folder = tmp_path / name
@@ -29,8 +30,8 @@ def test_an_old_package_spawns_trains_saves_loads_and_predicts(name, run_package
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["abb_irb120_reacher", "kobuki_maze_rl"])
-def test_the_examples_train_for_a_short_while(name, run_package, tmp_path):
-    run = run_package(EXAMPLES / name)
+def test_the_examples_train_for_a_short_while(name, backend, run_package, tmp_path):
+    run = run_package(EXAMPLES / name, backend)
     config = tmp_path / name / "config"
     text = (config / "td3.yaml").read_text()
     for key, value in (("training_steps", 60), ("learning_starts", 20), ("save_freq", 60), ("batch_size", 16)):
