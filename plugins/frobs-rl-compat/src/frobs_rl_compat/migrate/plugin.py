@@ -216,4 +216,4 @@ def _write_learning(package: OldPackage, folder: Path, id: str, made: Migration)
         (folder / name).write_text(text, "utf-8")
         made.carry(f"{path.name}: training, noise, networks", name)
         if note:
-            made.leave(f"keys of {path.name}", note)
+            made.leave(f"keys of {path.name}", note.removeprefix(f"{path}: "))
