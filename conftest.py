@@ -1,8 +1,10 @@
-"""What all tests share: of many alike, the usual runs take every fourth."""
+"""What all tests share: a real Gazebo, or the reason why there is none; and of many alike the usual runs take a fourth."""
 
 from __future__ import annotations
 
+import os
 from collections import Counter
+from typing import Any
 
 import pytest
 
@@ -30,3 +32,17 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if left:
         config.hook.pytest_deselected(items=left)
         items[:] = kept
+
+
+@pytest.fixture(scope="session")
+def real_gazebo() -> Any:
+    """Return a real Gazebo 11; skip without one, and fail where FROBS_REQUIRE_GAZEBO=1 says that one must be here."""
+    from frobs_core.errors import SimulationError
+
+    installation = pytest.importorskip("frobs_sim_gazebo.installation", reason="frobs-sim-gazebo is not installed")
+    try:
+        return installation.find_gazebo()
+    except SimulationError as error:
+        if os.environ.get("FROBS_REQUIRE_GAZEBO") == "1":
+            pytest.fail(f"FROBS_REQUIRE_GAZEBO=1, and {error}", pytrace=False)
+        pytest.skip(str(error))

@@ -37,6 +37,14 @@ def _free_port() -> int:
         return int(probe.getsockname()[1])
 
 
+@pytest.fixture(params=["mujoco", "gazebo"])
+def backend(request: pytest.FixtureRequest) -> str:
+    """What stands behind the names of Gazebo, for FROBS_ROS_BACKEND: the bridge over MuJoCo, and over a real Gazebo 11."""
+    if request.param == "gazebo":
+        request.getfixturevalue("real_gazebo")
+    return f"bridge:{request.param}"
+
+
 @pytest.fixture
 def run_package(tmp_path: Path) -> Callable[..., Callable[..., str]]:
     """Copy a package, and return what runs its scripts and returns their output."""
@@ -47,7 +55,7 @@ def run_package(tmp_path: Path) -> Callable[..., Callable[..., str]]:
         pytest.skip(missing)
     alone = _alone()
 
-    def prepare(package: Path, backend: str = "bridge:mujoco") -> Callable[..., str]:
+    def prepare(package: Path, backend: str) -> Callable[..., str]:
         folder = tmp_path / package.name
         shutil.copytree(package, folder)
         (tmp_path / "home").mkdir()
@@ -59,6 +67,7 @@ def run_package(tmp_path: Path) -> Callable[..., Callable[..., str]]:
             "ROS_MASTER_URI": f"http://localhost:{11311 if alone else _free_port()}",
             "FROBS_ROS_BACKEND": backend,
             "HOME": str(tmp_path / "home"),
+            "XDG_CACHE_HOME": os.environ.get("XDG_CACHE_HOME", str(Path.home() / ".cache")),  # a Gazebo may be there
             "OMP_NUM_THREADS": "1",  # small networks learn fastest so, and far faster where other tests run
             "ROS_HOME": str(tmp_path / "home" / ".ros"),
         }

@@ -140,3 +140,42 @@ def test_a_robots_environment_has_the_manner_that_its_file_imports(name, tmp_pat
     monkeypatch.syspath_prepend(str(tmp_path))
     made = object.__new__(importlib.import_module(f"robot_{name}").Robot)  # its constructor would want ROS
     assert manner_of(made).value == name
+
+
+WITHOUT_ROS = """
+from pathlib import Path
+from frobs_ros import environment
+
+environment.SYSTEM = environment.DISTRIBUTION = Path("/nowhere")
+"""
+
+
+@pytest.mark.parametrize(
+    ("module", "told"),
+    [
+        ("rospy", "it is not installed for this Python. Install it with 'apt-get install ros-core"),
+        ("sensor_msgs.msg", "'frobs doctor ros' says"),
+        ("moveit_commander", "MoveIt is not installed, and nothing stands in for it"),
+        ("moveit_commander.conversions", "frobs migrate PATH"),
+    ],
+)
+def test_what_a_package_imports_and_is_missing_says_what_to_do(module, told):
+    code = WITHOUT_ROS + f"import {module}"
+    done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True)
+    last = done.stderr.strip().splitlines()[-1]
+    top = module.partition(".")[0]
+    if done.returncode == 0:
+        pytest.skip(f"{top} is installed in this environment")
+    assert last.startswith(f"ModuleNotFoundError: No module named '{top}': ")
+    assert told in last
+
+
+def test_who_only_asks_for_a_missing_module_is_told_that_it_is_not_there():
+    code = WITHOUT_ROS + (
+        "import importlib.util\n"
+        "print(importlib.util.find_spec('moveit_msgs'))\n"
+        "try:\n    import moveit_msgs\nexcept ImportError as error:\n    print(error.name)\n"
+        "import frobs_rl.common.ros_gazebo, frobs_rl.envs.robot_BasicEnv"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["None", "moveit_msgs"]

@@ -164,3 +164,13 @@ def test_a_real_gym_of_0_26_has_five_values():
     for version, manner in (("0.21.0", Manner.GYM), ("0.25.2", Manner.GYM), ("0.26.2", Manner.GYMNASIUM)):
         module.__version__ = version
         assert manner_of_gym(module) is manner
+
+
+def test_environments_of_a_real_gym_are_refused_with_the_way_out():
+    real = type("TimeLimit", (), {"__module__": "gym.wrappers.time_limit"})()
+    with pytest.raises(ConfigurationError, match=r"TimeLimit.*pip uninstall gym"):
+        to_gymnasium(real)
+    mixed = NewCounter()
+    mixed.action_space = type("Box", (), {"__module__": "gym.spaces.box"})()
+    with pytest.raises(ConfigurationError, match=r"NewCounter.*pip uninstall gym"):
+        to_gymnasium(mixed)

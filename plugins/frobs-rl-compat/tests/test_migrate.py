@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -125,3 +126,32 @@ def test_another_yaml_file_is_refused(tmp_path):
     with pytest.raises(ConfigurationError, match=r"something.*model_params"):
         migrate_yaml(file, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["other.yaml"]
+
+
+def test_friction_and_lidar_of_wheels_are_carried_over(tmp_path):
+    robot = read(migrate_package(EXAMPLES / "kobuki_maze_rl", tmp_path), "robot.py")
+    names: dict = {"__file__": str(tmp_path / "robot.py")}
+    exec(robot, names)
+    kobuki = names["KOBUKI_MAZE_RL"]
+    assert kobuki.friction["caster_front_link"] == 0.0
+    assert kobuki.sensors["lidar"].rays == 8
+    assert kobuki.sensors["lidar"].frame == "laser_link"
+
+
+def test_a_lidar_that_cannot_be_used_leaves_the_robot_as_it_is(tmp_path):
+    package = tmp_path / "kobuki_maze_rl"
+    shutil.copytree(EXAMPLES / "kobuki_maze_rl", package)
+    file = package / "urdf" / "kobuki_lidar.urdf.xacro"
+    file.write_text(file.read_text().replace("<update_rate>100", "<pose>0 0 0 0 1 0</pose><update_rate>100"))
+    migration = migrate_package(package, tmp_path / "made")
+    assert "turned" in dict(migration.left)["the lidar"]
+    assert "differential_drive=DifferentialDrive(" in read(migration, "robot.py")
+
+
+def test_a_package_without_a_launch_file_is_migrated_too(tmp_path):
+    package = tmp_path / "old_gym_package"
+    shutil.copytree(HERE / "old_gym_package", package)
+    shutil.rmtree(package / "launch")
+    migration = migrate_package(package, tmp_path / "made")
+    assert "goal.launch" not in dict(migration.left)
+    assert "observation_elements_vary" in dict(migration.left)["the tool never moves along z"]

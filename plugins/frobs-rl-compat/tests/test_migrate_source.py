@@ -149,3 +149,12 @@ def test_comments_keep_indentation_and_width():
     inserted = insert_in_method(text, "f", ["        # here"])
     assert inserted.splitlines()[6] == "        # here"
     assert ast.dump(ast.parse(inserted)) == ast.dump(ast.parse(text))
+
+
+@pytest.mark.parametrize(
+    "text", ["class Reach(Arm):\n    print 'python 2'\n", "register(id='A-v0'\n", "\0\nclass A(B):\n"]
+)
+def test_a_file_of_the_environment_that_is_no_python_of_today_is_named(package_of_two, text):
+    (package_of_two / "reach.py").write_text(text)
+    with pytest.raises(ConfigurationError, match=r"reach\.py.*mend it"):
+        read_package(package_of_two)

@@ -16,8 +16,6 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core.errors import SimulationError
-
 PACKAGES = Path(__file__).parent / "packages"
 
 
@@ -155,18 +153,9 @@ def own_master(rosmaster: str) -> Iterator[str]:
 
 @pytest.fixture(scope="module", params=["mujoco", "gazebo"])
 def simulator(ros: None, request: pytest.FixtureRequest) -> str:
-    """What computes behind the bridge: MuJoCo, and a real Gazebo 11.
-
-    Without a Gazebo it skips, or fails where FROBS_REQUIRE_GAZEBO says so.
-    """
+    """What computes behind the bridge: MuJoCo, and a real Gazebo 11."""
     if request.param == "gazebo":
-        installation = pytest.importorskip("frobs_sim_gazebo.installation")
-        try:
-            installation.find_gazebo()
-        except SimulationError as error:
-            if os.environ.get("FROBS_REQUIRE_GAZEBO") == "1":
-                pytest.fail(str(error))
-            pytest.skip(str(error))
+        request.getfixturevalue("real_gazebo")
     return str(request.param)
 
 

@@ -1,21 +1,13 @@
-"""What the tests share: the robots of the kit, and a real Gazebo, or the reason why there is none."""
+"""What the tests share: a real Gazebo, by the name that these tests use."""
 
 from __future__ import annotations
 
-import os
-
 import pytest
 
-from frobs_core.errors import SimulationError
-from frobs_sim_gazebo.installation import Installation, find_gazebo
+from frobs_sim_gazebo.installation import Installation
 
 
 @pytest.fixture(scope="session")
-def gazebo() -> Installation:
-    """Return a real Gazebo 11; skip without one, and fail where FROBS_REQUIRE_GAZEBO=1 says that one must be here."""
-    try:
-        return find_gazebo()
-    except SimulationError as error:
-        if os.environ.get("FROBS_REQUIRE_GAZEBO") == "1":
-            pytest.fail(f"FROBS_REQUIRE_GAZEBO=1, and {error}", pytrace=False)
-        pytest.skip(str(error))
+def gazebo(real_gazebo: Installation) -> Installation:
+    """Return a real Gazebo 11."""
+    return real_gazebo

@@ -8,6 +8,7 @@ its attribute ``frobs_manner``; what has none is Gymnasium's.
 from __future__ import annotations
 
 import inspect
+import sys
 from collections.abc import Iterator
 from enum import Enum
 from typing import Any
@@ -75,7 +76,18 @@ def understand_step(env: Any, answer: Any) -> tuple[Any, Any, bool, bool, dict[s
 
 
 def to_gymnasium(env: Any) -> Any:
-    """Return an environment that answers in Gymnasium's manner: the same one, where it does."""
+    """Return an environment that answers in Gymnasium's manner: the same one, where it does.
+
+    Raises:
+        ConfigurationError: It, or one of its spaces, is of a real ``gym``, whose classes are not Gymnasium's.
+    """
+    spaces = [getattr(env, name, None) for name in ("action_space", "observation_space")]
+    if any(_is_of_real_gym(part) for part in (env, *spaces)):
+        version = getattr(sys.modules.get("gym"), "__version__", "")
+        raise ConfigurationError(
+            f"{type(env).__name__} is made with gym {version}, which is installed here and is not Gymnasium: "
+            "'pip uninstall gym', and 'import gym' finds the one of frobs-rl-compat; or let the package import gymnasium."
+        )
     return FiveValues(env) if manner_of(env) is Manner.GYM else env
 
 
@@ -117,6 +129,12 @@ def forwarded(wrapper: Any, name: str) -> Any:
     if name.startswith("_") or name == "env":
         raise AttributeError(f"'{type(wrapper).__name__}' object has no attribute '{name}'")
     return wrapper.env.get_wrapper_attr(name)
+
+
+def _is_of_real_gym(part: Any) -> bool:
+    """Return whether an environment or a space is of a ``gym`` that is not ours: ours are Gymnasium's."""
+    modules = {base.__module__.partition(".")[0] for base in type(part).__mro__}
+    return "gym" in modules and not isinstance(part, gymnasium.Env | gymnasium.Space)
 
 
 def _chain(env: Any) -> Iterator[Any]:

@@ -8,6 +8,7 @@ import os
 import sys
 from _thread import get_ident
 from importlib.machinery import ModuleSpec
+from types import FrameType
 
 _HERE = os.path.dirname(os.path.abspath(__file__))
 ROS_PACKAGE = os.path.join(os.path.dirname(_HERE), "frobs_rl")
@@ -43,24 +44,35 @@ _OF_ROS = frozenset(
 )
 """What packages of FRobs_RL import of ROS at the top of their files."""
 
+_MOVEIT = frozenset(["moveit_commander", "moveit_msgs"])
+
 _asking: set[int] = set()
 """Threads that ask the other finders at the moment."""
 
 
 class LastResort:
-    """Finds what nothing else finds: our ``gym``, and ROS's modules where ROS is installed but not linked."""
+    """Finds what nothing else finds: our ``gym``, and ROS's modules where ROS is installed but not linked.
+
+    An ``import`` of what is missing of ROS, or of MoveIt, says what to do about it.
+    """
 
     @classmethod
     def find_spec(cls, name: str, path: object = None, target: object = None) -> ModuleSpec | None:
-        """Return where a module is; for all other names None."""
+        """Return where a module is; for all other names None.
+
+        Raises:
+            ModuleNotFoundError: A module of ROS or MoveIt is imported, and missing.
+        """
         thread = get_ident()
-        if (name != "gym" and name not in _OF_ROS) or thread in _asking:
+        if (name != "gym" and name not in _OF_ROS and name not in _MOVEIT) or thread in _asking:
             return None
         _asking.add(thread)
         try:
             found = _ask_others(name)
             if found is None:
                 found = _our_gym() if name == "gym" else _of_ros(name)
+            if found is None and _is_imported(sys._getframe(1)):
+                raise _missing(name)
         finally:
             _asking.discard(thread)
         return found
@@ -73,6 +85,20 @@ def _ask_others(name: str) -> ModuleSpec | None:
         if found is not None:
             return found
     return None
+
+
+def _is_imported(caller: FrameType) -> bool:
+    """Return whether a finder's caller carries out an ``import``: who only asks where a module is, is told None."""
+    behind = caller.f_back
+    return (
+        caller.f_code.co_name == "_find_spec" and behind is not None and behind.f_code.co_name.startswith("_find_and")
+    )
+
+
+def _missing(name: str) -> ModuleNotFoundError:
+    from frobs_rl_compat.ros import why_missing
+
+    return ModuleNotFoundError(f"No module named '{name}': {why_missing(name)}", name=name)
 
 
 def _our_gym() -> ModuleSpec | None:

@@ -61,7 +61,7 @@ def read_package(folder: Path, id: str | None = None) -> OldPackage:
         id: Which of its environments; None: the first that is registered.
 
     Raises:
-        ConfigurationError: There is no such folder, or no environment of FRobs_RL in it.
+        ConfigurationError: There is no such folder, no environment of FRobs_RL in it, or it cannot be read.
         UnknownNameError: The package does not register the ID.
     """
     if not folder.is_dir():

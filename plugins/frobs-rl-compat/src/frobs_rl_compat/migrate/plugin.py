@@ -6,10 +6,12 @@ import os
 import re
 import tempfile
 from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import Lidar
 from frobs_core.scaffold import render, resolve
 from frobs_core.scaffold.robot_file import copy_model
 from frobs_rl_compat.migrate.advice import note_what_is_left
@@ -19,7 +21,10 @@ from frobs_rl_compat.migrate.package import OldPackage, read_package
 from frobs_rl_compat.migrate.report import Migration
 from frobs_rl_compat.migrate.robot import RobotSource, find_robot
 from frobs_rl_compat.migrate.task import edit_task
-from frobs_rl_compat.migrate.yaml_files import run_configuration
+from frobs_rl_compat.migrate.yaml_files import literal, run_configuration
+
+STILL = "observation_elements_vary"
+"""The check that an arm fails whose tool does not move along each axis."""
 
 
 def migrate_package(
@@ -107,7 +112,15 @@ def _edit_robot(
         return
     made.carry(f"{robot.path.name}, macros expanded, with its meshes", f"src/{sources.name}/{name}.urdf")
     made.leave("the tool and the posture at rest", "robot.py has what is likeliest: tcp, home and drive gains")
+    if robot.lidar_problem:
+        made.leave("the lidar", f"robot.py: sensors; {robot.lidar_problem}")
     if robot.wheels is None:
+        for axis in robot.still_axes:
+            made.leave(
+                f"the tool never moves along {axis}",
+                f"task.py: take that of tool and goal out of observe and of what describes it in bind and "
+                f"observation_columns; until then the tests `{STILL}` fail",
+            )
         return
     wheels = robot.wheels
     copy_model(robot.model, sources / f"{name}.urdf")
@@ -120,13 +133,39 @@ def _edit_robot(
         (r"separation=[0-9.]+", f"separation={wheels.separation:g}"),
         (r"wheel_radius=[0-9.]+", f"wheel_radius={wheels.diameter / 2:g}"),
         (r'tcp="base_link"', f'tcp="{"base_link" if "base_link" in links else links[0]}"'),
-        (r"    friction=.*\n", "    # TODO: friction={link: 0.0} of castors that glide; the highest speeds above, as yours has\n"),
+        (r"    friction=.*\n", _friction_text(robot.friction)),
+        (r"    # sensors=.*\n", _lidars_text(robot.lidars)),
     ):  # fmt: skip
         text = re.sub(old, new, text)
+    if robot.lidars:
+        text = text.replace("DriveGains, Robot", "DriveGains, Lidar, Robot")
     file.write_text(text, "utf-8")
     readme = sources.parent.parent / "README.md"
     readme.write_text(readme.read_text("utf-8").replace(f"{name}.urdf.xacro", f"{name}.urdf"), "utf-8")
     made.carry("wheels of the Gazebo plugin", "robot.py: differential_drive")
+    made.leave("the highest speeds", "robot.py: differential_drive has likely ones, of an action of 1")
+    if robot.friction:
+        made.carry(f"friction of {', '.join(robot.friction)}", "robot.py: friction")
+    if robot.lidars:
+        made.carry(f"lidar {', '.join(robot.lidars)}", "robot.py: sensors")
+
+
+def _friction_text(friction: Mapping[str, float]) -> str:
+    if not friction:
+        return "    # TODO: friction={link: 0.0} of castors that glide\n"
+    rows = "".join(f'        "{link}": {value!r},\n' for link, value in friction.items())
+    return f"    friction={{\n{rows}    }},\n"
+
+
+def _lidars_text(lidars: Mapping[str, Lidar]) -> str:
+    rows = ""
+    for name, lidar in lidars.items():
+        values = {each.name: getattr(lidar, each.name) for each in fields(lidar)
+                  if getattr(lidar, each.name) != each.default}  # fmt: skip
+        shown = "".join(f"            {key}={literal(value)},\n" for key, value in values.items())
+        rows += f'        "{name}": Lidar(\n{shown}        ),\n'
+    told = "    # a task reads them with frobs_core.sensors.Sensors\n"
+    return f"{told}    sensors={{\n{rows}    }},\n" if rows else '    # sensors={"scan": Lidar(frame="base_link", …)}\n'
 
 
 def _edit_plugin(package: OldPackage, folder: Path, sources: Path, context: Mapping[str, Any], made: Migration) -> str:
@@ -177,4 +216,4 @@ def _write_learning(package: OldPackage, folder: Path, id: str, made: Migration)
         (folder / name).write_text(text, "utf-8")
         made.carry(f"{path.name}: training, noise, networks", name)
         if note:
-            made.leave(f"keys of {path.name}", note)
+            made.leave(f"keys of {path.name}", note.removeprefix(f"{path}: "))

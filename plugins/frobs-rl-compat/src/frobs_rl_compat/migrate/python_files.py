@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+
+from frobs_core.errors import ConfigurationError
 
 ROOTS = ("RobotBasicEnv", "CustomRobotEnv", "CCustomRobotEnv", "CustomTaskEnv")
 """FRobs_RL's own classes, which a package's inherit."""
@@ -112,16 +115,28 @@ class PythonFiles:
         ]  # fmt: skip
 
 
+_DEFINES = re.compile(r"^\s*class\s+\w+\s*\(|^register\s*\(", re.MULTILINE)
+"""What a file with a part of an environment has."""
+
+
 def read_python_files(folder: Path) -> PythonFiles:
-    """Read all Python files of a package."""
+    """Read all Python files of a package.
+
+    Raises:
+        ConfigurationError: One that defines a class, or registers an environment, is no Python of today.
+    """
     files = PythonFiles({}, [], {}, {})
     for path in sorted(folder.rglob("*.py")):
         if any(part.startswith(".") or part in ("build", "devel") for part in path.relative_to(folder).parts):
             continue
         try:
             source = path.read_text("utf-8")
-            tree = ast.parse(source)
-        except (SyntaxError, UnicodeDecodeError) as error:
+            tree = ast.parse(source, path.name)
+        except (SyntaxError, ValueError) as error:  # of which UnicodeDecodeError is one
+            if _DEFINES.search(path.read_text("utf-8", "replace")):
+                raise ConfigurationError(
+                    f"{path}: {error}. A part of the environment may be in it: mend it, for a file of Python 2 with 2to3."
+                ) from error
             files.unread[path] = str(error)
             continue
         for node in ast.walk(tree):

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
+
 from frobs_core.errors import FrobsError
-from frobs_core.models import RobotModel, load_model
+from frobs_core.interfaces import Lidar
+from frobs_core.models import RobotModel, default_tcp, forward_kinematics, load_model
 from frobs_core.models.resources import Packages
 from frobs_rl_compat.migrate.package import OldPackage
+from frobs_ros.bridge.extras import read_lidars
+from frobs_ros.bridge.urdf import gazebo_elements, read_friction
 
 _DRIVE_TAGS = {
     "left": ("leftJoint", "left_wheel_joint_name", "left_wheel", "left_joint"),
@@ -48,6 +53,9 @@ class RobotSource:
         package_paths: Folders of ROS packages that it may name.
         model: What it says.
         wheels: Where it drives on two wheels.
+        friction: Sliding friction by link, of those for which the file says one.
+        lidars: By name.
+        lidar_problem: Why there is none, where the file has one that cannot be used.
     """
 
     path: Path
@@ -55,6 +63,16 @@ class RobotSource:
     package_paths: Mapping[str, str | Path]
     model: RobotModel
     wheels: Wheels | None
+    friction: Mapping[str, float]
+    lidars: Mapping[str, Lidar]
+    lidar_problem: str = ""
+
+    @property
+    def still_axes(self) -> str:
+        """Axes of the root link along which the tool never moves: ``"z"`` for an arm that lies flat."""
+        postures = np.random.default_rng(0).uniform(-1.0, 1.0, (64, len(self.model.joint_names)))
+        spread = np.ptp(forward_kinematics(self.model, default_tcp(self.model), postures)[0], axis=0)
+        return "".join(axis for axis, wide in zip("xyz", spread, strict=True) if wide < 1e-9)
 
 
 def find_robot(package: OldPackage, package_paths: Mapping[str, str | Path]) -> tuple[RobotSource | None, str]:
@@ -75,9 +93,19 @@ def find_robot(package: OldPackage, package_paths: Mapping[str, str | Path]) -> 
         home = Packages(paths, package.folder.absolute() / "package.xml").find(given.get("pkg_name") or package.name)
         path = Path(home) / str(given.get("urdf_folder", "/urdf")).strip("/") / str(file)
         model = load_model(path, xacro_args=args, package_paths=paths)
+        elements = gazebo_elements(model)
+        friction = read_friction(elements, model)
     except FrobsError as error:
         return None, str(error)
-    return RobotSource(path, args, paths, model, _wheels(model)), ""
+    lidars, problem = _lidars(elements)
+    return RobotSource(path, args, paths, model, _wheels(model), friction, lidars, problem), ""
+
+
+def _lidars(elements: Iterable[ElementTree.Element]) -> tuple[dict[str, Lidar], str]:
+    try:
+        return read_lidars(elements), ""
+    except FrobsError as error:
+        return {}, str(error)
 
 
 def _wheels(model: RobotModel) -> Wheels | None:

@@ -124,7 +124,7 @@ def migrate_yaml(path: Path, out: Path) -> Migration:
         text, note = run_configuration(path, mapping, None)
         made.carry(f"{ROOT}: training, noise, networks", target.name)
         if note:
-            made.leave("keys that a run has no place for", note)
+            made.leave("keys that a run has no place for", note.removeprefix(f"{path}: "))
         made.leave("the environment", "name it on the command line")
         made.next.append(f"frobs train ID --config {target}")
     else:

@@ -61,6 +61,17 @@ def gazebo_elements(model: RobotModel) -> tuple[Element, ...]:
     return tuple(ElementTree.fromstring(model.xml).findall("gazebo")) if model.format == "urdf" else ()
 
 
+def read_friction(elements: tuple[Element, ...], model: RobotModel) -> Mapping[str, float]:
+    """Return the friction of the links for which the file says one; one whose joint is fixed counts for itself."""
+    links = {link.name for link in model.links if link.collisions}
+    found = {}
+    for element in elements:
+        link, given = element.get("reference", ""), element.findtext("mu1") or element.findtext("mu")
+        if link in links and given:
+            found[link] = min(float(given), 10.0)  # Gazebo's files write 100000 for "enough"
+    return found
+
+
 @lru_cache(maxsize=32)  # the same robot comes and goes; what it reads on the disk is found by these paths
 def _describe(text: str, paths: tuple[str, ...]) -> Description:
     del paths
@@ -77,7 +88,7 @@ def _describe(text: str, paths: tuple[str, ...]) -> Description:
         model=str(model.path),
         name=model.name,
         base="fixed" if static or model.root == "world" else "floating",
-        friction=_friction(elements, model),
+        friction=read_friction(elements, model),
         self_collision=any(_says(element, "selfCollide") for element in elements),
     )
     robot = with_gains(replace(robot, sensors=read_lidars(elements)), model)
@@ -97,17 +108,6 @@ def _modes(root: Element) -> dict[str, CommandMode]:
         for joint in transmission.findall("joint"):
             name = (joint.findtext("hardwareInterface") or "").strip().rpartition("/")[2]
             found[joint.get("name", "")] = _INTERFACES.get(name, CommandMode.EFFORT)
-    return found
-
-
-def _friction(elements: tuple[Element, ...], model: RobotModel) -> Mapping[str, float]:
-    """Return the friction of the links for which the file says one; one whose joint is fixed counts for itself."""
-    links = {link.name for link in model.links if link.collisions}
-    found = {}
-    for element in elements:
-        link, given = element.get("reference", ""), element.findtext("mu1") or element.findtext("mu")
-        if link in links and given:
-            found[link] = min(float(given), 10.0)  # Gazebo's files write 100000 for "enough"
     return found
 
 

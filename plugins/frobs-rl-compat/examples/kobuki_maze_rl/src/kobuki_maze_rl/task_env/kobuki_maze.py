@@ -24,10 +24,13 @@ ROUTES = (
     ((-8.5, 0), (-8.5, -2), (0, -4), (0, -3.5), (0, -3), (0, -2.5), (0, -2)),
 )
 
+# where the two boxes begin, m
+BOXES = {"box_1": (-2.5, -5.0), "box_2": (-6.5, -5.0)}
+
 
 class KobukiMazeEnv(kobuki_lidar.KobukiLIDAREnv):
     """
-    The robot follows one of four routes through the maze, waypoint by waypoint.
+    The robot follows one of four routes through the maze, waypoint by waypoint; two boxes go to and fro.
     """
 
     def __init__(self):
@@ -57,6 +60,16 @@ class KobukiMazeEnv(kobuki_lidar.KobukiLIDAREnv):
         Init super class.
         """
         super(KobukiMazeEnv, self).__init__()
+
+        """
+        Spawn the boxes.
+        """
+        for name, (x, y) in BOXES.items():
+            spawned, message = ros_gazebo.gazebo_spawn_sdf_pkg(
+                "kobuki_maze_rl", "box.sdf", model_name=name, pos_x=x, pos_y=y
+            )
+            if not spawned:
+                rospy.logerr(name + ": " + message)
         rospy.loginfo("Finished Init of Kobuki Maze Task env")
 
     def _set_episode_init_params(self):
@@ -69,13 +82,36 @@ class KobukiMazeEnv(kobuki_lidar.KobukiLIDAREnv):
             self.model_name_in_gazebo, pos_x=-5.0, pos_y=7.5, pos_z=0.01, ori_z=np.sin(yaw / 2), ori_w=np.cos(yaw / 2)
         )
         self.route, self.index = ROUTES[int(self.np_random.integers(len(ROUTES)))], 0
+
+        # each box turned at random, and how far it goes in a step, m
+        self.steps, self.way = 0, 0
+        self.box_yaw = self.np_random.uniform(-np.pi, np.pi, len(BOXES))
+        self.box_step = self.np_random.uniform(0.0, self.max_box_step, len(BOXES))
+        self.move_boxes()
         self._check_subs_and_pubs_connection()
 
     def _send_action(self, action):
         """
-        Linear and angular velocity
+        Linear and angular velocity; the boxes turn back after 100 steps, then after every 200
         """
+        self.way += 1 if (self.steps // 100 + 1) // 2 % 2 == 0 else -1
+        self.steps += 1
+        self.move_boxes()
         self.drive(action[0], action[1])
+
+    def move_boxes(self):
+        """
+        Put each box as far along its own x axis as it has gone
+        """
+        for (name, (x, y)), yaw, step in zip(BOXES.items(), self.box_yaw, self.box_step):
+            ros_gazebo.gazebo_set_model_state(
+                name,
+                pos_x=x + self.way * step * np.cos(yaw),
+                pos_y=y + self.way * step * np.sin(yaw),
+                ori_z=np.sin(yaw / 2),
+                ori_w=np.cos(yaw / 2),
+                sleep_time=0.0,
+            )
 
     def _get_observation(self):
         """
@@ -133,3 +169,4 @@ class KobukiMazeEnv(kobuki_lidar.KobukiLIDAREnv):
         self.reached_goal_reward = rospy.get_param("/kobuki_maze_task/reached_goal_reward")
         self.collision_reward = rospy.get_param("/kobuki_maze_task/collision_reward")
         self.collision_distance_threshold = rospy.get_param("/kobuki_maze_task/collision_distance_threshold")
+        self.max_box_step = rospy.get_param("/kobuki_maze_task/max_box_step")
