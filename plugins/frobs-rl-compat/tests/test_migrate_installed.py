@@ -33,9 +33,11 @@ def sandbox(tmp_path):
 @pytest.mark.parametrize(
     ("package", "tests"),
     [
-        (HERE / "old_gym_package", ""),
-        (HERE / "gymnasium_package", "test_plugin or test_robot or elements_vary"),  # its task is that of the other
-        (EXAMPLES / "abb_irb120_reacher", ""),
+        pytest.param(HERE / "old_gym_package", "", marks=pytest.mark.exhaustive),
+        pytest.param(  # its task is that of the other
+            HERE / "gymnasium_package", "test_plugin or test_robot or elements_vary", marks=pytest.mark.exhaustive
+        ),
+        pytest.param(EXAMPLES / "abb_irb120_reacher", "", marks=pytest.mark.exhaustive),
         (EXAMPLES / "kobuki_maze_rl", ""),
     ],
     ids=lambda value: getattr(value, "name", ""),
