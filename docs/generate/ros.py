@@ -14,8 +14,8 @@ def page() -> str:
     text += (
         "What ``frobs-ros`` holds of FRobs_RL: names, arguments and defaults are those of its documentation, which a "
         "test compares. Each function is tested against a real ROS master and, where it concerns the simulation, "
-        "against the bridge over MuJoCo. Processes are ended by handle, failures are logged with their reason, and "
-        "retries are as many as documented, without needless sleeping.\n\n"
+        "against the bridge over MuJoCo and over a real Gazebo 11. Processes are ended by handle, failures are logged "
+        "with their reason, and retries are as many as documented, without needless sleeping.\n\n"
     )
     for module, functions in FUNCTIONS.items():
         text += heading(module, "-")

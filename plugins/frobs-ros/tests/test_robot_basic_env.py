@@ -1,4 +1,4 @@
-"""RobotBasicEnv against the bridge over MuJoCo."""
+"""RobotBasicEnv against the bridge over MuJoCo and over a real Gazebo 11."""
 
 from __future__ import annotations
 
