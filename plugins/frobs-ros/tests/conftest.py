@@ -17,6 +17,8 @@ from pathlib import Path
 import pytest
 
 PACKAGES = Path(__file__).parent / "packages"
+_MASTERS: list[str] = []
+_MASTERS_OWN = {"/run_id", "/rosdistro", "/rosversion", "/use_sim_time", "/tcp_keepalive"}
 
 
 @pytest.fixture(scope="session")
@@ -58,7 +60,9 @@ def rosmaster(ros: None) -> Iterator[str]:
 
         _wait(lambda: rosgraph.is_master_online(uri), 30.0, "the master does not answer")
         rospy.init_node("client", disable_signals=True)  # before any clock: it lives in real time
+        _MASTERS.append(uri)
         yield uri
+        _MASTERS.remove(uri)
         rospy.signal_shutdown("the tests are over")
     finally:
         os.killpg(process.pid, signal.SIGKILL)
@@ -240,8 +244,17 @@ def _wait(condition: Callable[[], bool], timeout: float, complaint: str) -> None
 
 @pytest.fixture(scope="module", autouse=True)
 def rubbish() -> Iterator[None]:
-    """Collect what rospy leaves over while its warnings are passed over: the tests of others take each for an error."""
+    """Leave nothing to the next module: neither parameters, nor what rospy leaves to the garbage collector.
+
+    Its warnings are passed over here; the tests of others take each for an error.
+    """
     yield
+    for uri in _MASTERS:
+        import rosgraph
+
+        master = rosgraph.Master("/client", uri)
+        for name in {f"/{name.split('/')[1]}" for name in master.getParamNames()} - _MASTERS_OWN:
+            master.deleteParam(name)
     gc.collect()
 
 

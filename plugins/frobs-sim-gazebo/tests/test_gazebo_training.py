@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -55,7 +56,11 @@ class Training:
         self.path, self._log, self.servers = path, log, set[int]()
         with log.open("w") as file:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", "frobs_core.cli", *command], stdout=file, stderr=file, start_new_session=True
+                [sys.executable, "-m", "frobs_core.cli", *command],
+                stdout=file,
+                stderr=file,
+                start_new_session=True,
+                preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),  # shells take it from the background
             )
 
     def until(self, condition: Callable[[], object], longest: float = 120.0) -> None:

@@ -16,6 +16,7 @@ from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import CommandMode
 from frobs_core.rotations import quat_rotate
 from frobs_ros.environment import use_ros
+from frobs_ros.master import connect
 from frobs_ros.mirror import Command, Mirror, State
 from frobs_ros.scans import rays_of
 from frobs_ros.services import call, is_offered
@@ -147,9 +148,12 @@ class RosRobot:
             )
 
     def _controllers(self) -> str:
-        import rospy
+        import rosgraph
 
-        found = rospy.get_param(self._namespace or "/", {})
+        try:  # of the master itself: rospy answers with what it has happened to ask for before
+            found = connect().getParam(self._namespace or "/")
+        except rosgraph.MasterError:
+            found = {}
         names = [
             n for n, value in found.items() if isinstance(value, Mapping) and "Controller" in str(value.get("type"))
         ]

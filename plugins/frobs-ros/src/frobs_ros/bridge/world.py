@@ -226,6 +226,8 @@ class World:
         """Release the simulation; twice is harmless."""
         if self.simulation is not None:
             self.simulation.close()
+            # They hold each other: left to the garbage collector, memory would fill with holes, spawn by spawn.
+            self.simulation.robots, self.simulation.bodies = {}, {}
             self.simulation = None
 
     def _find(self, kind: str, name: str, names: dict[str, tuple[str, ...]]) -> tuple[Model, str]:
