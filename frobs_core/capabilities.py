@@ -25,7 +25,7 @@ CAPABILITIES: Mapping[str, str] = {
     "snapshot": "the complete state can be saved and restored",
     "teleport": "joint states and poses can be written",
     "pause": "time stands still between two steps",
-    "batched": "many environments are stepped in one call",
+    "batched": "many environments are stepped in one call; approximate: few, as each is an engine",
     "real_time": "steps take as long as they simulate",
     "spawn": "the scene can change while it runs",
     "drive": "the drive law of the core, at the physics rate",

@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from frobs_core import plugins
+from frobs_core.capabilities import Level
 from frobs_core.errors import ConfigurationError
 from frobs_core.runs.config import RunConfig
 from frobs_core.runs.environments import find_spec, make_vector_env
@@ -20,6 +22,7 @@ from frobs_core.runs.playing import OctantResult, play_episodes
 from frobs_core.runs.policy import load_policy
 from frobs_core.runs.run import Run
 from frobs_core.runs.seeds import spread_seed
+from frobs_core.specs import SimulatorRecord
 from frobs_core.yaml import plain
 
 _log = logging.getLogger("frobs")
@@ -101,7 +104,7 @@ def evaluate(
     chosen_seed = config.seed if seed is None else seed
     assert chosen_seed is not None
     if num_envs is None:
-        num_envs = usual_num_envs(config, episodes)
+        num_envs = usual_num_envs(config, episodes, simulator)
     for name, value, least in (("episodes", episodes, 1), ("num_envs", num_envs, 1), ("seed", chosen_seed, 0)):
         if value < least:
             raise ConfigurationError(f"{name} = {value}: it must be at least {least}.")
@@ -142,9 +145,18 @@ def evaluate(
     return result
 
 
-def usual_num_envs(config: RunConfig, episodes: int) -> int:
-    """Return how many environments an evaluation steps together."""
-    return min(episodes, 256 if find_spec(config.environment).vector_entry_point is not None else 16)
+def usual_num_envs(config: RunConfig, episodes: int, simulator: str | None = None) -> int:
+    """Return how many environments an evaluation steps together: few, where each is a process or an engine of its own.
+
+    Args:
+        config: Of the training.
+        episodes: That are played, ≥ 1.
+        simulator: Another one than the training's.
+    """
+    name = simulator or config.environment_kwargs.get("simulator")
+    record = plugins.records("simulator").get(name) if name else None
+    alone = isinstance(record, SimulatorRecord) and record.capabilities.get("batched", Level.EXACT) < Level.EXACT
+    return min(episodes, 256 if find_spec(config.environment).vector_entry_point is not None and not alone else 16)
 
 
 def _digest(settings: Mapping[str, Any]) -> str:

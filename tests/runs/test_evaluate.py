@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from frobs_core.errors import CheckpointError, ConfigurationError, RunError
-from frobs_core.runs import Run, evaluate
+from frobs_core.runs import Run, evaluate, resolve_config
 from frobs_core.runs.environments import make_vector_env
-from frobs_core.runs.evaluate import wilson_interval
+from frobs_core.runs.evaluate import usual_num_envs, wilson_interval
 from frobs_core.runs.playing import EpisodeCounter as _Counter
 from frobs_core.runs.playing import goal_reader
 from frobs_core.runs.recorder import FinishedEpisodes
@@ -119,3 +119,10 @@ def test_vectors_reset_in_the_same_step_whatever_the_id_has() -> None:
         env = make_vector_env(name, 2, {})
         assert env.metadata["autoreset_mode"] == gym.vector.AutoresetMode.SAME_STEP
         env.close()
+
+
+def test_few_are_stepped_together_where_each_is_an_engine_of_its_own() -> None:
+    config = resolve_config("frobs/Irb120Reach-v0")
+    assert usual_num_envs(config, 1000) == 256
+    assert usual_num_envs(config, 1000, "gazebo") == 16
+    assert usual_num_envs(config, 3, "gazebo") == 3

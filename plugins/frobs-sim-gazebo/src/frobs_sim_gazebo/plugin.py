@@ -8,11 +8,12 @@ from frobs_core.specs import SimulatorRecord
 @hookimpl
 def frobs_simulators() -> list[SimulatorRecord]:
     """Offer Gazebo 11."""
-    exact = "teleport pause batched contacts rays wrench randomize_gravity"
-    # Gazebo repeats a motion closely, not to the bit. Its drives follow the law to the first order in the timestep, its
-    # friction is the smaller one of two bodies where MuJoCo takes the larger, and what is fixed together keeps its
-    # centre of mass when a mass is changed.
-    approximate = "determinism snapshot drive randomize_mass randomize_friction randomize_gains randomize_joint_damping"
+    exact = "teleport pause contacts rays wrench randomize_gravity"
+    # Each environment is a server of its own. Gazebo repeats a motion closely, not to the bit. Its drives follow the law to
+    # the first order in the timestep, its friction is the smaller one of two bodies where MuJoCo takes the larger, and what
+    # is fixed together keeps its centre of mass when a mass is changed.
+    approximate = "batched determinism snapshot drive randomize_mass randomize_friction randomize_gains "
+    approximate += "randomize_joint_damping"
     return [
         SimulatorRecord(
             name="gazebo",
