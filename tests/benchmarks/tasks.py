@@ -24,7 +24,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 from functools import cache
-from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
 from statistics import median
@@ -58,13 +57,11 @@ class Case:
     Attributes:
         id: Gymnasium ID.
         algorithm: Name of the algorithm.
-        settings_of: The ID that the settings are tuned for, where nothing is tuned for this one.
         controller: Name of the controller; empty: the ID's own.
     """
 
     id: str
     algorithm: str
-    settings_of: str = ""
     controller: str = ""
 
     @property
@@ -80,18 +77,14 @@ class Case:
 def cases() -> list[Case]:
     """Return the IDs with a robot of their own for which something is tuned, each with its algorithm.
 
-    Where several are tuned for an ID it is PPO, or else the first by name. FRobs_RL's own task (``…Legacy-v0``), for which
-    nothing is tuned, is trained with the settings of ours.
+    Where several are tuned for an ID it is PPO, or else the first by name.
     """
     records = cast("Mapping[str, AlgorithmRecord]", plugins.records("algorithm"))
     found = []
     for id, (_, environment) in registry.environments().items():
-        for tuned_for in (id, id.replace("Legacy-v", "-v")):
-            tuned = [name for name, record in records.items() if tuned_for in record.tuned]
-            if tuned and environment.robot:
-                algorithm = min(tuned, key=lambda name: (name != "ppo", name))
-                found.append(Case(id, algorithm, "" if tuned_for == id else tuned_for))
-                break
+        tuned = [name for name, record in records.items() if id in record.tuned]
+        if tuned and environment.robot:
+            found.append(Case(id, min(tuned, key=lambda name: (name != "ppo", name))))
     return found
 
 
@@ -130,10 +123,6 @@ def measure(
         flags = ["--algorithm", case.algorithm, "--seed", seed, "--on-existing", "resume"]
         if case.controller:
             flags += ["--controller", case.controller]
-        if case.settings_of:
-            record = cast(AlgorithmRecord, plugins.get_record("algorithm", case.algorithm))
-            package, _, path = record.tuned[case.settings_of].partition(":")
-            flags += ["--config", resources.files(package).joinpath(path)]
         trained = {**frobs("train", case.id, *flags, "--run-dir", run, *budget), "commit": commit}
         done.write_text(json.dumps(trained, indent=1), "utf-8")
     found = frobs("evaluate", run, "--episodes", episodes)
@@ -214,8 +203,6 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
         lines += ["", f"Tuned, and not measured yet: {', '.join(f'`{id}`' for id in missing)}."]
     for case, found in rows.items():
         lines += ["", f"## {case.id}", ""]
-        if case.settings_of:
-            lines += [f"Nothing is tuned for it; it was trained with the settings of `{case.settings_of}`.", ""]
         if case.id in drops:
             lines += [f"Less than {KEPT_SHARE:.0%} of the success is left on PyBullet. {drops[case.id]}.", ""]
         lines += _seeds(found)

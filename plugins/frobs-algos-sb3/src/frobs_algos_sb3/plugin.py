@@ -8,6 +8,8 @@ _MODEL_FILES = {".zip": "frobs_algos_sb3.model_files.policy:open_policy"}
 _STILL_GOALS = ("Ur5Reach", "Irb120ReachVelocity", "Ur5ReachVelocity")
 _STILL_GOALS_IRB140 = ("Irb140Reach", "Irb140ReachVelocity")
 _MOVING_GOALS = ("Irb120ReachDynamic", "Irb140ReachDynamic", "Ur5ReachDynamic")
+_LEGACY_REACHERS = ("Irb120ReachLegacy", "Irb140ReachLegacy", "Ur5ReachLegacy", "Irb140ReachVelocityLegacy")
+_LEGACY_KOBUKIS = ("KobukiEmptyLegacy", "KobukiDynamicLegacy", "KobukiMazeLegacy")
 _CONDITIONED = ("Irb120ReachGoal", "Irb140ReachGoal", "Ur5ReachGoal")
 
 _ANY = ("Box", "Discrete", "MultiDiscrete", "MultiBinary")
@@ -65,6 +67,8 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
             KobukiDynamic="ppo_kobuki_dynamic.yaml",
             KobukiMaze="ppo_kobuki_maze.yaml",
             Navigate="ppo_navigate.yaml",
+            **dict.fromkeys(_LEGACY_REACHERS, "ppo_reach_legacy.yaml"),
+            **dict.fromkeys(_LEGACY_KOBUKIS, "ppo_navigate_legacy.yaml"),
         ),
         _record("a2c", "A2C", "advantage actor-critic", _ANY),
         _record("ddpg", "DDPG", "deep deterministic policy gradient", ("Box",)),
