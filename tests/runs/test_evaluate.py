@@ -125,4 +125,5 @@ def test_few_are_stepped_together_where_each_is_an_engine_of_its_own() -> None:
     config = resolve_config("frobs/Irb120Reach-v0")
     assert usual_num_envs(config, 1000) == 256
     assert usual_num_envs(config, 1000, "gazebo") == 16
+    assert usual_num_envs(config, 1000, "pybullet") == 16
     assert usual_num_envs(config, 3, "gazebo") == 3

@@ -9,7 +9,7 @@ from frobs_core.specs import SimulatorRecord
 def frobs_simulators() -> list[SimulatorRecord]:
     """Offer PyBullet."""
     exact = (
-        "determinism snapshot teleport pause batched drive contacts rays wrench cameras randomize_mass "
+        "determinism snapshot teleport pause drive contacts rays wrench cameras randomize_mass "
         "randomize_gains randomize_joint_damping randomize_gravity"
     )
     return [
@@ -20,6 +20,8 @@ def frobs_simulators() -> list[SimulatorRecord]:
             install_hint="pip install frobs-sim-pybullet, on Python 3.11: PyBullet has no wheel for a newer one",
             capabilities={
                 **dict.fromkeys(exact.split(), Level.EXACT),
+                # Each environment is an engine of its own, of some 30 MB.
+                "batched": Level.APPROXIMATE,
                 # Bullet multiplies the friction of two bodies, where MuJoCo takes the larger.
                 "randomize_friction": Level.APPROXIMATE,
             },
