@@ -6,7 +6,6 @@ from frobs_core.specs import AlgorithmRecord
 _MODEL_FILES = {".zip": "frobs_algos_sb3.model_files.policy:open_policy"}
 
 _STILL_GOALS = ("Ur5Reach", "Irb120ReachVelocity", "Ur5ReachVelocity")
-_STILL_GOALS_IRB140 = ("Irb140Reach", "Irb140ReachVelocity")
 _MOVING_GOALS = ("Irb120ReachDynamic", "Irb140ReachDynamic", "Ur5ReachDynamic")
 _LEGACY_REACHERS = ("Irb120ReachLegacy", "Irb140ReachLegacy", "Ur5ReachLegacy", "Irb140ReachVelocityLegacy")
 _LEGACY_KOBUKIS = ("KobukiEmptyLegacy", "KobukiDynamicLegacy", "KobukiMazeLegacy")
@@ -61,7 +60,8 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
             Irb120Reach="ppo_irb120_reach.yaml",
             Reach="ppo_reach.yaml",
             **dict.fromkeys(_STILL_GOALS, "ppo_reach_arm.yaml"),
-            **dict.fromkeys(_STILL_GOALS_IRB140, "ppo_irb140_reach.yaml"),
+            Irb140Reach="ppo_irb140_reach.yaml",
+            Irb140ReachVelocity="ppo_irb140_reach_velocity.yaml",
             **dict.fromkeys(_MOVING_GOALS, "ppo_reach_dynamic.yaml"),
             KobukiEmpty="ppo_kobuki_empty.yaml",
             KobukiDynamic="ppo_kobuki_dynamic.yaml",
