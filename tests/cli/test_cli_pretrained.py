@@ -13,7 +13,7 @@ from typer.testing import Result
 Frobs = Callable[..., Result]
 Facts = Callable[..., Any]
 REACH = "frobs/Irb120Reach-v0"
-WITHOUT = "frobs/Irb120ReachLegacy-v0"
+WITHOUT = "frobs/Reach-v0"
 
 
 def test_the_policy_of_an_id_is_evaluated(frobs: Frobs) -> None:
