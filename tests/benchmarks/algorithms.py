@@ -19,7 +19,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from tasks import EPISODES, ROOT, SEEDS, Case, kept_seeds, measure
+from tasks import EPISODES, ROOT, SEEDS, Case, kept_row, measure
 
 PAGE = ROOT / "docs" / "explanation" / "algorithms-measured.md"
 REACH, GOAL = "frobs/Irb120Reach-v0", "frobs/Irb120ReachGoal-v0"
@@ -80,7 +80,9 @@ def main() -> None:
     given = parser.parse_args()
     cases = [case for case in CASES if not given.only or case.algorithm in given.only]
     if given.kept:
-        rows = {case: found for case in cases if (found := kept_seeds(case, given.seeds))}
+        rows = {
+            case: found for case in cases if (found := [row for seed in given.seeds if (row := kept_row(case, seed))])
+        }
     else:
         rows = {case: [measure(case, seed, other_simulator=None) for seed in given.seeds] for case in cases}
     page = report(rows, EPISODES)

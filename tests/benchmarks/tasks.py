@@ -1,14 +1,15 @@
 """Measure how each ID is learned that something is tuned for: ``docs/explanation/tasks-measured.md``.
 
-Trains three seeds of each, evaluates them on MuJoCo and on PyBullet, and sets the worst beside FRobs_RL's own logs. What
-is done is kept in ``build/benchmarks/tasks``, so that the script goes on where it was interrupted::
+Trains three seeds of each, evaluates them on MuJoCo and on PyBullet, and sets the worst beside FRobs_RL's own logs. The
+runs stay in ``build/benchmarks/tasks``, and the figures in ``tasks_measured.json`` beside this script, which goes on
+where it was interrupted, on another machine too::
 
     python tests/benchmarks/tasks.py
     python tests/benchmarks/tasks.py --only frobs/Irb120Reach-v0 --seeds 0
     python tests/benchmarks/tasks.py --kept
 
-``--fresh`` forgets what was kept; a row that was kept says at which commit it was made. ``--kept`` trains nothing, and
-writes the page of what was kept, which then says what is missing.
+A row says at which commit it was made; ``--fresh`` forgets runs and figures. ``--kept`` trains nothing, and writes the
+page of what was measured, which then says what is missing.
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "explanation" / "tasks-measured.md"
 PICTURES = ROOT / "docs" / "images" / "tasks"
 KEPT = ROOT / "build" / "benchmarks" / "tasks"
+RECORD = Path(__file__).with_name("tasks_measured.json")
 LOGS = Path(__file__).with_name("frobs_rl_logs.yaml")
 TARGETS = Path(__file__).with_name("task_targets.yaml")
 SEEDS, EPISODES = (0, 1, 2), 1000
@@ -152,9 +154,16 @@ def measure(
     return row
 
 
-def kept_seeds(case: Case, seeds: Sequence[int], kept: Path = KEPT) -> list[dict[str, Any]]:
-    """Return what was found before of these seeds."""
-    return [measure(case, seed, kept=kept) for seed in seeds if (case.folder(seed, kept) / "result.json").is_file()]
+def kept_row(case: Case, seed: int, kept: Path = KEPT) -> dict[str, Any] | None:
+    """Return what was found of a seed on this machine; None: nothing."""
+    return measure(case, seed, kept=kept) if (case.folder(seed, kept) / "result.json").is_file() else None
+
+
+def recorded(case: Case, seed: int, record: Path = RECORD) -> dict[str, Any] | None:
+    """Return what was found of a seed on any machine; None: nothing."""
+    rows = json.loads(record.read_text("utf-8")) if record.is_file() else []
+    wanted = (case.id, case.algorithm, seed)
+    return next((row for row in rows if (row["id"], row["algorithm"], row["seed"]) == wanted), None)
 
 
 def explain_drop(case: Case, kept: Path = KEPT) -> str:
@@ -269,9 +278,11 @@ def _seeds(found: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def draw(case: Case, found: Sequence[Mapping[str, Any]], kept: Path = KEPT) -> None:
-    """Draw the learning curves of the seeds."""
-    PICTURES.mkdir(parents=True, exist_ok=True)
-    plot_runs([Run.open(kept / row["run"]) for row in found], PICTURES / f"{case.slug}.png")
+    """Draw the learning curves of the seeds, if all of them are on this machine."""
+    folders = [kept / row["run"] for row in found]
+    if all(folder.is_dir() for folder in folders):
+        PICTURES.mkdir(parents=True, exist_ok=True)
+        plot_runs([Run.open(folder) for folder in folders], PICTURES / f"{case.slug}.png")
 
 
 def dropped(found: Sequence[Mapping[str, Any]]) -> bool:
@@ -316,18 +327,22 @@ def main() -> None:
     )
     parser.add_argument("--seeds", nargs="+", type=int, default=list(SEEDS))
     parser.add_argument("--episodes", type=int, default=EPISODES, help="of each evaluation")
-    parser.add_argument("--fresh", action="store_true", help="forget what was kept")
-    parser.add_argument("--kept", action="store_true", help="train nothing; write the page of what was kept")
+    parser.add_argument("--fresh", action="store_true", help="measure anew what was measured before")
+    parser.add_argument("--kept", action="store_true", help="train nothing; write the page of what was measured")
     given = parser.parse_args()
     chosen = [known[id] for id in given.only or known]
     if given.fresh:
         for case in chosen:
             for folder in KEPT.glob(f"{case.slug}-*"):
                 shutil.rmtree(folder)
-    if given.kept:
-        rows = {case: found for case in chosen if (found := kept_seeds(case, given.seeds))}
-    else:
-        rows = {case: [measure(case, seed, given.episodes) for seed in given.seeds] for case in chosen}
+    rows: dict[Case, list[dict[str, Any]]] = {}
+    for case in chosen:
+        for seed in given.seeds:
+            row = kept_row(case, seed) or (None if given.fresh else recorded(case, seed))
+            if row is None and not given.kept:
+                row = measure(case, seed, given.episodes)
+            if row is not None:
+                rows.setdefault(case, []).append(row)
     drops = {case.id: explain_drop(case) for case, found in rows.items() if dropped(found)}
     for case, found in rows.items():
         draw(case, found)
@@ -335,6 +350,7 @@ def main() -> None:
     if given.only:  # a part is no page
         sys.stdout.write(page)
     else:
+        RECORD.write_text(json.dumps([row for found in rows.values() for row in found], indent=1) + "\n", "utf-8")
         PAGE.write_text(page, "utf-8")
 
 

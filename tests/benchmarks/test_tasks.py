@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import tasks
 
 from frobs_core import plugins, registry
 from frobs_core.deploy import read_bundle
+from frobs_core.runs import resolve_config
 
 REACH = tasks.Case("frobs/Irb120Reach-v0", "ppo")
 
@@ -78,6 +80,24 @@ def test_a_tracking_error_is_held_against_its_target() -> None:
         assert verdict in tasks.report({case: [row(0, 0.9, tracking_error=error)]}, {}, 1000)
 
 
+def test_what_was_measured_on_another_machine_is_known(tmp_path: Path) -> None:
+    record = tmp_path / "record.json"
+    rows = [row(0, 0.99), row(2, 0.98)]
+    record.write_text(json.dumps(rows), "utf-8")
+    assert [tasks.recorded(REACH, seed, record) for seed in (0, 1, 2)] == [rows[0], None, rows[1]]
+    assert tasks.recorded(tasks.Case(REACH.id, "sac"), 0, record) is None
+    assert tasks.recorded(REACH, 0, tmp_path / "none.json") is None
+
+
+def test_the_record_that_comes_with_the_source_is_of_what_is_tuned() -> None:
+    rows = json.loads(tasks.RECORD.read_text("utf-8"))
+    known = {(case.id, case.algorithm) for case in tasks.cases()}
+    assert {(row["id"], row["algorithm"]) for row in rows} <= known
+    for found in rows:
+        steps = resolve_config(found["id"], flags={"algorithm": found["algorithm"]}).steps
+        assert steps <= found["steps"] < 1.05 * steps, "tuned anew since: measure it again"
+
+
 @pytest.mark.slow
 def test_a_finished_seed_is_not_trained_again_and_becomes_a_bundle(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -92,6 +112,7 @@ def test_a_finished_seed_is_not_trained_again_and_becomes_a_bundle(
     assert bundle.license == "SPDX-License-Identifier: MIT\n"
     monkeypatch.setattr(tasks, "frobs", None)  # nothing is run again
     assert tasks.measure(REACH, 3, episodes=4, steps=2048, kept=tmp_path) == first
-    assert tasks.kept_seeds(REACH, (2, 3), tmp_path) == [first]
+    assert tasks.kept_row(REACH, 2, tmp_path) is None
+    assert tasks.kept_row(REACH, 3, tmp_path) == first
     tasks.draw(REACH, [first], tmp_path)
     assert "irb120reach-v0.png" in tasks.report({REACH: [first]}, {}, 4)
