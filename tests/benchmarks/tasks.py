@@ -302,9 +302,13 @@ def frobs(*arguments: object) -> dict[str, Any]:
 
 
 def current_commit() -> str:
-    """Return the commit of the source, with a ``+`` where something differs from it."""
-    command = ["git", "describe", "--always", "--abbrev=7", "--exclude=*", "--dirty=+"]
-    return subprocess.run(command, cwd=ROOT, text=True, capture_output=True).stdout.strip() or "unknown"
+    """Return the commit of the source, with a ``+`` where something differs from it but what is written by scripts."""
+
+    def git(*arguments: str) -> str:
+        return subprocess.run(["git", *arguments], cwd=ROOT, text=True, capture_output=True).stdout.strip()
+
+    changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", ":!docs", f":!{RECORD.relative_to(ROOT)}")
+    return git("rev-parse", "--short=7", "HEAD") + ("+" if changed else "") or "unknown"
 
 
 @cache
