@@ -353,8 +353,9 @@ def main() -> None:
             if row is not None:
                 rows.setdefault(case, []).append(row)
     drops = {case.id: explain_drop(case) for case, found in rows.items() if dropped(found)}
-    for case, found in rows.items():
-        draw(case, found)
+    if not given.only:
+        for case, found in rows.items():
+            draw(case, found)
     page = report(rows, drops, given.episodes)
     if given.only:  # a part is no page
         sys.stdout.write(page)
