@@ -13,7 +13,7 @@ _GOAL = ("distance", "bearing")
 _MAZE = ("distance", "bearing", "position", "yaw", "way_point", "nearness")  # FRobs_RL's 15 numbers
 
 
-_PRETRAINED = {"KobukiEmpty", "KobukiMaze"}
+_PRETRAINED = {"KobukiDynamic", "KobukiEmpty", "KobukiMaze"}
 """IDs that come with a trained policy; ``tests/benchmarks/pretrained.py`` makes the files."""
 
 

@@ -8,7 +8,7 @@ from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-reach"
 _NEEDS = {"teleport": Level.APPROXIMATE}
-_PRETRAINED = {"Irb120Reach", "Irb120ReachDynamic", "Ur5Reach"}
+_PRETRAINED = {"Irb120Reach", "Irb120ReachDynamic", "Irb140Reach", "Irb140ReachVelocity", "Ur5Reach"}
 """IDs that come with a trained policy; ``tests/benchmarks/pretrained.py`` makes the files."""
 
 
