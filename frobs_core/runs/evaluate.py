@@ -165,10 +165,10 @@ def _digest(settings: Mapping[str, Any]) -> str:
 
 
 def wilson_interval(successes: int, episodes: int) -> tuple[float, float]:
-    """Return Wilson's 95 % interval of a proportion (Wilson 1927), in [0, 1]."""
+    """Return Wilson's 95 % interval of a proportion (Wilson 1927), in [0, 1]; rounding does not shut the proportion out."""
     z = 1.959963984540054  # 97.5 % quantile of the normal distribution
     rate = successes / episodes
     scale = 1.0 + z * z / episodes
     middle = (rate + z * z / (2 * episodes)) / scale
     half = z * math.sqrt(rate * (1.0 - rate) / episodes + z * z / (4 * episodes * episodes)) / scale
-    return max(0.0, middle - half), min(1.0, middle + half)
+    return min(max(0.0, middle - half), rate), max(min(1.0, middle + half), rate)

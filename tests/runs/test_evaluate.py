@@ -114,6 +114,12 @@ def test_wilson_interval_is_that_of_the_tables(successes: int, episodes: int, lo
     np.testing.assert_allclose(wilson_interval(successes, episodes), (low, high), atol=5e-5)
 
 
+@pytest.mark.parametrize("episodes", [1, 50, 250, 1000])
+def test_wilson_interval_holds_what_was_seen(episodes: int) -> None:
+    assert wilson_interval(episodes, episodes)[1] == 1.0
+    assert wilson_interval(0, episodes)[0] == 0.0
+
+
 def test_vectors_reset_in_the_same_step_whatever_the_id_has() -> None:
     for name in ("CartPole-v1", "Pendulum-v1", "frobs/Irb120Reach-v0"):
         env = make_vector_env(name, 2, {})
