@@ -11,10 +11,12 @@ from frobs_core.runs.bundle import changes_since
 from frobs_core.runs.evaluate import wilson_interval
 
 SHIPPED = pretrained_ids()
+WITHOUT = {"frobs/Irb140ReachLegacy-v0", "frobs/Irb140ReachVelocityLegacy-v0", "frobs/Ur5ReachLegacy-v0"}
 
 
-def test_policies_are_shipped() -> None:
-    assert SHIPPED
+def test_one_comes_with_nearly_every_id_that_has_a_robot() -> None:
+    wanted = {id for id, (_, record) in registry.environments().items() if record.robot and id.startswith("frobs/")}
+    assert set(SHIPPED) == wanted - WITHOUT
 
 
 @pytest.mark.parametrize("id", SHIPPED)
@@ -27,7 +29,8 @@ def test_it_tells_licence_command_commit_and_what_it_reaches(id: str) -> None:
     assert len(told["commit"]) == 40
     assert told["seconds"] > 0.0
     assert told["episodes"] >= 250
-    assert 0.0 <= told["success_interval"][0] <= told["success_rate"] <= told["success_interval"][1] <= 1.0
+    low, high = told["success_interval"]
+    assert 0.0 <= low <= told["success_rate"] <= high <= 1.0
     assert told["bytes"] < 1_000_000
 
 
@@ -52,7 +55,7 @@ def test_it_acts_in_its_environment(id: str) -> None:
 @pytest.mark.parametrize("id", SHIPPED)
 def test_it_is_as_good_as_it_says(id: str) -> None:
     longest = registry.environments()[id][1].max_episode_steps
-    episodes = min(200, 60_000 // longest)
+    episodes = min(200, 30_000 // longest)
     found = evaluate(open_pretrained(id), episodes, seed=12345)
     claimed = claimed_evaluation(read_pretrained(id))
     assert claimed is not None
@@ -61,7 +64,7 @@ def test_it_is_as_good_as_it_says(id: str) -> None:
     assert found.success_rate >= lowest - 0.02
     if claimed["tracking_error"] is not None:
         assert found.tracking_error is not None
-        assert found.tracking_error <= 1.2 * claimed["tracking_error"]
+        assert found.tracking_error <= claimed["tracking_error"] + 0.005  # one goal missed by 1 m in 200
 
 
 @pytest.mark.slow

@@ -13,11 +13,8 @@ _GOAL = ("distance", "bearing")
 _MAZE = ("distance", "bearing", "position", "yaw", "way_point", "nearness")  # FRobs_RL's 15 numbers
 
 
-_PRETRAINED = {"KobukiDynamic", "KobukiEmpty", "KobukiMaze"}
-"""IDs that come with a trained policy; ``tests/benchmarks/pretrained.py`` makes the files."""
-
-
 def _kobuki(id: str, summary: str, max_episode_steps: int, **parameters: Any) -> EnvironmentRecord:
+    """Return a record; its trained policy is made by ``tests/benchmarks/pretrained.py``."""
     name = id.removeprefix("frobs/").removesuffix("-v0")
     return EnvironmentRecord(
         id=id,
@@ -26,7 +23,7 @@ def _kobuki(id: str, summary: str, max_episode_steps: int, **parameters: Any) ->
         controller="differential_drive",
         max_episode_steps=max_episode_steps,
         parameters=parameters,
-        pretrained=f"frobs_tasks_navigation:pretrained/{name.lower()}.frobs" if name in _PRETRAINED else "",
+        pretrained=f"frobs_tasks_navigation:pretrained/{name.lower()}.frobs",
     )
 
 

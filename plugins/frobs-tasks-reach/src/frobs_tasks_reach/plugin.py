@@ -8,8 +8,8 @@ from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-reach"
 _NEEDS = {"teleport": Level.APPROXIMATE}
-_PRETRAINED = {"Irb120Reach", "Irb120ReachDynamic", "Irb140Reach", "Irb140ReachVelocity", "Ur5Reach"}
-"""IDs that come with a trained policy; ``tests/benchmarks/pretrained.py`` makes the files."""
+_UNTRAINED = {"Irb140ReachLegacy", "Irb140ReachVelocityLegacy", "Ur5ReachLegacy"}
+"""IDs that come without a trained policy; those of the others are made by ``tests/benchmarks/pretrained.py``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +45,7 @@ class _Arm:
         """Return the record of ``frobs/{id}{what}-v0``; a legacy profile has a goal box of its own."""
         name = f"{self.id}{what}"
         goal_box = {} if legacy else {"goal_low": self.goal_low, "goal_high": self.goal_high}
+        bundle = "" if name in _UNTRAINED else f"frobs_tasks_reach:pretrained/{name.lower()}.frobs"
         return EnvironmentRecord(
             id=f"frobs/{name}-v0",
             summary=f"{self.title} {summary}",
@@ -52,7 +53,7 @@ class _Arm:
             controller=controller,
             max_episode_steps=max_episode_steps,
             parameters={**goal_box, **parameters},
-            pretrained=f"frobs_tasks_reach:pretrained/{name.lower()}.frobs" if name in _PRETRAINED else "",
+            pretrained=bundle,
         )
 
 
