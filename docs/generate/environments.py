@@ -194,7 +194,7 @@ def _policy(env_id: str, found: dict, run: BundleRun, folder: Path | None) -> st
     curve = run.bundle.manifest["training"].get("curve") or {}
     if folder is not None and draw_curve(curve, folder / "environments" / name):
         text += directive("figure", name, alt=f"How the policy of {env_id} was learned").rstrip()
-        text += "\n\n   How it was learned: with exploration, so below what the policy itself reaches.\n\n"
+        text += "\n\n   How it was learned, with exploration.\n\n"
     return text
 
 
