@@ -36,13 +36,27 @@ def test_observation_is_a_dictionary_that_keeps_the_goal_out_of_the_state(make):
     first, _ = env.reset(seed=0, options={"goal": (0.3, 0.1, 0.4), "joint_positions": np.zeros(6)})
     second, _ = env.reset(seed=0, options={"goal": (0.3, -0.1, 0.4), "joint_positions": np.zeros(6)})
     assert {name: values.shape for name, values in first.items()} == {
-        "observation": (9,),
+        "observation": (15,),
         "achieved_goal": (3,),
         "desired_goal": (3,),
     }
     assert (first["observation"] == second["observation"]).all()
-    assert (first["observation"][6:] == first["achieved_goal"]).all()
+    assert (first["observation"][12:] == first["achieved_goal"]).all()
     assert first["desired_goal"][1] != second["desired_goal"][1]
+
+
+def test_observation_tells_how_fast_the_joints_turn(make):
+    env = make(GOAL)
+    env.reset(seed=0)
+    for action in (np.ones(6, np.float32), -np.ones(6, np.float32)):
+        observation, *_ = env.step(action)
+        seen = env.unwrapped.task.observation_space["observation"]
+        turning = observation["observation"][6:12]
+        assert np.abs(turning).min() > 0.01
+        assert seen.contains(observation["observation"])
+        np.testing.assert_array_equal(
+            turning, env.unwrapped.simulation.robots["robot"].joint_velocities[0].astype(np.float32)
+        )
 
 
 def test_reaching_the_goal_does_not_terminate(make):

@@ -10,19 +10,23 @@ import numpy as np
 import numpy.typing as npt
 
 from frobs_core.arrays import Floats, Mask
+from frobs_core.flat_observation import ObservationTerm
 from frobs_core.interfaces import Controller, GoalTask, Simulation
 from frobs_core.interfaces.task import Observation
 from frobs_core.random import RandomSource
 from frobs_tasks_reach import terms
 from frobs_tasks_reach.reach import Reach
 
+_STATE = ("joint_positions", "joint_velocities", "tcp_position")
+
 
 class ReachGoal(Reach, GoalTask):
     """Bring the tool centre point to a goal, and hold it there; the observation tells goals apart from state.
 
     Goals, starts, success and the end of episodes are those of :class:`frobs_tasks_reach.reach.Reach`. The
-    observation is a dictionary: ``observation`` (dof + 3: joint positions, tool), ``achieved_goal`` (3: tool) and
-    ``desired_goal`` (3), all float32, in SI units.
+    observation is a dictionary: ``observation`` (2 · dof + 3: joint positions, joint velocities, tool),
+    ``achieved_goal`` (3: tool) and ``desired_goal`` (3), all float32, in SI units. The velocities are there because a
+    sparse reward asks for nothing but to be still at the goal: an arm whose drives lag swings about it without them.
 
     Reward, with d the distance between the two goals *as they are observed*, that is after rounding to float32: so
     :meth:`reward` equals :meth:`compute_reward` of a replayed observation to the last bit.
@@ -64,9 +68,9 @@ class ReachGoal(Reach, GoalTask):
         """
         super().bind(simulation, controller, control_timestep)
         flat = self._observation
-        self._state = flat.values[:, : flat.columns["goal"].start]  # (num_envs, dof + 3) view
+        self._state = flat.values[:, : flat.columns["goal"].start]  # (num_envs, 2 · dof + 3) view
         width = self._state.shape[1]
-        self.observation_terms = {name: flat.terms[name] for name in ("joint_positions", "tcp_position")}
+        self.observation_terms = {name: flat.terms[name] for name in _STATE}
         self.observation_scale = flat.scale[:width]
         tcp, goal = flat.columns["tcp_position"], flat.columns["goal"]
         self.observation_space = gym.spaces.Dict(
@@ -78,7 +82,7 @@ class ReachGoal(Reach, GoalTask):
         )
 
     def observe(self, rng: RandomSource) -> Observation:
-        """Return ``observation`` (num_envs, dof + 3), ``achieved_goal`` and ``desired_goal`` (num_envs, 3), float32."""
+        """Return ``observation`` (num_envs, 2 · dof + 3), ``achieved_goal`` and ``desired_goal`` (num_envs, 3), float32."""
         return {
             "observation": self._state.astype(np.float32),
             "achieved_goal": self._achieved.copy(),
@@ -111,6 +115,16 @@ class ReachGoal(Reach, GoalTask):
     def is_success(self) -> Mask:
         """Return where the tool is within the tolerance now, (num_envs,) bool."""
         return terms.inside(self._distance, self.tolerance)
+
+    def _observation_terms(self) -> dict[str, ObservationTerm]:
+        known = super()._observation_terms()
+        unbounded = np.full(self._robot.dof, np.inf)  # what hits something is thrown faster than it can drive
+        known["joint_velocities"] = ObservationTerm(low=-unbounded, high=unbounded, unit="rad/s or m/s", scale=0.2)
+        return {name: known[name] for name in (*_STATE, "goal")}
+
+    def _measure(self) -> None:
+        self._observation.view("joint_velocities")[...] = self._robot.joint_velocities
+        super()._measure()
 
     def _reward(self, distance: Floats) -> Floats:
         return terms.missed(distance, self.tolerance) if self.reward_type == "sparse" else -distance
