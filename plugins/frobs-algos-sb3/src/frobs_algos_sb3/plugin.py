@@ -7,7 +7,7 @@ _MODEL_FILES = {".zip": "frobs_algos_sb3.model_files.policy:open_policy"}
 
 _STILL_GOALS = ("Ur5Reach", "Irb120ReachVelocity", "Ur5ReachVelocity")
 _MOVING_GOALS = ("Irb120ReachDynamic", "Irb140ReachDynamic", "Ur5ReachDynamic")
-_LEGACY_REACHERS = ("Irb120ReachLegacy", "Irb140ReachLegacy", "Ur5ReachLegacy", "Irb140ReachVelocityLegacy")
+_LEGACY_REACHERS = ("Irb120ReachLegacy", "Ur5ReachLegacy", "Irb140ReachVelocityLegacy")
 _LEGACY_KOBUKIS = ("KobukiEmptyLegacy", "KobukiDynamicLegacy", "KobukiMazeLegacy")
 _CONDITIONED = ("Irb120ReachGoal", "Irb140ReachGoal", "Ur5ReachGoal")
 
@@ -62,6 +62,7 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
             **dict.fromkeys(_STILL_GOALS, "ppo_reach_arm.yaml"),
             Irb140Reach="ppo_irb140_reach.yaml",
             Irb140ReachVelocity="ppo_irb140_reach_velocity.yaml",
+            Irb140ReachLegacy="ppo_irb140_reach_legacy.yaml",
             **dict.fromkeys(_MOVING_GOALS, "ppo_reach_dynamic.yaml"),
             KobukiEmpty="ppo_kobuki_empty.yaml",
             KobukiDynamic="ppo_kobuki_dynamic.yaml",
