@@ -18,6 +18,9 @@ from frobs_tasks_reach import terms
 from frobs_tasks_reach.reach import Reach
 
 _STATE = ("joint_positions", "joint_velocities", "tcp_position")
+_FASTEST = (
+    2.0  # times the velocity limit: what hits something may be thrown faster, and is seen at the edge of the space
+)
 
 
 class ReachGoal(Reach, GoalTask):
@@ -118,12 +121,15 @@ class ReachGoal(Reach, GoalTask):
 
     def _observation_terms(self) -> dict[str, ObservationTerm]:
         known = super()._observation_terms()
-        unbounded = np.full(self._robot.dof, np.inf)  # what hits something is thrown faster than it can drive
-        known["joint_velocities"] = ObservationTerm(low=-unbounded, high=unbounded, unit="rad/s or m/s", scale=0.2)
+        self._fastest = _FASTEST * self._robot.velocity_limit[0]
+        known["joint_velocities"] = ObservationTerm(
+            low=-self._fastest, high=self._fastest, unit="rad/s or m/s", scale=0.2
+        )
         return {name: known[name] for name in (*_STATE, "goal")}
 
     def _measure(self) -> None:
-        self._observation.view("joint_velocities")[...] = self._robot.joint_velocities
+        velocities = self._observation.view("joint_velocities")
+        np.clip(self._robot.joint_velocities, -self._fastest, self._fastest, out=velocities)
         super()._measure()
 
     def _reward(self, distance: Floats) -> Floats:
