@@ -11,7 +11,7 @@ from frobs_core.runs.bundle import changes_since
 from frobs_core.runs.evaluate import wilson_interval
 
 SHIPPED = pretrained_ids()
-WITHOUT = {"frobs/Irb140ReachLegacy-v0", "frobs/Irb140ReachVelocityLegacy-v0", "frobs/Ur5ReachLegacy-v0"}
+WITHOUT = {"frobs/Irb140ReachVelocityLegacy-v0", "frobs/Ur5ReachLegacy-v0"}
 
 
 def test_one_comes_with_nearly_every_id_that_has_a_robot() -> None:

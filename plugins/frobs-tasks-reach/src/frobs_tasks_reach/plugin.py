@@ -8,7 +8,7 @@ from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-reach"
 _NEEDS = {"teleport": Level.APPROXIMATE}
-_UNTRAINED = {"Irb140ReachLegacy", "Irb140ReachVelocityLegacy", "Ur5ReachLegacy"}
+_UNTRAINED = {"Irb140ReachVelocityLegacy", "Ur5ReachLegacy"}
 """IDs that come without a trained policy; those of the others are made by ``tests/benchmarks/pretrained.py``."""
 
 
