@@ -91,8 +91,8 @@ def test_goals_of_a_dictionary_are_terms_too(make):
     true = env.task.observe(None)
     assert (seen["achieved_goal"] != true["achieved_goal"]).all()
     assert (seen["desired_goal"] == true["desired_goal"]).all()
-    assert (seen["observation"][:, :6] == true["observation"][:, :6]).all()
-    assert (seen["observation"][:, 6:] != true["observation"][:, 6:]).all()
+    assert (seen["observation"][:, :12] == true["observation"][:, :12]).all()
+    assert (seen["observation"][:, 12:] != true["observation"][:, 12:]).all()
     assert env.randomization.observed_keys == {"achieved_goal", "observation"}
 
 
