@@ -18,9 +18,8 @@ from frobs_tasks_reach import terms
 from frobs_tasks_reach.reach import Reach
 
 _STATE = ("joint_positions", "joint_velocities", "tcp_position")
-_FASTEST = (
-    2.0  # times the velocity limit: what hits something may be thrown faster, and is seen at the edge of the space
-)
+_FASTEST = 2.0
+"""Times the velocity limit: what hits something may be thrown faster, and is seen at the edge of the space."""
 
 
 class ReachGoal(Reach, GoalTask):
@@ -75,6 +74,8 @@ class ReachGoal(Reach, GoalTask):
         width = self._state.shape[1]
         self.observation_terms = {name: flat.terms[name] for name in _STATE}
         self.observation_scale = flat.scale[:width]
+        self._joint_velocities = flat.view("joint_velocities")
+        self._fastest = flat.terms["joint_velocities"].high
         tcp, goal = flat.columns["tcp_position"], flat.columns["goal"]
         self.observation_space = gym.spaces.Dict(
             {
@@ -121,15 +122,12 @@ class ReachGoal(Reach, GoalTask):
 
     def _observation_terms(self) -> dict[str, ObservationTerm]:
         known = super()._observation_terms()
-        self._fastest = _FASTEST * self._robot.velocity_limit[0]
-        known["joint_velocities"] = ObservationTerm(
-            low=-self._fastest, high=self._fastest, unit="rad/s or m/s", scale=0.2
-        )
+        fastest = _FASTEST * self._robot.velocity_limit[0]
+        known["joint_velocities"] = ObservationTerm(low=-fastest, high=fastest, unit="rad/s or m/s", scale=0.2)
         return {name: known[name] for name in (*_STATE, "goal")}
 
     def _measure(self) -> None:
-        velocities = self._observation.view("joint_velocities")
-        np.clip(self._robot.joint_velocities, -self._fastest, self._fastest, out=velocities)
+        np.clip(self._robot.joint_velocities, -self._fastest, self._fastest, out=self._joint_velocities)
         super()._measure()
 
     def _reward(self, distance: Floats) -> Floats:
