@@ -77,7 +77,7 @@ def partial(context: Context, name: str, **values: Any) -> str:
 @pass_context
 def robot_file(context: Context) -> Any:
     """Return the facts of the robot's file that the answers name."""
-    from frobs_core.scaffold.robot_file import facts_for  # only here is the core needed
+    from frobs_devkit.scaffold.robot_file import facts_for  # only here is the core needed
 
     return facts_for(context["cookiecutter"])
 

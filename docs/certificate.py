@@ -6,11 +6,11 @@ RUN is a run of frobs/Irb120Reach-v0. Writes ``docs/how-to/parity-measured.md`` 
 import sys
 from pathlib import Path
 
-from frobs_core.parity import Certificate, measure_parity
-from frobs_core.parity.draw import draw
-from frobs_core.parity.report import markdown
-from frobs_core.runs import Run
-from frobs_core.runs.files import write_aside, write_text
+from frobs_core.files import write_aside, write_text
+from frobs_devkit.parity import Certificate, measure_parity
+from frobs_devkit.parity.draw import draw
+from frobs_devkit.parity.report import markdown
+from frobs_train import Run
 
 DOCS = Path(__file__).parent
 PAGE = DOCS / "how-to" / "parity-measured.md"

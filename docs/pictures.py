@@ -10,8 +10,8 @@ import gymnasium as gym
 import imageio.v3 as iio
 import numpy as np
 
-from frobs_core.runs import Run, plot_runs
-from frobs_core.runs.policy import load_policy
+from frobs_train import Run, plot_runs
+from frobs_train.runs.policy import load_policy
 
 IMAGES = Path(__file__).parent / "images"
 SIZE = (900, 900)  # (height, width) that is drawn [pixels]

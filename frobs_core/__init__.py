@@ -1,20 +1,18 @@
 """FRobs: robot reinforcement learning from plugins.
 
 Importing this package finds the installed plugins and registers their Gymnasium IDs. It imports no engine, no
-torch and no ROS. On a machine that only runs policies, without Gymnasium, there is nothing to register, and
-:mod:`frobs_core.deploy` works alone.
+torch and no ROS. Two kinds of processes load no plugin and register nothing: those with ``FROBS_NO_PLUGINS=1``, which
+examine plugins from outside (``frobs doctor plugins``), and shells that complete a command line, which only need names.
 """
 
-from importlib.util import find_spec
+import os
 
 from frobs_core._version import __version__ as __version__
 
 __all__ = ["plugins", "registry"]
 
-if find_spec("gymnasium") and find_spec("pluggy"):
+if not os.environ.get("FROBS_NO_PLUGINS") and "_FROBS_COMPLETE" not in os.environ:
     from frobs_core import plugins as plugins
     from frobs_core import registry as registry
-    from frobs_core.plugins.examination import is_examination as _is_examination
 
-    if not _is_examination():
-        registry.register_environments()
+    registry.register_environments()

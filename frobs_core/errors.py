@@ -16,12 +16,7 @@
     ├── SimulationError             the engine failed
     │   └── RenderingUnavailableError   no OpenGL here
     ├── RunError
-    │   ├── RunExistsError          the run folder is there already
-    │   ├── RunBusyError            another process trains in the run folder
-    │   ├── TrainingError           the training failed; says where, and what can be resumed
     │   └── CheckpointError         a checkpoint cannot be written or read
-    ├── BundleError                 a policy bundle is damaged
-    │   └── BundleMismatchError     it is not for this robot, rate or observation
     └── UntrustedFileError          opening the file would execute code
 
 Each takes the objects it is about, keeps them as fields, and writes its own text: what was asked,
@@ -249,83 +244,8 @@ class RunError(FrobsError):
     """A run folder cannot be used."""
 
 
-class RunExistsError(RunError):
-    """The run folder is there already.
-
-    Args:
-        path: The folder.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        super().__init__(
-            f"the run folder {path} exists; choose another with --run-dir, remove it, continue it with "
-            f"'frobs resume {path}', or say --on-existing increment, overwrite or resume."
-        )
-
-
-class RunBusyError(RunError):
-    """Another process trains in the run folder.
-
-    Args:
-        path: The folder.
-        pid: Of that process; None where it does not say.
-        host: The machine that it runs on; None where it does not say.
-    """
-
-    def __init__(self, path: Path, pid: int | None = None, host: str | None = None) -> None:
-        self.path = path
-        self.pid = pid
-        self.host = host
-        who = "another process" if pid is None else f"process {pid}{f' on {host}' if host else ''}"
-        super().__init__(
-            f"{who} is training in {path}; wait until it has ended, or stop it with 'kill {pid or 'PID'}', which "
-            "writes a checkpoint first. Evaluating, playing and plotting the run work meanwhile."
-        )
-
-
-class TrainingError(RunError):
-    """The training failed: the environment or the algorithm raised.
-
-    Args:
-        path: The run's folder.
-        steps: Environment steps that were taken.
-        cause: What was raised, and where.
-        resumable: Environment steps of the newest checkpoint; None: there is none yet.
-    """
-
-    def __init__(self, path: Path, steps: int, cause: str, resumable: int | None) -> None:
-        self.path = path
-        self.steps = steps
-        self.cause = cause
-        self.resumable = resumable
-        since = "from the beginning" if resumable is None else f"from step {resumable:,}"
-        super().__init__(
-            f"the training in {path} failed after {steps:,} environment steps: {cause}. Mend it, then "
-            f"'frobs resume {path}' continues {since}; --debug shows the traceback."
-        )
-
-
 class CheckpointError(RunError):
     """A checkpoint cannot be written or read."""
-
-
-class BundleError(FrobsError):
-    """A policy bundle cannot be used.
-
-    Args:
-        path: The file.
-        reason: What is wrong and what to do.
-    """
-
-    def __init__(self, path: Path | str, reason: str) -> None:
-        self.path = Path(path)
-        self.reason = reason
-        super().__init__(f"{path}: {reason}")
-
-
-class BundleMismatchError(BundleError):
-    """A policy bundle is sound, and not for this robot, rate, observation or action."""
 
 
 class UntrustedFileError(FrobsError):

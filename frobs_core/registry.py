@@ -7,17 +7,20 @@ each stays reachable with its distribution as the namespace (``"frobs-tasks-reac
 from __future__ import annotations
 
 import copy
+import importlib.util
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
+from importlib import import_module
+from pathlib import Path
 from typing import Any, NoReturn
 
 import gymnasium as gym
 from gymnasium.envs.registration import EnvSpec, get_env_id, parse_env_id
 
 from frobs_core import plugins
-from frobs_core.errors import AmbiguousNameError, UnknownNameError
+from frobs_core.errors import AmbiguousNameError, ConfigurationError, PluginError, RunError, UnknownNameError, nearest
 from frobs_core.plugins.collection import Plugins, warn
 from frobs_core.plugins.discovery import normalize
 from frobs_core.plugins.report import PluginReport
@@ -88,7 +91,7 @@ def find_environment(id: str) -> tuple[TaskRecord, EnvironmentRecord]:
     """
     collection = plugins.active()
     table = _table(collection)
-    bare = id.removeprefix("frobs_core:")
+    bare = bare_id(id)
     if bare in table.clashes:
         raise_clash(bare, table.clashes[bare])
     if bare not in table.environments:
@@ -96,6 +99,79 @@ def find_environment(id: str) -> tuple[TaskRecord, EnvironmentRecord]:
             "environment ID", bare, table.environments, [*collection.failures(), *table.problems.values()]
         )
     return table.environments[bare]
+
+
+def bare_id(id: str) -> str:
+    """Return an ID without the module of its self-importing form: ``"frobs_core:frobs/…"`` → ``"frobs/…"``."""
+    return id.rpartition(":")[2]
+
+
+def find_spec(id: str) -> EnvSpec:
+    """Return Gymnasium's record of an ID, of FRobs or of any other package.
+
+    Args:
+        id: The ID; ``"module:ID"`` imports the module first.
+
+    Raises:
+        UnknownNameError: No such ID; suggests the closest match.
+        AmbiguousNameError: Two distributions offer it.
+        ConfigurationError: The module cannot be imported.
+    """
+    module, _, name = id.rpartition(":")
+    if name in problems():
+        find_environment(name)
+    if module:
+        try:
+            import_module(module)
+        except ImportError as error:
+            raise ConfigurationError(f"environment '{id}': module '{module}' cannot be imported: {error}.") from error
+    spec = gym.registry.get(name)
+    if spec is None:
+        similar = nearest(name, gym.registry)
+        ours = [known for known in gym.registry if known.startswith("frobs/")]
+        why_not = [*plugins.active().failures(), *problems().values()]
+        raise UnknownNameError("environment ID", name, {*ours, *([similar] if similar else [])}, why_not)
+    return spec
+
+
+def pretrained_ids() -> list[str]:
+    """Return the IDs that come with a trained policy, sorted."""
+    return [id for id, (_, record) in environments().items() if record.pretrained]
+
+
+def pretrained_path(id: str) -> Path:
+    """Return the policy bundle that comes with an ID.
+
+    Args:
+        id: The ID; the form ``frobs_core:frobs/…`` is understood.
+
+    Raises:
+        UnknownNameError: No such ID.
+        RunError: No trained policy comes with it.
+        PluginError: The record names a file of a package that is not installed.
+    """
+    name = bare_id(id)
+    known = environments()
+    if name not in known and name not in gym.registry:
+        find_environment(name)  # reports what exists
+    if name not in known or not known[name][1].pretrained:
+        others = pretrained_ids()
+        raise RunError(
+            f"no trained policy comes with {name}; train one with 'frobs train {name}'. "
+            + (f"IDs with one: {', '.join(others)}." if others else "No installed ID has one.")
+        )
+    package, _, path = known[name][1].pretrained.partition(":")
+    try:
+        spec = importlib.util.find_spec(package)
+    except (ImportError, ValueError):  # not the name of a module
+        spec = None
+    folders = [Path(folder) for folder in (spec.submodule_search_locations or [])] if spec else []
+    if not folders or not path:
+        raise PluginError(
+            f"the record of {name} has pretrained='{known[name][1].pretrained}', which is not a file in an installed "
+            "package; the form is 'package:path.frobs'."
+        )
+    return next((folder / path for folder in folders if (folder / path).is_file()), folders[0] / path)
 
 
 def raise_clash(id: str, distributions: Sequence[str], **_: Any) -> NoReturn:

@@ -67,7 +67,7 @@ class MyController(Controller):
 
 if __name__ == "__main__":  # python my_controller.py: does it keep the contract of a controller?
     from frobs_core.specs import ControllerRecord
-    from frobs_core.testing import check_controller, run_checks
+    from frobs_devkit.testing import check_controller, run_checks
 
     record = ControllerRecord(name="my_controller", summary="smooth steps", entry_point="__main__:MyController")
     for result in run_checks(check_controller(record)).results:

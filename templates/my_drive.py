@@ -165,7 +165,7 @@ if __name__ == "__main__":  # python my_drive.py: does it keep the contract of a
     from my_rover import MY_ROVER
 
     from frobs_core.specs import TaskRecord
-    from frobs_core.testing import check_task, run_checks
+    from frobs_devkit.testing import check_task, run_checks
 
     record = TaskRecord(name="my_drive", summary="a wheeled robot drives", entry_point="__main__:MyDrive")
     for result in run_checks(check_task(record, robot=MY_ROVER, controller="differential_drive")).results:

@@ -26,7 +26,7 @@ MY_ROVER = Robot(
 )
 
 if __name__ == "__main__":  # python my_rover.py: is it a sound robot?
-    from frobs_core.testing import check_robot, run_checks
+    from frobs_devkit.testing import check_robot, run_checks
 
     for result in run_checks(check_robot(MY_ROVER)).results:
         print(result.status, result.name, result.message)

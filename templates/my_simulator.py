@@ -532,7 +532,7 @@ def _replaced(array: Floats, values: Floats | float, mask: Mask) -> Floats:
 if __name__ == "__main__":  # python my_simulator.py: does it do what its record claims?
     from frobs_core.capabilities import Level
     from frobs_core.specs import SimulatorRecord
-    from frobs_core.testing import check_simulator, run_checks
+    from frobs_devkit.testing import check_simulator, run_checks
 
     exact = dict.fromkeys(("determinism", "snapshot", "teleport", "pause", "batched"), Level.EXACT)
     record = SimulatorRecord(

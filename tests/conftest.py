@@ -1,3 +1,3 @@
 """Fixtures for all tests of the core."""
 
-pytest_plugins = ["frobs_core.testing.fixtures"]
+pytest_plugins = ["frobs_devkit.testing.fixtures"]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-FROBS = [sys.executable, "-m", "frobs_core.cli"]
+FROBS = [sys.executable, "-m", "frobs_cli"]
 ID = "frobs/Irb120Reach-v0"
 
 

@@ -28,8 +28,8 @@ def check_installed(answers):
     """Check the answers against what is installed here, and the robot's file."""
     try:
         from frobs_core.errors import FrobsError
-        from frobs_core.scaffold.clashes import check_clashes
-        from frobs_core.scaffold.robot_file import facts_for
+        from frobs_devkit.scaffold.clashes import check_clashes
+        from frobs_devkit.scaffold.robot_file import facts_for
     except ImportError:
         if answers["example"] == "file" and "robot" in answers["__kinds"]:
             refuse("to read the robot's file, frobs-core must be installed beside cookiecutter: pip install frobs-core")

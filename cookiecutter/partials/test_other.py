@@ -4,7 +4,7 @@
 import gymnasium as gym
 
 {% endif %}
-from frobs_core.testing import {{ ", ".join(["check_" ~ kinds, "check_plugin"] | sort) }}, pytest_checks
+from frobs_devkit.testing import {{ ", ".join(["check_" ~ kinds, "check_plugin"] | sort) }}, pytest_checks
 
 test_plugin = pytest_checks(check_plugin("{{ distribution.removeprefix('frobs-').replace('-', '_') }}"))
 test_{{ kinds }} = pytest_checks(check_{{ kinds }}("{{ cookiecutter.name }}"))

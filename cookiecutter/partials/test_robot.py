@@ -1,13 +1,13 @@
 """The robot keeps its contract: the conformance kit, check by check, and what else you know of it."""
 
 {% if cookiecutter.what == "robot" and cookiecutter.example == "wheeled" %}
-from frobs_core.testing import check_controller, check_plugin, check_robot, pytest_checks
+from frobs_devkit.testing import check_controller, check_plugin, check_robot, pytest_checks
 {% elif cookiecutter.what == "robot" %}
 import gymnasium as gym
 
-from frobs_core.testing import check_plugin, check_robot, pytest_checks
+from frobs_devkit.testing import check_plugin, check_robot, pytest_checks
 {% else %}
-from frobs_core.testing import check_plugin, check_robot, pytest_checks
+from frobs_devkit.testing import check_plugin, check_robot, pytest_checks
 {% endif %}
 
 test_plugin = pytest_checks(check_plugin("{{ distribution.removeprefix('frobs-').replace('-', '_') }}"))

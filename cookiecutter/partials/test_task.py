@@ -2,7 +2,7 @@
 
 import gymnasium as gym
 
-from frobs_core.testing import check_env, {{ "" if "robot" in kinds else "check_plugin, " }}check_task, pytest_checks
+from frobs_devkit.testing import check_env, {{ "" if "robot" in kinds else "check_plugin, " }}check_task, pytest_checks
 
 ID = "frobs_core:{{ cookiecutter.__id }}"
 

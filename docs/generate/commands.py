@@ -1,25 +1,10 @@
 """The page of the command line, from the commands themselves."""
 
-from collections.abc import Iterator
 from textwrap import dedent
 from typing import Any
 
-import typer
-
-from frobs_core.cli.app import app
+from frobs_cli.program import walk
 from generate.rst import code, escape, heading, label, literal, table
-
-
-def commands() -> Iterator[tuple[str, Any]]:
-    """Yield each command with its full name."""
-    yield from _walk("frobs", typer.main.get_command(app))
-
-
-def _walk(name: str, command: Any) -> Iterator[tuple[str, Any]]:
-    yield name, command
-    for child, sub in getattr(command, "commands", {}).items():
-        if not sub.hidden:
-            yield from _walk(f"{name} {child}", sub)
 
 
 def parameters(command: Any) -> list[tuple[str, str, str]]:
@@ -50,7 +35,7 @@ def _default(parameter: Any) -> str:
 
 def page() -> str:
     """Return the page."""
-    found = list(commands())
+    found = list(walk())
     text = label("commands") + heading("Command line")
     text += (
         "One command, ``frobs``, with one word for each act. Facts go to stdout, all else to stderr; ``--json`` makes "

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import gymnasium as gym
 
+from frobs_cli.describe_environment import describe_environment, readable_environment, space_text
 from frobs_core import plugins, registry
-from frobs_core.cli.describe_environment import describe_environment, readable_environment, space_text
 from frobs_core.errors import FrobsError
-from frobs_core.pretrained import read_pretrained
-from frobs_core.runs.bundle import BundleRun
 from frobs_core.specs import KINDS
+from frobs_train.export.bundle_run import BundleRun
+from frobs_train.export.pretrained import read_pretrained
 from generate import facts
 from generate.pictures import draw_curve, draw_episode
 from generate.rst import code, directive, escape, heading, label, literal, table, toctree

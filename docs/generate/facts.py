@@ -4,8 +4,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from frobs_core.cli.facts import heading as word
-from frobs_core.cli.facts import text
+from frobs_cli.facts import heading as word
+from frobs_cli.facts import text
 from generate.rst import code, escape, table
 
 _CODE = {"entry_point", "action_space", "observation_space", "name", "default", "id", "joint", "model", "simulator"}

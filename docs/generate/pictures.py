@@ -11,9 +11,9 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.errors import FrobsError
-from frobs_core.figures import dress, make_figure
-from frobs_core.runs.bundle import BundleRun
-from frobs_core.runs.video import add_batch
+from frobs_train.evaluation.video import add_batch
+from frobs_train.export.bundle_run import BundleRun
+from frobs_train.plots.figures import dress, make_figure
 
 SIZE = (450, 600)  # (height, width) of a moment [pixels]: the form that cameras of scenes are placed for
 GAP = 6  # between moments [pixels]

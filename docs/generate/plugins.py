@@ -4,9 +4,9 @@ from typing import get_args
 
 from pydantic import BaseModel
 
-from frobs_core.cli.catalogue import listed, plural
-from frobs_core.cli.describe_record import describe_record
-from frobs_core.cli.parameters import descriptions
+from frobs_cli.catalogue import listed, plural
+from frobs_cli.describe_record import describe_record
+from frobs_cli.parameters import descriptions
 from frobs_core.specs import KINDS
 from generate import facts
 from generate.rst import code, directive, escape, heading, label, table

@@ -4,7 +4,6 @@
     loading.py      imports one plugin, calls its hooks, checks its records
     report.py       what became of it
     requirements.py what a distribution says that it needs, the versions of the core among it
-    examination.py  whether this process must load none of them
     probe.py        imports one in a process of its own (child.py), with a time limit
     collection.py   guards each of them, keeps the reports, and looks names up
 

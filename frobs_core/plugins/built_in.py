@@ -27,3 +27,5 @@ BUILT_IN: Mapping[str, Mapping[str, str]] = {
     "algorithm": dict.fromkeys(("ppo", "sac", "td3", "ddpg", "a2c", "dqn"), "frobs-algos-sb3"),
 }
 """The distribution of each name, by kind."""
+
+COMMANDS = {"migrate": "frobs-rl-compat", "ros": "frobs-ros"}

@@ -16,7 +16,9 @@ from pathlib import Path
 from typing import IO, Any
 
 from frobs_core.plugins.discovery import Candidate
-from frobs_core.plugins.examination import PROBE
+
+NO_PLUGINS = "FROBS_NO_PLUGINS"
+"""Environment variable: with a value, importing :mod:`frobs_core` loads no plugin."""
 
 GRACE = 10.0
 """[s] that the process has beyond the plugin's time: to start, and to be ended by itself."""
@@ -91,7 +93,7 @@ def _run(candidate: Candidate, findings: Path, seconds: float, out: IO[bytes], e
     environment = {
         **os.environ,
         "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
-        PROBE: "1",
+        NO_PLUGINS: "1",
     }
     child = subprocess.Popen(
         [*command, candidate.value, candidate.key, str(findings), str(seconds)],

@@ -26,7 +26,7 @@ class PluginReport:
         traceback: Of the failure.
         import_seconds: How long its import took.
         records: Its records, by kind; all kinds are present.
-        made_for: The versions of the core that its distribution requires, ``">=0.1,<0.2"``; empty: it does not say.
+        made_for: The versions of the core that its distribution requires, ``">=0.2,<0.3"``; empty: it does not say.
         warning: One line where it is loaded, and something about it wants to be known; empty as a rule.
     """
 

@@ -31,7 +31,7 @@ class Missing:
 
 
 def core_versions(requirements: Iterable[str]) -> str:
-    """Return the versions of the core that a distribution is made for: ``">=0.1,<0.2"``; empty where it says nothing."""
+    """Return the versions of the core that a distribution is made for: ``">=0.2,<0.3"``; empty where it says nothing."""
     for line in requirements:
         found = _CORE_LINE.match(line)
         if found:

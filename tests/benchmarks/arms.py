@@ -23,7 +23,7 @@ sys.path.insert(0, str(ROOT / "tests" / "survey"))
 
 from corpus import files  # noqa: E402 - where the packages keep them
 
-from frobs_core.runs import evaluate, resolve_config, train  # noqa: E402
+from frobs_train import evaluate, resolve_config, train  # noqa: E402
 
 PAGE = ROOT / "docs" / "explanation" / "arms-measured.md"
 ID = "frobs/Reach-v0"

@@ -73,7 +73,7 @@ print(*(median(times[n]) for n in sizes))
 
 def frobs(*arguments: object) -> dict[str, Any]:
     """Run a command and return its facts."""
-    command = [sys.executable, "-m", "frobs_core.cli", *map(str, arguments), "--json"]
+    command = [sys.executable, "-m", "frobs_cli", *map(str, arguments), "--json"]
     return json.loads(subprocess.run(command, check=True, text=True, stdout=subprocess.PIPE).stdout)
 
 

@@ -27,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from tasks import current_commit, machine
 
-from frobs_core.runs import evaluate, resolve_config, train
+from frobs_train import evaluate, resolve_config, train
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "explanation" / "neighbours-measured.md"

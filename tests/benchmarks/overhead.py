@@ -17,10 +17,10 @@ from statistics import median
 from time import perf_counter
 from typing import Any
 
-from frobs_core.runs import resolve_config, train
-from frobs_core.runs.config import algorithm_record
-from frobs_core.runs.environments import make_vector_env
-from frobs_core.runs.recorder import EpisodeRecorder
+from frobs_train import resolve_config, train
+from frobs_train.configuration.config import algorithm_record
+from frobs_train.environments import make_vector_env
+from frobs_train.logs.recorder import EpisodeRecorder
 
 sys.path.insert(0, str(Path(__file__).parent))
 

@@ -19,10 +19,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import tasks
 
-from frobs_core import registry
-from frobs_core.pretrained import pretrained_ids, pretrained_path
-from frobs_core.runs import Run
-from frobs_core.runs.export import export
+from frobs_core.registry import pretrained_ids, pretrained_path
+from frobs_train import Run
+from frobs_train.export.export import export
 
 LICENSE = "MIT"
 
@@ -57,7 +56,7 @@ def main() -> None:
     for id in wanted:
         if id not in made:
             sys.exit(f"{id}: nothing is tuned for it; add a file to the algorithm's record.")
-        target = pretrained_path(registry.environments()[id][1])
+        target = pretrained_path(id)
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(made[id], target)
         sys.stdout.write(f"{target}\n")

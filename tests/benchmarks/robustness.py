@@ -20,8 +20,8 @@ from statistics import mean
 from time import perf_counter
 from typing import Any
 
-from frobs_core.runs import Run, evaluate, resolve_config, train
 from frobs_core.yaml import dump_yaml
+from frobs_train import Run, evaluate, resolve_config, train
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "explanation" / "robustness-measured.md"

@@ -29,10 +29,10 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from tasks import ROOT, current_commit, frobs, machine
 
-from frobs_core.deploy import Policy
-from frobs_core.parity import measure_parity
-from frobs_core.pretrained import read_pretrained
-from frobs_core.runs.evaluate import wilson_interval
+from frobs_deploy import Policy
+from frobs_devkit.parity import measure_parity
+from frobs_train.evaluation.evaluate import wilson_interval
+from frobs_train.export.pretrained import read_pretrained
 
 PAGE = ROOT / "docs" / "explanation" / "ros-measured.md"
 ID, ROBOT = "frobs/Irb120Reach-v0", "irb120"
@@ -413,7 +413,7 @@ def report(
         "physics steps of 2 ms, every step compared; saturated: at effort limits that are just enough), and of the bridge over "
         f"MuJoCo, whose joints are commanded on a position controller's topic and read from `joint_states` every "
         f"{SUBSTEPS} steps of {1e3 * PHYSICS_TIMESTEP:g} ms while each jumps by {JUMP:g} rad, from MuJoCo without ROS. What is "
-        "allowed, and why, is in `frobs_core/parity/tolerances.py`.",
+        "allowed, and why, is in `plugins/frobs-devkit/src/frobs_devkit/parity/tolerances.py`.",
         "",
         *response_table(differences),
         "",

@@ -33,8 +33,8 @@ from typing import Any, cast
 import yaml
 
 from frobs_core import plugins, registry
-from frobs_core.runs import Run, plot_runs
 from frobs_core.specs import AlgorithmRecord
+from frobs_train import Run, plot_runs
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "explanation" / "tasks-measured.md"
@@ -173,7 +173,7 @@ def explain_drop(case: Case, kept: Path = KEPT) -> str:
     folder = kept / f"{case.slug}-parity"
     if not (folder / "certificate.json").is_file():
         names = f"mujoco,{OTHER_SIMULATOR}"
-        command = [sys.executable, "-m", "frobs_core.cli", "parity", case.id, "--simulators", names, "--out", folder]
+        command = [sys.executable, "-m", "frobs_cli", "parity", case.id, "--simulators", names, "--out", folder]
         subprocess.run(command, stdout=subprocess.DEVNULL, check=False)  # 1: something is over its tolerance
     if not (folder / "certificate.json").is_file():
         return "no certificate could be made"
@@ -300,7 +300,7 @@ def dropped(found: Sequence[Mapping[str, Any]]) -> bool:
 
 def frobs(*arguments: object) -> dict[str, Any]:
     """Run a command and return its facts."""
-    command = [sys.executable, "-m", "frobs_core.cli", *map(str, arguments), "--json"]
+    command = [sys.executable, "-m", "frobs_cli", *map(str, arguments), "--json"]
     return cast(
         "dict[str, Any]", json.loads(subprocess.run(command, check=True, text=True, stdout=subprocess.PIPE).stdout)
     )

@@ -12,8 +12,8 @@ import pretrained
 import tasks
 
 from frobs_core import plugins, registry
-from frobs_core.deploy import read_bundle
-from frobs_core.runs import resolve_config
+from frobs_deploy import read_bundle
+from frobs_train import resolve_config
 
 REACH = tasks.Case("frobs/Irb120Reach-v0", "ppo")
 

@@ -18,7 +18,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from frobs_core.runs import evaluate, resolve_config, train
+from frobs_train import evaluate, resolve_config, train
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "explanation" / "transfer-measured.md"

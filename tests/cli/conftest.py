@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner, Result
 
+from frobs_cli.program import program
 from frobs_core import plugins
-from frobs_core.cli.app import app
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def frobs() -> Callable[..., Result]:
     """Run a command in this process."""
 
     def run(*args: str, **env: str) -> Result:
-        return CliRunner().invoke(app, list(args), prog_name="frobs", env=env, catch_exceptions=False)
+        return CliRunner().invoke(program(), list(args), prog_name="frobs", env=env, catch_exceptions=False)
 
     return run
 
@@ -45,7 +45,7 @@ def process() -> Callable[..., subprocess.CompletedProcess[str]]:
     """Run a command in a process of its own."""
 
     def run(*args: str, **kwargs: Any) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "frobs_core.cli", *args]
+        command = [sys.executable, "-m", "frobs_cli", *args]
         return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False, **kwargs)
 
     return run

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 from typer.testing import Result
 
-from frobs_core.testing import Check, CheckFailure, Hollow, NotApplicable, find
+from frobs_devkit.testing import Check, CheckFailure, Hollow, NotApplicable, find
 
 Frobs = Callable[..., Result]
 

@@ -6,8 +6,8 @@ from typing import Any
 
 from typer.testing import Result
 
-from frobs_core.runs import Run, RunConfig
-from frobs_core.runs.progress import STEPS, ProgressLog
+from frobs_train import Run, RunConfig
+from frobs_train.logs.progress import STEPS, ProgressLog
 
 
 def make(path: Path, seed: int, success: float | None, **config: Any) -> str:

@@ -11,8 +11,9 @@ import pytest
 from rich.console import Console
 from typer.testing import Result
 
-from frobs_core.cli import doctor_report, output
-from frobs_core.doctor import RobotReport, examine_robot
+from frobs_cli import output
+from frobs_devkit.cli import doctor_report
+from frobs_devkit.doctor import RobotReport, examine_robot
 
 Frobs = Callable[..., Result]
 IRB120 = "frobs_robots_abb:models/irb120.urdf.xacro"
@@ -169,7 +170,7 @@ def test_a_machine_without_opengl_is_told_what_to_install(
     frobs: Frobs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from frobs_core.errors import RenderingUnavailableError
-    from frobs_core.portrait.stage import Stage
+    from frobs_devkit.robot_sheet.stage import Stage
 
     def no_opengl(*_: Any) -> None:
         raise RenderingUnavailableError("there is no OpenGL (EGL or OSMesa) on this machine", "libegl1 libgl1-mesa-dri")

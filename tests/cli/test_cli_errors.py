@@ -20,7 +20,7 @@ BAD = {
     "self-importing ID": (("check", "frobs_core:frobs/Irb120Rech-v0"), "Did you mean 'frobs/Irb120Reach-v0'?"),
     "another's ID": (("bench", "CartPol-v1"), "Did you mean 'CartPole-v1'?"),
     "ID without version": (("train", "CartPole"), "Did you mean 'CartPole-v1'?"),
-    "module": (("train", "frobs_nowhere:Foo-v0"), "module 'frobs_nowhere' is missing"),
+    "module": (("train", "frobs_nowhere:Foo-v0"), "module 'frobs_nowhere' cannot be imported"),
     "number": (("train", "CartPole-v1", "--steps", "0"), "--steps"),
     "word for a number": (("train", "CartPole-v1", "--steps", "many"), "--steps"),
     "file": (("train", "CartPole-v1", "--config", "nowhere.yaml"), "nowhere.yaml"),
@@ -71,7 +71,7 @@ def test_a_missing_package_of_another_environment_is_one_line(frobs: Frobs, monk
     def missing(*_: object) -> None:
         raise gym.error.DependencyNotInstalled("pip install box2d")
 
-    monkeypatch.setattr("frobs_core.cli.show.describe_environment", missing)
+    monkeypatch.setattr("frobs_cli.show.describe_environment", missing)
     result = frobs("show", "CartPole-v1")
     assert (result.exit_code, result.stderr) == (2, "error: pip install box2d\n")
 
@@ -80,7 +80,7 @@ def test_a_full_disk_is_one_line(frobs: Frobs, monkeypatch: pytest.MonkeyPatch) 
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device", "runs/first")
 
-    monkeypatch.setattr("frobs_core.cli.show.describe_environment", full)
+    monkeypatch.setattr("frobs_cli.show.describe_environment", full)
     assert frobs("show", "CartPole-v1").stderr == "error: runs/first: No space left on device\n"
 
 
@@ -88,7 +88,7 @@ def test_an_error_keeps_its_table(frobs: Frobs, monkeypatch: pytest.MonkeyPatch)
     def refuse(*_: object) -> None:
         raise FrobsError("simulator 'x' cannot run this\n  needed by  [capability]")
 
-    monkeypatch.setattr("frobs_core.cli.show.describe_environment", refuse)
+    monkeypatch.setattr("frobs_cli.show.describe_environment", refuse)
     assert frobs("show", "CartPole-v1").stderr.splitlines()[1] == "  needed by  [capability]"
 
 
@@ -96,7 +96,7 @@ def test_a_bug_is_not_swallowed(frobs: Frobs, monkeypatch: pytest.MonkeyPatch) -
     def broken(*_: object) -> None:
         raise KeyError("a bug")
 
-    monkeypatch.setattr("frobs_core.cli.show.describe_environment", broken)
+    monkeypatch.setattr("frobs_cli.show.describe_environment", broken)
     with pytest.raises(KeyError, match="a bug"):
         frobs("show", "CartPole-v1")
 
@@ -105,6 +105,6 @@ def test_ctrl_c_is_one_line(frobs: Frobs, monkeypatch: pytest.MonkeyPatch) -> No
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("frobs_core.cli.show.describe_environment", interrupted)
+    monkeypatch.setattr("frobs_cli.show.describe_environment", interrupted)
     result = frobs("show", "CartPole-v1")
     assert (result.exit_code, result.stdout, result.stderr) == (130, "", "interrupted\n")

@@ -1,32 +1,24 @@
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import pytest
-import typer
 from rich.text import Text
 from typer.testing import Result
 
 import frobs_core
-from frobs_core.cli.app import COMMANDS, FAMILIES, app
-from frobs_core.cli.extensions import extensions
+from frobs_cli.commands import HEADINGS, installed_commands
+from frobs_cli.program import walk
 
 Frobs = Callable[..., Result]
 
-
-def _walk(words: tuple[str, ...], command: Any) -> Iterator[tuple[tuple[str, ...], Any]]:
-    yield words, command
-    for word, child in getattr(command, "commands", {}).items():
-        yield from _walk((*words, word), child)
-
-
-EVERY = list(_walk((), typer.main.get_command(app)))
+EVERY = [(tuple(name.split()[1:]), command) for name, command in walk()]
 
 
 def test_no_arguments_print_the_help(frobs: Frobs) -> None:
     result = frobs()
     assert result.exit_code == 0
     assert result.stdout == frobs("--help").stdout
-    assert all(heading in result.stdout for heading in COMMANDS)
+    assert all(heading in result.stdout for heading in HEADINGS)
 
 
 def test_version(frobs: Frobs) -> None:
@@ -51,15 +43,13 @@ def test_every_parameter_has_help(words: tuple[str, ...], command: Any) -> None:
             assert Text.from_markup(text).plain == text, f"{words}: {parameter.name} loses what is in brackets"
 
 
-def test_every_command_has_a_file_and_a_heading() -> None:
-    words = [word for table in (COMMANDS, FAMILIES) for commands in table.values() for word in commands]
-    added = [extension.words[0] for extension in extensions() if len(extension.words) == 1]
-    assert sorted(typer.main.get_command(app).commands) == sorted([*words, *added])
-    for families in FAMILIES.values():
-        for word, module in families.items():
-            assert module.__name__ == f"frobs_core.cli.{word}"
-            for member, function in module.COMMANDS.items():
-                assert function.__module__ == f"frobs_core.cli.{word}_{member}"
-    for commands in COMMANDS.values():
-        for word, function in commands.items():
-            assert function.__module__ == f"frobs_core.cli.{word}"
+def test_every_declared_command_is_in_the_program() -> None:
+    declared, problems = installed_commands()
+    assert problems == []
+    assert sorted(" ".join(words) for words, _ in EVERY if words) == sorted(declared)
+
+
+def test_summaries_are_one_sentence() -> None:
+    for command in installed_commands()[0].values():
+        assert command.summary.endswith("."), command.name
+        assert len(command.summary) <= 100, command.name

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from frobs_core.cli import output
-from frobs_core.cli.facts import dotted, print_facts, text
-from frobs_core.cli.progress import duration, number, percent
+from frobs_cli import output
+from frobs_cli.facts import dotted, print_facts, text
+from frobs_train.cli.progress import duration, number, percent
 
 Capture = pytest.CaptureFixture[str]
 Width = Callable[[int], None]

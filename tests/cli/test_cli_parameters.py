@@ -1,4 +1,4 @@
-from frobs_core.cli.parameters import descriptions, parameters
+from frobs_cli.parameters import descriptions, parameters
 
 
 class Parent:

@@ -15,14 +15,14 @@ from pathlib import Path
 import pytest
 
 Process = Callable[..., subprocess.CompletedProcess[str]]
-COMMAND = [sys.executable, "-m", "frobs_core.cli"]
+COMMAND = [sys.executable, "-m", "frobs_cli"]
 HEAVY = {"torch", "mujoco", "matplotlib", "stable_baselines3", "imageio", "rospy"}
 
 
 def test_help_imports_nothing_heavy() -> None:
     code = (
         "import sys\n"
-        "from frobs_core.cli import main\n"
+        "from frobs_cli import main\n"
         "sys.argv = ['frobs', '--help']\n"
         "try:\n    main()\n"
         "except SystemExit:\n    print('MODULES', *sorted(sys.modules))\n"
@@ -34,7 +34,7 @@ def test_help_imports_nothing_heavy() -> None:
 
 
 def test_the_package_itself_imports_no_typer() -> None:
-    code = "import sys, frobs_core.cli; print('typer' in sys.modules or 'rich' in sys.modules)"
+    code = "import sys, frobs_cli; print('typer' in sys.modules or 'rich' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout == "False\n"
 

@@ -3,9 +3,9 @@ import io
 import pytest
 from rich.console import Console
 
-from frobs_core.cli import progress
-from frobs_core.cli.progress import TrainingProgress
-from frobs_core.runs import Progress
+from frobs_train import Progress
+from frobs_train.cli import progress
+from frobs_train.cli.progress import TrainingProgress
 
 
 def _at(steps: int, success: float | None = 0.5) -> Progress:

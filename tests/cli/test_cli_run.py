@@ -21,10 +21,10 @@ TRAIN = ("--steps", "512", "--num-envs", "2", "--seed", "3", "--set", "algorithm
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from typer.testing import CliRunner
 
-    from frobs_core.cli.app import app
+    from frobs_cli.program import program
 
     path = tmp_path_factory.mktemp("runs") / "first"
-    result = CliRunner().invoke(app, ["train", "CartPole-v1", *TRAIN, "--run-dir", str(path)], prog_name="frobs")
+    result = CliRunner().invoke(program(), ["train", "CartPole-v1", *TRAIN, "--run-dir", str(path)], prog_name="frobs")
     assert result.exit_code == 0, result.stderr
     assert f"frobs evaluate {path}" in result.stdout
     assert "training CartPole-v1 with ppo: 512 steps, 2 environments, seed 3" in result.stderr

@@ -4,9 +4,9 @@ from typing import Any
 import pytest
 from typer.testing import Result
 
+from frobs_cli.describe_robot import describe_file
+from frobs_cli.facts import print_facts
 from frobs_core import plugins, registry
-from frobs_core.cli.describe_robot import describe_file
-from frobs_core.cli.facts import print_facts
 from frobs_core.interfaces import Bumper, Lidar, Robot
 from frobs_core.specs import KINDS
 

@@ -11,7 +11,7 @@ import pytest
 
 from frobs_core import registry
 from frobs_core.registry import COMPOSITIONAL_ID
-from frobs_core.testing import Check, check_env, pytest_checks
+from frobs_devkit.testing import Check, check_env, pytest_checks
 
 SHORTER = {"control_timestep": 0.1}
 """Of the legacy IDs, whose control steps are long: the laws are the same in a fifth of the time."""

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from frobs_core import plugins, registry
-from frobs_core.testing import (
+from frobs_devkit.testing import (
     Check,
     check_algorithm,
     check_controller,

@@ -5,10 +5,11 @@ from __future__ import annotations
 import pytest
 
 from frobs_core import registry
-from frobs_core.pretrained import claimed_evaluation, describe_pretrained, pretrained_ids, read_pretrained
-from frobs_core.runs import evaluate, open_pretrained, resolve_config
-from frobs_core.runs.bundle import changes_since
-from frobs_core.runs.evaluate import wilson_interval
+from frobs_core.registry import pretrained_ids
+from frobs_train import evaluate, open_pretrained, resolve_config
+from frobs_train.evaluation.evaluate import wilson_interval
+from frobs_train.export.bundle_run import changes_since
+from frobs_train.export.pretrained import claimed_evaluation, describe_pretrained, read_pretrained
 
 SHIPPED = pretrained_ids()
 WITHOUT = {"frobs/Irb140ReachVelocityLegacy-v0", "frobs/Ur5ReachLegacy-v0"}

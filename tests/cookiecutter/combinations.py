@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from itertools import combinations as choose
 from itertools import product
 
-from frobs_core.scaffold import CHOICES, asked, find_problem
+from frobs_devkit.scaffold import CHOICES, asked, find_problem
 
 FILE = "<file>"
 """Stands for the robot file, of which each test has its own."""

@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from sandbox import Sandbox
 
-from frobs_core.scaffold import render, resolve
+from frobs_devkit.scaffold import render, resolve
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-_COMMANDS = {"pip": "pip", "pytest": "pytest", "frobs": "frobs_core.cli", "python": ""}
+_COMMANDS = {"pip": "pip", "pytest": "pytest", "frobs": "frobs_cli", "python": ""}
 
 
 class Sandbox:

@@ -14,8 +14,8 @@ import pytest
 from combinations import FILE, combinations, label
 from sandbox import ROOT, Sandbox, distributions
 
-from frobs_core.scaffold import render, resolve
 from frobs_core.yaml import load_yaml
+from frobs_devkit.scaffold import render, resolve
 
 pytestmark = pytest.mark.slow
 

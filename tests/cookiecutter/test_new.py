@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from frobs_core.cli import new as module
-from frobs_core.cli.app import app
+from frobs_cli.program import program
+from frobs_devkit.cli import new as module
 
 Frobs = Callable[..., Result]
 FAULTY = """<robot name="faulty"><link name="a"/><link name="b"/>
@@ -24,7 +24,7 @@ def frobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Frobs:
     monkeypatch.chdir(tmp_path / "here")
 
     def run(*args: str, input: str | None = None) -> Result:
-        return CliRunner().invoke(app, list(args), prog_name="frobs", input=input)
+        return CliRunner().invoke(program(), list(args), prog_name="frobs", input=input)
 
     return run
 
@@ -66,9 +66,9 @@ def test_people_get_the_commands_to_copy(frobs: Frobs) -> None:
         (["task", "my_reach", "--robot-file", "arm.urdf"], "a task alone is for a robot that is installed"),
         (["controller", "my_controller", "--tcp", "tool0"], "tcp means nothing for a new controller"),
         (["robot", "irb120"], "offers a robot 'irb120' already"),
-        (["controller", "joint_position"], "frobs-controllers 0.1.0 offers a controller 'joint_position' already"),
-        (["simulator", "mujoco"], "the distribution frobs-sim-mujoco 0.1.0 is installed"),
-        (["robot", "abb"], "the distribution frobs-robots-abb 0.1.0 is installed"),
+        (["controller", "joint_position"], "frobs-controllers 0.2.0 offers a controller 'joint_position' already"),
+        (["simulator", "mujoco"], "the distribution frobs-sim-mujoco 0.2.0 is installed"),
+        (["robot", "abb"], "the distribution frobs-robots-abb 0.2.0 is installed"),
         (["task", "my_reach", "--robot", "irb121"], "Did you mean 'irb120'?"),
         (["task", "my_drive", "--example", "wheeled", "--robot", "irb120"], "has no differential drive"),
         (["task", "my_drive", "--example", "wheeled"], "'frobs list robots'"),
@@ -110,7 +110,7 @@ def test_what_fails_half_way_leaves_nothing(frobs: Frobs, monkeypatch: pytest.Mo
     def fail(*_: object) -> None:
         raise OSError(28, "No space left on device", "x")
 
-    monkeypatch.setattr("frobs_core.scaffold.rendering.finish_robot", fail)
+    monkeypatch.setattr("frobs_devkit.scaffold.rendering.finish_robot", fail)
     done = frobs("new", "pair", "my_arm")
     assert done.exit_code == 2
     assert "No space left" in done.stderr

@@ -16,8 +16,8 @@ from cookiecutter.exceptions import CookiecutterException
 from cookiecutter.main import cookiecutter
 from sandbox import ROOT
 
-from frobs_core.scaffold import CHOICES, QUESTIONS, asked, prompts, render, resolve
-from frobs_core.scaffold.rendering import template_folder
+from frobs_devkit.scaffold import CHOICES, QUESTIONS, asked, prompts, render, resolve
+from frobs_devkit.scaffold.rendering import template_folder
 
 ARM = ROOT / "templates" / "my_arm.urdf.xacro"
 ROWS = [{**row, **({"robot_file": str(ARM)} if row.get("robot_file") == FILE else {})} for row in combinations()]

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from sandbox import ROOT
 
-from frobs_core.runs import resolve_config
 from frobs_core.yaml import load_yaml
+from frobs_train import resolve_config
 
 TEMPLATES = ROOT / "templates"
 FILES = sorted(path.name for path in TEMPLATES.glob("my_*.py"))

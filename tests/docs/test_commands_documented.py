@@ -3,17 +3,10 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-import typer
 
-from frobs_core.cli.app import app
+from frobs_cli.program import walk
 
-
-def walk(name: str, command: Any) -> list[tuple[str, Any]]:
-    children = getattr(command, "commands", {})
-    return [(name, command), *(item for word, child in children.items() for item in walk(f"{name} {word}", child))]
-
-
-COMMANDS = walk("frobs", typer.main.get_command(app))
+COMMANDS = list(walk())
 
 
 @pytest.mark.parametrize(("name", "command"), COMMANDS, ids=[name for name, _ in COMMANDS])

@@ -10,8 +10,9 @@ import pytest
 from pages import DOCS, blocks
 from rich.console import Console
 
-from frobs_core.cli import doctor_report, output
-from frobs_core.doctor import examine_robot
+from frobs_cli import output
+from frobs_devkit.cli import doctor_report
+from frobs_devkit.doctor import examine_robot
 
 PAGE = DOCS / "how-to" / "check-a-robot-file.md"
 

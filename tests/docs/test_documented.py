@@ -9,8 +9,8 @@ import re
 import gymnasium as gym
 import pytest
 
+from frobs_cli.parameters import descriptions
 from frobs_core import capabilities, errors, hookspecs, interfaces, models, plugins, registry, specs
-from frobs_core.cli.parameters import descriptions
 
 HOOKS = [value for value in vars(hookspecs).values() if hasattr(value, "frobs_spec")]
 ERRORS = [value for value in vars(errors).values() if inspect.isclass(value) and value.__module__ == errors.__name__]

@@ -15,11 +15,11 @@ import pytest
 from frobs_core import plugins
 from frobs_core.errors import CheckpointError, ConfigurationError, RunError
 from frobs_core.plugins import Plugins
-from frobs_core.runs import Run, RunConfig, evaluate, resolve_config, train
-from frobs_core.runs.config import algorithm_record
-from frobs_core.runs.progress import read_progress
 from frobs_core.specs import AlgorithmRecord
-from frobs_core.testing import check_algorithm, run_checks
+from frobs_devkit.testing import check_algorithm, run_checks
+from frobs_train import Run, RunConfig, evaluate, resolve_config, train
+from frobs_train.configuration.config import algorithm_record
+from frobs_train.logs.progress import read_progress
 
 SOURCE = Path(__file__).parents[2] / "templates" / "algorithm.py"
 REACH = ("population=64", "elite=0.125", "episodes=2", "initial_deviation=0.5", "extra_deviation=0.1")

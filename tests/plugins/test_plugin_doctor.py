@@ -7,11 +7,11 @@ import sys
 
 import pytest
 
-from frobs_core.doctor import examine_plugins
 from frobs_core.errors import UnknownNameError
 from frobs_core.plugins import isolated
+from frobs_devkit.doctor import examine_plugins
 
-CORE = ("frobs-core>=0.1,<0.2",)
+CORE = ("frobs-core>=0.2,<0.3",)
 GOOD = "\nfrom frobs_core.hookspecs import hookimpl\n@hookimpl\ndef frobs_robots():\n    return []\n"
 
 
@@ -145,7 +145,7 @@ def test_only_some_are_examined(site):
 
 def test_the_command_does_not_hang_where_importing_the_core_does(site):
     site.add("hanging-dist", {"hanging.py": "while True: pass"}, requires=CORE)
-    command = [sys.executable, "-m", "frobs_core.cli", "doctor", "plugins", "hanging-dist", "--timeout", "1", "--json"]
+    command = [sys.executable, "-m", "frobs_cli", "doctor", "plugins", "hanging-dist", "--timeout", "1", "--json"]
     done = subprocess.run(
         command, env={**os.environ, "PYTHONPATH": str(site.path)}, capture_output=True, text=True, timeout=60
     )
@@ -155,7 +155,7 @@ def test_the_command_does_not_hang_where_importing_the_core_does(site):
 
 
 def test_an_unknown_name_is_refused():
-    from frobs_core.cli.doctor_plugins import plugins
+    from frobs_devkit.cli.doctor_plugins import plugins
 
     with pytest.raises(UnknownNameError, match="Did you mean 'robots_abb'"):
         plugins(["robot_abb"])

@@ -14,7 +14,7 @@ from frobs_core.models import Box, Pose
 from frobs_core.random import RandomSource
 from frobs_core.sensors import Sensors
 from frobs_core.sensors.contacts import with_contacts
-from frobs_core.testing.simulator.robots import ROVER, model_of
+from frobs_devkit.testing.simulator.robots import ROVER, model_of
 from frobs_sim_mujoco.simulation import MujocoSimulation
 
 sys.path.insert(0, str(Path(__file__).parent))  # where seeing.py is

@@ -14,11 +14,11 @@ import seeing
 from frobs_core.env import RobotEnv
 from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameError, UnknownParameterError
 from frobs_core.interfaces import Imu, Lidar
-from frobs_core.runs.resolve import resolve_config
 from frobs_core.sensors.settings import apply_settings
-from frobs_core.testing import CheckFailure, check_env, run_checks
 from frobs_core.vector_env import RobotVectorEnv
 from frobs_core.yaml import load_yaml
+from frobs_devkit.testing import CheckFailure, check_env, run_checks
+from frobs_train.configuration.resolve import resolve_config
 
 BAD = {
     "scan": {"rays": 8, "noise": 0.05, "dropout": 0.1, "delay": 0.1},

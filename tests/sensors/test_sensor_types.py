@@ -14,7 +14,7 @@ from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Body, Bumper, Imu, Lidar, Scene
 from frobs_core.models import Box, Pose
 from frobs_core.rotations import quat_from_axis_angle
-from frobs_core.testing.simulator.robots import ROVER
+from frobs_devkit.testing.simulator.robots import ROVER
 
 World = Callable[..., Any]
 FREE = replace(ROVER, base="floating")

@@ -8,7 +8,7 @@ from typing import Any
 import gymnasium as gym
 import pytest
 
-from frobs_core.runs.environments import make_vector_env
+from frobs_train.environments import make_vector_env
 
 sys.path.insert(0, str(Path(__file__).parent))  # for the helpers of this folder
 

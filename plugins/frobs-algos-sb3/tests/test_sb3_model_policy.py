@@ -12,9 +12,9 @@ import stock_models
 from typer.testing import CliRunner, Result
 
 from frobs_algos_sb3.model_files.policy import open_policy
-from frobs_core.cli.app import app
+from frobs_cli.program import program
 from frobs_core.errors import ConfigurationError, RunError
-from frobs_core.runs import ModelFile, evaluate
+from frobs_train import ModelFile, evaluate
 
 REACH = "frobs/Irb120Reach-v0"
 
@@ -28,7 +28,7 @@ def reach(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def frobs(*args: object) -> Result:
-    return CliRunner().invoke(app, [str(arg) for arg in args], prog_name="frobs", catch_exceptions=False)
+    return CliRunner().invoke(program(), [str(arg) for arg in args], prog_name="frobs", catch_exceptions=False)
 
 
 def test_a_model_file_is_evaluated_without_a_run(reach: Path) -> None:
@@ -106,6 +106,6 @@ def test_an_algorithm_that_reads_no_files_says_so(monkeypatch: pytest.MonkeyPatc
 
 def test_a_model_file_plays(reach: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[Any] = []
-    monkeypatch.setattr("frobs_core.runs.view", lambda run, **kwargs: opened.append(run))
+    monkeypatch.setattr("frobs_train.evaluation.view", lambda run, **kwargs: opened.append(run))
     assert frobs("play", REACH, "--model", reach).exit_code == 0
     assert isinstance(opened[0], ModelFile)

@@ -23,8 +23,8 @@ from frobs_algos_sb3.ppo import PPO
 from frobs_algos_sb3.vec_env import VectorEnvAdapter
 from frobs_core import plugins
 from frobs_core.errors import ConfigurationError
-from frobs_core.runs.environments import make_vector_env
-from frobs_core.runs.export import TOLERANCE, difference
+from frobs_train.environments import make_vector_env
+from frobs_train.export.export import TOLERANCE, difference
 
 contrib = pytest.importorskip("sb3_contrib")
 

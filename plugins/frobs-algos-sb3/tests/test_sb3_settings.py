@@ -7,8 +7,8 @@ from typing import Any, get_args
 import pytest
 from pydantic import BaseModel
 
+from frobs_cli.parameters import descriptions
 from frobs_core import plugins
-from frobs_core.cli.parameters import descriptions
 from frobs_core.errors import ConfigurationError, PluginError, UnknownParameterError
 
 NAMES = ("ppo", "a2c", "ddpg", "dqn", "sac", "td3", "tqc", "crossq", "recurrent_ppo")

@@ -17,8 +17,8 @@ from frobs_core.env import RobotEnv
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Body, CommandMode, Placement, Scene
 from frobs_core.models import Box, Pose, load_model
-from frobs_core.testing import check_controller, pytest_checks
 from frobs_core.vector_env import RobotVectorEnv
+from frobs_devkit.testing import check_controller, pytest_checks
 from frobs_robots_abb.irb120 import IRB120
 from frobs_sim_mujoco.simulation import MujocoSimulation
 

@@ -11,9 +11,9 @@ import gymnasium
 import pytest
 
 from frobs_core.errors import ConfigurationError
-from frobs_core.runs.config import RunConfig
 from frobs_core.yaml import load_yaml
 from frobs_rl_compat.migrate import migrate_package, migrate_yaml
+from frobs_train.configuration.config import RunConfig
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "examples"

@@ -9,7 +9,7 @@ import pytest
 from frobs_core import plugins
 from frobs_core.models import RobotModel, forward_kinematics, home_positions, load_model
 from frobs_core.models.defaults import composite_inertia
-from frobs_core.testing import check_robot, pytest_checks
+from frobs_devkit.testing import check_robot, pytest_checks
 from frobs_robots_abb.irb140 import IRB140
 
 MASSES = [26.36, 34.56, 15.99, 16.9793, 3.7398, 0.3039, 0.0549]

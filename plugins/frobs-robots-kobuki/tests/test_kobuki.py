@@ -12,7 +12,7 @@ from frobs_controllers.differential_drive import DifferentialDrive
 from frobs_core import plugins
 from frobs_core.interfaces import Body, CommandMode, Contact, Placement, Scene
 from frobs_core.models import Box, Pose, RobotModel, load_model
-from frobs_core.testing import check_robot, pytest_checks
+from frobs_devkit.testing import check_robot, pytest_checks
 from frobs_robots_kobuki.kobuki import KOBUKI
 from frobs_robots_kobuki.plugin import frobs_robots
 

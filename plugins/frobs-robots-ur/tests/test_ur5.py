@@ -8,7 +8,7 @@ import pytest
 
 from frobs_core import plugins
 from frobs_core.models import RobotModel, forward_kinematics, home_positions, load_model
-from frobs_core.testing import check_robot, pytest_checks
+from frobs_devkit.testing import check_robot, pytest_checks
 from frobs_robots_ur.plugin import frobs_robots
 from frobs_robots_ur.ur5 import UR5
 

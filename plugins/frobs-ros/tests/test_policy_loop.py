@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from frobs_core.arrays import Floats
-from frobs_core.deploy import Policy
-from frobs_core.pretrained import read_pretrained
+from frobs_deploy import Policy
 from frobs_ros import policy_loop
 from frobs_ros.mirror import Command, Mirror, State
 from frobs_ros.policy_loop import RobotSilentError, act
+from frobs_train.export.pretrained import read_pretrained
 
 REACH = "frobs/Irb120Reach-v0"
 

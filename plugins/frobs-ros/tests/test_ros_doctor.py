@@ -11,7 +11,7 @@ from frobs_ros.doctor import examine_ros
 
 
 def frobs(*words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-m", "frobs_core.cli", *words], capture_output=True, text=True, check=False)
+    return subprocess.run([sys.executable, "-m", "frobs_cli", *words], capture_output=True, text=True, check=False)
 
 
 def test_the_doctor_says_what_is_here_and_that_no_master_answers(lonely: str) -> None:

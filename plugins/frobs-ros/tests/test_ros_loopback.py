@@ -35,7 +35,7 @@ from frobs_ros import master, nodes, processes
 from frobs_ros.services import is_offered
 
 master.ensure()
-frobs = [sys.executable, "-m", "frobs_core.cli", "ros"]
+frobs = [sys.executable, "-m", "frobs_cli", "ros"]
 bridge = processes.start("gazebo", [*frobs, "serve", "--robot", "irb120"], name="serve")
 bridge.wait_until(lambda: is_offered("/gazebo/get_world_properties"), 120.0)
 words = ["run", "frobs/Irb120Reach-v0", "--pretrained", "--controller", "arm_controller"]

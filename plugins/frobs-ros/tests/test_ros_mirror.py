@@ -9,10 +9,10 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.deploy import Policy
 from frobs_core.errors import ConfigurationError
-from frobs_core.pretrained import read_pretrained
+from frobs_deploy import Policy
 from frobs_ros.mirror import Mirror, State
+from frobs_train.export.pretrained import read_pretrained
 
 REACH, MAZE = "frobs/Irb120Reach-v0", "frobs/KobukiMaze-v0"
 

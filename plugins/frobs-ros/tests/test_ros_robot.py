@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from frobs_core.errors import ConfigurationError
-from frobs_core.pretrained import read_pretrained
 from frobs_ros.mirror import Mirror
 from frobs_ros.ros_robot import RosRobot
+from frobs_train.export.pretrained import read_pretrained
 
 DRIVE = {
     "type": "diff_drive_controller/DiffDriveController",

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core.cli.parameters import descriptions
+from frobs_cli.parameters import descriptions
 from frobs_ros import backends, robot_settings
 from frobs_ros.functions import FUNCTIONS, PARAMETERS
 from frobs_ros.robot_basic_env import RobotBasicEnv

@@ -4,6 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from frobs_core.testing import check_simulator, pytest_checks
+from frobs_devkit.testing import check_simulator, pytest_checks
 
 test_simulator = pytest.mark.usefixtures("gazebo")(pytest_checks(check_simulator("gazebo")))

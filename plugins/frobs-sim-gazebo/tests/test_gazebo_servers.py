@@ -19,7 +19,7 @@ import pytest
 from frobs_core.errors import SimulationError
 from frobs_core.interfaces import Body, CommandMode, Placement, Scene
 from frobs_core.models import Box, Pose
-from frobs_core.testing.simulator.robots import ARM, model_of
+from frobs_devkit.testing.simulator.robots import ARM, model_of
 from frobs_sim_gazebo import protocol
 from frobs_sim_gazebo.installation import Installation
 from frobs_sim_gazebo.protocol import Op

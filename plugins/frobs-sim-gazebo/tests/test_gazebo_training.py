@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from frobs_core.runs import Run
+from frobs_train import Run
 
 STEPS, EVERY = 1000, 100
 CONFIG = {
@@ -56,7 +56,7 @@ class Training:
         self.path, self._log, self.servers = path, log, set[int]()
         with log.open("w") as file:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", "frobs_core.cli", *command],
+                [sys.executable, "-m", "frobs_cli", *command],
                 stdout=file,
                 stderr=file,
                 start_new_session=True,

@@ -12,7 +12,7 @@ import pytest
 import yaml
 from torch import nn
 
-from frobs_core.runs import resolve_config
+from frobs_train import resolve_config
 
 ID = "frobs/Irb120Reach-v0"
 FILE = Path(str(resources.files("frobs_tasks_reach").joinpath("zoo/ppo.yml")))

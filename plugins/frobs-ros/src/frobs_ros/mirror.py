@@ -15,12 +15,12 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.deploy import Bundle
 from frobs_core.env import RobotEnv
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import CommandMode, Lidar, Robot
 from frobs_core.random import RandomSource
 from frobs_core.sensors import Instrument
+from frobs_deploy import Bundle
 
 
 @dataclass(frozen=True, kw_only=True)

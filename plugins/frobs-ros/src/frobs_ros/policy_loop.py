@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from frobs_core.arrays import Floats
-from frobs_core.deploy import Policy
 from frobs_core.errors import FrobsError
+from frobs_deploy import Policy
 from frobs_ros.mirror import Command, Mirror, State
 
 _POLL = 0.001

@@ -27,13 +27,6 @@ def _kobuki(id: str, summary: str, max_episode_steps: int, **parameters: Any) ->
     )
 
 
-def _legacy(id: str, summary: str, world: str, speed: float) -> EnvironmentRecord:
-    """Return a record of FRobs_RL's; ``speed`` [m/s, rad/s] is that of an action of 1."""
-    limits = {"max_linear_velocity": speed, "max_angular_velocity": speed}
-    sensors = {"sensors": _RAYS_36} if world == "dynamic" else {}
-    return _kobuki(id, summary, 2000, world=world, controller_kwargs=limits, **sensors)
-
-
 @hookimpl
 def frobs_tasks() -> list[TaskRecord]:
     """Offer the navigation tasks."""
@@ -74,18 +67,6 @@ def frobs_tasks() -> list[TaskRecord]:
                     controller="differential_drive",
                     max_episode_steps=500,
                 ),
-            ),
-        ),
-        TaskRecord(
-            name="navigate_legacy",
-            summary="navigation as FRobs_RL had it: its observations, rewards and ends, and its task YAML",
-            entry_point="frobs_tasks_navigation.legacy:NavigateLegacy",
-            install_hint=_INSTALL,
-            needs=_NEEDS,
-            environments=(
-                _legacy("frobs/KobukiEmptyLegacy-v0", "Kobuki on an empty floor as FRobs_RL had it", "empty", 0.3),
-                _legacy("frobs/KobukiDynamicLegacy-v0", "Kobuki among moving boxes as FRobs_RL had it", "dynamic", 1.0),
-                _legacy("frobs/KobukiMazeLegacy-v0", "Kobuki in the maze as FRobs_RL had it", "maze", 1.0),
             ),
         ),
     ]

@@ -8,8 +8,6 @@ from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-reach"
 _NEEDS = {"teleport": Level.APPROXIMATE}
-_UNTRAINED = {"Irb140ReachVelocityLegacy", "Ur5ReachLegacy"}
-"""IDs that come without a trained policy; those of the others are made by ``tests/benchmarks/pretrained.py``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,7 +20,6 @@ class _Arm:
         title: Its name in sentences.
         goal_low: Lowest corner of its goal box [m].
         goal_high: Highest corner of its goal box [m].
-        legacy_timestep: What its drives need for a whole move of FRobs_RL's [s].
     """
 
     id: str
@@ -30,7 +27,6 @@ class _Arm:
     title: str
     goal_low: tuple[float, float, float]
     goal_high: tuple[float, float, float]
-    legacy_timestep: float = 0.5
 
     def environment(
         self,
@@ -39,13 +35,11 @@ class _Arm:
         *,
         max_episode_steps: int = 50,
         controller: str = "joint_delta_position",
-        legacy: bool = False,
         **parameters: object,
     ) -> EnvironmentRecord:
-        """Return the record of ``frobs/{id}{what}-v0``; a legacy profile has a goal box of its own."""
+        """Return the record of ``frobs/{id}{what}-v0``; ``tests/benchmarks/pretrained.py`` makes its trained policy."""
         name = f"{self.id}{what}"
-        goal_box = {} if legacy else {"goal_low": self.goal_low, "goal_high": self.goal_high}
-        bundle = "" if name in _UNTRAINED else f"frobs_tasks_reach:pretrained/{name.lower()}.frobs"
+        goal_box = {"goal_low": self.goal_low, "goal_high": self.goal_high}
         return EnvironmentRecord(
             id=f"frobs/{name}-v0",
             summary=f"{self.title} {summary}",
@@ -53,7 +47,7 @@ class _Arm:
             controller=controller,
             max_episode_steps=max_episode_steps,
             parameters={**goal_box, **parameters},
-            pretrained=bundle,
+            pretrained=f"frobs_tasks_reach:pretrained/{name.lower()}.frobs",
         )
 
 
@@ -66,7 +60,6 @@ _UR5 = _Arm(
     title="UR5",
     goal_low=(0.0, -0.5, 0.2),
     goal_high=(0.7, 0.5, 1.0),
-    legacy_timestep=1.0,
 )
 _ARMS = (_IRB120, _IRB140, _UR5)
 
@@ -118,35 +111,5 @@ def frobs_tasks() -> list[TaskRecord]:
             "goal:ReachGoal",
             "reach, goal-conditioned: for hindsight experience replay",
             *(arm.environment("ReachGoal", "reach, goal-conditioned") for arm in _ARMS),
-        ),
-        _task(
-            "reach_legacy",
-            "legacy:ReachLegacy",
-            "reach as FRobs_RL had it: its observation, reward and ends, and its task YAML",
-            *(
-                arm.environment(
-                    "ReachLegacy",
-                    "reach as FRobs_RL had it",
-                    max_episode_steps=100,
-                    legacy=True,
-                    controller_kwargs={"full_range": True},
-                    control_timestep=arm.legacy_timestep,
-                    profile=arm.robot,
-                )
-                for arm in _ARMS
-            ),
-        ),
-        _task(
-            "reach_legacy_velocity",
-            "legacy_velocity:ReachLegacyVelocity",
-            "reach by joint velocities as FRobs_RL had it",
-            _IRB140.environment(
-                "ReachVelocityLegacy",
-                "reach by joint velocities as FRobs_RL had it",
-                max_episode_steps=100,
-                controller="joint_velocity",
-                legacy=True,
-                controller_kwargs={"max_velocity": 0.2},
-            ),
         ),
     ]

@@ -24,7 +24,7 @@ _ELSEWHERE = (
 
 
 def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[dict[str, Any], str]:
-    """Return the keys of :class:`frobs_core.runs.RunConfig` that a file of FRobs_RL means.
+    """Return the keys of :class:`frobs_train.RunConfig` that a file of FRobs_RL means.
 
     Args:
         mapping: The file.

@@ -11,7 +11,7 @@ import numpy as np
 from stable_baselines3.common.buffers import DictReplayBuffer, ReplayBuffer
 
 from frobs_core.errors import CheckpointError, ConfigurationError, UntrustedFileError
-from frobs_core.runs.files import write_aside
+from frobs_core.files import write_aside
 
 FORMAT = 1
 """Of the files."""

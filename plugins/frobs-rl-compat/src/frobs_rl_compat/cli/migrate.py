@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from frobs_core.cli.model_options import PackagePath
-from frobs_core.cli.options import Json
+from frobs_cli.model_options import PackagePath
+from frobs_cli.options import Json
 
 
 def migrate(
@@ -44,9 +44,9 @@ def migrate(
         $ frobs migrate ~/catkin_ws/src/my_arm_rl --out plugins
         $ frobs migrate ~/catkin_ws/src/my_arm_rl/config/td3.yaml
     """
-    from frobs_core.cli.facts import print_facts
-    from frobs_core.cli.model_options import package_paths
-    from frobs_core.cli.output import only_json, print_json, print_line, print_title
+    from frobs_cli.facts import print_facts
+    from frobs_cli.model_options import package_paths
+    from frobs_cli.output import only_json, print_json, print_line, print_title
     from frobs_rl_compat.migrate import migrate_package, migrate_yaml
 
     with only_json(json):

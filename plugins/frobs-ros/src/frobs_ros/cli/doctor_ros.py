@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from frobs_core.cli.options import Json
-from frobs_core.cli.output import console, print_json, print_line, print_table
+from frobs_cli.options import Json
+from frobs_cli.output import console, print_json, print_line, print_table
 
 if TYPE_CHECKING:
     from rich.text import Text

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from frobs_core.cli.output import print_line, print_note
+from frobs_cli.output import print_line, print_note
 
 
 def link(

@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from frobs_core.cli.options import Json
-from frobs_core.cli.output import only_json, print_json, print_line, print_note
+from frobs_cli.options import Json
+from frobs_cli.output import only_json, print_json, print_line, print_note
 
 
 def run(
@@ -61,15 +61,20 @@ def run(
     """
     import numpy as np
 
-    from frobs_core.deploy import Policy, read_bundle
-    from frobs_core.pretrained import read_pretrained
+    from frobs_core.models import fingerprint, load_model
+    from frobs_core.registry import pretrained_path
+    from frobs_deploy import Policy, read_bundle, read_manifest
     from frobs_ros.environment import use_ros
     from frobs_ros.mirror import Mirror
     from frobs_ros.policy_loop import Report, act
     from frobs_ros.ros_robot import RosRobot, Topics
 
-    opened = read_pretrained(bundle) if pretrained else read_bundle(bundle)
-    policy = Policy(opened, robot=robot)
+    opened = read_bundle(pretrained_path(bundle) if pretrained else bundle)
+    if robot is None:
+        policy = Policy(opened)
+    else:
+        model = load_model(robot, xacro_args=read_manifest(opened).xacro_args)
+        policy = Policy(opened, robot=fingerprint(model), joint_names=model.joint_names)
     mirror = Mirror(opened, simulator, speed)
     with contextlib.closing(mirror), only_json(json):
         use_ros()

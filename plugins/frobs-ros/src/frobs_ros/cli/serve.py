@@ -92,7 +92,7 @@ def serve(
 
 def main() -> None:
     """Run it alone, as ``python -m frobs_ros.bridge``, and exit the process."""
-    from frobs_core.cli.group import FrobsGroup
+    from frobs_cli.group import FrobsGroup
 
     app = typer.Typer(cls=FrobsGroup, pretty_exceptions_enable=False)
     app.command("serve")(serve)

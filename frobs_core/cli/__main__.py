@@ -1,5 +1,0 @@
-"""``python -m frobs_core.cli`` is ``frobs``."""
-
-from frobs_core.cli import main
-
-main()

@@ -1,0 +1,80 @@
+"""What is installed, as commands show it: records with where they are from, environments, IDs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from frobs_core import plugins, registry
+from frobs_core.errors import UnknownNameError
+from frobs_core.specs import KINDS, EnvironmentRecord, Record, TaskRecord
+
+ENVIRONMENT = "environment"
+_WORDS = {"env": ENVIRONMENT, "envs": ENVIRONMENT, "environments": ENVIRONMENT, ENVIRONMENT: ENVIRONMENT}
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A record with the distribution that offers it.
+
+    Attributes:
+        name: What users write: with ``distribution:`` before it where two distributions offer it.
+        record: The record.
+        distribution: The pip package that holds it.
+        version: Of the distribution.
+    """
+
+    name: str
+    record: Record
+    distribution: str
+    version: str
+
+    @property
+    def source(self) -> str:
+        """Distribution and version."""
+        return f"{self.distribution} {self.version}".strip()
+
+
+def kind_of(word: str) -> str:
+    """Return the kind that a word means, singular or plural; ``"environment"`` is one here.
+
+    Raises:
+        UnknownNameError: It means none.
+    """
+    known = {**{kind: kind for kind in KINDS}, **{plural(kind): kind for kind in KINDS}, **_WORDS}
+    if word.lower() not in known:
+        raise UnknownNameError("kind", word, [*(plural(kind) for kind in KINDS), "envs"])
+    return known[word.lower()]
+
+
+def plural(kind: str) -> str:
+    """Return the word for several of a kind."""
+    return f"{kind}s"
+
+
+def listed(kind: str) -> list[Listed]:
+    """Return the records of a kind, sorted by name."""
+    sources = {
+        id(record): (report.distribution, report.version)
+        for report in plugins.reports()
+        for record in report.records.get(kind, ())
+    }
+    return [
+        Listed(name, record, *sources.get(id(record), ("", "")))
+        for name, record in sorted(plugins.records(kind).items())
+    ]
+
+
+def source_of(kind: str, record: Record) -> str:
+    """Return distribution and version of a record, or nothing where it is from no plugin."""
+    return next((item.source for item in listed(kind) if item.record is record), "")
+
+
+def environments() -> Mapping[str, tuple[TaskRecord, EnvironmentRecord]]:
+    """Return the environments that the installed tasks register, by ID."""
+    return registry.environments()
+
+
+def problems() -> list[str]:
+    """Return one line for each plugin that did not load, and for each ID that is not registered."""
+    return [*plugins.active().failures(), *registry.problems().values()]

@@ -1,0 +1,102 @@
+"""How a distribution declares its commands: a table of records with strings, so that listing them imports nothing.
+
+The entry-point group ``frobs.commands`` names the tables::
+
+    [project.entry-points."frobs.commands"]
+    acme-wave = "acme_wave.commands:COMMANDS"
+
+A table is a sequence of :class:`Command`. Its module must import nothing heavy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+GROUP = "frobs.commands"
+
+HEADINGS = ("Look around", "Learn", "Extend", "Verify", "From plugins")
+"""Headings of ``frobs --help``, in this order; others follow."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Command:
+    """A command of ``frobs``, or a group of commands.
+
+    Attributes:
+        name: One word (``"train"``), or a group and a word (``"doctor robot"``).
+        summary: One line for ``--help``.
+        function: ``"module:function"``, imported when the command runs or shows its own help; empty for a group.
+        heading: Heading in ``frobs --help``.
+        loads_plugins: Whether plugins may be loaded while it runs. ``frobs doctor plugins`` examines plugins that may
+            hang or crash, so it must not load them.
+    """
+
+    name: str
+    summary: str
+    function: str = ""
+    heading: str = "From plugins"
+    loads_plugins: bool = True
+
+    def load(self) -> Any:
+        """Import and return the function.
+
+        Raises:
+            Exception: Whatever the import raises.
+        """
+        module, _, name = self.function.partition(":")
+        return getattr(import_module(module), name)
+
+
+def installed_commands() -> tuple[dict[str, Command], list[str]]:
+    """Return the commands of all installed distributions by name, and a line for each table that cannot be read.
+
+    If two distributions declare the same command, the first one by name wins; FRobs's own command line comes first.
+    """
+    found: dict[str, Command] = {}
+    problems = []
+    for entry in sorted(entry_points(group=GROUP), key=_order):
+        try:
+            table: Sequence[Command] = entry.load()
+            for command in table:
+                found.setdefault(command.name, command)
+        except Exception as error:
+            problems.append(
+                f"the commands of {_distribution(entry)} could not be read: {type(error).__name__}: {error}; "
+                f"install a version of {_distribution(entry)} that works with this version of frobs-cli, or uninstall it"
+            )
+    return found, problems
+
+
+def _order(entry: EntryPoint) -> tuple[bool, str]:
+    return _distribution(entry) != "frobs-cli", _distribution(entry)
+
+
+def _distribution(entry: EntryPoint) -> str:
+    return entry.dist.name if entry.dist else "an unknown distribution"
+
+
+COMMANDS = (
+    Command(
+        name="list",
+        summary="List what is installed: simulators, robots, controllers, tasks, algorithms and environment IDs.",
+        function="frobs_cli.list:list_",
+        heading="Look around",
+    ),
+    Command(
+        name="show",
+        summary="Show everything about one thing: what it is, what it takes and what it needs.",
+        function="frobs_cli.show:show",
+        heading="Look around",
+    ),
+    Command(
+        name="plugins",
+        summary="Show the installed plugins and why a plugin did not load.",
+        function="frobs_cli.plugins:plugins",
+        heading="Look around",
+    ),
+)
+"""The commands of this distribution."""

@@ -1,0 +1,126 @@
+"""What ``frobs show`` says about an environment ID, ours or another's."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.envs.registration import EnvSpec
+
+from frobs_cli import catalogue
+from frobs_cli.describe_record import task_facts
+from frobs_cli.parameters import parameters
+from frobs_cli.providers import providers
+from frobs_core import plugins
+from frobs_core.capabilities import Level, check_capabilities
+from frobs_core.errors import CapabilityError, FrobsError
+from frobs_core.specs import AlgorithmRecord, ControllerRecord, EnvironmentRecord, SimulatorRecord, TaskRecord
+
+_YOURS = "any: say which with robot=…"
+_DEPENDS = "as many columns as the robot asks for"
+
+
+def describe_environment(spec: EnvSpec) -> dict[str, Any]:
+    """Return the facts about an ID. An environment that cannot be built is a fact too: ``error``."""
+    facts: dict[str, Any] = {"kind": catalogue.ENVIRONMENT, "name": spec.id}
+    ours = catalogue.environments().get(spec.id)
+    if ours is None:
+        facts["entry_point"] = str(spec.entry_point)
+        facts["max_episode_steps"] = spec.max_episode_steps
+        facts |= _spaces(spec)
+        facts["keywords"] = dict(spec.kwargs)
+        return facts
+    task, environment = ours
+    facts |= {
+        "summary": environment.summary,
+        "from": catalogue.source_of("task", task),
+        "task": task.name,
+        "robot": environment.robot or _YOURS,
+        "controller": environment.controller,
+        "simulator": environment.simulator,
+        "max_episode_steps": environment.max_episode_steps,
+        **(_spaces(spec) if environment.robot else dict.fromkeys(("action_space", "observation_space"), _DEPENDS)),
+    }
+    with contextlib.suppress(FrobsError):  # a part that cannot be imported is told by _spaces already
+        facts |= _task(task, environment)
+        facts["controller_parameters"] = _controller(environment)
+    facts["tuned_algorithms"] = [
+        item.name
+        for item in catalogue.listed("algorithm")
+        if isinstance(item.record, AlgorithmRecord) and spec.id in item.record.tuned
+    ]
+    facts["simulators"] = _simulators(task, environment)
+    for provider in providers():
+        facts |= provider.environment(spec.id, environment)
+    return facts
+
+
+def readable_environment(facts: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the facts of :func:`describe_environment` in a form for people."""
+    shown = dict(facts)
+    for provider in providers():
+        shown |= provider.readable_environment(shown)
+    return shown
+
+
+def _spaces(spec: EnvSpec) -> dict[str, Any]:
+    try:
+        env = gym.make(spec, disable_env_checker=True)
+    except (FrobsError, gym.error.Error) as error:
+        return {"error": str(error)}
+    spaces = {"action_space": space_text(env.action_space), "observation_space": space_text(env.observation_space)}
+    env.close()
+    return spaces
+
+
+def space_text(space: gym.Space[Any]) -> str:
+    """Return a space in one line: of a Box its shape and its outermost bounds."""
+    if isinstance(space, gym.spaces.Box):
+        return f"Box {space.shape} {space.dtype} in [{np.min(space.low):.6g}, {np.max(space.high):.6g}]"
+    if isinstance(space, gym.spaces.Dict):
+        return "; ".join(f"{key}: {space_text(member)}" for key, member in space.items())
+    return str(space)
+
+
+def _task(record: TaskRecord, environment: EnvironmentRecord) -> dict[str, Any]:
+    facts = task_facts(record.load())
+    chosen = environment.parameters
+    for row in facts["parameters"]:
+        if row["name"] in chosen:
+            row["default"], row["required"] = chosen[row["name"]], False
+    for key in ("control_timestep", "physics_timestep"):
+        if key in chosen:
+            facts[key] = f"{chosen[key]:g} s"
+    facts["task_parameters"] = facts.pop("parameters")
+    return facts
+
+
+def _controller(environment: EnvironmentRecord) -> list[dict[str, Any]]:
+    chosen: Mapping[str, Any] = environment.parameters.get("controller_kwargs", {})
+    rows = parameters(plugins.get_record("controller", environment.controller).load())
+    for row in rows:
+        if row["name"] in chosen:
+            row["default"], row["required"] = chosen[row["name"]], False
+    return rows
+
+
+def _simulators(task: TaskRecord, environment: EnvironmentRecord) -> list[dict[str, Any]]:
+    """Return for each installed simulator whether it can run the environment, and what it lacks."""
+    needs: dict[str, Mapping[str, Level]] = {f"task '{task.name}'": task.needs}
+    with contextlib.suppress(FrobsError):
+        controller = plugins.get_record("controller", environment.controller)
+        if isinstance(controller, ControllerRecord):
+            needs[f"controller '{controller.name}'"] = controller.needs
+    rows = []
+    for item in catalogue.listed("simulator"):
+        if isinstance(item.record, SimulatorRecord):
+            missing: list[str] = []
+            try:
+                check_capabilities(item.name, item.record.capabilities, needs)
+            except CapabilityError as error:
+                missing = [f"{capability} ({wanted}; has {has})" for _, capability, wanted, has in error.missing]
+            rows.append({"simulator": item.name, "can_run_it": not missing, "lacks": ", ".join(missing)})
+    return rows

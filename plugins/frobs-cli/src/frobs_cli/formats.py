@@ -1,0 +1,23 @@
+"""Numbers as people read them."""
+
+from __future__ import annotations
+
+
+def percent(share: float | None, digits: int = 1) -> str:
+    """Return ``"98.4 %"``; ``"–"`` for None."""
+    return "–" if share is None else f"{100.0 * share:.{digits}f} %"
+
+
+def number(value: float) -> str:
+    """Return a number with as many digits as its size needs."""
+    return f"{value:,.0f}" if abs(value) >= 1_000 else f"{value:.1f}" if abs(value) >= 100 else f"{value:.2f}"
+
+
+def duration(seconds: float) -> str:
+    """Return ``"12 s"``, ``"3:05"`` or ``"1:02:03"``."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{seconds:.1f} s" if seconds < 10 else f"{whole} s"
+    minutes, second = divmod(whole, 60)
+    hours, minute = divmod(minutes, 60)
+    return f"{hours}:{minute:02}:{second:02}" if hours else f"{minute}:{second:02}"

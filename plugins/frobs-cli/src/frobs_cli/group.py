@@ -1,0 +1,112 @@
+"""A group of commands: handles errors, Ctrl-C and a reader that has gone."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+import typer
+from typer.core import TyperGroup
+
+from frobs_cli.output import print_error, print_note
+
+BAD_INPUT = 2
+INTERRUPTED = 130
+_ERRORS = (("frobs_core.errors", "FrobsError"), ("frobs_deploy.errors", "DeployError"), ("gymnasium.error", "Error"))
+"""Module and class of the errors that are reported in one line. A module that is not imported has raised none."""
+
+READER_GONE = 141
+"""128 + SIGPIPE: what a shell reports for any program whose reader stopped reading."""
+
+
+class FrobsGroup(TyperGroup):
+    """Commands whose failures are one clear line on stderr and an exit code.
+
+    0: done; 1: a check failed, or a bug, which shows its traceback; 2: bad input; 130: Ctrl-C; 143: SIGTERM, of a
+    training, which writes a checkpoint first.
+    """
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Find the command that the first argument names.
+
+        Raises:
+            UnknownNameError: No command has this name; suggests the closest match.
+        """
+        if args and not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
+            from frobs_core.errors import UnknownNameError
+            from frobs_core.plugins.built_in import COMMANDS
+
+            hint = COMMANDS.get(args[0], "") if ctx.parent is None else ""
+            raise UnknownNameError(
+                "command", args[0], self.list_commands(ctx), install_hint=f"pip install {hint}" if hint else ""
+            )
+        return super().resolve_command(ctx, args)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command that was asked for; Ctrl-C ends it with one line."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt as interrupt:
+            print_note(f"interrupted{f': {interrupt}' if str(interrupt) else ''}")
+            raise typer.Exit(getattr(interrupt, "exit_code", INTERRUPTED)) from None
+
+    def main(self, args: Sequence[str] | None = None, *positional: Any, **keywords: Any) -> NoReturn:
+        """Run a command and exit the process."""
+        given = list(sys.argv[1:] if args is None else args)
+        debug = "--debug" in given or os.environ.get("FROBS_DEBUG", "0") not in ("", "0")
+        keywords["standalone_mode"] = False
+        _accept_any_encoding()
+        try:
+            # --debug may stand anywhere on the line, so that it can be added to the end of one that failed.
+            result = super().main([arg for arg in given if arg != "--debug"], *positional, **keywords)
+            sys.stdout.flush()  # a reader that has gone shows now, not while the interpreter shuts down
+            code = result if isinstance(result, int) else 0
+        except BrokenPipeError:
+            _write_no_more()
+            code = READER_GONE
+        except typer.Abort:
+            code = INTERRUPTED
+        except Exception as error:
+            if not isinstance(error, _reported()):
+                raise
+            if debug:
+                traceback.print_exc()
+            print_error(_line(error))
+            code = BAD_INPUT
+        sys.exit(code)
+
+
+def _reported() -> tuple[type[Exception], ...]:
+    """Return the classes of errors that are the user's to fix; any other exception is a bug."""
+    imported = [getattr(sys.modules[module], name) for module, name in _ERRORS if module in sys.modules]
+    return (typer.TyperException, OSError, *imported)
+
+
+def _line(error: Exception) -> str:
+    """Say in one line what went wrong; a table that an error brings with it stays below."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    if isinstance(error, typer.TyperException):
+        message = error.format_message().strip().replace("\n\t", " ").replace("\n", " ")
+        context = getattr(error, "ctx", None)
+        hint = f" '{context.command_path} --help' shows what it takes." if context else ""
+        return f"{message[:1].lower()}{message[1:].rstrip('.')}.{hint}"
+    return str(error).strip() or type(error).__name__
+
+
+def _accept_any_encoding() -> None:
+    """Show a '?' where the terminal's encoding lacks a character, rather than fail."""
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure is not None:
+            reconfigure(errors="replace")
+
+
+def _write_no_more() -> None:
+    """Let what is still in stdout's buffer go nowhere when the interpreter shuts down."""
+    with contextlib.suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,0 +1,94 @@
+"""``frobs list``: what is installed."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from frobs_cli import catalogue
+from frobs_cli.completion import complete_kind
+from frobs_cli.options import Json
+from frobs_cli.output import only_json, print_json, print_line, print_note, print_table, print_title
+from frobs_cli.providers import providers
+from frobs_core import plugins
+from frobs_core.specs import KINDS
+
+
+def list_(
+    kind: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[KIND]",
+            show_default="everything",
+            help="simulators, robots, controllers, tasks, algorithms or envs.",
+            autocompletion=complete_kind,
+        ),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """List what is installed: simulators, robots, controllers, tasks, algorithms and environment IDs.
+
+    Example:
+        $ frobs list
+        $ frobs list envs
+        $ frobs list robots --json
+    """
+    kinds = [*KINDS, catalogue.ENVIRONMENT] if kind is None else [catalogue.kind_of(kind)]
+    with only_json(json):
+        rows = {kind: _environments() if kind == catalogue.ENVIRONMENT else _records(kind) for kind in kinds}
+    if json:
+        print_json({catalogue.plural(kind): facts for kind, facts in rows.items()})
+        return
+    for i, (kind_, facts) in enumerate(rows.items()):
+        if i:
+            print_line()
+        if len(rows) > 1:
+            print_title(catalogue.plural(kind_), "" if facts else "none installed")
+        elif not facts:
+            print_note(f"no {kind_} is installed")
+        if facts:
+            _print(kind_, facts)
+    if any(report.state == "failed" for report in plugins.reports()):  # which, was logged when they were loaded
+        print_note("'frobs plugins --verbose' shows why plugins did not load")
+
+
+def _records(kind: str) -> list[dict[str, Any]]:
+    return [
+        {
+            "name": item.name,
+            "summary": item.record.summary,
+            "distribution": item.distribution,
+            "version": item.version,
+        }
+        for item in catalogue.listed(kind)
+    ]
+
+
+def _environments() -> list[dict[str, Any]]:
+    return [
+        {
+            "id": env_id,
+            "task": task.name,
+            "robot": environment.robot or "any",
+            "controller": environment.controller,
+            "simulator": environment.simulator,
+            "max_episode_steps": environment.max_episode_steps,
+            "summary": environment.summary,
+            **{key: fact for it in providers() for key, fact in it.environment(env_id, environment).items()},
+        }
+        for env_id, (task, environment) in catalogue.environments().items()
+    ]
+
+
+def _print(kind: str, facts: list[dict[str, Any]]) -> None:
+    if kind == catalogue.ENVIRONMENT:
+        columns = [[column for it in providers() if (column := it.column(fact))] for fact in facts]
+        rows = [
+            [fact["id"], fact["robot"], *(cell for _, cell in more), fact["summary"]]
+            for fact, more in zip(facts, columns, strict=True)
+        ]
+        print_table(("ID", "robot", *(heading for heading, _ in columns[0]), "summary"), rows)
+    else:
+        rows = [[fact["name"], f"{fact['distribution']} {fact['version']}", fact["summary"]] for fact in facts]
+        print_table(("name", "from", "summary"), rows)

@@ -1,0 +1,127 @@
+"""What commands write: facts to stdout, everything else to stderr."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Any, NoReturn
+
+if TYPE_CHECKING:
+    from rich.console import Console, RenderableType
+    from rich.text import Text
+
+_NARROWEST_PROSE = 30
+"""Columns that the last column of a table needs, or its text goes below the row."""
+
+
+def console(*, stderr: bool = False) -> Console:
+    """Return a console as wide as the terminal; a pipe or a file is as wide as its longest line."""
+    from rich.console import Console
+
+    stream = sys.stderr if stderr else sys.stdout
+    made = Console(file=stream, width=None if stream.isatty() else 1_000, highlight=False, emoji=False)
+    made.on_broken_pipe = _reader_gone  # type: ignore[method-assign] # rich's own exits with 1, as a failed check does
+    return made
+
+
+def _reader_gone() -> NoReturn:
+    raise BrokenPipeError
+
+
+def print_line(text: RenderableType = "") -> None:
+    """Write something for people to stdout."""
+    console().print(text, soft_wrap=isinstance(text, str))
+
+
+def print_note(text: str) -> None:
+    """Write one line to stderr."""
+    console(stderr=True).print(text, style="dim", markup=False, soft_wrap=True)
+
+
+def print_error(text: str) -> None:
+    """Write ``error: …`` to stderr."""
+    from rich.text import Text
+
+    console(stderr=True).print(Text.assemble(("error:", "bold red"), " ", text), soft_wrap=True)
+
+
+def print_title(text: str, detail: str = "") -> None:
+    """Write the heading of a section to stdout."""
+    from rich.text import Text
+
+    console().print(Text.assemble((text, "bold"), (f"  {detail}" if detail else "", "dim")), soft_wrap=True)
+
+
+def print_table(
+    columns: Sequence[str], rows: Sequence[Sequence[str | Text]], *, header: bool = True, indent: int = 2
+) -> None:
+    """Write a table to stdout whose last column is prose: wrapped, or below its row where the terminal is narrow.
+
+    Args:
+        columns: Their headings.
+        rows: A text for each column.
+        header: Whether to show the headings.
+        indent: [columns] before each line.
+    """
+    from rich.text import Text
+
+    out = console()
+    cells = [[cell if isinstance(cell, Text) else Text(cell) for cell in row] for row in rows]
+    for row in cells:
+        row[0].stylize_before("cyan")
+    lines = [[Text(column, style="dim") for column in columns], *cells] if header else cells
+    widths = [max((line[i].cell_len for line in lines), default=0) for i in range(len(columns))]
+    start = indent + sum(width + 2 for width in widths[:-1])
+    room = out.width - start if out.is_terminal else widths[-1]
+    stacked = room < min(widths[-1], _NARROWEST_PROSE)
+    for i, (*front, prose) in enumerate(lines):
+        for cell, width in zip(front, widths[:-1], strict=True):
+            cell.pad_right(width + 2 - cell.cell_len)
+        wrapped = [] if stacked else list(prose.wrap(out, max(room, 1)))
+        text = Text.assemble(" " * indent, *front, *wrapped[:1])
+        text.rstrip()
+        below = [Text.assemble(" " * start, line) for line in wrapped[1:]]
+        if stacked and not (header and i == 0):
+            room_below = out.width - indent - 2
+            below = [Text.assemble(" " * (indent + 2), line) for line in prose.wrap(out, max(room_below, 1))]
+        for line in (text, *below):
+            out.print(line, soft_wrap=True)
+
+
+def print_json(value: Any) -> None:
+    """Write facts to stdout as JSON."""
+    sys.stdout.write(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+@contextlib.contextmanager
+def only_json(wanted: bool) -> Iterator[None]:
+    """Send to stderr what libraries print while a command collects the facts that it will write as JSON."""
+    if not wanted:
+        yield
+        return
+    with contextlib.redirect_stdout(sys.stderr):
+        yield
+
+
+def plain(value: Any) -> Any:
+    """Return ``value`` in the types of JSON; a number that is not finite becomes null, an unknown object its text."""
+    if value is None or (isinstance(value, (bool, int, str)) and not isinstance(value, Enum)):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Enum):
+        return str(value)
+    if hasattr(value, "tolist"):  # NumPy's arrays and scalars
+        return plain(value.tolist())
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple, set, frozenset)):
+        return [plain(item) for item in value]
+    return str(value)

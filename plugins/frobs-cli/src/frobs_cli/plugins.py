@@ -1,0 +1,102 @@
+"""``frobs plugins``: what became of each installed plugin."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from frobs_cli.catalogue import plural
+from frobs_cli.options import Json
+from frobs_cli.output import console, only_json, print_json, print_line, print_note, print_table, print_title
+from frobs_core import registry
+from frobs_core.plugins import PluginReport, reports
+from frobs_core.specs import Record
+
+if TYPE_CHECKING:
+    from rich.text import Text
+
+_STATES = {"loaded": "green", "failed": "bold red", "disabled": "yellow"}
+
+
+def plugins(
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Add modules, import times, records and tracebacks.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Show the installed plugins: loaded, failed and why, or disabled; and the IDs that cannot be made.
+
+    Example:
+        $ frobs plugins
+        $ frobs plugins --verbose
+        $ FROBS_DISABLE_PLUGINS=my-plugin frobs plugins
+    """
+    with only_json(json):
+        found = sorted(reports(), key=lambda report: (report.distribution, report.name))
+    if json:
+        print_json({"plugins": [_facts(report) for report in found], "problems": dict(registry.problems())})
+        return
+    if not found:
+        print_note("no plugin is installed; 'pip install frobs-sim-mujoco' brings a first one")
+    elif verbose:
+        for i, report in enumerate(found):
+            if i:
+                print_line()
+            _print_verbose(report)
+    else:
+        rows: list[list[str | Text]] = [
+            [r.name, _state(r), f"{r.distribution} {r.version}", r.cause or _counts(r.records)] for r in found
+        ]
+        print_table(("plugin", "state", "from", "offers"), rows)
+    for line in [report.warning for report in found if report.warning] + list(registry.problems().values()):
+        print_note(line)
+
+
+def _facts(report: PluginReport) -> dict[str, object]:
+    return {
+        "name": report.name,
+        "distribution": report.distribution,
+        "version": report.version,
+        "module": report.module,
+        "state": report.state,
+        "cause": report.cause,
+        "warning": report.warning,
+        "made_for": report.made_for,
+        "traceback": report.traceback,
+        "import_seconds": report.import_seconds,
+        "records": {plural(kind): [record.name for record in found] for kind, found in report.records.items()},
+    }
+
+
+def _counts(records: Mapping[str, Sequence[Record]]) -> str:
+    """Return ``"1 robot, 4 tasks"``."""
+    words = [
+        f"{len(found)} {kind if len(found) == 1 else plural(kind)}" for kind, found in records.items() if len(found)
+    ]
+    return ", ".join(words) or "nothing"
+
+
+def _state(report: PluginReport) -> Text:
+    from rich.text import Text
+
+    return Text(report.state, style=_STATES.get(report.state, ""))
+
+
+def _print_verbose(report: PluginReport) -> None:
+    from rich.text import Text
+
+    print_title(report.name, f"{report.distribution} {report.version}")
+    rows: list[list[str | Text]] = [["state", _state(report)], ["module", report.module]]
+    if report.cause:
+        rows.append(["cause", report.cause])
+    if report.made_for:
+        rows.append(["made for", f"frobs-core {report.made_for}"])
+    if report.state != "disabled":
+        rows.append(["import", f"{report.import_seconds * 1e3:.0f} ms"])
+    rows += [[plural(kind), ", ".join(r.name for r in found)] for kind, found in report.records.items() if len(found)]
+    print_table(("", ""), rows, header=False)
+    if report.traceback:
+        for line in report.traceback.rstrip().splitlines():
+            console().print(Text(f"  │ {line}", style="dim"), soft_wrap=True)

@@ -1,0 +1,163 @@
+"""Builds the program from the installed tables of commands. A command's module is imported when the command runs."""
+
+from __future__ import annotations
+
+import inspect
+import os
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+from frobs_cli.commands import HEADINGS, Command, installed_commands
+from frobs_cli.group import FrobsGroup
+from frobs_cli.output import print_note
+
+_SETTINGS = {"help_option_names": ["-h", "--help"]}
+
+
+class LazyCommand(TyperCommand):
+    """A command that imports its function when it runs, completes its options or shows its own help.
+
+    Args:
+        record: What its distribution declares.
+    """
+
+    def __init__(self, record: Command) -> None:
+        super().__init__(record.name.split()[-1], help=record.summary, rich_help_panel=record.heading)
+        self.record = record
+
+    @cached_property
+    def loaded(self) -> TyperCommand:
+        """The command itself, with its parameters.
+
+        Raises:
+            CommandImportError: Its function cannot be imported.
+        """
+        if not self.record.loads_plugins:
+            os.environ["FROBS_NO_PLUGINS"] = "1"
+        try:
+            function = self.record.load()
+        except Exception as error:
+            raise CommandImportError(self.record, error) from error
+        app = typer.Typer(add_completion=False, context_settings=_SETTINGS, rich_markup_mode="rich")
+        app.command(self.name, help=help_text(function))(function)
+        command = typer.main.get_command(app)
+        assert isinstance(command, TyperCommand)
+        return command
+
+    def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
+        """Import the command and parse its arguments."""
+        return self.loaded.make_context(info_name, args, parent=parent, **extra)
+
+
+class CommandImportError(typer.TyperException):
+    """The function of a command cannot be imported.
+
+    Args:
+        record: The command.
+        error: What the import raised.
+    """
+
+    def __init__(self, record: Command, error: Exception) -> None:
+        super().__init__(
+            f"the command '{record.name}' could not be imported from '{record.function}': "
+            f"{type(error).__name__}: {error}"
+        )
+
+
+def program() -> typer.Typer:
+    """Return the program with the commands of all installed distributions."""
+    app = _typer()
+    app.callback(invoke_without_command=True, help=help_text(frobs))(frobs)
+    return app
+
+
+def walk() -> Iterator[tuple[str, Any]]:
+    """Yield the program and each of its commands, imported, with its full name."""
+    yield from _walk("frobs", typer.main.get_command(program()))
+
+
+def help_text(function: Callable[..., Any]) -> str:
+    """Return a docstring as help: paragraphs without line breaks, then one line for each example."""
+    *paragraphs, example = (inspect.getdoc(function) or "").split("\n\n")
+    lines = "\n".join(line.strip() for line in example.splitlines())
+    return "\n\n".join([*(" ".join(paragraph.split()) for paragraph in paragraphs), lines])
+
+
+class _Program(FrobsGroup):
+    """The group of all commands, by heading."""
+
+    def __init__(self, *args: Any, **keywords: Any) -> None:
+        super().__init__(*args, **keywords)
+        records, self._problems = installed_commands()
+        order = {heading: i for i, heading in enumerate(HEADINGS)}
+        for record in sorted(
+            records.values(), key=lambda record: (record.name.count(" "), order.get(record.heading, len(order)))
+        ):  # groups before their members
+            group, _, _ = record.name.rpartition(" ")
+            home: TyperGroup | None = self if not group else self._subgroup(group)
+            if home is not None and not record.function:
+                home.add_command(_group(record))
+            elif home is not None:
+                home.add_command(LazyCommand(record))
+
+    def _subgroup(self, name: str) -> TyperGroup | None:
+        found = self.commands.get(name)
+        return found if isinstance(found, TyperGroup) else None
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help, and report tables of commands that cannot be read."""
+        for line in self._problems:
+            print_note(line)
+        super().format_help(ctx, formatter)
+
+
+def _typer() -> typer.Typer:
+    return typer.Typer(
+        cls=_Program, context_settings=_SETTINGS, rich_markup_mode="rich", pretty_exceptions_enable=False
+    )
+
+
+def _group(record: Command) -> TyperGroup:
+    def show_help(context: typer.Context) -> None:
+        if context.invoked_subcommand is None:
+            typer.echo(context.get_help())
+
+    app = typer.Typer(cls=FrobsGroup, add_completion=False, context_settings=_SETTINGS, rich_markup_mode="rich")
+    text = f"{record.summary}\n\nExample:\n$ frobs {record.name} COMMAND --help"
+    app.callback(invoke_without_command=True, help=text)(show_help)
+    group = typer.main.get_group(app)
+    group.name, group.rich_help_panel = record.name, record.heading
+    return group
+
+
+def _walk(name: str, command: Any) -> Iterator[tuple[str, Any]]:
+    yield name, command.loaded if isinstance(command, LazyCommand) else command
+    children: Mapping[str, Any] = getattr(command, "commands", {})
+    for word, child in children.items():
+        yield from _walk(f"{name} {word}", child)
+
+
+def frobs(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Show the version and exit.")] = False,
+    debug: Annotated[
+        bool, typer.Option("--debug", help="Show the traceback of an error; also FROBS_DEBUG=1, on any command.")
+    ] = False,
+) -> None:
+    """Robot reinforcement learning from plugins: simulators, robots, controllers, tasks and algorithms.
+
+    Example:
+        $ frobs list envs
+        $ frobs train frobs/Irb120Reach-v0
+        $ frobs COMMAND --help
+    """
+    if version:
+        from importlib.metadata import version as version_of
+
+        typer.echo(f"frobs {version_of('frobs-core')}")
+    elif context.invoked_subcommand is None:
+        typer.echo(context.get_help())

@@ -1,0 +1,143 @@
+"""``frobs show``: everything about one thing."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import gymnasium as gym
+import typer
+
+from frobs_cli import catalogue
+from frobs_cli.describe_environment import describe_environment, readable_environment
+from frobs_cli.describe_record import describe_record
+from frobs_cli.describe_robot import describe_file, is_model_file, robot_of
+from frobs_cli.facts import print_facts
+from frobs_cli.model_options import PackagePath, XacroArgs, package_paths, xacro_args
+from frobs_cli.options import Json
+from frobs_cli.output import console, only_json, print_json, print_line, print_note
+from frobs_cli.providers import providers
+from frobs_core import plugins, registry
+from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.interfaces import Robot
+from frobs_core.specs import KINDS
+from frobs_core.yaml import dump_yaml
+
+Facts = dict[str, Any]
+
+
+def show(
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME",
+            show_default=False,
+            help="A simulator, robot, controller, task or algorithm, an environment ID, a run's folder, or a robot's file "
+            "(URDF, xacro, MJCF); KIND:NAME where it is several.",
+        ),
+    ],
+    config: Annotated[
+        bool, typer.Option("--config", help="Of a run, its settings alone, as YAML that 'frobs train --config' takes.")
+    ] = False,
+    picture: Annotated[
+        Path | None,
+        typer.Option(metavar="PNG", show_default=False, help="Of a robot, draw it at home and at its limits."),
+    ] = None,
+    args: XacroArgs = None,
+    package_path: PackagePath = None,
+    json: Json = False,
+) -> None:
+    """Show everything about one thing: what it is, what it takes, what it needs, and what it goes with.
+
+    Example:
+        $ frobs show irb120
+        $ frobs show frobs/Irb120Reach-v0
+        $ frobs show controller:joint_position
+        $ frobs show runs/first --config
+        $ frobs show arm.urdf --picture arm.png
+    """
+    with only_json(json):
+        robot = robot_of(name, xacro_args(args), package_paths(package_path))
+        if robot is not None and is_model_file(name):
+            found = [describe_file(robot)]
+        elif args or package_path:
+            raise ConfigurationError(f"--args and --package-path are for files; '{name}' is none.")
+        else:
+            found = [describe() for describe in _meanings(name)]
+        if picture is not None:
+            _draw(robot, name, picture)
+    if json:
+        print_json(found)
+        return
+    for i, facts in enumerate(found):
+        if i:
+            print_line()
+        if config and "config" in facts:
+            sys.stdout.write(dump_yaml(facts["config"]))
+        else:
+            print_facts(_readable(facts))
+    if len(found) > 1:
+        ways = ", ".join(f"'{facts['kind']}:{name}'" for facts in found)
+        print_note(f"'{name}' is several things; for one of them: {ways}")
+
+
+def _readable(facts: Facts) -> Mapping[str, Any]:
+    """Return facts in a form for people."""
+    if facts["kind"] == catalogue.ENVIRONMENT:
+        return readable_environment(facts)
+    return next((it.readable(facts) for it in providers() if it.kind == facts["kind"]), facts)
+
+
+def _draw(robot: Robot | None, name: str, picture: Path) -> None:
+    """Draw a robot.
+
+    Raises:
+        ConfigurationError: The name is no robot's.
+        RenderingUnavailableError: Nothing can be drawn on this machine.
+    """
+    if robot is None:
+        raise ConfigurationError(f"--picture draws robots and their files; '{name}' is neither.")
+    with console(stderr=True).status("drawing"):
+        written = next((file for it in providers() if (file := it.draw(robot, picture)) is not None), None)
+    if written is None:
+        raise ConfigurationError("drawing a robot needs frobs-devkit; install it with 'pip install frobs-devkit'.")
+    print_note(f"picture: {written}")
+
+
+def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
+    """Yield what describes each thing that a name means.
+
+    Raises:
+        UnknownNameError: It means nothing.
+        AmbiguousNameError: Two distributions offer it.
+    """
+    prefix, _, rest = name.partition(":")
+    others = {it.kind: it for it in providers() if it.kind}
+    kind = prefix if prefix in (*KINDS, catalogue.ENVIRONMENT, *others) else None
+    wanted = rest if kind else name
+    found = False
+    for candidate in KINDS if kind is None else [kind] if kind in KINDS else []:
+        records = plugins.records(candidate)
+        offered_twice = any(known.endswith(f":{wanted}") for known in records)
+        if wanted in records or offered_twice or kind:
+            found = True
+            record = plugins.get_record(candidate, wanted)
+            yield lambda candidate=candidate, record=record: describe_record(candidate, record)  # type: ignore[misc]
+    if kind in (None, catalogue.ENVIRONMENT) and (kind or _is_id(wanted)):
+        found = True
+        spec = registry.find_spec(wanted)
+        yield lambda: describe_environment(spec)
+    for other, provider in others.items():
+        if kind in (None, other) and (kind or provider.describes(wanted)):
+            found = True
+            yield lambda provider=provider: {**provider.describe(wanted)}  # type: ignore[misc]
+    if not found:
+        names = {known for kind in KINDS for known in plugins.records(kind)} | set(catalogue.environments())
+        raise UnknownNameError("record or environment ID", name, names, catalogue.problems())
+
+
+def _is_id(name: str) -> bool:
+    """Tell an environment ID, in its self-importing form too."""
+    return registry.bare_id(name) in gym.registry or (":" in name and "/" in name)

@@ -1,0 +1,42 @@
+"""``python -m frobs_deploy BUNDLE``: what a bundle is for, and how fast it runs on this machine."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from frobs_deploy.errors import DeployError
+from frobs_deploy.policy import Policy
+
+
+def main() -> int:
+    """Write a few lines to stdout; return 2 where the bundle cannot be used."""
+    parser = argparse.ArgumentParser(prog="python -m frobs_deploy", description=__doc__)
+    parser.add_argument("bundle", metavar="BUNDLE", help="the file that 'frobs export' wrote")
+    parser.add_argument("--bench", metavar="N", type=int, default=1000, help="actions to measure (default: 1000)")
+    arguments = parser.parse_args()
+    try:
+        policy = Policy(arguments.bundle)
+        latency = policy.bench(max(1, arguments.bench))
+    except DeployError as error:
+        sys.stderr.write(f"error: {error}\n")
+        return 2
+    manifest, said = policy.manifest, policy.bundle.manifest
+    lines = {
+        "environment": said.get("environment", {}).get("id"),
+        "robot": (said.get("robot") or {}).get("name"),
+        "joints": ", ".join(manifest.joint_names),
+        "controller": (said.get("controller") or {}).get("name"),
+        "control_timestep": None if manifest.control_timestep is None else f"{manifest.control_timestep:g} s",
+        "observation": ", ".join(manifest.terms or (key for key in manifest.observation if key)),
+        "recurrent": "yes" if policy.recurrent else None,
+        "license": said.get("license") or "none given",
+        "latency": latency,
+    }
+    width = max(map(len, lines))
+    sys.stdout.writelines(f"{name:{width}}  {value}\n" for name, value in lines.items() if value)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

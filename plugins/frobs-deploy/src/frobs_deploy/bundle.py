@@ -1,0 +1,146 @@
+"""The bundle: one file that holds a policy and everything that is known about it."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import struct
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from frobs_deploy.errors import BundleError
+
+FORMAT = 1
+"""Of ``bundle.json``; what reads one format refuses another."""
+
+GRAPH, MANIFEST, LICENSE = "policy.onnx", "bundle.json", "LICENSE"
+_LARGEST = {GRAPH: 2**30, MANIFEST: 2**26, LICENSE: 2**20}
+"""[bytes] of each member, and at the same time the members that there may be."""
+
+_DATE = (1980, 1, 1, 0, 0, 0)  # the same bundle is the same bytes
+_AGAIN = "Copy it anew, or export it again."
+_DAMAGE = (
+    zipfile.BadZipFile,
+    zipfile.LargeZipFile,
+    struct.error,
+    EOFError,
+    OSError,
+    ValueError,
+    RuntimeError,  # an encrypted member; NotImplementedError, of an unknown compression, is one too
+    KeyError,
+    OverflowError,
+    MemoryError,
+)
+
+
+@dataclass(frozen=True)
+class Bundle:
+    """A bundle that was read, its checksums proved.
+
+    Attributes:
+        path: The file.
+        manifest: What ``bundle.json`` says.
+        graph: ``policy.onnx``.
+        license: The text of the licence.
+    """
+
+    path: Path
+    manifest: Mapping[str, Any]
+    graph: bytes
+    license: str
+
+
+def pack_bundle(manifest: Mapping[str, Any], graph: bytes, license: str) -> bytes:
+    """Return the file's bytes; the checksums of the other members are added to the manifest.
+
+    A zip archive whose members are stored and not compressed, so that none can be larger than the file.
+
+    Args:
+        manifest: What ``bundle.json`` shall say, without ``format`` and ``files``.
+        graph: ``policy.onnx``.
+        license: The text of the licence.
+    """
+    members = {GRAPH: graph, LICENSE: license.encode()}
+    sums = {name: {"bytes": len(data), "sha256": _sha256(data)} for name, data in members.items()}
+    text = json.dumps({"format": FORMAT, **manifest, "files": sums}, indent=1, ensure_ascii=False, allow_nan=False)
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
+        for name, data in {MANIFEST: f"{text}\n".encode(), **members}.items():
+            info = zipfile.ZipInfo(name, _DATE)
+            info.create_system, info.external_attr = 3, 0o100644 << 16  # whatever system it is written on
+            archive.writestr(info, data)
+    return buffer.getvalue()
+
+
+def read_bundle(path: Path | str) -> Bundle:
+    """Read a bundle; nothing in it is executed or unpickled.
+
+    Raises:
+        BundleError: There is no such file, it is none, or it is damaged.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise BundleError(path, "is a folder; name a bundle, as 'frobs export' prints it.")
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise BundleError(path, f"cannot be read: {error.strerror}.") from error
+    return parse_bundle(path, data)
+
+
+def parse_bundle(path: Path, data: bytes) -> Bundle:
+    """Read a bundle's bytes, as :func:`read_bundle` does.
+
+    Args:
+        path: Where they are from, for messages.
+        data: All of them.
+    """
+    members = _members(path, data)
+    try:
+        manifest = json.loads(members[MANIFEST].decode("utf-8"))
+        license = members[LICENSE].decode("utf-8")
+    except (ValueError, RecursionError) as error:
+        raise BundleError(path, f"is damaged: {error}. {_AGAIN}") from error
+    if not isinstance(manifest, dict):
+        raise BundleError(path, f"is damaged: {MANIFEST} holds no JSON object. {_AGAIN}")
+    if manifest.get("format") != FORMAT:
+        raise BundleError(
+            path, f"has format {manifest.get('format')!r}, and this version of FRobs reads {FORMAT}; export it again."
+        )
+    sums = manifest.get("files")
+    for name in (GRAPH, LICENSE):
+        found = sums.get(name) if isinstance(sums, dict) else None
+        if not isinstance(found, dict) or found.get("sha256") != _sha256(members[name]):
+            raise BundleError(path, f"is damaged: the checksum of {name} differs from that in {MANIFEST}. {_AGAIN}")
+    return Bundle(path, manifest, members[GRAPH], license)
+
+
+def _members(path: Path, data: bytes) -> dict[str, bytes]:
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            infos = archive.infolist()
+            names = [info.filename for info in infos]
+            if sorted(names) != sorted(_LARGEST):
+                wanted = ", ".join(_LARGEST)
+                raise BundleError(path, f"is no policy bundle: it holds {_shown(names)}; a bundle holds {wanted}.")
+            for info in infos:
+                if info.compress_type != zipfile.ZIP_STORED or info.file_size != info.compress_size:
+                    raise BundleError(path, f"is no policy bundle: {info.filename} is compressed; a bundle's is not.")
+                if info.file_size > _LARGEST[info.filename]:
+                    raise BundleError(path, f"{info.filename} has {info.file_size:,} bytes, which no policy needs.")
+            return {info.filename: archive.read(info) for info in infos}
+    except _DAMAGE as error:
+        raise BundleError(path, f"is damaged, or no policy bundle: {error}. {_AGAIN}") from error
+
+
+def _shown(names: list[str]) -> str:
+    shown = ", ".join(repr(name)[:60] for name in names[:4])
+    return f"{shown}, … ({len(names)} in all)" if len(names) > 4 else shown or "nothing"
+
+
+def _sha256(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()

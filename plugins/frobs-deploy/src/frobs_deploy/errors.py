@@ -1,0 +1,45 @@
+"""Errors of running exported policies.
+
+DeployError
+├── BundleError                 a policy bundle is damaged
+│   └── BundleMismatchError     it does not match this robot, control rate, observation or action space
+├── PolicyArgumentError         an argument has the wrong shape or value
+└── OnnxruntimeMissingError     onnxruntime is not installed
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class DeployError(Exception):
+    """Root of every error that this package raises on purpose."""
+
+
+class BundleError(DeployError):
+    """A policy bundle cannot be used.
+
+    Args:
+        path: The file.
+        reason: What is wrong and what to do.
+    """
+
+    def __init__(self, path: Path | str, reason: str) -> None:
+        self.path = Path(path)
+        self.reason = reason
+        super().__init__(f"{path}: {reason}")
+
+
+class BundleMismatchError(BundleError):
+    """The policy bundle is valid but does not match this robot, control rate, observation or action space."""
+
+
+class PolicyArgumentError(DeployError, ValueError):
+    """An argument has the wrong shape or value."""
+
+
+class OnnxruntimeMissingError(DeployError, ImportError):
+    """onnxruntime is not installed."""
+
+    def __init__(self) -> None:
+        super().__init__("running a policy bundle needs onnxruntime; install it with 'pip install onnxruntime'.")

@@ -1,0 +1,95 @@
+"""The ONNX graph of a policy, in onnxruntime."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from frobs_deploy.bundle import GRAPH, Bundle
+from frobs_deploy.errors import BundleError, OnnxruntimeMissingError
+from frobs_deploy.spaces import Array, Space
+
+_ERRORS_ONLY = 3
+_TYPES = {
+    "tensor(float)": "float32",
+    "tensor(double)": "float64",
+    "tensor(float16)": "float16",
+    "tensor(bool)": "bool",
+    **{f"tensor({name})": name for name in ("uint8", "int8", "uint16", "int16", "uint32", "int32", "uint64", "int64")},
+}
+
+
+class Graph:
+    """The graph, ready to run on the CPU.
+
+    Args:
+        bundle: That holds it.
+        observation: Space of each part of the observation, by its key.
+        action: Space of the actions.
+        num_threads: For the runtime; one is fastest for small networks.
+
+    Attributes:
+        states: Shape of each state of a recurrent policy, without the batch axis, by its input's name.
+        scores: Whether the graph tells the scores of discrete choices.
+
+    Raises:
+        BundleError: The graph cannot be run, or is not the one that the bundle describes.
+        OnnxruntimeMissingError: onnxruntime is not installed.
+    """
+
+    def __init__(self, bundle: Bundle, observation: Mapping[str, Space], action: Space, num_threads: int) -> None:
+        try:
+            import onnxruntime
+        except ImportError as error:
+            raise OnnxruntimeMissingError from error
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads, options.inter_op_num_threads = num_threads, 1
+        options.log_severity_level = _ERRORS_ONLY
+        try:
+            self._session = onnxruntime.InferenceSession(bundle.graph, options, providers=["CPUExecutionProvider"])
+        except Exception as error:  # onnxruntime's have no common base class
+            raise BundleError(bundle.path, f"{GRAPH} cannot be loaded: {_first_line(error)}") from error
+        self._path = bundle.path
+        self._outputs = [output.name for output in self._session.get_outputs()]
+        inputs = {item.name: item for item in self._session.get_inputs()}
+        self.states = {name: tuple(item.shape[1:]) for name, item in inputs.items() if name.startswith("state/")}
+        self.scores = "scores" in self._outputs
+        wanted = {input_name(key): (space.dtype.name, space.shape) for key, space in observation.items()}
+        recurrent = {name: ("float32", shape) for name, shape in self.states.items()}
+        if self.states:
+            recurrent["episode_start"] = ("bool", ())
+        found = {name: (_TYPES.get(item.type, item.type), tuple(item.shape[1:])) for name, item in inputs.items()}
+        nexts = {f"next_{name}" for name in self.states}
+        if found != wanted | recurrent or set(self._outputs) - {"scores"} != {"action"} | nexts:
+            raise BundleError(bundle.path, f"{GRAPH} is not the graph that the bundle describes; export it again.")
+        self._action = action
+
+    def run(self, inputs: Mapping[str, Array]) -> dict[str, Array]:
+        """Return the outputs by name.
+
+        Args:
+            inputs: (n, …) each.
+
+        Raises:
+            BundleError: The graph fails, or its action has the wrong shape.
+        """
+        try:
+            values: list[Any] = self._session.run(self._outputs, dict(inputs))
+        except Exception as error:
+            raise BundleError(self._path, f"{GRAPH} failed: {_first_line(error)}") from error
+        outputs = dict(zip(self._outputs, values, strict=True))
+        n = len(next(iter(inputs.values())))
+        if np.shape(outputs["action"]) != (n, *self._action.shape):
+            raise BundleError(self._path, f"{GRAPH} gave an action of shape {np.shape(outputs['action'])[1:]}.")
+        return outputs
+
+
+def input_name(key: str) -> str:
+    """Return the graph's name of a part of the observation."""
+    return f"observation/{key}" if key else "observation"
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).strip().partition("\n")[0] or type(error).__name__

@@ -1,0 +1,80 @@
+"""What an action is limited to before it leaves the policy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from frobs_deploy.errors import BundleError, BundleMismatchError, PolicyArgumentError
+from frobs_deploy.manifest import Manifest
+from frobs_deploy.spaces import Array
+
+
+class ActionLimits:
+    """Clips actions to their space, and to a largest change per step.
+
+    Args:
+        path: The bundle, for messages.
+        manifest: What it says.
+        max_change: ``"joint_velocity"``: as far as the joints get in a step; a number or an array of the action's
+            shape, in the action's own unit; None: any change.
+
+    Raises:
+        PolicyArgumentError: ``max_change`` is of the wrong shape, or not above 0, or actions are discrete.
+        BundleMismatchError: ``"joint_velocity"``, and actions are no joint positions.
+    """
+
+    def __init__(self, path: Path, manifest: Manifest, max_change: str | float | Array | None) -> None:
+        self._path, self._space = path, manifest.action
+        self.max_change = None if max_change is None else self._changes(manifest, max_change)
+        self._previous: Array | None = None
+
+    def reset(self, previous: Array | None) -> None:
+        """Forget the previous action, or begin from one, (n, …)."""
+        self._previous = previous
+
+    def forget(self, mask: Array) -> None:
+        """Let the next actions of some rows be any."""
+        if self._previous is not None:
+            self._previous = np.where(mask.reshape(-1, *[1] * len(self._space.shape)), np.nan, self._previous)
+
+    def apply(self, action: Array) -> Array:
+        """Return actions, (n, …), that are inside; of the space's own type.
+
+        Raises:
+            BundleError: An action is not finite.
+        """
+        if self._space.discrete:
+            return action.astype(self._space.dtype, copy=False)
+        if not np.isfinite(action).all():
+            raise BundleError(self._path, "the policy's action is not finite; the network has diverged: train again.")
+        limited = np.clip(action, self._space.low, self._space.high)
+        if self.max_change is not None and self._previous is not None:
+            near = np.clip(limited, self._previous - self.max_change, self._previous + self.max_change)
+            limited = np.where(np.isnan(self._previous), limited, near)
+        self._previous = limited
+        return limited.astype(self._space.dtype)
+
+    def _changes(self, manifest: Manifest, given: Any) -> Array:
+        if self._space.discrete:
+            raise PolicyArgumentError(
+                f"max_change={given!r}: the policy's actions are choices, which have no distance."
+            )
+        if isinstance(given, str):
+            if given != "joint_velocity":
+                raise PolicyArgumentError(f"max_change={given!r}: it is 'joint_velocity', a number or an array.")
+            if manifest.max_action_change is None:
+                raise BundleMismatchError(
+                    self._path,
+                    "max_change='joint_velocity': the actions of this policy are no joint positions, so that a joint's "
+                    "velocity says nothing about them; give numbers in the action's own unit.",
+                )
+            return manifest.max_action_change
+        changes = np.asarray(given, np.float64)
+        if changes.shape not in ((), self._space.shape) or not (changes > 0.0).all():
+            raise PolicyArgumentError(
+                f"max_change={given!r}: it must be above 0, one number or an array of shape {self._space.shape}."
+            )
+        return np.broadcast_to(changes, self._space.shape)

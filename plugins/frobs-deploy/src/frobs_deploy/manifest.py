@@ -1,0 +1,97 @@
+"""What ``bundle.json`` says, as far as it is needed to run the policy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from frobs_deploy.bundle import MANIFEST, Bundle
+from frobs_deploy.errors import BundleError
+from frobs_deploy.spaces import Array, Space, space_from_json
+
+
+@dataclass(frozen=True, kw_only=True)
+class Manifest:
+    """What a policy is for.
+
+    Attributes:
+        observation: Space of each part, by its key; ``""`` where the observation is one array.
+        terms: Columns of each named part of the flat observation, or of its key ``"observation"``, by name.
+        action: Space of the actions.
+        max_action_change: How far the joints' velocity limits let an action change in a step, of the action's shape;
+            None: actions are no joint positions.
+        control_timestep: [s] between two actions; None: the environment does not say.
+        joint_names: In the order of every joint array; empty: there is no robot.
+        robot: Fingerprint of the robot's model file; None: there is no robot.
+        xacro_args: Arguments with which that file was read.
+    """
+
+    observation: Mapping[str, Space]
+    terms: Mapping[str, slice]
+    action: Space
+    max_action_change: Array | None
+    control_timestep: float | None
+    joint_names: tuple[str, ...]
+    robot: str | None
+    xacro_args: Mapping[str, str]
+
+
+def read_manifest(bundle: Bundle) -> Manifest:
+    """Read what a bundle says.
+
+    Raises:
+        BundleError: Something is missing or of the wrong kind.
+    """
+    try:
+        return _read(bundle.manifest)
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
+        what = f"{error} is missing" if isinstance(error, KeyError) else error
+        raise BundleError(bundle.path, f"{MANIFEST} is damaged: {what}; export the policy again.") from error
+
+
+def _read(data: Mapping[str, Any]) -> Manifest:
+    observation, action, robot = data["observation"], data["action"], data["robot"]
+    parts = {str(key): space_from_json(space) for key, space in observation["spaces"].items()}
+    if not parts or ("" in parts and len(parts) > 1):
+        raise ValueError("the observation has no parts, or parts without a name")
+    space = space_from_json(action["space"])
+    timestep = data["control_timestep"]
+    if timestep is not None and not 0.0 < float(timestep) < math.inf:
+        raise ValueError(f"control_timestep is {timestep}")
+    joints = [] if robot is None else robot["joints"]
+    return Manifest(
+        observation=parts,
+        terms=_terms(observation["terms"], parts),
+        action=space,
+        max_action_change=_changes(action["max_change"], space),
+        control_timestep=None if timestep is None else float(timestep),
+        joint_names=tuple(str(joint["name"]) for joint in joints),
+        robot=None if robot is None else str(robot["fingerprint"]),
+        xacro_args={} if robot is None else {str(key): str(value) for key, value in robot["xacro_args"].items()},
+    )
+
+
+def _terms(rows: Any, parts: Mapping[str, Space]) -> dict[str, slice]:
+    flat = parts.get("") or parts.get("observation")
+    width = flat.shape[0] if flat is not None and len(flat.shape) == 1 else 0
+    found = {}
+    for row in rows:
+        first, last = (int(column) for column in row["columns"])
+        if not 0 <= first <= last < width:
+            raise ValueError(f"the observation has no columns {first} to {last}")
+        found[str(row["name"])] = slice(first, last + 1)
+    return found
+
+
+def _changes(values: Any, space: Space) -> Array | None:
+    if values is None:
+        return None
+    changes = np.array([math.inf if value is None else float(value) for value in values]).reshape(space.shape)
+    if not (changes > 0.0).all():
+        raise ValueError("max_change must be above 0")
+    changes.setflags(write=False)
+    return changes

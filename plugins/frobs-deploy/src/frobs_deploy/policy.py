@@ -1,0 +1,217 @@
+"""The policy of a bundle, ready to act."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from frobs_deploy.bundle import Bundle, read_bundle
+from frobs_deploy.errors import BundleMismatchError, PolicyArgumentError
+from frobs_deploy.graph import Graph, input_name
+from frobs_deploy.latency import Latency, LatencyWindow
+from frobs_deploy.limits import ActionLimits
+from frobs_deploy.manifest import Manifest, read_manifest
+from frobs_deploy.observation import ObservationReader
+from frobs_deploy.spaces import Array
+
+_SAME_TIMESTEP = 1e-6  # relative
+
+
+class Policy:
+    """A trained policy that acts, with NumPy and onnxruntime alone.
+
+    What is given of ``robot``, ``joint_names`` and ``control_timestep`` is compared with what the policy was trained
+    for. Give all three on a robot: a policy that is run on another arm, or at another rate, moves, and moves wrongly.
+
+    Args:
+        bundle: The file that ``frobs export`` wrote, or what was read from it.
+        robot: Fingerprint of the robot's model file: 64 hexadecimal digits, from
+            :func:`frobs_core.models.fingerprint`.
+        joint_names: Of the arrays that observations are made from, in their order.
+        control_timestep: Between two actions [s].
+        max_change: How far an action may change in a step: ``"joint_velocity"`` for as far as the joints get, a number
+            or an array in the action's own unit; None: as the policy says.
+        num_threads: For the runtime; one is fastest for small networks.
+
+    Attributes:
+        bundle: What was read.
+        manifest: What it says, as far as running needs it.
+
+    Raises:
+        BundleError: The file is damaged.
+        BundleMismatchError: The robot, its joints or the rate are not those of the training.
+        PolicyArgumentError: An argument has the wrong shape or value.
+        OnnxruntimeMissingError: onnxruntime is not installed.
+    """
+
+    def __init__(
+        self,
+        bundle: Path | str | Bundle,
+        *,
+        robot: str | None = None,
+        joint_names: Sequence[str] | None = None,
+        control_timestep: float | None = None,
+        max_change: str | float | Array | None = None,
+        num_threads: int = 1,
+    ) -> None:
+        self.bundle = bundle if isinstance(bundle, Bundle) else read_bundle(bundle)
+        self.manifest: Manifest = read_manifest(self.bundle)
+        if joint_names is not None:
+            self._check_joints(tuple(joint_names))
+        if robot is not None:
+            self._check_robot(robot)
+        if control_timestep is not None:
+            self._check_rate(control_timestep)
+        path = self.bundle.path
+        self._observation = ObservationReader(path, self.manifest)
+        self._limits = ActionLimits(path, self.manifest, max_change)
+        self._graph = Graph(self.bundle, self.manifest.observation, self.manifest.action, num_threads)
+        self._latency = LatencyWindow()
+        self._scores: Array | None = None
+        self.reset()
+
+    @property
+    def recurrent(self) -> bool:
+        """Whether the policy remembers; it is then told where episodes begin with :meth:`reset`."""
+        return bool(self._graph.states)
+
+    @property
+    def latency(self) -> Latency:
+        """What the last 1,000 calls of :meth:`act` took."""
+        return self._latency.read()
+
+    @property
+    def scores(self) -> Array | None:
+        """Of the last discrete choice: (choices,) or (n, choices) float; the greatest was chosen. Else None."""
+        return self._scores
+
+    def bench(self, actions: int = 1000) -> Latency:
+        """Return what actions take on this machine, for observations amid the space; the policy's own state is lost.
+
+        Args:
+            actions: How many are measured, after some that are not.
+        """
+        observation = {key: space.middle() for key, space in self.manifest.observation.items()}
+        given = observation.get("", observation)
+        self.reset()
+        for _ in range(min(actions, 50)):
+            self.act(given)
+        self._latency = LatencyWindow(actions)
+        for _ in range(actions):
+            self.act(given)
+        found, self._latency = self._latency.read(), LatencyWindow()
+        self.reset()
+        return found
+
+    def reset(self, mask: Array | None = None, *, previous_action: Array | None = None) -> None:
+        """Begin an episode.
+
+        Args:
+            mask: (n,) bool: in which rows of a batch; None: in all, and the next batch may have any size.
+            previous_action: From which the first action may change by ``max_change``, in the action's shape, or with
+                a batch axis as the next batch has it; None: the first action may be any.
+
+        Raises:
+            PolicyArgumentError: The mask or the action has the wrong shape.
+        """
+        if mask is None:
+            self._state: dict[str, Array] = {}
+            previous = None if previous_action is None else self._previous(previous_action)
+            self._start: Array | None = None if previous is None else np.ones(len(previous), np.bool_)
+            self._limits.reset(previous)
+            return
+        if previous_action is not None:
+            raise PolicyArgumentError("previous_action is for all rows at once; leave out the mask.")
+        chosen = np.asarray(mask)
+        if chosen.dtype != bool or chosen.ndim != 1 or (self._start is not None and chosen.shape != self._start.shape):
+            raise PolicyArgumentError(f"the mask must be bool, one for each row of the batch, not {chosen!r}.")
+        if self._start is not None:
+            self._start = self._start | chosen
+        self._limits.forget(chosen)
+
+    def act(self, observation: Array | Mapping[str, Array]) -> Any:
+        """Return the action for an observation, or the actions for a batch of them.
+
+        Args:
+            observation: As the observation space says, or with a batch axis in front; a flat one may also be given as
+                a mapping of its named terms.
+
+        Returns:
+            The action in the action space, clipped to it, with a batch axis if the observation has one.
+
+        Raises:
+            BundleMismatchError: The observation has other names, another shape or type, or is not finite; or a batch
+                of another size than before came without a reset.
+            BundleError: The network fails.
+        """
+        began = time.perf_counter()
+        parts, single, n = self._observation.read(observation)
+        inputs = {input_name(key): value for key, value in parts.items()}
+        if self._start is None:
+            self._start = np.ones(n, np.bool_)
+        elif len(self._start) != n:
+            raise BundleMismatchError(
+                self.bundle.path, f"{n} observations came after {len(self._start)}; call reset() between the two."
+            )
+        if self._graph.states:
+            for name, shape in self._graph.states.items():
+                inputs[name] = self._state.get(name, np.zeros((n, *shape), np.float32))
+            inputs["episode_start"] = self._start
+        outputs = self._graph.run(inputs)
+        action = self._limits.apply(outputs["action"])
+        self._state = {name: outputs[f"next_{name}"] for name in self._graph.states}
+        self._start = np.zeros(n, np.bool_)
+        scores = outputs.get("scores")
+        self._scores = scores[0] if single and scores is not None else scores
+        self._latency.add(time.perf_counter() - began)
+        return action[0] if single else action
+
+    def _previous(self, action: Array) -> Array:
+        given, shape = np.asarray(action, np.float64), self.manifest.action.shape
+        if given.shape == shape:
+            given = given[None]
+        if given.shape[1:] != shape or not np.isfinite(given).all():
+            raise PolicyArgumentError(f"previous_action must be finite and of shape {shape}, not {action!r}.")
+        return given
+
+    def _check_robot(self, robot: str) -> None:
+        trained = self.manifest.robot
+        if trained is None:
+            raise BundleMismatchError(self.bundle.path, "was trained without a robot; leave out robot=….")
+        if not re.fullmatch("[0-9a-f]{64}", robot):
+            raise PolicyArgumentError(
+                f"robot={robot!r} is not a fingerprint of 64 hexadecimal digits; "
+                "frobs_core.models.fingerprint(frobs_core.models.load_model(FILE)) returns that of a model file."
+            )
+        if robot != trained:
+            raise BundleMismatchError(
+                self.bundle.path,
+                f"the robot is not the robot of the training: its fingerprint is {robot[:12]}…, and {trained[:12]}… is "
+                "needed; use the model file of the training, or train with this one.",
+            )
+
+    def _check_joints(self, names: tuple[str, ...]) -> None:
+        trained = self.manifest.joint_names
+        if names != trained:
+            same = sorted(names) == sorted(trained)
+            raise BundleMismatchError(
+                self.bundle.path,
+                f"the joints are {', '.join(names) or 'none'}, and the policy was trained with "
+                f"{', '.join(trained) or 'none'}{': bring them into this order' if same else ''}.",
+            )
+
+    def _check_rate(self, control_timestep: float) -> None:
+        trained = self.manifest.control_timestep
+        if trained is None:
+            raise BundleMismatchError(self.bundle.path, "says no control_timestep; leave out control_timestep=….")
+        if not abs(control_timestep - trained) <= _SAME_TIMESTEP * trained:
+            raise BundleMismatchError(
+                self.bundle.path,
+                f"control_timestep is {control_timestep:g} s, and the policy was trained with {trained:g} s "
+                f"({1.0 / trained:g} Hz).",
+            )

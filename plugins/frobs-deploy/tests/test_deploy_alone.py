@@ -1,0 +1,106 @@
+"""A bundle runs where nothing but NumPy and onnxruntime is installed."""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+from importlib.metadata import distribution
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import frobs_core
+
+ROOT = Path(frobs_core.__file__).parents[1]
+
+ACT = """
+import sys
+import numpy as np
+import frobs_deploy
+policy = frobs_deploy.Policy(sys.argv[1])
+print(policy.act(np.array([0.25, -0.5, 9.0], np.float32)).tolist())
+print(*sorted({name.partition('.')[0] for name in sys.modules}))
+"""
+
+
+@pytest.fixture
+def bare(tmp_path: Path) -> Path:
+    """A folder of packages: NumPy, onnxruntime with what it needs, and the core, as links."""
+    folder = tmp_path / "packages"
+    folder.mkdir()
+    names = {"numpy", "onnxruntime", "flatbuffers", "protobuf", "packaging"}
+    tops = {
+        Path(str(file)).parts[0] for name in names for file in distribution(name).files or () if ".." not in str(file)
+    }
+    base = Path(str(distribution("numpy").locate_file("")))
+    for top in tops - {"__pycache__"}:
+        (folder / top).symlink_to(base / top)
+    (folder / "frobs_core").symlink_to(ROOT / "frobs_core")
+    return folder
+
+
+def python(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run Python without any package but those of a folder."""
+    command = [sys.executable, "-S", "-W", "error", *arguments]
+    environment = {"PYTHONPATH": str(folder), "PATH": ""}
+    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60)
+
+
+def test_a_bundle_runs_without_torch_gymnasium_and_the_rest(bare: Path, arm: Path) -> None:
+    done = python(bare, "-c", ACT, str(arm))
+    assert done.stderr == ""
+    action, modules = done.stdout.splitlines()
+    np.testing.assert_array_equal(np.array(eval(action)), [0.25, -0.5])
+    absent = {"torch", "gymnasium", "pluggy", "pydantic", "yaml", "onnx", "stable_baselines3", "typer", "xacro"}
+    assert absent & set(modules.split()) == set()
+    for name in absent:
+        assert python(bare, "-c", f"import {name}").returncode != 0
+
+
+def test_a_model_file_can_be_compared_there_too(bare: Path, tmp_path: Path) -> None:
+    code = (
+        "from frobs_core.models import fingerprint, load_model; import sys; print(fingerprint(load_model(sys.argv[1])))"
+    )
+    urdf = tmp_path / "one.urdf"
+    urdf.write_text("<robot name='one'><link name='a'/></robot>")
+    done = python(bare, "-c", code, str(urdf))
+    assert (done.stderr, len(done.stdout)) == ("", 65)
+
+
+def test_the_module_says_what_a_bundle_is_for(bare: Path, arm: Path) -> None:
+    done = python(bare, "-m", "frobs_deploy", str(arm), "--bench", "10")
+    assert done.stderr == ""
+    assert "joints            shoulder, elbow" in done.stdout
+    assert "of 10 actions" in done.stdout
+    broken = arm.with_name("broken.frobs")
+    broken.write_bytes(b"PK")
+    done = python(bare, "-m", "frobs_deploy", str(broken))
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"error: {broken}: is damaged")
+    assert done.stderr.count("\n") == 1
+
+
+def test_without_onnxruntime_the_error_says_what_to_install(bare: Path, arm: Path) -> None:
+    (bare / "onnxruntime").unlink()
+    done = python(bare, "-m", "frobs_deploy", str(arm))
+    assert done.stderr == "error: running a policy bundle needs onnxruntime; install with: pip install onnxruntime.\n"
+
+
+@pytest.mark.slow
+def test_a_bundle_runs_in_a_virtual_environment_of_its_own(arm: Path, tmp_path: Path) -> None:
+    subprocess.run([sys.executable, "-m", "venv", tmp_path / "venv"], check=True)
+    interpreter = str(tmp_path / "venv" / "bin" / "python")
+    pip = [interpreter, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    done = subprocess.run(
+        [*pip, "-c", ROOT / "constraints.txt", "numpy", "onnxruntime"], capture_output=True, text=True
+    )
+    if done.returncode:
+        pytest.skip(f"pip cannot install here: {done.stderr.strip().splitlines()[-1]}")
+    subprocess.run([*pip, "--no-deps", ROOT], check=True)
+    ran = subprocess.run([interpreter, "-c", ACT, arm], capture_output=True, text=True, cwd=tmp_path)
+    assert ran.stderr == ""
+    assert ran.stdout.splitlines()[0] == "[0.25, -0.5]"
+    assert importlib.util.find_spec("torch") is not None  # here, and not there
+    assert "torch" not in ran.stdout

@@ -1,0 +1,233 @@
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from bundles import JOINTS, ROBOT, manifest, space, write, write_choosing, write_summing
+
+from frobs_core.errors import ConfigurationError
+from frobs_deploy import Policy
+from frobs_deploy.errors import BundleError, BundleMismatchError
+
+
+def observation(*numbers: float) -> Any:
+    return np.array(numbers, np.float32)
+
+
+def test_it_acts_for_one_observation_and_for_many(arm: Path) -> None:
+    policy = Policy(arm)
+    one = policy.act(observation(0.25, -0.5, 9.0))
+    np.testing.assert_array_equal(one, observation(0.25, -0.5))
+    assert one.dtype == np.float32
+    policy.reset()
+    many = policy.act(np.stack([observation(0.25, -0.5, 9.0)] * 3))
+    np.testing.assert_array_equal(many, np.stack([one] * 3))
+
+
+def test_actions_are_clipped_to_their_space(arm: Path) -> None:
+    np.testing.assert_array_equal(Policy(arm).act(observation(5.0, -7.0, 0.0)), observation(1.0, -1.0))
+
+
+def test_named_terms_make_up_a_flat_observation(arm: Path) -> None:
+    policy = Policy(arm)
+    terms = {"height": np.array([9.0]), "joint_positions": np.array([0.25, -0.5])}
+    np.testing.assert_array_equal(policy.act(terms), observation(0.25, -0.5))
+    policy.reset()
+    batch = {name: np.stack([value] * 2) for name, value in terms.items()}
+    assert policy.act(batch).shape == (2, 2)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (observation(1, 2), r"has shape \(2,\), and \(3,\) is needed"),
+        (np.zeros((1, 1, 3), np.float32), r"shape \(1, 3\)"),
+        (np.zeros(3), r"of type float64, and float32 is needed: convert it with astype\(np\.float32\)"),
+        (np.zeros(3, np.int32), "of type int32"),
+        (observation(1, math.nan, 2), r"is not finite at \[1\]: nan"),
+        (observation(1, 0, math.inf), r"is not finite at \[2\]: inf"),
+        (np.zeros((0, 3), np.float32), "empty batch"),
+        ({"joint_positions": observation(1, 2)}, r"lacks 'height'; 'joint_positions', 'height' are needed"),
+        ({"joint_positions": observation(1, 2), "heigth": observation(1)}, "lacks 'height' and has 'heigth' too many"),
+        (
+            {"joint_positions": observation(1), "height": observation(1)},
+            r"observation\['joint_positions'\] has shape \(1,\)",
+        ),
+    ],
+)
+def test_an_observation_that_does_not_match_is_refused(given: Any, message: str, arm: Path) -> None:
+    with pytest.raises(BundleMismatchError, match=message):
+        Policy(arm).act(given)
+
+
+def test_a_refused_observation_leaves_the_policy_as_it_was(tmp_path: Path) -> None:
+    policy = Policy(write_summing(tmp_path / "sum.frobs"))
+    policy.act(observation(1.0))
+    with pytest.raises(BundleMismatchError):
+        policy.act(observation(math.nan))
+    assert policy.act(observation(1.0)) == 2.0
+
+
+def test_a_dictionary_is_taken_by_its_keys(tmp_path: Path) -> None:
+    policy = Policy(write_choosing(tmp_path / "choice.frobs"))
+    a, b = observation(0, 1, 0), observation(0.5, 0, 2)
+    action = policy.act({"b": b, "a": a})
+    assert action == 2
+    assert action.dtype == np.int64
+    np.testing.assert_array_equal(policy.scores, a + b)
+    policy.reset()
+    assert policy.act({"a": a[None], "b": b[None]}).tolist() == [2]
+    for given, message in [
+        ({"a": a}, "lacks 'b'"),
+        (a, "is one array, and a mapping with 'a', 'b' is needed"),
+        ({"a": a, "b": b[None]}, "different sizes"),
+        ({"a": a, "b": b[:2]}, r"observation\['b'\] has shape"),
+    ]:
+        with pytest.raises(BundleMismatchError, match=message):
+            policy.act(given)  # type: ignore[arg-type]
+
+
+def test_a_recurrent_policy_remembers_until_it_is_reset(tmp_path: Path) -> None:
+    policy = Policy(write_summing(tmp_path / "sum.frobs"))
+    assert policy.recurrent
+    assert [policy.act(observation(x)).item() for x in (1, 2, 3)] == [1, 3, 6]
+    policy.reset()
+    batch = np.array([[1], [10]], np.float32)
+    assert policy.act(batch).ravel().tolist() == [1, 10]
+    policy.reset(np.array([True, False]))
+    assert policy.act(batch).ravel().tolist() == [1, 20]
+    assert policy.act(batch).ravel().tolist() == [2, 30]
+    with pytest.raises(BundleMismatchError, match=r"3 observations came after 2; call reset\(\)"):
+        policy.act(np.zeros((3, 1), np.float32))
+    with pytest.raises(ConfigurationError, match="mask must be bool"):
+        policy.reset(np.array([True]))
+
+
+def test_the_robot_must_be_that_of_the_training(arm: Path) -> None:
+    assert Policy(arm, robot=ROBOT, joint_names=JOINTS, control_timestep=0.04)
+    with pytest.raises(
+        BundleMismatchError, match="the robot is not the robot of the training: its fingerprint is cdcd"
+    ):
+        Policy(arm, robot="cd" * 32)
+    with pytest.raises(BundleMismatchError, match="trained with shoulder, elbow: bring them into this order"):
+        Policy(arm, joint_names=JOINTS[::-1])
+    with pytest.raises(
+        BundleMismatchError, match=r"the joints are wrist, and the policy was trained with shoulder, elbow\."
+    ):
+        Policy(arm, joint_names=["wrist"])
+
+
+def test_the_rate_must_be_that_of_the_training(arm: Path, tmp_path: Path) -> None:
+    for timestep in (0.02, 0.0401, math.nan):
+        with pytest.raises(BundleMismatchError, match=r"the policy was trained with 0\.04 s \(25 Hz\)"):
+            Policy(arm, control_timestep=timestep)
+    timeless = write(tmp_path / "timeless.frobs", control_timestep=None)
+    assert Policy(timeless)
+    with pytest.raises(BundleMismatchError, match="says no control_timestep"):
+        Policy(timeless, control_timestep=0.04)
+
+
+def test_a_policy_without_a_robot_takes_none(tmp_path: Path) -> None:
+    path = write_summing(tmp_path / "sum.frobs")
+    with pytest.raises(BundleMismatchError, match="was trained without a robot"):
+        Policy(path, robot=ROBOT)
+    with pytest.raises(BundleMismatchError, match="trained with none"):
+        Policy(path, joint_names=JOINTS)
+
+
+def test_the_model_file_is_read_and_compared(tmp_path: Path) -> None:
+    from frobs_core.models import fingerprint, load_model
+
+    urdf = tmp_path / "arm.urdf"
+    link = "<link name='{}'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+    joint = (
+        "<joint name='{}' type='revolute'><parent link='{}'/><child link='{}'/><axis xyz='0 0 1'/>"
+        "<limit lower='-1' upper='1' velocity='2' effort='3'/></joint>"
+    )
+    text = "<robot name='arm'>" + "".join(link.format(name) for name in "abc")
+    text += joint.format("shoulder", "a", "b") + joint.format("elbow", "b", "c") + "</robot>"
+    urdf.write_text(text)
+    robot = {**manifest()["robot"], "fingerprint": fingerprint(load_model(urdf))}
+    path = write(tmp_path / "own.frobs", robot=robot)
+    assert Policy(path, robot=urdf)
+    urdf.write_text(text.replace("<robot name='arm'>", "<robot name='other'> <!-- the same -->\n"))
+    assert Policy(path, robot=str(urdf))
+    urdf.write_text(text.replace("velocity='2'", "velocity='2.5'"))
+    with pytest.raises(BundleMismatchError, match=r"arm\.urdf is not the robot of the training"):
+        Policy(path, robot=urdf)
+    urdf.write_text(text.replace("elbow", "wrist"))
+    with pytest.raises(BundleMismatchError, match="the joints are shoulder, wrist"):
+        Policy(path, robot=urdf)
+
+
+def test_a_change_per_step_is_limited(arm: Path) -> None:
+    policy = Policy(arm, max_change=0.25)
+    far = observation(1.0, -1.0, 0.0)
+    np.testing.assert_array_equal(policy.act(observation(0.0, 0.0, 0.0)), [0.0, 0.0])
+    np.testing.assert_array_equal(policy.act(far), [0.25, -0.25])
+    np.testing.assert_array_equal(policy.act(far), [0.5, -0.5])
+    policy.reset(previous_action=np.array([0.9, 0.0]))
+    np.testing.assert_allclose(policy.act(far), [1.0, -0.25])
+    policy.reset()
+    np.testing.assert_array_equal(policy.act(far), [1.0, -1.0])
+
+
+def test_the_limit_forgets_the_rows_that_begin_anew(arm: Path) -> None:
+    policy = Policy(arm, max_change=0.25)
+    policy.act(np.zeros((2, 3), np.float32))
+    policy.reset(np.array([False, True]))
+    np.testing.assert_array_equal(policy.act(np.ones((2, 3), np.float32)), [[0.25, 0.25], [1.0, 1.0]])
+    np.testing.assert_array_equal(policy.act(np.zeros((2, 3), np.float32)), [[0.0, 0.0], [0.75, 0.75]])
+
+
+def test_the_limit_can_be_that_of_the_joints(arm: Path, tmp_path: Path) -> None:
+    policy = Policy(arm, max_change="joint_velocity")  # of the second joint there is none
+    policy.reset(previous_action=np.zeros(2))
+    np.testing.assert_array_equal(policy.act(observation(1, 1, 0)), observation(0.1, 1.0))
+    unknown = write(tmp_path / "unknown.frobs", action={"space": space(2), "max_change": None})
+    with pytest.raises(BundleMismatchError, match="the actions of this policy are no joint positions"):
+        Policy(unknown, max_change="joint_velocity")
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, [0.1], [0.1, -0.1], "fast"])
+def test_a_limit_that_makes_no_sense_is_refused(value: Any, arm: Path, tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="max_change="):
+        Policy(arm, max_change=value)
+    with pytest.raises(ConfigurationError, match="which have no distance"):
+        Policy(write_choosing(tmp_path / "choice.frobs"), max_change=0.1)
+
+
+@pytest.mark.parametrize("value", [[0.0], [math.nan, 0.0], np.zeros((2, 3))])
+def test_a_previous_action_that_makes_no_sense_is_refused(value: Any, arm: Path) -> None:
+    with pytest.raises(ConfigurationError, match="previous_action"):
+        Policy(arm).reset(previous_action=np.array(value))
+
+
+def test_an_action_that_is_not_finite_never_leaves_the_policy(tmp_path: Path) -> None:
+    from bundles import graph
+    from onnx import TensorProto, helper
+
+    diverged = graph(
+        [helper.make_node("MatMul", ["observation", "pick"], ["action"])],
+        {"observation": (TensorProto.FLOAT, (3,))},
+        {"action": (TensorProto.FLOAT, (2,))},
+        pick=np.full((3, 2), np.nan, np.float32),
+    )
+    with pytest.raises(BundleError, match="action is not finite"):
+        Policy(write(tmp_path / "nan.frobs", diverged)).act(np.ones(3, np.float32))
+
+
+def test_latency_is_measured(arm: Path) -> None:
+    policy = Policy(arm)
+    assert str(policy.latency) == "no action yet"
+    for _ in range(20):
+        policy.act(observation(1, 2, 3))
+    found = policy.latency
+    assert found.actions == 20
+    assert 0.0 < found.median <= found.percentile_95 <= found.largest < 1000.0
+    assert "median" in str(found)
+    assert policy.bench(5).actions == 5
+    assert policy.latency.actions == 0

@@ -1,0 +1,123 @@
+"""``frobs check``: the conformance kit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from frobs_cli.completion import complete_id
+from frobs_cli.options import Json
+from frobs_cli.output import console, only_json, print_json
+from frobs_core.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from frobs_devkit.testing import Report, Result, Subject
+
+_SIGNS = {
+    "passed": ("✓", "green"),
+    "failed": ("✗", "bold red"),
+    "expected_failure": ("✗", "yellow"),
+    "hollow": ("○", "yellow"),
+    "not_applicable": ("–", "dim"),
+}
+
+
+def check(
+    subject: Annotated[
+        str,
+        typer.Argument(
+            metavar="ID_OR_PLUGIN",
+            show_default=False,
+            help="A Gymnasium ID; a part, 'robot:irb120' or 'irb120'; a plugin or a distribution, with all its parts.",
+            autocompletion=complete_id,
+        ),
+    ],
+    robot: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", show_default="its own, or a small one of the kit's", help="What it is tried on."),
+    ] = None,
+    simulator: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", show_default="its own; all for a robot", help="What it is tried in."),
+    ] = None,
+    expect_failure: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="CHECK=REASON",
+            show_default=False,
+            help="A check that is known to fail, and why; one that passes is a failure. Repeatable.",
+        ),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Check that an environment, a part or a plugin keeps its contract.
+
+    A check is hollow (○) where it ran and saw nothing that could have failed: no episode ended, nothing moved. At the
+    end stand the simulator's capabilities that were verified, and on which versions. Exits with 1 where a check failed
+    (✗).
+
+    Example:
+        $ frobs check frobs/Irb120Reach-v0
+        $ frobs check simulator:mujoco
+        $ frobs check frobs-robots-abb --simulator mujoco
+        $ frobs check CartPole-v1 --json
+    """
+    from frobs_devkit.testing import find_subject, run_checks
+
+    found = find_subject(subject)
+    if found.kind == "environment":
+        from frobs_core.registry import find_spec
+
+        find_spec(found.name)
+    expected = dict(_reason(given) for given in expect_failure or ())
+    with only_json(json):
+        report = run_checks(found.checks(robot, simulator), None if json else _print_result, expected)
+    if json:
+        print_json({"id": found.name, "kind": found.kind, "claimed_capabilities": found.claims, **report.as_dict()})
+    else:
+        _print_end(found, report)
+    if not report.ok:
+        raise typer.Exit(1)
+
+
+def _reason(given: str) -> tuple[str, str]:
+    name, sign, reason = given.partition("=")
+    if not (sign and name.strip() and reason.strip()):
+        raise ConfigurationError(f"--expect-failure '{given}' is not of the form CHECK=REASON.")
+    return name.strip(), reason.strip()
+
+
+def _print_result(result: Result) -> None:
+    from rich.text import Text
+
+    out = console()
+    sign, style = _SIGNS[result.status]
+    name = result.name if "." in result.name else result.name.replace("_", " ")
+    out.print(Text.assemble((f"{sign} ", style), name, (f"  {result.seconds:.1f} s", "dim")), soft_wrap=True)
+    if result.message:
+        for line in Text(result.message, style=style).wrap(out, max(out.width - 4, 20)):
+            out.print(Text.assemble("    ", line), soft_wrap=True)
+
+
+def _print_end(subject: Subject, report: Report) -> None:
+    from rich.text import Text
+
+    out = console()
+    if report.hollow:
+        names = ", ".join(result.name for result in report.hollow)
+        out.print(Text(f"warning: these saw nothing that could have failed: {names}", style="yellow"), soft_wrap=True)
+    verified = [f"{name} ({subject.claims[name]})" if name in subject.claims else name
+                for name in report.verified_capabilities]  # fmt: skip
+    unverified = [name for name in subject.claims if name not in report.verified_capabilities]
+    for words, listed in (("verified", verified), ("claimed, not verified", unverified)):
+        if listed:
+            out.print(Text(f"{words}: {', '.join(listed)}", style="dim"), soft_wrap=True)
+    ran_on = ", ".join(f"{name} {version}" for name, version in report.versions.items())
+    out.print(Text(f"on {ran_on}", style="dim"), soft_wrap=True)
+    out.print(_verdict(report), style="bold green" if report.ok else "bold red", soft_wrap=True)
+
+
+def _verdict(report: Report) -> str:
+    counts = {status: sum(result.status == status for result in report.results) for status in _SIGNS}
+    return ", ".join(f"{count} {status.replace('_', ' ')}" for status, count in counts.items() if count)

@@ -1,0 +1,102 @@
+"""``frobs doctor plugins``: does every installed plugin load, and behave?"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from frobs_cli.options import Json
+from frobs_cli.output import console, only_json, print_json, print_line, print_note, print_table, print_title
+from frobs_core.errors import UnknownNameError
+from frobs_core.plugins import active
+
+if TYPE_CHECKING:
+    from rich.text import Text
+
+    from frobs_devkit.doctor.plugins import PluginFacts
+
+_STATES = {"loaded": "green", "failed": "bold red", "hanging": "bold red", "crashed": "bold red"}
+_SIGNS = {"error": ("✗", "bold red"), "warning": ("!", "bold yellow"), "note": ("·", "dim")}
+
+
+def plugins(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[NAME]...", show_default=False, help="Plugins or distributions to examine; all of them if none."
+        ),
+    ] = None,
+    timeout: Annotated[
+        float, typer.Option(metavar="S", min=0.1, help="How many seconds the import of each may take.")
+    ] = 30.0,
+    json: Json = False,
+) -> None:
+    """Import each installed plugin in a process of its own: what it costs, offers, prints, changes and lacks.
+
+    One that is broken, or whose import hangs, is shown with its traceback; nothing of it reaches this command. Exits
+    with 1 where something keeps a plugin from being used.
+
+    Example:
+        $ frobs doctor plugins
+        $ frobs doctor plugins frobs-robots-abb --timeout 5
+        $ frobs doctor plugins --json
+    """
+    from frobs_devkit.doctor.plugins import examine_plugins
+
+    known = [word for c in active().candidates() for word in (c.name, c.distribution, c.key)]
+    for name in names or ():
+        if name not in known:
+            raise UnknownNameError("plugin", name, set(known))
+    with only_json(json):
+        found = examine_plugins(timeout, names or ())
+    if json:
+        print_json({"plugins": found})
+    elif not found:
+        print_note("no plugin is installed; 'pip install frobs-sim-mujoco' brings a first one")
+    else:
+        _print(found)
+    if not all(facts.sound for facts in found):
+        raise typer.Exit(1)
+
+
+def _print(found: tuple[PluginFacts, ...]) -> None:
+    from rich.text import Text
+
+    rows: list[list[str | Text]] = []
+    for facts in found:
+        state = Text(facts.state + (", disabled" if facts.disabled else ""), style=_STATES[facts.state])
+        rows.append([facts.name, state, f"{1e3 * facts.import_seconds:.0f} ms", f"{facts.distribution} {facts.version}",
+                     facts.made_for or "–", _offers(facts)])  # fmt: skip
+    print_table(("plugin", "state", "import", "from", "made for core", "offers"), rows)
+    for facts in found:
+        if facts.findings:
+            print_line()
+            print_title(facts.name, f"{facts.distribution} {facts.version}")
+            _print_findings(facts)
+    broken = sum(not facts.sound for facts in found)
+    remarked = sum(facts.sound and bool(facts.findings) for facts in found)
+    print_line()
+    verdict = f"{len(found)} examined, {broken} broken, {remarked} with a remark"
+    console().print(Text(verdict, style="bold red" if broken else "bold green"), soft_wrap=True)
+
+
+def _print_findings(facts: PluginFacts) -> None:
+    from rich.text import Text
+
+    out = console()
+    for finding in facts.findings:
+        sign, style = _SIGNS[str(finding.severity)]
+        line = Text.assemble(("  ", ""), (sign, style), f" {finding.about}: {finding.problem}")
+        out.print(line, soft_wrap=True)
+        if finding.advice:
+            out.print(Text(f"    {finding.advice}", style="dim"), soft_wrap=True)
+    for line_of_it in facts.traceback.rstrip().splitlines():
+        out.print(Text(f"  │ {line_of_it}", style="dim"), soft_wrap=True)
+
+
+def _offers(facts: PluginFacts) -> str:
+    counts = [
+        f"{len(names)} {kind if len(names) == 1 else f'{kind}s'}" for kind, names in facts.records.items() if names
+    ]
+    return ", ".join(counts) or "nothing"

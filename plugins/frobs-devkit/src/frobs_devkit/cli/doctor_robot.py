@@ -1,0 +1,53 @@
+"""``frobs doctor robot``: is this file a robot that can be trained?"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from frobs_cli.model_options import PackagePath, XacroArgs, package_paths, xacro_args
+from frobs_cli.options import Json
+from frobs_cli.output import only_json, print_json
+from frobs_devkit.cli.doctor_report import print_report
+
+
+def robot(
+    file: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE",
+            show_default=False,
+            help="A URDF, xacro or MJCF file, or 'package:path' in a Python package.",
+        ),
+    ],
+    args: XacroArgs = None,
+    package_path: PackagePath = None,
+    simulator: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", show_default="all installed", help="A simulator to ask; repeatable."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Examine a robot's file: joints, masses, shapes, drives, and what each simulator makes of it.
+
+    Every finding says what to do. Exits with 1 where one keeps the robot from being used, and with 2 where the file
+    cannot be read at all.
+
+    Example:
+        $ frobs doctor robot arm.urdf
+        $ frobs doctor robot arm.urdf.xacro --args gripper:=true
+        $ frobs doctor robot arm.urdf --package-path ~/ros/src --json
+    """
+    from frobs_devkit.doctor import examine_robot
+
+    with only_json(json):
+        report = examine_robot(
+            file, xacro_args=xacro_args(args), package_paths=package_paths(package_path), simulators=simulator or ()
+        )
+    if json:
+        print_json(report)
+    else:
+        print_report(report)
+    if not report.usable:
+        raise typer.Exit(1)

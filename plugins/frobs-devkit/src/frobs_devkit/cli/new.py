@@ -1,0 +1,171 @@
+"""``frobs new``: a plugin of one's own, from templates."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from frobs_cli.facts import print_facts
+from frobs_cli.options import Json
+from frobs_cli.output import only_json, print_json, print_line, print_note, print_title
+from frobs_core.errors import ConfigurationError
+from frobs_devkit.scaffold.answers import CHOICES, QUESTIONS, asked, find_problem
+
+
+def new(
+    what: Annotated[
+        str | None,
+        typer.Argument(metavar="WHAT", show_default=False, help=f"One of {', '.join(CHOICES['what'])}."),
+    ] = None,
+    name: Annotated[
+        str | None, typer.Argument(metavar="NAME", show_default=False, help="As users will write it: my_arm.")
+    ] = None,
+    example: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            show_default="arm, or file with --robot-file",
+            help="What to begin with: arm reaches, wheeled drives to a goal, file is your own arm.",
+        ),
+    ] = None,
+    robot_file: Annotated[
+        Path | None, typer.Option(metavar="FILE", show_default=False, help="Your arm: a URDF, xacro or MJCF file.")
+    ] = None,
+    tcp: Annotated[
+        str | None,
+        typer.Option(metavar="LINK", show_default="the likeliest", help="The link of your arm that tasks talk about."),
+    ] = None,
+    args: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME:=VALUE", show_default=False, help="An argument of the xacro file; repeatable."),
+    ] = None,
+    package_path: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="[NAME=]FOLDER", show_default=False, help="Where a ROS package is that the file names; repeatable."
+        ),
+    ] = None,
+    robot: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", show_default="irb120", help="The installed robot that a task alone is for."),
+    ] = None,
+    namespace: Annotated[
+        str | None, typer.Option(metavar="NAME", show_default="lab", help="The first part of Gymnasium IDs.")
+    ] = None,
+    author: Annotated[
+        str | None, typer.Option(metavar="NAME", show_default="Your Name", help="Who holds the copyright.")
+    ] = None,
+    license: Annotated[
+        str | None, typer.Option(metavar="NAME", show_default="MIT", help=f"One of {', '.join(CHOICES['license'])}.")
+    ] = None,
+    ci: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", show_default="github", help=f"Tests at each push: {', '.join(CHOICES['ci'])}."),
+    ] = None,
+    output: Annotated[
+        Path, typer.Option(metavar="DIR", show_default="here", help="The folder to make the plugin's folder in.")
+    ] = Path(),
+    json: Json = False,
+) -> None:
+    """Make a plugin from templates: a package that installs, is tested and trains, without an edit.
+
+    In a terminal it asks for what is not given, unless both WHAT and NAME are. A pair is a robot and its task, a
+    distribution each; both puts them into one.
+
+    Example:
+        $ frobs new
+        $ frobs new pair my_arm
+        $ frobs new both my_rover --example wheeled --namespace acme
+        $ frobs new pair xarm6 --robot-file xarm6.urdf --tcp link6
+    """
+    import os
+
+    from frobs_devkit.scaffold import render, resolve
+
+    flags: dict[str, str | None] = {
+        "what": what,
+        "example": "file" if robot_file is not None and example is None else example,
+        "name": name,
+        "robot_file": None if robot_file is None else str(robot_file.expanduser().absolute()),
+        "tcp": tcp,
+        "xacro_args": " ".join(args) if args else None,
+        "package_paths": os.pathsep.join(package_path) if package_path else None,
+        "robot": robot,
+        "namespace": namespace,
+        "author": author,
+        "license": license,
+        "ci": ci,
+    }
+    given = {question: answer for question, answer in flags.items() if answer is not None}
+    if not {"what", "name"} <= given.keys():
+        if json or not sys.stdin.isatty():
+            raise ConfigurationError(
+                f"say what to make and its name: frobs new pair my_arm. There are {', '.join(CHOICES['what'])}."
+            )
+        given = _ask(given)
+    with only_json(json):
+        context = resolve(given)
+        folder = render(context, output)
+    facts = _facts(context, folder)
+    if json:
+        print_json(facts)
+    else:
+        print_facts({key: value for key, value in facts.items() if key not in ("files", "answers", "next")})
+        print_line()
+        print_title("  next")
+        for command in facts["next"]:
+            print_line(f"    {command}")
+
+
+def _facts(context: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    distributions = context["__distributions"].split()
+    places = [folder / name for name in distributions] if context["what"] == "pair" else [folder]
+    configuration = folder / "train.yaml"
+    run = Path("runs") / context["name"]
+    following = [f"pip install {' '.join(f'-e {place}' for place in places)}", f"pytest {folder}"]
+    if configuration.exists():
+        from frobs_core.yaml import load_yaml
+
+        environment = load_yaml(configuration)["environment"]
+        following += [
+            f"frobs train {environment} --config {configuration} --seed 0 --run-dir {run}",
+            f"frobs evaluate {run}",
+        ]
+    return {
+        "name": context["name"],
+        "kind": context["what"],
+        "folder": str(folder),
+        "distributions": distributions,
+        "environment_id": context["__id"] or None,
+        "answers": {question: context[question] for question in QUESTIONS if question in asked(context)},
+        "files": sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()),
+        "next": following,
+    }
+
+
+def _ask(given: Mapping[str, str]) -> dict[str, str]:
+    """Ask what is not answered yet; an answer that cannot be used is told at once."""
+    from frobs_devkit.scaffold import fill_in, prompts
+
+    answers, texts = dict(given), prompts()
+    for question in QUESTIONS:
+        if question in answers or question not in asked(answers):
+            continue
+        text = texts[question]
+        if not isinstance(text, str):
+            choices = {key: words for key, words in text.items() if key != "__prompt__"}
+            for choice in CHOICES[question]:
+                typer.echo(f"  {choice}{f': {choices[choice]}' if choice in choices else ''}", err=True)
+            text = text["__prompt__"]
+        while True:
+            answer = typer.prompt(text, default=fill_in(answers)[question], err=True).strip()
+            problem = find_problem({**answers, question: answer})
+            if not problem:
+                break
+            print_note(problem)
+        answers[question] = answer
+    return answers

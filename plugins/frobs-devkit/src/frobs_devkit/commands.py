@@ -1,0 +1,46 @@
+"""The commands of this distribution, as strings: nothing is imported to list them."""
+
+from frobs_cli.commands import Command
+
+COMMANDS = (
+    Command(
+        name="new",
+        summary="Create a plugin from templates.",
+        function="frobs_devkit.cli.new:new",
+        heading="Extend",
+    ),
+    Command(
+        name="check",
+        summary="Check that an environment, a part or a plugin keeps its contract.",
+        function="frobs_devkit.cli.check:check",
+        heading="Verify",
+    ),
+    Command(
+        name="bench",
+        summary="Measure where the time of a step goes.",
+        function="frobs_devkit.cli.bench:bench",
+        heading="Verify",
+    ),
+    Command(
+        name="parity",
+        summary="Measure how closely two simulators agree on an environment.",
+        function="frobs_devkit.cli.parity:parity",
+        heading="Verify",
+    ),
+    Command(
+        name="doctor",
+        summary="Find problems of robot files and plugins, with a fix for each.",
+        heading="Verify",
+    ),
+    Command(
+        name="doctor robot",
+        summary="Examine the model file of a robot.",
+        function="frobs_devkit.cli.doctor_robot:robot",
+    ),
+    Command(
+        name="doctor plugins",
+        summary="Import each installed plugin in its own process and report problems.",
+        function="frobs_devkit.cli.doctor_plugins:plugins",
+        loads_plugins=False,
+    ),
+)

@@ -1,0 +1,151 @@
+"""Masses, inertias and shapes of links, compared with each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ModelFileError
+from frobs_core.models import Collision, Inertial, Link, Mesh, RobotModel, Visual
+from frobs_core.models.bounds import link_bounds, shape_points
+from frobs_core.models.inertia import inertia_matrix
+from frobs_core.models.kinematics import MOVING
+from frobs_devkit.doctor.report import Finding, LinkFacts, Severity
+
+DENSITIES = (1.0, 20_000.0)
+"""[kg/m³] from a body of foam to one of tungsten, of the box around a link."""
+
+_LEAST, _MOST = 0.02, 2.0  # of what a body in the box can have at most: below and above is absurd
+_SMALL = 1e-3  # [m]: a box is taken as at least so thick, as sheets have no volume
+_SHARE = 0.005  # of the robot's mass, or of its moments: what is less changes nothing that is seen
+_LARGE = 20.0  # [m]: links are smaller, unless their meshes are in millimetres
+
+
+def link_facts(model: RobotModel) -> tuple[LinkFacts, ...]:
+    """Return the facts about every link."""
+    return tuple(_facts(link) for link in model.links)
+
+
+def _facts(link: Link) -> LinkFacts:
+    inertial, bounds = link.inertial, link_bounds(link)
+    moments = None if inertial is None else np.linalg.eigvalsh(inertia_matrix(inertial))
+    return LinkFacts(
+        name=link.name,
+        mass=None if inertial is None else inertial.mass,
+        center_of_mass=None if inertial is None else inertial.origin.pos,
+        principal_moments=None if moments is None else tuple(moments.tolist()),
+        visuals=len(link.visuals),
+        collisions=len(link.collisions),
+        size=None if bounds is None else tuple((bounds[1] - bounds[0]).tolist()),
+    )
+
+
+def body_findings(model: RobotModel) -> Iterator[Finding]:
+    """Yield what is odd about the links; of an MJCF file, whose shapes only MuJoCo knows, only what is about masses."""
+    inertials = [link.inertial for link in model.links if link.inertial is not None]
+    light = _SHARE * sum(inertial.mass for inertial in inertials)
+    small = _SHARE * sum(float(np.trace(inertia_matrix(inertial))) for inertial in inertials)
+    for link in model.links:
+        yield from _unreadable(link)
+        bounds = link_bounds(link)
+        if bounds is not None and max(bounds[1] - bounds[0]) > _LARGE:
+            yield _finding(
+                "too-large",
+                link,
+                f"its shape is {max(bounds[1] - bounds[0]):.3g} m long",
+                'a mesh in millimetres needs scale="0.001 0.001 0.001"',
+            )
+        elif bounds is not None and link.inertial is not None:
+            heavy = link.inertial.mass > light or float(np.trace(inertia_matrix(link.inertial))) > small
+            for finding in _compare(link, link.inertial, *bounds):
+                yield finding if heavy else replace(finding, severity=Severity.NOTE)
+    if model.format == "urdf":
+        yield from _untouchable(model)
+
+
+def _unreadable(link: Link) -> Iterator[Finding]:
+    shapes: list[Visual | Collision] = [*link.collisions, *link.visuals]
+    for shape in shapes:
+        if isinstance(shape.geometry, Mesh):
+            try:
+                shape_points(shape)
+            except ModelFileError as error:
+                yield _finding(
+                    "unreadable-mesh",
+                    link,
+                    f"its mesh '{error.path.name}' cannot be measured: {error.reason.rstrip('.')}",
+                    "open it in a mesh viewer and export it anew, as .stl or .obj",
+                )
+
+
+def _untouchable(model: RobotModel) -> Iterator[Finding]:
+    """Yield what is drawn and touches nothing."""
+    if any(link.visuals for link in model.links) and not any(link.collisions for link in model.links):
+        yield Finding(
+            code="no-collision",
+            severity=Severity.WARNING,
+            about=f"robot '{model.name}'",
+            problem="no link has a collision shape: the robot goes through everything",
+            advice="give the links <collision> shapes; a copy of their <visual> shapes will do",
+        )
+        return
+    moved = {joint.child for joint in model.joints if joint.type in MOVING}
+    for link in model.links:
+        if link.visuals and not link.collisions:
+            severity = Severity.WARNING if link.name in moved else Severity.NOTE
+            problem, advice = "it is drawn, but touches nothing", "give it a <collision> if it should"
+            yield Finding(
+                code="visual-only", severity=severity, about=f"link '{link.name}'", problem=problem, advice=advice
+            )
+
+
+def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Iterator[Finding]:
+    """Compare a link's mass and inertia with the box around its shape.
+
+    No body inside of a box has a moment about its centre of mass above m·(b² + c²)/4, which is that of its mass in the
+    corners; a solid box has a third of that.
+    """
+    size = np.maximum(high - low, _SMALL)
+    density = inertial.mass / float(np.prod(size))
+    edges = " × ".join(f"{edge:.3g}" for edge in size)
+    if not DENSITIES[0] <= density <= DENSITIES[1]:
+        word = "light" if density < DENSITIES[0] else "heavy"
+        yield _finding(
+            "absurd-mass",
+            link,
+            f"it weighs {inertial.mass:.3g} kg and fills {edges} m, which is {density:,.3g} kg/m³: too {word}",
+            "check the mass, and the unit of the mesh",
+        )
+        return
+    center = np.array(inertial.origin.pos)
+    outside = np.maximum(np.maximum(low - center, center - high), 0.0) / size
+    if outside.max() > 0.5:
+        yield _finding(
+            "far-center",
+            link,
+            f"its centre of mass ({', '.join(f'{x:.3g}' for x in center)}) is far outside of its shape",
+            "the <origin> of <inertial> is in the link's frame [m]",
+        )
+        return
+    squares = size**2
+    most = inertial.mass * (squares.sum() - squares) / 4.0  # (3,) about x, y, z
+    moments = np.diag(inertia_matrix(inertial))
+    ratios = moments / most
+    worst = int(np.argmax(np.abs(np.log(np.maximum(ratios, 1e-12)))))
+    if ratios.max() > _MOST or ratios.max() < _LEAST:
+        name, solid = ("ixx", "iyy", "izz")[worst], most / 3.0
+        ratio = float(moments[worst] / solid[worst])
+        times = f"{ratio:,.0f}" if ratio >= 10.0 else f"{ratio:.2g}"
+        yield _finding(
+            "absurd-inertia",
+            link,
+            f"{name} is {moments[worst]:.3g} kg·m², {times} times that of a solid box of its mass and size ({edges} m)",
+            f"a solid box has ixx={solid[0]:.3g} iyy={solid[1]:.3g} izz={solid[2]:.3g}",
+        )
+
+
+def _finding(code: str, link: Link, problem: str, advice: str) -> Finding:
+    return Finding(code=code, severity=Severity.WARNING, about=f"link '{link.name}'", problem=problem, advice=advice)

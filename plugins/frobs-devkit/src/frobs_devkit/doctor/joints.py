@@ -1,0 +1,134 @@
+"""Limits, drives and weight: what the joints can do, and what is asked of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.models import Joint, JointType, RobotModel, default_gains
+from frobs_core.models.kinematics import MOVING, joint_path
+from frobs_core.rotations import quat_rotate
+from frobs_devkit.doctor.report import DriveFacts, Finding, JointFacts, Severity
+
+_GRAVITY = 9.81  # [m/s²]
+_DEGREES = 4.0 * math.pi  # [rad]: hardly a joint turns further, and limits written in degrees are beyond it
+
+
+def joint_facts(model: RobotModel, home: Floats) -> tuple[JointFacts, ...]:
+    """Return the facts about every joint; ``home`` is (dof,) [rad or m]."""
+    drives = _drives(model, home)
+    rests = dict(zip(model.joint_names, home.tolist(), strict=True))
+    return tuple(_facts(joint, rests, drives) for joint in model.joints)
+
+
+def _facts(joint: Joint, rests: dict[str, float], drives: dict[str, DriveFacts]) -> JointFacts:
+    moving, mimic, limits = joint.type in MOVING, joint.mimic, joint.limits
+    home = rests.get(joint.name)
+    if mimic is not None:
+        home = mimic.multiplier * rests[mimic.joint] + mimic.offset
+    return JointFacts(
+        name=joint.name,
+        joint_type=joint.type.value,
+        parent=joint.parent,
+        child=joint.child,
+        unit=("m" if joint.type is JointType.PRISMATIC else "rad") if moving else "",
+        axis=joint.axis,
+        lower=_finite(limits.lower),
+        upper=_finite(limits.upper),
+        velocity=_finite(limits.velocity),
+        effort=_finite(limits.effort),
+        damping=joint.damping,
+        friction=joint.friction,
+        mimic=None if mimic is None else {"joint": mimic.joint, "multiplier": mimic.multiplier, "offset": mimic.offset},
+        home=home,
+        drive=drives.get(joint.name),
+    )
+
+
+def _drives(model: RobotModel, home: Floats) -> dict[str, DriveFacts]:
+    gains, weights = default_gains(model, home), gravity_efforts(model, home)
+    drives = {}
+    for joint, weight in zip(model.joint_names, weights.tolist(), strict=True):
+        stiffness, damping = gains.of(joint)
+        omega = 2.0 * stiffness / damping  # critical damping: Kp = I·ω² and Kd = 2·I·ω
+        drives[joint] = DriveFacts(
+            inertia=damping / (2.0 * omega),
+            stiffness=stiffness,
+            damping=damping,
+            bandwidth=omega / (2.0 * math.pi),
+            time_constant=1.0 / omega,
+            holding_effort=weight,
+        )
+    return drives
+
+
+def gravity_efforts(model: RobotModel, joint_positions: Floats) -> Floats:
+    """Return what each joint must exert to hold the robot against gravity, the root upright and fixed.
+
+    Args:
+        model: The robot; what joints that mimic others carry is left out.
+        joint_positions: (dof,) [rad or m]
+
+    Returns:
+        (dof,) [N·m or N]
+    """
+    positions = joint_positions[None]
+    poses = {link.name: [array[0] for array in model.frame_pose(link.name, positions)] for link in model.links}
+    axes = {
+        joint.name: (quat_rotate(poses[joint.child][1], np.array(joint.axis)), poses[joint.child][0])
+        for joint in model.actuated_joints
+    }
+    efforts = dict.fromkeys(model.joint_names, 0.0)
+    for link in model.links:
+        if link.inertial is None:
+            continue
+        pos, quat = poses[link.name]
+        center = pos + quat_rotate(quat, np.array(link.inertial.origin.pos))
+        lift = np.array([0.0, 0.0, link.inertial.mass * _GRAVITY])
+        for joint in joint_path(model, link.name):
+            if joint.name in axes:
+                axis, anchor = axes[joint.name]
+                slides = joint.type is JointType.PRISMATIC
+                efforts[joint.name] += float(axis @ (lift if slides else np.cross(center - anchor, lift)))
+    exact = np.array([efforts[name] for name in model.joint_names])
+    return np.where(np.abs(exact) < 1e-9, 0.0, exact)
+
+
+def joint_findings(model: RobotModel, facts: tuple[JointFacts, ...]) -> Iterator[Finding]:
+    """Yield what is odd about the joints."""
+    if not model.joint_names:
+        yield Finding(
+            code="no-joints",
+            severity=Severity.ERROR,
+            about=f"robot '{model.name}'",
+            problem="no joint moves: there is nothing to control",
+            advice="give the joints that should move the type revolute, continuous or prismatic",
+        )
+    for joint in facts:
+        span = max(abs(joint.lower or 0.0), abs(joint.upper or 0.0))
+        about = f"joint '{joint.name}'"
+        if joint.joint_type == "revolute" and joint.mimic is None and span > _DEGREES:
+            yield Finding(
+                code="limits-in-degrees",
+                severity=Severity.WARNING,
+                about=about,
+                problem=f"its limits are {joint.lower:g} to {joint.upper:g} rad, which is {span / (2 * math.pi):.0f} turns",
+                advice="URDF takes radians; if it does turn so far, make it continuous",
+            )
+        drive = joint.drive
+        if drive and joint.effort is not None and abs(drive.holding_effort) > joint.effort:
+            unit = "N" if joint.unit == "m" else "N·m"
+            yield Finding(
+                code="too-weak",
+                severity=Severity.WARNING,
+                about=about,
+                problem=f"it must hold {abs(drive.holding_effort):.3g} {unit} at home, and its limit is {joint.effort:.3g}",
+                advice="check the effort limit and the masses it carries, or choose a home where it carries less",
+            )
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,242 @@
+"""Every installed plugin, imported in a process of its own: facts and findings, as data."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import PurePath
+
+from frobs_core import plugins
+from frobs_core._version import __version__
+from frobs_core.plugins.discovery import Candidate
+from frobs_core.plugins.probe import Probe, probe
+from frobs_core.plugins.requirements import core_versions, has_upper_bound, is_made_for, missing
+from frobs_devkit.doctor.report import Finding, Severity
+
+SLOW = 0.5
+"""[s] after which an import is called slow: every 'import frobs_core' pays for it."""
+
+HEAVY = (
+    "mujoco",
+    "pybullet",
+    "torch",
+    "stable_baselines3",
+    "matplotlib",
+    "rospy",
+    "rclpy",
+    "tensorflow",
+    "jax",
+    "pandas",
+)
+"""Modules that no plugin imports to be listed."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PluginFacts:
+    """What the doctor knows of one plugin.
+
+    Attributes:
+        name: The entry point's name.
+        distribution: The pip package that holds it.
+        version: Of the distribution.
+        module: That the entry point names.
+        made_for: The versions of the core that the distribution requires; empty: it does not say.
+        disabled: Whether ``FROBS_DISABLE_PLUGINS`` names it.
+        state: ``"loaded"``, ``"failed"``, ``"hanging"`` or ``"crashed"``.
+        cause: One line that says why it is not loaded.
+        traceback: Of the failure, or of where it hangs.
+        import_seconds: How long its import took [s].
+        records: Names of its records, by kind.
+        environment_ids: Of its tasks.
+        stdout: What it printed when it was imported.
+        stderr: What it printed there.
+        changed: What it changed that belongs to the whole process.
+        findings: What is wrong with it, and what to do.
+    """
+
+    name: str
+    distribution: str
+    version: str
+    module: str
+    made_for: str
+    disabled: bool
+    state: str
+    cause: str
+    traceback: str
+    import_seconds: float
+    records: Mapping[str, tuple[str, ...]]
+    environment_ids: tuple[str, ...]
+    stdout: str
+    stderr: str
+    changed: tuple[str, ...]
+    findings: tuple[Finding, ...]
+
+    @property
+    def sound(self) -> bool:
+        """Whether nothing keeps it from being used."""
+        return not any(finding.severity is Severity.ERROR for finding in self.findings)
+
+
+def examine_plugins(
+    seconds: float = 30.0,
+    only: Iterable[str] = (),
+    on_probe: Callable[[str], None] | None = None,
+) -> tuple[PluginFacts, ...]:
+    """Import each installed plugin in a process of its own, and say what is wrong with it.
+
+    Args:
+        seconds: That each may take.
+        only: Names of entry points, distributions or ``distribution:name``; none: all of them. Clashes are looked for
+            among those that are examined.
+        on_probe: Called with the name of each plugin when it has been looked at.
+    """
+    collection = plugins.active()
+    wanted = [candidate for candidate in collection.candidates() if _is_meant(candidate, only)]
+
+    def look(candidate: Candidate) -> Probe:
+        found = probe(candidate, seconds)
+        if on_probe is not None:
+            on_probe(candidate.key)
+        return found
+
+    with ThreadPoolExecutor(max(1, (os.cpu_count() or 2) // 2)) as pool:  # each looks on while its process works
+        probes = list(pool.map(look, wanted))
+    offers = _offers(wanted, probes)
+    disabled = collection.disabled()
+    return tuple(
+        PluginFacts(
+            name=candidate.name,
+            distribution=candidate.distribution,
+            version=candidate.version,
+            module=candidate.value,
+            made_for=core_versions(candidate.requirements),
+            disabled=candidate.key in disabled,
+            state=seen.state,
+            cause=seen.cause,
+            traceback=seen.traceback,
+            import_seconds=seen.import_seconds,
+            records=seen.records,
+            environment_ids=seen.environment_ids,
+            stdout=seen.stdout,
+            stderr=seen.stderr,
+            changed=seen.changed,
+            findings=tuple(_findings(candidate, seen, offers)),
+        )
+        for candidate, seen in zip(wanted, probes, strict=True)
+    )
+
+
+def _is_meant(candidate: Candidate, only: Iterable[str]) -> bool:
+    words = set(only)
+    return not words or bool(words & {candidate.name, candidate.distribution, candidate.key})
+
+
+def _offers(candidates: Iterable[Candidate], probes: Iterable[Probe]) -> dict[tuple[str, str], list[Candidate]]:
+    """Return who offers each name, by kind and name."""
+    offers: dict[tuple[str, str], list[Candidate]] = {}
+    for candidate, seen in zip(candidates, probes, strict=True):
+        names = [(kind, name) for kind, found in seen.records.items() for name in found]
+        for key in [*names, *(("environment ID", id) for id in seen.environment_ids)]:
+            offers.setdefault(key, []).append(candidate)
+    return offers
+
+
+def _findings(
+    candidate: Candidate, seen: Probe, offers: Mapping[tuple[str, str], Sequence[Candidate]]
+) -> Iterable[Finding]:
+    lacking = missing(candidate.requirements)
+    if seen.state != "loaded":
+        advice = _advice_for_failure(candidate, seen, lacking[0].command if lacking else "")
+        yield Finding(code=seen.state, severity=Severity.ERROR, about="its import", problem=seen.cause, advice=advice)
+    for one in lacking:
+        there = f"version {one.installed} is installed" if one.installed else "it is not installed"
+        yield Finding(
+            code="missing-requirement",
+            severity=Severity.ERROR,
+            about=f"requirement '{one.requirement}'",
+            problem=there,
+            advice=one.command,
+        )
+    made_for = core_versions(candidate.requirements)
+    if not is_made_for(made_for, __version__):
+        yield _warning(
+            "other-core",
+            "versions",
+            f"it is made for frobs-core {made_for}, and this is {__version__}",
+            f"look for another version of it: pip install --upgrade {candidate.distribution}",
+        )
+    elif not made_for or not has_upper_bound(made_for):
+        says = f"'frobs-core{made_for}'" if made_for else "no version of frobs-core"
+        yield _warning(
+            "no-core-versions",
+            "versions",
+            f"its distribution requires {says}, without an end",
+            'its author says which it is made for: dependencies = ["frobs-core>=0.2,<0.3"]',
+        )
+    yield from _clashes(candidate, seen, offers)
+    yield from _manners(seen)
+
+
+def _clashes(
+    candidate: Candidate, seen: Probe, offers: Mapping[tuple[str, str], Sequence[Candidate]]
+) -> Iterable[Finding]:
+    names = [(kind, name) for kind, found in seen.records.items() for name in found]
+    for kind, name in [*names, *(("environment ID", id) for id in seen.environment_ids)]:
+        others = [other for other in offers[kind, name] if other.key != candidate.key]
+        if others:
+            who = " and ".join(f"'{other.name}' of {other.distribution} {other.version}" for other in others)
+            advice = f"ask for '{candidate.distribution}:{name}', or uninstall one of them"
+            yield Finding(
+                code="clash",
+                severity=Severity.ERROR if others[0].distribution == candidate.distribution else Severity.WARNING,
+                about=f"{kind} '{name}'",
+                problem=f"it is offered by {who} too",
+                advice="one of the two has to go" if others[0].distribution == candidate.distribution else advice,
+            )
+
+
+def _manners(seen: Probe) -> Iterable[Finding]:
+    heavy = [name for name in HEAVY if name in seen.modules]
+    if heavy:
+        yield _warning(
+            "heavy-import",
+            "its import",
+            f"it imports {', '.join(heavy)} ({seen.import_seconds:.1f} s, paid by every 'import frobs_core')",
+            "its author imports that where an entry_point is used",
+        )
+    elif seen.state == "loaded" and seen.import_seconds > SLOW:
+        yield _warning("slow-import", "its import", f"it takes {seen.import_seconds:.1f} s", "its author imports less")
+    for stream, text in (("stdout", seen.stdout), ("stderr", seen.stderr)):
+        if text.strip() and seen.state != "crashed":
+            yield _warning(
+                "prints",
+                stream,
+                f"it prints when it is imported: {text.strip().splitlines()[0][:100]}",
+                "its author uses logging, in the implementation",
+            )
+    for what in seen.changed:
+        yield _warning(
+            "global-state",
+            "its import",
+            what if what.startswith("it ") else f"it changes the {what} of the whole process",
+            "its author leaves that to the user, or does it where an entry_point is used",
+        )
+    for warned in seen.warnings:
+        place = f"{PurePath(warned['file']).name}:{warned['line']}"
+        yield _warning("deprecated", place, f"{warned['category']}: {warned['message']}", "its author follows it")
+
+
+def _warning(code: str, about: str, problem: str, advice: str) -> Finding:
+    return Finding(code=code, severity=Severity.WARNING, about=about, problem=problem, advice=advice)
+
+
+def _advice_for_failure(candidate: Candidate, seen: Probe, install: str) -> str:
+    if seen.state == "hanging":
+        return f"leave it out: FROBS_DISABLE_PLUGINS={candidate.key}"
+    if install:
+        return install
+    if seen.missing_module:
+        return f"its distribution does not require '{seen.missing_module}'; if a package brings it, install that"
+    return f"pip install --upgrade {candidate.distribution}, or leave it out: FROBS_DISABLE_PLUGINS={candidate.key}"

@@ -1,0 +1,159 @@
+"""Reading a robot's file further than a simulation would: what it would refuse one by one is found all at once."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from frobs_core.errors import ModelFileError
+from frobs_core.models import RobotModel
+from frobs_core.models.load import open_document, read_document
+from frobs_core.models.resources import Packages
+from frobs_core.models.xmltree import Element
+from frobs_devkit.doctor.report import Difference, Finding, Severity
+
+_MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+_LOST_PACKAGE = re.compile(r"the ROS package '([^']*)' is not found")
+_TOLERANCE = 1e-6  # below it two numbers are the same
+
+
+@dataclass
+class Reading:
+    """A model with what was found on the way.
+
+    Attributes:
+        model: The robot, without what could not be used.
+        findings: Errors that would have kept it from being read.
+        differences: Numbers that the model does not have as the file has them.
+    """
+
+    model: RobotModel
+    findings: list[Finding] = field(default_factory=list)
+    differences: list[Difference] = field(default_factory=list)
+
+
+def read(path: str | Path, xacro_args: Mapping[str, str], package_paths: Mapping[str, str | Path]) -> Reading:
+    """Read a file; meshes that are missing and negative masses are left out and become findings.
+
+    Raises:
+        ModelFileError: It cannot be read all the same.
+    """
+    root, file, packages = open_document(path, xacro_args=xacro_args, package_paths=package_paths)
+    findings: list[Finding] = []
+    numbers: dict[tuple[str, str], object] = {}
+    if root.tag == "robot":
+        findings += _unresolved_meshes(root, packages)
+        findings += _negative_masses(root)
+        numbers = _numbers_of_file(root)  # before the reader repairs them in place
+    model = read_document(root, file, packages)
+    return Reading(model, findings, _differences(numbers, model))
+
+
+def _unresolved_meshes(root: Element, packages: Packages) -> list[Finding]:
+    """Take out what is drawn or touches by a mesh that is not there; one finding for each reason."""
+    lost: dict[str, list[tuple[str, int | None]]] = {}
+    for link in root.children("link"):
+        for shape in list(link.children("visual", "collision")):
+            for mesh in shape.descendants("mesh"):
+                uri = mesh.get("filename", "")
+                try:
+                    packages.resolve(uri, packages.file.parent)
+                except ModelFileError as error:
+                    if uri:
+                        lost.setdefault(error.reason, []).append((uri, mesh.line))
+                        link.remove(shape)
+                        break
+    return [_missing(reason, places) for reason, places in lost.items()]
+
+
+def _missing(reason: str, places: list[tuple[str, int | None]]) -> Finding:
+    uri, line = places[0]
+    shapes = "1 shape" if len(places) == 1 else f"{len(places)} shapes"
+    match = _LOST_PACKAGE.search(reason)
+    if match:
+        return Finding(
+            code="unresolved-mesh",
+            severity=Severity.ERROR,
+            about=f"package '{match[1]}'",
+            problem=f"this ROS package is not found; it holds the meshes of {shapes}, such as '{uri}'",
+            advice=f"say where it is: --package-path {match[1]}=FOLDER, or ROS_PACKAGE_PATH",
+            line=line,
+        )
+    return Finding(
+        code="unresolved-mesh",
+        severity=Severity.ERROR,
+        about=f"mesh '{uri}'",
+        problem=f"{reason.rstrip('.')}; {shapes} of the robot {'is' if len(places) == 1 else 'are'} made of it",
+        advice="put the file there, or correct its name",
+        line=line,
+    )
+
+
+def _negative_masses(root: Element) -> list[Finding]:
+    """Take out the inertials of links that weigh less than nothing."""
+    found = []
+    for link in root.children("link"):
+        inertial = link.child("inertial")
+        mass = None if inertial is None else inertial.child("mass")
+        if inertial is None or mass is None or mass.number("value") >= 0.0:
+            continue
+        link.remove(inertial)
+        found.append(
+            Finding(
+                code="negative-mass",
+                severity=Severity.ERROR,
+                about=f"link '{link.get('name')}'",
+                problem=f"its mass is {mass.number('value'):g} kg",
+                advice="give it the mass of the part; a link that is only a frame needs no <inertial>",
+                line=inertial.line,
+            )
+        )
+    return found
+
+
+def _numbers_of_file(root: Element) -> dict[tuple[str, str], object]:
+    """Return what the file says of links and joints, by (element, quantity), where a reader may change it."""
+    numbers: dict[tuple[str, str], object] = {}
+    for link in root.children("link"):
+        about = f"link '{link.get('name')}'"
+        inertial = link.child("inertial")
+        mass = None if inertial is None else inertial.child("mass")
+        inertia = None if inertial is None else inertial.child("inertia")
+        numbers[about, "mass"] = None if mass is None else mass.number("value")
+        numbers[about, "inertia"] = None if inertia is None else [inertia.number(key, "0") for key in _MOMENTS]
+    for joint in root.children("joint"):
+        about, limit = f"joint '{joint.get('name')}'", joint.child("limit")
+        numbers[about, "type"] = joint.get("type")
+        if limit is not None and joint.get("type") in ("revolute", "continuous", "prismatic"):
+            for attribute in ("lower", "upper", "velocity", "effort"):
+                numbers[about, f"{attribute} limit"] = limit.number(attribute) if attribute in limit.attrib else None
+    return numbers
+
+
+def _differences(numbers: Mapping[tuple[str, str], object], model: RobotModel) -> list[Difference]:
+    used: dict[tuple[str, str], object] = {}
+    for link in model.links:
+        about, inertial = f"link '{link.name}'", link.inertial
+        used[about, "mass"] = None if inertial is None else inertial.mass
+        used[about, "inertia"] = None if inertial is None else list(inertial.inertia)
+    for joint in model.joints:
+        about, limits = f"joint '{joint.name}'", joint.limits
+        used[about, "type"] = joint.type.value
+        for attribute in ("lower", "upper", "velocity", "effort"):
+            value = getattr(limits, attribute)
+            used[about, f"{attribute} limit"] = value if np.isfinite(value) else None
+    return [
+        Difference(about=about, quantity=quantity, file=said, used=used.get((about, quantity)))
+        for (about, quantity), said in numbers.items()
+        if not _same(said, used.get((about, quantity)))
+    ]
+
+
+def _same(said: object, used: object) -> bool:
+    if said is None or used is None or isinstance(said, str):
+        return said == used
+    return bool(np.allclose(np.asarray(said, float), np.asarray(used, float), rtol=_TOLERANCE, atol=1e-12))

@@ -1,0 +1,94 @@
+"""The examination of a robot's file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from frobs_core.models import RobotModel, Treatment, home_positions
+from frobs_core.models.bounds import robot_bounds
+from frobs_devkit.doctor.bodies import body_findings, link_facts
+from frobs_devkit.doctor.joints import joint_facts, joint_findings
+from frobs_devkit.doctor.reading import read
+from frobs_devkit.doctor.report import Finding, RobotReport, Severity
+from frobs_devkit.doctor.simulators import simulator_facts, simulator_findings
+from frobs_devkit.doctor.tools import tool_candidates, tool_findings
+
+_NAMED = re.compile(r'^<([\w:]+) name="(.*)">$')
+_ADVICE = {
+    Treatment.KEPT: "mend it in the file",
+    Treatment.APPROXIMATED: "write it in the file, so that nothing has to be assumed",
+    Treatment.DROPPED: "mend it in the file, or remove it there",
+}
+_ORDER = (Severity.ERROR, Severity.WARNING, Severity.NOTE)
+
+
+def examine_robot(
+    path: str | Path,
+    *,
+    xacro_args: Mapping[str, str] | None = None,
+    package_paths: Mapping[str, str | Path] | None = None,
+    simulators: Sequence[str] = (),
+) -> RobotReport:
+    """Say what a robot's file holds, what is wrong with it, and what each simulator makes of it.
+
+    Args:
+        path: A URDF, xacro or MJCF file, or ``"package:relative/path"`` inside an installed Python package.
+        xacro_args: Arguments of a xacro file.
+        package_paths: Folders of the ROS packages that the file names, by package name.
+        simulators: Names of the simulators to ask; empty: all that are installed.
+
+    Returns:
+        Facts and findings. The robot rests where a description that says nothing lets it: at 0, or in the middle of
+        the limits.
+
+    Raises:
+        ModelFileError: The file cannot be read at all; the message names the line and what to do.
+        UnknownNameError: A name is no simulator's.
+    """
+    reading = read(path, xacro_args or {}, package_paths or {})
+    model = reading.model
+    home = home_positions(model, {})
+    joints, links, tools = joint_facts(model, home), link_facts(model), tool_candidates(model)
+    asked = simulator_facts(model, simulators)
+    findings = [
+        *reading.findings,
+        *joint_findings(model, joints),
+        *body_findings(model),
+        *simulator_findings(model, asked),
+        *_notes(model),
+        *tool_findings(model, tools),
+    ]
+    findings.sort(key=lambda finding: _ORDER.index(finding.severity))
+    low, high = robot_bounds(model, home)
+    return RobotReport(
+        file=str(model.path),
+        file_format=model.format,
+        name=model.name,
+        usable=all(finding.severity is not Severity.ERROR for finding in findings),
+        dof=len(model.joint_names),
+        root=model.root,
+        mass=sum(link.mass or 0.0 for link in links),
+        size=tuple((high - low).tolist()),
+        findings=tuple(findings),
+        joints=joints,
+        links=links,
+        tools=tools,
+        differences=tuple(reading.differences),
+        simulators=asked,
+    )
+
+
+def _notes(model: RobotModel) -> Iterator[Finding]:
+    """Yield what the reader noted: a warning where the file should be mended."""
+    for note in model.notes:
+        match = _NAMED.match(note.element)
+        yield Finding(
+            code=note.rule,
+            severity=Severity.WARNING if note.fault else Severity.NOTE,
+            about=f"{match[1]} '{match[2]}'" if match else note.element,
+            problem=note.text,
+            advice=_ADVICE[note.treatment] if note.fault else "",
+            line=note.line,
+        )

@@ -1,0 +1,136 @@
+"""What each installed simulator makes of a robot: whether it builds, what overlaps at home, what becomes of the file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from frobs_core import plugins
+from frobs_core.errors import FrobsError
+from frobs_core.interfaces import CommandMode, Overlap, Placement, Robot, Scene, Simulation
+from frobs_core.models import RobotModel, elements
+from frobs_devkit.doctor.report import Finding, Severity, SimulatorFacts, TranslatedElement
+
+_DEEP = 1e-4  # [m]: what overlaps by less only touches
+_TIMESTEP = 0.002  # [s]
+
+
+def simulator_facts(model: RobotModel, wanted: Sequence[str] = ()) -> tuple[SimulatorFacts, ...]:
+    """Return the facts about each installed simulator.
+
+    Args:
+        model: The robot.
+        wanted: Names of the simulators to ask; empty: all that are installed.
+
+    Raises:
+        UnknownNameError: A name is no simulator's.
+    """
+    for name in wanted:
+        plugins.get_record("simulator", name)
+    return tuple(_facts(name, model) for name in wanted or plugins.records("simulator"))
+
+
+def _facts(name: str, model: RobotModel) -> SimulatorFacts:
+    report = plugins.get_report("simulator", name)
+    builds: bool | None = None
+    overlaps: Sequence[Overlap] | None = None
+    rows: tuple[TranslatedElement, ...] = ()
+    reason = ""
+    try:
+        cls: type[Simulation] = plugins.get_record("simulator", name).load()
+        rows = _elements(cls, model)
+        builds, reason, overlaps = _build(cls, model)
+    except FrobsError as error:  # it is installed, but what it needs is not
+        reason = str(error)
+    return SimulatorFacts(
+        name=name,
+        distribution=report.distribution,
+        version=report.version,
+        builds=builds,
+        reason=reason,
+        overlaps=None
+        if overlaps is None
+        else tuple({"first": o.first, "second": o.second, "depth": o.depth} for o in overlaps if o.depth > _DEEP),
+        elements=rows,
+    )
+
+
+def _build(cls: type[Simulation], model: RobotModel) -> tuple[bool, str, Sequence[Overlap] | None]:
+    """Build the robot alone, at home; return whether that worked, why not, and what overlaps."""
+    placement = Placement(
+        robot=Robot(model=str(model.path), name=model.name), model=model, command_mode=CommandMode.POSITION
+    )
+    scene = Scene(floor=False, gravity=(0.0, 0.0, 0.0), cameras={})
+    try:
+        simulation = cls({"robot": placement}, scene, num_envs=1, physics_timestep=_TIMESTEP)
+    except FrobsError as error:
+        return False, getattr(error, "reason", str(error)), None  # without the path, which the report has already
+    except Exception as error:  # the file has brought the engine to something that nobody foresaw
+        return False, f"{type(error).__name__}: {' '.join(str(error).split())}", None
+    try:
+        return True, "", simulation.overlaps("robot")
+    finally:
+        simulation.close()
+
+
+def _elements(cls: type[Simulation], model: RobotModel) -> tuple[TranslatedElement, ...]:
+    """Return what becomes of each kind of element that the model holds, in the order of ``ELEMENTS``."""
+    told = cls.translation(model)
+    rows = []
+    for kind, names in elements(model).items():
+        known = [row for row in told if row.element == kind]
+        rows += [
+            TranslatedElement(element=kind, names=r.names or names, treatment=r.treatment.value, how=r.how)
+            for r in known
+        ]
+        if not known:
+            rows.append(TranslatedElement(element=kind, names=names, treatment="not told", how=""))
+    return tuple(rows)
+
+
+def simulator_findings(model: RobotModel, facts: Sequence[SimulatorFacts]) -> Iterator[Finding]:
+    """Yield what the simulators cannot do with the robot."""
+    if not facts:
+        yield Finding(
+            code="no-simulator",
+            severity=Severity.NOTE,
+            about=f"robot '{model.name}'",
+            problem="no simulator is installed, so nothing was built and overlaps were not looked for",
+            advice="pip install frobs-sim-mujoco",
+        )
+    tried = [simulator for simulator in facts if simulator.builds is not None]
+    for simulator in facts:
+        if simulator.builds is None:
+            yield Finding(
+                code="simulator-unavailable",
+                severity=Severity.NOTE,
+                about=f"simulator '{simulator.name}'",
+                problem=f"it was not asked: {simulator.reason}",
+                advice="",
+            )
+        elif not simulator.builds:
+            nowhere = not any(other.builds for other in tried)
+            yield Finding(
+                code="refused",
+                severity=Severity.ERROR if nowhere else Severity.WARNING,
+                about=f"simulator '{simulator.name}'",
+                problem=f"it cannot simulate the robot: {simulator.reason}",
+                advice="mend what it names" if nowhere else "mend what it names, or use another simulator",
+            )
+    yield from _overlaps(tried)
+
+
+def _overlaps(facts: Sequence[SimulatorFacts]) -> Iterator[Finding]:
+    """Yield each pair of links that overlaps at home, once for all simulators."""
+    pairs: dict[tuple[str, str], list[str]] = {}
+    for simulator in facts:
+        for overlap in simulator.overlaps or ():
+            first, second = sorted((overlap["first"], overlap["second"]))
+            pairs.setdefault((first, second), []).append(f"{1000.0 * overlap['depth']:.2g} mm in {simulator.name}")
+    for (first, second), depths in pairs.items():
+        yield Finding(
+            code="overlap-at-home",
+            severity=Severity.WARNING,
+            about=f"link '{first}'",
+            problem=f"at home it is inside of link '{second}' ({', '.join(depths)}), so the two never collide or are pushed apart",
+            advice="smaller collision shapes, or another home (home={…})",
+        )

@@ -1,0 +1,78 @@
+"""Which link may be the tool centre point, and how far each gets."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.models import RobotModel, default_tcp, longest_reach
+from frobs_core.models.defaults import TOOL_NAMES, usual_rank
+from frobs_core.models.kinematics import joint_path
+from frobs_devkit.doctor.report import Finding, Severity, ToolCandidate
+
+_SAMPLES = 2000
+_TURN = math.pi  # [rad] either way, for a joint without limits
+_SLIDE = 1.0  # [m] either way
+
+
+def tool_candidates(model: RobotModel) -> tuple[ToolCandidate, ...]:
+    """Return the links at the ends of chains and those with a tool's name, the likeliest first."""
+    parents = {joint.parent for joint in model.joints}
+    moving, chosen, drawn = set(model.joint_names), default_tcp(model), _random_positions(model)
+    ranked = []
+    for link in model.links:
+        usual = usual_rank(link.name)
+        if link.name in parents and not usual and link.name != chosen:
+            continue
+        path = joint_path(model, link.name)
+        actuated = sum(joint.name in moving for joint in path)
+        bound = longest_reach(model, link.name)
+        candidate = ToolCandidate(
+            link=link.name,
+            actuated_joints=actuated,
+            usual_name=usual > 0,
+            reach=_reach(model, link.name, drawn),
+            longest_reach=bound if math.isfinite(bound) else None,
+            chosen=link.name == chosen,
+        )
+        ranked.append(((candidate.chosen, actuated, usual, len(path)), candidate))
+    ranked.sort(key=lambda pair: pair[0], reverse=True)  # stable: what is equal stays in the file's order
+    return tuple(candidate for _, candidate in ranked)
+
+
+def tool_findings(model: RobotModel, tools: tuple[ToolCandidate, ...]) -> Iterator[Finding]:
+    """Yield whether the choice of the tool is a guess."""
+    if not tools[0].actuated_joints or tools[0].usual_name:
+        return
+    others = [f"'{tool.link}'" for tool in tools[1:] if tool.actuated_joints]
+    if others:
+        more = f" and {len(others) - 3} more" if len(others) > 3 else ""
+        yield Finding(
+            code="which-tool",
+            severity=Severity.NOTE,
+            about=f"link '{tools[0].link}'",
+            problem=f"it is taken as the tool, as most joints move it; other ends are {', '.join(others[:3])}{more}",
+            advice=f"say which is meant: tcp=LINK; names such as {', '.join(TOOL_NAMES[:3])} are recognised",
+        )
+
+
+def _reach(model: RobotModel, link: str, joint_positions: Floats) -> float:
+    if not len(model.joint_names):
+        joint_positions = joint_positions[:1]
+    pos, _ = model.frame_pose(link, joint_positions)
+    return float(np.sqrt((pos * pos).sum(axis=1)).max())
+
+
+def _random_positions(model: RobotModel) -> Floats:
+    """Return joint positions within the limits, the limits themselves among them, (n, dof)."""
+    low, high = [], []
+    for joint in model.actuated_joints:
+        far = _SLIDE if joint.type.value == "prismatic" else _TURN
+        low.append(joint.limits.lower if math.isfinite(joint.limits.lower) else -far)
+        high.append(joint.limits.upper if math.isfinite(joint.limits.upper) else far)
+    share = np.random.default_rng(0).uniform(-0.1, 1.1, (_SAMPLES, len(low))).clip(0.0, 1.0)
+    drawn: Floats = np.array(low) + share * (np.array(high) - np.array(low))
+    return drawn

@@ -1,0 +1,147 @@
+"""Action files: what is played through an environment on every simulator, step by step."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.env import RobotEnv
+from frobs_core.errors import ConfigurationError
+from frobs_core.files import write_aside, write_json
+
+SUFFIXES = (".json", ".npz")
+"""Endings of an action file."""
+
+_AMPLITUDE = 0.5  # of the action space: room enough that an arm stays where it is free
+
+
+@dataclass(frozen=True, kw_only=True)
+class ActionFile:
+    """Actions for one environment, from one reset.
+
+    Attributes:
+        id: Gymnasium ID of the environment.
+        seed: Of its reset.
+        actions: (steps, …) in the action space.
+        controller: What the actions mean; ``""``: whatever the environment's controller takes.
+    """
+
+    id: str
+    seed: int
+    actions: np.ndarray[Any, Any]
+    controller: str = ""
+
+    def write(self, path: Path) -> None:
+        """Write a file, whose ending, ``.json`` or ``.npz``, says the form.
+
+        Raises:
+            ConfigurationError: It has another ending.
+        """
+        match path.suffix:
+            case ".json":
+                write_json(
+                    path,
+                    {"id": self.id, "seed": self.seed, "controller": self.controller, "actions": self.actions.tolist()},
+                )
+            case ".npz":
+                content = {"id": self.id, "seed": self.seed, "controller": self.controller, "actions": self.actions}
+                write_aside(path, lambda aside: np.savez(aside, **content))  # type: ignore[arg-type]
+            case _:
+                raise ConfigurationError(f"{path}: an action file ends in {' or '.join(SUFFIXES)}.")
+
+
+def read_actions(path: Path) -> ActionFile:
+    """Read an action file, executing nothing that it holds.
+
+    Raises:
+        ConfigurationError: It cannot be read, or lacks something.
+    """
+    try:
+        if path.suffix == ".npz":
+            with np.load(path, allow_pickle=False) as content:
+                found: Any = {name: content[name] for name in content.files}
+        elif path.suffix == ".json":
+            found = json.loads(path.read_text("utf-8"))
+        else:
+            raise ConfigurationError(f"{path}: an action file ends in {' or '.join(SUFFIXES)}.")
+    except FileNotFoundError as error:
+        raise ConfigurationError(f"{path}: there is no such file.") from error
+    except (OSError, ValueError, UnicodeDecodeError) as error:  # ValueError: no JSON, or a pickle
+        raise ConfigurationError(f"{path} is no action file: {error}") from error
+    missing = [name for name in ("id", "seed", "actions") if not isinstance(found, dict) or name not in found]
+    if missing:
+        raise ConfigurationError(
+            f"{path} lacks {', '.join(missing)}; an action file has 'id', 'seed' and 'actions' (steps, …), and may have "
+            "'controller'."
+        )
+    try:
+        seed = int(found["seed"])
+        actions = np.asarray(found["actions"])
+        if not np.issubdtype(actions.dtype, np.number):
+            raise ValueError(f"actions are {actions.dtype}, not numbers")
+    except (TypeError, ValueError) as error:  # ragged lists, texts
+        raise ConfigurationError(f"{path}: seed or actions are not numbers: {error}") from error
+    return ActionFile(
+        id=str(found["id"]), seed=seed, actions=actions, controller=str(found.get("controller", "") or "")
+    )
+
+
+def check_actions(file: ActionFile, env: RobotEnv, id: str, controller: str, where: str) -> None:
+    """Refuse actions that are not for an environment.
+
+    Args:
+        file: The actions.
+        env: The environment that they are to be played in.
+        id: Its ID.
+        controller: Name of its controller.
+        where: What the message begins with.
+
+    Raises:
+        ConfigurationError: The ID, the controller, the shape or a number does not fit.
+    """
+    space, actions = env.action_space, file.actions
+    if file.id.removeprefix("frobs_core:") != id.removeprefix("frobs_core:"):
+        raise ConfigurationError(f"{where} is for '{file.id}', not for '{id}': frobs parity {file.id} --actions …")
+    if file.controller and file.controller != controller:
+        raise ConfigurationError(
+            f"{where} is for the controller '{file.controller}', not '{controller}': --controller {file.controller}"
+        )
+    if file.seed < 0:
+        raise ConfigurationError(f"{where}: seed is {file.seed}; it must be at least 0.")
+    wanted = space.shape or ()
+    if actions.ndim != 1 + len(wanted) or actions.shape[1:] != wanted or not len(actions):
+        raise ConfigurationError(f"{where}: actions have the shape {actions.shape}; '{id}' takes {('steps', *wanted)}.")
+    if isinstance(space, gym.spaces.Box):
+        if not np.isfinite(actions).all():
+            step = int(np.argwhere(~np.isfinite(actions))[0][0])
+            raise ConfigurationError(f"{where}: the action of step {step} is not finite.")
+    else:
+        for step, action in enumerate(actions):
+            if not space.contains(np.asarray(action, np.int64)):
+                raise ConfigurationError(f"{where}: the action of step {step}, {action}, is not in {space}.")
+
+
+def smooth_actions(space: gym.Space[Any], steps: int, seed: int) -> np.ndarray[Any, Any]:
+    """Return actions (steps, …) that swing to and fro, each number with its own period; random ones of a space without.
+
+    Args:
+        space: Of one environment's actions.
+        steps: ≥ 1.
+        seed: Of the periods.
+    """
+    if not isinstance(space, gym.spaces.Box):
+        space.seed(seed)
+        return np.array([space.sample() for _ in range(steps)])
+    rng = np.random.default_rng(seed)
+    cycles, signs = rng.uniform(2.0, 5.0, space.shape), rng.choice((-1.0, 1.0), space.shape)
+    time = np.linspace(0.0, 2.0 * math.pi, steps, endpoint=False).reshape(steps, *(1 for _ in space.shape))
+    low, high = np.maximum(space.low, -1.0), np.minimum(space.high, 1.0)  # where a space has no bounds
+    # A cosine, because the way of actions that are added up is then a sine: to both sides of where it began.
+    swing: np.ndarray[Any, Any] = (high + low) / 2.0 + _AMPLITUDE * (high - low) / 2.0 * signs * np.cos(cycles * time)
+    return swing

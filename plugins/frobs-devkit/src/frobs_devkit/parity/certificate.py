@@ -1,0 +1,161 @@
+"""The certificate: what all measurements found, with all versions, as files."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ConfigurationError
+from frobs_core.files import write_aside, write_json, write_text
+from frobs_devkit.parity.actions import ActionFile
+from frobs_devkit.parity.draw import draw
+from frobs_devkit.parity.report import markdown
+from frobs_devkit.parity.result import Comparison, Measurement, Status
+
+FORMAT = 1
+"""Raised when what ``certificate.json`` holds changes its meaning."""
+
+NAME = "certificate.json"
+"""Removed first and written last: where it is, everything is."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Certificate:
+    """What parity found for one environment.
+
+    Attributes:
+        id: Gymnasium ID.
+        reference: Label of the simulator that the others are compared with.
+        simulators: Labels of all, the reference first.
+        facts: About the environment: robot, controller, timesteps, …
+        measurements: In the order in which they were made.
+        versions: Of Python, NumPy, the engines and every distribution of FRobs, and the machine.
+        actions: What the replay played; None: it was not made.
+    """
+
+    id: str
+    reference: str
+    simulators: tuple[str, ...]
+    facts: Mapping[str, str]
+    measurements: tuple[Measurement, ...]
+    versions: Mapping[str, Any]
+    actions: ActionFile | None = None
+
+    @property
+    def passed(self) -> bool:
+        """Whether nothing is over its tolerance, and anything was compared."""
+        statuses = {measurement.status for measurement in self.measurements}
+        return Status.FAILED not in statuses and Status.PASSED in statuses
+
+    @property
+    def verdict(self) -> str:
+        """``"18 passed, 1 failed, 2 skipped"``, of the comparisons."""
+        statuses = [comparison.status for m in self.measurements for comparison in m.comparisons]
+        counts = {status: statuses.count(status) for status in Status}
+        return ", ".join(f"{count} {status}" for status, count in counts.items() if count)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON can hold; a number that was not measured is None."""
+        return {
+            "format": FORMAT,
+            "id": self.id,
+            "passed": self.passed,
+            "verdict": self.verdict,
+            "reference": self.reference,
+            "simulators": list(self.simulators),
+            "facts": dict(self.facts),
+            "measurements": [
+                {
+                    "name": measurement.name,
+                    "title": measurement.title,
+                    "summary": measurement.summary,
+                    "status": str(measurement.status),
+                    "comparisons": [_plain(comparison) for comparison in measurement.comparisons],
+                    "facts": dict(measurement.facts),
+                    "picture": f"{measurement.name}.png" if measurement.panels else None,
+                }
+                for measurement in self.measurements
+            ],
+            "versions": dict(self.versions),
+        }
+
+    def write(self, folder: Path) -> None:
+        """Write ``certificate.json``, ``certificate.md``, a PNG for each measurement, the curves and the actions.
+
+        Everything is drawn before the first file is touched. ``certificate.json`` is removed first and written last, so
+        that a folder that holds one is complete.
+
+        Raises:
+            ConfigurationError: The folder cannot be made.
+            RunError: matplotlib is not installed.
+        """
+        pictures = {f"{m.name}.png": draw(m, self.simulators) for m in self.measurements if m.panels}
+        make_folder(folder)
+        stale = _pictures_of(folder / NAME) - pictures.keys()
+        (folder / NAME).unlink(missing_ok=True)
+        for name in stale:
+            (folder / name).unlink(missing_ok=True)
+        for name, picture in pictures.items():
+            write_aside(folder / name, partial(_write_bytes, content=picture))
+        write_aside(folder / "curves.npz", partial(_write_curves, curves=curves(self.measurements)))
+        if self.actions is not None:
+            self.actions.write(folder / "actions.json")
+        write_text(folder / "certificate.md", markdown(self))
+        write_json(folder / NAME, self.to_dict())
+
+
+def make_folder(folder: Path) -> None:
+    """Make the folder of a certificate, or take one that is there.
+
+    Raises:
+        ConfigurationError: It cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigurationError(
+            f"the folder {folder} cannot be made: {error.strerror}; choose another with --out."
+        ) from error
+
+
+def curves(measurements: Sequence[Measurement]) -> dict[str, Floats]:
+    """Return every line of every panel, (2, n), by ``measurement/panel/label/simulator``."""
+    return {
+        f"{measurement.name}/{p}/{line.label}/{line.simulator}": np.stack([line.x, line.y])
+        for measurement in measurements
+        for p, panel in enumerate(measurement.panels)
+        for line in panel.lines
+    }
+
+
+def _plain(comparison: Comparison) -> dict[str, Any]:
+    values = {field.name: getattr(comparison, field.name) for field in fields(comparison)}
+    values["status"] = str(comparison.status)
+    for name in ("error", "tolerance"):
+        values[name] = values[name] if math.isfinite(values[name]) else None
+    return values
+
+
+def _pictures_of(path: Path) -> set[str]:
+    """Return the pictures of the certificate that is replaced."""
+    with contextlib.suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
+        pictures = {m["picture"] for m in json.loads(path.read_text("utf-8"))["measurements"] if m["picture"]}
+        return {name for name in pictures if Path(name).name == name and name.endswith(".png")}
+    return set()
+
+
+def _write_bytes(path: Path, content: bytes) -> None:
+    path.write_bytes(content)
+
+
+def _write_curves(path: Path, curves: Mapping[str, Floats]) -> None:
+    np.savez_compressed(path, **curves)  # type: ignore[arg-type]

@@ -1,0 +1,85 @@
+"""The robot falls with its drives off: masses, inertias, damping and gravity, without the drive law."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from frobs_core.arrays import Mask
+from frobs_core.interfaces import CommandMode
+from frobs_devkit.parity.motion import differences, error_line, position_bounds, record, worst_joint
+from frobs_devkit.parity.result import Line, Measurement, Panel, judge, skip
+from frobs_devkit.parity.subject import Subject, follows_exactly
+from frobs_devkit.parity.tolerances import TOLERANCES
+
+DURATION = 1.0
+"""[s] of the fall, unless a joint comes to its limit before."""
+
+_LEAST_FALL = 1e-3  # [rad or m]: below it, there was no fall to compare
+
+
+def gravity_drop(subjects: Sequence[Subject]) -> Measurement:
+    """Compare the fall from home, until a joint comes to its limit in the reference.
+
+    Args:
+        subjects: The simulators, the reference first.
+    """
+    reference, unit = subjects[0], subjects[0].joint_unit
+    names, dof = reference.placement.model.joint_names, len(reference.placement.model.joint_names)
+    off = np.zeros((1, 1, dof))
+    falls = [
+        record(subject, subject.driven(CommandMode.EFFORT), off, DURATION, reference.physics_timestep)
+        for subject in subjects
+    ]
+    first = falls[0][0]
+    lower, upper = position_bounds(reference)
+    inside: Mask = np.all((first.positions > lower) & (first.positions < upper), axis=1)  # (samples,)
+    until = len(inside) if inside.all() else int(np.argmin(inside))
+    falls = [[motion.until(until) for motion in fall] for fall in falls]
+    first = falls[0][0]
+    reached = float(np.abs(first.positions - first.positions[:1]).max()) if until else 0.0
+    comparisons = []
+    for subject, fall in zip(subjects[1:], falls[1:], strict=True):
+        if reached < _LEAST_FALL:
+            comparisons.append(skip(subject.label, reference.label, "gravity moves no joint of this robot from home"))
+            continue
+        errors = differences(falls[0], fall)
+        where = worst_joint(errors, names, first.times)
+        exact = follows_exactly(reference, subject)
+        comparisons.append(
+            judge(
+                "gravity_drop", "joint positions", subject.label, reference.label, errors, exact=exact, scale=reached,
+                where=where, unit=unit,
+            )
+        )  # fmt: skip
+    lines = tuple(
+        Line(name, fall[0].times, fall[0].positions[:, j], j, i)
+        for i, fall in enumerate(falls)
+        for j, name in enumerate(names)
+    )
+    errors_over_time = tuple(
+        error_line(subject.label, differences(falls[0], fall), first.times, i)
+        for i, (subject, fall) in enumerate(zip(subjects[1:], falls[1:], strict=True), 1)
+    )
+    return Measurement(
+        name="gravity_drop",
+        title="Gravity drop",
+        summary="The robot falls from home with its drives off, its base held, touching nothing, until a joint comes to "
+        f"its limit, or for {DURATION:g} s.",
+        comparisons=tuple(comparisons),
+        facts={
+            "compared": f"{until * reference.physics_timestep:.3f} s, in which a joint moved by {reached:.3g} {unit}"
+        },
+        panels=(
+            Panel(title="Each joint, its drive off", x_label="s", y_label=unit, lines=lines),
+            Panel(
+                title="Largest difference of any joint",
+                x_label="s",
+                y_label=unit,
+                lines=errors_over_time,
+                tolerance=TOLERANCES["gravity_drop"].exact if follows_exactly(*subjects) else None,
+                log=True,
+            ),
+        ),
+    )

@@ -1,0 +1,105 @@
+"""Forward kinematics at random poses, against the model file's own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.interfaces import RobotHandle
+from frobs_core.rotations import quat_difference, quat_multiply, quat_rotate
+from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip, worst
+from frobs_devkit.parity.subject import Subject
+from frobs_devkit.parity.tolerances import TOLERANCES
+
+POSES = 20
+FILE = "model file"
+"""What every simulator is compared with: kinematics needs no reference engine."""
+
+_UNLIMITED = np.pi  # [rad or m] on both sides of 0, for joints without limits
+
+
+def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: int = 0) -> Measurement:
+    """Compare where every link is, for joint vectors that are given and for joint states that are written.
+
+    Args:
+        subjects: The simulators.
+        poses: Random joint vectors inside the limits.
+        seed: Of the joint vectors.
+    """
+    placement = subjects[0].placement
+    model, links = placement.model, [link.name for link in placement.model.links]
+    lower = np.array([max(j.limits.lower, -_UNLIMITED) for j in model.actuated_joints])
+    upper = np.array([min(j.limits.upper, _UNLIMITED) for j in model.actuated_joints])
+    vectors = np.random.default_rng(seed).uniform(lower, np.maximum(lower, upper), (poses, len(lower)))  # (poses, dof)
+    base_pos, base_quat = np.array(placement.pose.pos), np.array(placement.pose.quat_wxyz)
+    expected = []
+    for link in links:
+        pos, quat = model.frame_pose(link, vectors)
+        expected.append((base_pos + quat_rotate(base_quat, pos), quat_multiply(base_quat, quat)))
+
+    comparisons: list[Comparison] = []
+    distances: list[Line] = []
+    numbers = np.arange(1.0, poses + 1.0)
+    for i, subject in enumerate(subjects):
+        with subject.simulate(subject.alone()) as (_, robot):
+            found = {"joint vectors given": [robot.frame_pose(link, vectors) for link in links]}
+            if subject.level("teleport"):
+                found["joint states written"] = _written(robot, links, vectors)
+            else:
+                comparisons.append(skip(subject.label, FILE, "it cannot write joint states", "joint states written"))
+        judged: dict[str, list[Comparison]] = {"frame_position": [], "frame_orientation": []}
+        for how, poses_found in found.items():
+            pairs = list(zip(expected, poses_found, strict=True))
+            off = np.stack([_distance(e[0], f[0]) for e, f in pairs])  # (links, poses)
+            turned = np.stack([_angle(e[1], f[1]) for e, f in pairs])
+            for name, what, errors in (
+                ("frame_position", "positions", off),
+                ("frame_orientation", "orientations", turned),
+            ):
+                link = links[int(np.argmax(np.nan_to_num(errors, nan=np.inf).max(axis=1)))]
+                judged[name].append(
+                    judge(name, f"link {what}", subject.label, FILE, errors, exact=True, where=f"{link}, {how}")
+                )
+            distances.append(Line(f"{subject.label}, {how}", numbers, off.max(axis=0), len(distances), i, points=True))
+        comparisons += [worst(rows) for rows in judged.values()]
+    return Measurement(
+        name="forward_kinematics",
+        title="Forward kinematics",
+        summary=f"Where each of the {len(links)} links is, at {poses} random joint vectors inside the limits: for joint "
+        "vectors that are given, and read back after the joint state was written.",
+        comparisons=tuple(comparisons),
+        panels=(
+            Panel(
+                title="Largest distance of a link from where the file has it",
+                x_label="joint vector",
+                y_label="m",
+                lines=tuple(distances),
+                tolerance=TOLERANCES["frame_position"].exact,
+                log=True,
+            ),
+        ),
+    )
+
+
+def _written(robot: RobotHandle, links: Sequence[str], vectors: Floats) -> list[tuple[Floats, Floats]]:
+    """Return the poses of each link, (poses, 3) and (poses, 4), read after each joint vector was written."""
+    found: list[list[tuple[Floats, Floats]]] = [[] for _ in links]
+    for vector in vectors:
+        robot.write_joint_state(vector[None])
+        for poses, link in zip(found, links, strict=True):
+            pos, quat = robot.frame_pose(link)
+            poses.append((pos[0].copy(), quat[0].copy()))
+    return [(np.array([p for p, _ in poses]), np.array([q for _, q in poses])) for poses in found]
+
+
+def _distance(first: Floats, second: Floats) -> Floats:
+    """Return the distances of points (n, 3), (n,) [m]."""
+    distances: Floats = np.sqrt(((first - second) ** 2).sum(axis=-1))
+    return distances
+
+
+def _angle(first: Floats, second: Floats) -> Floats:
+    """Return the angles between rotations (n, 4), (n,) [rad]."""
+    return _distance(quat_difference(first, second), np.zeros(3))

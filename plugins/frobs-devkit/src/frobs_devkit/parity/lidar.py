@@ -1,0 +1,124 @@
+"""A planar scan of one scene, before and after one of its bodies is moved."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.capabilities import Level
+from frobs_core.interfaces import Body, Lidar
+from frobs_core.models import Box, Capsule, Cylinder, Pose, Sphere
+from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
+from frobs_devkit.parity.subject import Subject
+from frobs_devkit.parity.tolerances import TOLERANCES
+
+_HEIGHT = 0.3  # [m] of the rays above the robot's root link
+_RAYS = 180
+_RANGE = 4.0  # [m]
+_OWN = "parity"  # name of the scanner that a robot without one is given
+
+
+def lidar(subjects: Sequence[Subject]) -> Measurement:
+    """Compare the ranges of a scanner amid bodies of every shape; it is the robot's own, or one on its root link.
+
+    Args:
+        subjects: The simulators, the reference first.
+    """
+    reference = subjects[0]
+    scans = [_scan(subject) for subject in subjects]
+    comparisons: list[Comparison] = []
+    for subject, found in zip(subjects[1:], scans[1:], strict=True):
+        exact = all(s.level("rays") == Level.EXACT for s in (reference, subject))
+        for moment in ("as built", "after a body moved"):
+            if moment not in scans[0] or moment not in found:
+                comparisons.append(skip(subject.label, reference.label, "bodies cannot be moved", f"ranges, {moment}"))
+                continue
+            a, b = scans[0][moment], found[moment]
+            worst = int(np.argmax(np.nan_to_num(np.abs(a - b), nan=np.inf)))
+            comparisons.append(
+                judge(
+                    "lidar", f"ranges, {moment}", subject.label, reference.label, np.abs(a - b), exact=exact,
+                    where=f"ray {worst + 1} of {len(a)}: {b[worst]:.4f} m instead of {a[worst]:.4f} m",
+                )
+            )  # fmt: skip
+    name, scanner = _scanner(reference)
+    return Measurement(
+        name="lidar",
+        title="Lidar",
+        summary=f"{scanner.rays} rays of {'a scanner on the root link' if name == _OWN else f'the lidar {name!r}'} amid "
+        "boxes, a sphere, a cylinder and a capsule, as the scene was built and after a body was moved.",
+        comparisons=tuple(comparisons),
+        panels=_panels(subjects, scans, scanner),
+    )
+
+
+def _scanner(subject: Subject) -> tuple[str, Lidar]:
+    robot = subject.placement.robot
+    if robot.lidars:
+        return next(iter(robot.lidars.items()))
+    return _OWN, Lidar(
+        frame=subject.placement.model.root,
+        rays=_RAYS,
+        range_min=0.05,
+        range_max=_RANGE,
+        offset=(0.0, 0.0, _HEIGHT),
+    )
+
+
+def _bodies(subject: Subject) -> Mapping[str, Body]:
+    """Return what is scanned: walls on two sides, and one body of each shape, as tall as any scanner."""
+    x, y, _ = subject.placement.pose.pos
+
+    def at(dx: float, dy: float, yaw: float = 0.0) -> Pose:
+        return Pose((x + dx, y + dy, 0.5), (math.cos(yaw / 2.0), 0.0, 0.0, math.sin(yaw / 2.0)))
+
+    return {
+        "wall": Body(geometry=Box((0.1, 6.0, 1.0)), pose=at(3.0, 0.0)),
+        "slant": Body(geometry=Box((4.0, 0.1, 1.0)), pose=at(-1.0, 2.5, 0.3)),
+        "box": Body(geometry=Box((0.5, 0.3, 1.0)), pose=at(1.3, -1.1, 0.7), kinematic=True),
+        "cylinder": Body(geometry=Cylinder(0.25, 1.0), pose=at(-1.4, -0.9)),
+        "sphere": Body(geometry=Sphere(0.5), pose=at(0.4, 1.6)),
+        "capsule": Body(geometry=Capsule(0.2, 1.0), pose=at(-1.5, 0.7)),
+    }
+
+
+def _scan(subject: Subject) -> dict[str, Floats]:
+    """Return the ranges, (rays,) [m], by when they were measured."""
+    name, scanner = _scanner(subject)
+    alone = subject.alone()
+    placement = replace(alone, robot=replace(alone.robot, sensors={name: scanner}))
+    with subject.simulate(placement, _bodies(subject), floor=True) as (simulation, robot):
+        found = {"as built": robot.lidar(name)[0].copy()}
+        if subject.level("teleport"):
+            box = simulation.bodies["box"]
+            box.write_pose(box.pose[0] + np.array([[-0.2, 0.45, 0.0]]))
+            found["after a body moved"] = robot.lidar(name)[0].copy()
+    return found
+
+
+def _panels(subjects: Sequence[Subject], scans: Sequence[Mapping[str, Floats]], scanner: Lidar) -> tuple[Panel, ...]:
+    angles = scanner.angles
+    moment = list(scans[0])[-1]
+    points, errors = [], []
+    for i, (subject, found) in enumerate(zip(subjects, scans, strict=True)):
+        ranges = found.get(moment, found["as built"])
+        ranges = np.where(ranges < scanner.range_max, ranges, np.nan)  # nothing is drawn where nothing was hit
+        points.append(Line(subject.label, ranges * np.cos(angles), ranges * np.sin(angles), i, i, points=True))
+        if i and moment in found:
+            errors.append(Line(subject.label, np.degrees(angles), np.abs(found[moment] - scans[0][moment]), i))
+    exact = all(subject.level("rays") == Level.EXACT for subject in subjects)
+    return (
+        Panel(title=f"What the scanner sees, {moment}", x_label="m", y_label="m", lines=tuple(points), map=True),
+        Panel(
+            title="Difference of each ray",
+            x_label="degrees",
+            y_label="m",
+            lines=tuple(errors),
+            tolerance=TOLERANCES["lidar"].allowed(exact),
+            log=True,
+        ),
+    )

@@ -1,0 +1,125 @@
+"""Recording how joints move, and comparing two recordings sample by sample."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.interfaces import CommandMode, Placement
+from frobs_core.models import home_positions
+from frobs_devkit.parity.result import Line
+from frobs_devkit.parity.subject import Subject
+
+_EDGE = 0.02  # share of a joint's range at either end that free motion keeps out of
+_INSIDE = 0.1  # share of a joint's range that it begins away from its limits
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What joints did.
+
+    Attributes:
+        times: (samples,) [s], the first one sample after the start.
+        positions: (samples, dof) [rad or m]
+        velocities: (samples, dof) [rad/s or m/s]
+        efforts: (samples, dof) [N·m or N]
+    """
+
+    times: Floats
+    positions: Floats
+    velocities: Floats
+    efforts: Floats
+
+    def until(self, samples: int) -> Motion:
+        """Return the first so many samples."""
+        return Motion(*(array[:samples] for array in (self.times, self.positions, self.velocities, self.efforts)))
+
+
+def position_bounds(subject: Subject) -> tuple[Floats, Floats]:
+    """Return between which positions, (dof,) each [rad or m], no joint feels its limits."""
+    limits = [joint.limits for joint in subject.placement.model.actuated_joints]
+    lower, upper = np.array([limit.lower for limit in limits]), np.array([limit.upper for limit in limits])
+    margin = np.where(np.isfinite(upper - lower), _EDGE * (upper - lower), 0.0)
+    return lower + margin, upper - margin
+
+
+def start_positions(subject: Subject) -> Floats:
+    """Return where free motion begins, (dof,) [rad or m]: home, or a little inside where home is at a limit."""
+    model = subject.placement.model
+    limits = [joint.limits for joint in model.actuated_joints]
+    lower, upper = np.array([limit.lower for limit in limits]), np.array([limit.upper for limit in limits])
+    margin = np.where(np.isfinite(upper - lower), _INSIDE * (upper - lower), 0.0)
+    inside: Floats = np.clip(home_positions(model, subject.placement.robot.home), lower + margin, upper - margin)
+    return inside
+
+
+def record(subject: Subject, placement: Placement, commands: Floats, duration: float, period: float) -> list[Motion]:
+    """Record the motion from :func:`start_positions` that each of some commands makes.
+
+    Args:
+        subject: The simulator.
+        placement: The robot, which stands in a scene without contacts.
+        commands: (motions, phases, dof): each phase is held for its share of the time; a position command counts from
+            the start.
+        duration: [s]
+        period: Between two samples [s]; a whole multiple of the subject's ``physics_timestep``.
+    """
+    steps, samples = max(1, round(period / subject.physics_timestep)), round(duration / period)
+    motions = []
+    with subject.simulate(placement) as (simulation, robot):
+        start = start_positions(subject)[None]
+        origin = start if placement.command_mode is CommandMode.POSITION else 0.0
+        for command in commands:
+            simulation.reset()
+            if (start != robot.home).any():
+                robot.write_joint_state(start)
+            phases, begun = len(command), -1
+            rows = np.empty((3, samples, robot.dof))
+            for k in range(samples):
+                if k * phases // samples != begun:
+                    begun = k * phases // samples
+                    robot.command(origin + command[begun : begun + 1])
+                simulation.step(steps)
+                rows[0, k], rows[1, k] = robot.joint_positions[0], robot.joint_velocities[0]
+                rows[2, k] = robot.joint_efforts[0]
+            motions.append(Motion(period * np.arange(1.0, samples + 1.0), *rows))
+    return motions
+
+
+def differences(reference: Sequence[Motion], other: Sequence[Motion]) -> Floats:
+    """Return how far joints are apart in two recordings of the same commands, (motions, samples, dof)."""
+    return np.stack([np.abs(a.positions - b.positions) for a, b in zip(reference, other, strict=True)])
+
+
+def apart(found: Floats, expected: Floats, samples: int) -> Floats:
+    """Return how far each sample is from the range of what is expected so many samples around it, (n,).
+
+    Args:
+        found: (n,)
+        expected: (n,)
+        samples: Before and after; 0: plain differences.
+    """
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(expected, samples, mode="edge"), 2 * samples + 1)
+    error: Floats = np.maximum(np.maximum(around.min(axis=-1) - found, found - around.max(axis=-1)), 0.0)
+    return error
+
+
+def worst_joint(errors: Floats, names: Sequence[str], times: Floats) -> str:
+    """Return ``"joint elbow at 0.214 s"``, where errors (…, samples, dof) are largest."""
+    place = np.unravel_index(int(np.argmax(np.nan_to_num(errors, nan=np.inf))), errors.shape)
+    return f"joint {names[int(place[-1])]} at {times[int(place[-2])]:.3f} s"
+
+
+def error_line(label: str, errors: Floats, times: Floats, number: int) -> Line:
+    """Return the largest error of each sample as a line.
+
+    Args:
+        label: The simulator's.
+        errors: (…, samples, dof)
+        times: (samples,) [s]
+        number: Of the simulator.
+    """
+    return Line(label, times, errors.max(axis=-1).reshape(-1, len(times)).max(axis=0), number, 0)

@@ -1,0 +1,73 @@
+"""What a run has learned, evaluated on every simulator."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from frobs_core.capabilities import Level
+from frobs_devkit.parity.result import Comparison, Measurement, Panel, judge, skip
+from frobs_devkit.parity.subject import Subject
+from frobs_train import Evaluation, Run, evaluate
+
+EPISODES = 200
+_TOGETHER = 64  # environments that are stepped together, where every simulator can
+
+
+def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> Measurement:
+    """Compare the success of a run's policy, unchanged, on the same episodes.
+
+    The same number of environments is stepped together on every simulator, so that the goals are the same.
+
+    Args:
+        subjects: The simulators, the reference first.
+        run: The run; what is found is written into its ``evaluations/`` too.
+        episodes: ≥ 1.
+
+    Raises:
+        CheckpointError: No checkpoint is usable.
+        RunError: The environment is not the one of the training.
+    """
+    reference = subjects[0]
+    batched = all(subject.level("batched") > Level.UNSUPPORTED for subject in subjects)
+    together = min(episodes, _TOGETHER) if batched else 1
+    found = [evaluate(run, episodes, simulator=subject.simulator, num_envs=together) for subject in subjects]
+    first = found[0]
+    comparisons: list[Comparison] = []
+    for subject, other in zip(subjects[1:], found[1:], strict=True):
+        if first.success_rate is None or other.success_rate is None:
+            comparisons.append(skip(subject.label, reference.label, "the environment does not say what success is"))
+        elif not first.success_rate:
+            comparisons.append(skip(subject.label, reference.label, "the policy has no success on the reference"))
+        else:
+            comparisons.append(
+                judge(
+                    "success", "success", subject.label, reference.label,
+                    abs(other.success_rate / first.success_rate - 1.0), exact=False,
+                    where=f"{_percent(other)} instead of {_percent(first)}",
+                )
+            )  # fmt: skip
+    bars = {
+        subject.label: (100.0 * result.success_rate, *(100.0 * end for end in result.success_interval))
+        for subject, result in zip(subjects, found, strict=True)
+        if result.success_rate is not None and result.success_interval is not None
+    }
+    return Measurement(
+        name="policy",
+        title="Policy",
+        summary=f"The policy of the run '{run.path.name}' after {first.steps:,} steps of training, unchanged, on {episodes} "
+        "episodes that it has never seen, the same on every simulator; with Wilson's 95 % interval.",
+        comparisons=tuple(comparisons),
+        facts={
+            subject.label: f"success {_percent(result)}, reward {result.mean_reward:.4g} per episode"
+            for subject, result in zip(subjects, found, strict=True)
+        },
+        panels=(Panel(title="Success", y_label="%", bars=bars),) if bars else (),  # type: ignore[arg-type]
+    )
+
+
+def _percent(found: Evaluation) -> str:
+    """Return ``"98.5 % [95.7, 99.5]"``."""
+    if found.success_rate is None or found.success_interval is None:
+        return "unknown"
+    low, high = found.success_interval
+    return f"{100 * found.success_rate:.1f} % [{100 * low:.1f}, {100 * high:.1f}]"

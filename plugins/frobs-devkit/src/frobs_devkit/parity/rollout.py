@@ -1,0 +1,121 @@
+"""Playing the same actions through an environment on several simulators."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.env import RobotEnv
+from frobs_devkit.parity.subject import Subject
+
+_PREFIX = "frobs/reward/"
+AFTER_A_TOUCH = ", after a touch"
+"""What the name of a quantity ends in where contacts decide over it: each engine has its own."""
+
+_SAME = 1e-9  # [rad or m]: farther apart, two motions on one engine are not the same
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """What one episode did.
+
+    Attributes:
+        times: (steps + 1,) [s], the reset first.
+        joints: (steps + 1, dof) [rad or m]
+        tool: (steps + 1, 3) [m] in the world.
+        rewards: ``"reward"`` and each of its terms, (steps,).
+        ended: Whether the episode terminated, or the engine gave up.
+        commands: What the controller told the drives, (steps, rows, dof): a row for a command that is held.
+    """
+
+    times: Floats
+    joints: Floats
+    tool: Floats
+    rewards: dict[str, Floats]
+    ended: bool
+    commands: Floats
+
+    @property
+    def steps(self) -> int:
+        """How many steps were taken."""
+        return len(self.times) - 1
+
+
+def play(subject: Subject, episodes: Sequence[tuple[int, np.ndarray[Any, Any]]]) -> list[Rollout]:
+    """Play episodes, each until it ends or its actions do.
+
+    Args:
+        subject: The simulator.
+        episodes: For each the seed of its reset, and its actions (steps, …).
+    """
+    with subject.make() as env:
+        return [_play(env, seed, actions) for seed, actions in episodes]
+
+
+def _play(env: RobotEnv, seed: int, actions: np.ndarray[Any, Any]) -> Rollout:
+    env.reset(seed=seed)
+    commands: list[Floats] = []
+    follow = type(env.robot).command
+
+    def overhear(values: Floats) -> None:
+        commands.append(np.array(values[0], ndmin=2))
+        follow(env.robot, values)
+
+    env.robot.command = overhear  # type: ignore[method-assign]
+    joints, tool = [env.robot.joint_positions[0].copy()], [env.robot.frame_pose("tcp")[0][0].copy()]
+    rewards: dict[str, list[float]] = {}
+    ended = False
+    for action in actions:
+        _, reward, terminated, diverged, info = env.step(action)
+        joints.append(env.robot.joint_positions[0].copy())
+        tool.append(env.robot.frame_pose("tcp")[0][0].copy())
+        terms = {key.removeprefix(_PREFIX): value for key, value in info.items() if key.startswith(_PREFIX)}
+        for name, value in {"reward": reward, **terms}.items():
+            rewards.setdefault(name, []).append(float(value))
+        ended = terminated or diverged
+        if ended:
+            break
+    return Rollout(
+        env.control_timestep * np.arange(float(len(joints))),
+        np.array(joints),
+        np.array(tool),
+        {name: np.array(values) for name, values in rewards.items()},
+        ended,
+        np.array(commands),
+    )
+
+
+def free_steps(subject: Subject, rollout: Rollout) -> int:
+    """Return how many steps of an episode the robot moved freely for: it touched nothing, and no joint was at a limit.
+
+    The same commands are given to the robot alone, in a scene where it cannot touch anything. As long as it moves there as
+    it did in the environment, it was free.
+
+    Args:
+        subject: The simulator that the episode was played on.
+        rollout: The episode.
+    """
+    limits = [joint.limits for joint in subject.placement.model.actuated_joints]
+    lower, upper = np.array([limit.lower for limit in limits]), np.array([limit.upper for limit in limits])
+    with subject.simulate(subject.driven(subject.placement.command_mode)) as (simulation, robot):
+        robot.write_joint_state(rollout.joints[:1])
+        for step, command in enumerate(rollout.commands):
+            for k in range(subject.decimation):  # one by one, because a joint may touch its limit between two actions
+                if k < len(command):
+                    robot.command(command[k : k + 1])
+                simulation.step(1)
+                now = robot.joint_positions[0]
+                if (now <= lower).any() or (now >= upper).any():
+                    return step
+            if not np.abs(now - rollout.joints[step + 1]).max() < _SAME:
+                return step
+    return rollout.steps
+
+
+def common_steps(first: Rollout, second: Rollout) -> int:
+    """Return how many steps both took."""
+    return min(first.steps, second.steps)

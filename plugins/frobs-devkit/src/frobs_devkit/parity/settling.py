@@ -1,0 +1,118 @@
+"""A box falls on the floor and comes to rest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.interfaces import Body
+from frobs_core.models import Box, Pose
+from frobs_core.rotations import quat_rotate
+from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge
+from frobs_devkit.parity.subject import Subject
+
+EDGE = 0.1
+"""[m] of the box."""
+
+_MASS = 0.5  # [kg]
+_CLEARANCE = 0.1  # [m] that it falls
+_AWAY = 5.0  # [m] from the robot, out of its reach
+_DURATION = 2.0  # [s]
+_STILL = 0.01  # [m/s] below which the box rests
+_END = 0.2  # [s] at the end, over which the rest height is the mean
+
+
+@dataclass(frozen=True)
+class Settling:
+    """What became of the box.
+
+    Attributes:
+        times: (samples,) [s]
+        lowest: (samples,) height of its lowest corner above the floor [m].
+        rest_height: [m] of the lowest corner at the end.
+        rest_time: [s] after which it moves no more; NaN: it never rests.
+        penetration: How deep its lowest corner ever was below the floor [m].
+    """
+
+    times: Floats
+    lowest: Floats
+    rest_height: float
+    rest_time: float
+    penetration: float
+
+
+def settling(subjects: Sequence[Subject]) -> Measurement:
+    """Compare rest height, time to rest and penetration of a box that falls flat on the floor.
+
+    Args:
+        subjects: The simulators, the reference first.
+    """
+    reference = subjects[0]
+    found = [_drop(subject, reference.physics_timestep) for subject in subjects]
+    first = found[0]
+    comparisons: list[Comparison] = []
+    for subject, other in zip(subjects[1:], found[1:], strict=True):
+        for name, quantity, a, b in (
+            ("rest_height", "rest height", first.rest_height, other.rest_height),
+            ("rest_time", "time to rest", first.rest_time, other.rest_time),
+            ("penetration", "deepest penetration", first.penetration, other.penetration),
+        ):
+            scale, unit = (1.0, "s") if name == "rest_time" else (1e3, "mm")
+            comparisons.append(
+                judge(
+                    name, quantity, subject.label, reference.label, abs(a - b), exact=False,
+                    where=f"{scale * b:.3g} instead of {scale * a:.3g} {unit}",
+                )
+            )  # fmt: skip
+    lines = tuple(
+        Line(subject.label, other.times, 1e3 * other.lowest, i, i)
+        for i, (subject, other) in enumerate(zip(subjects, found, strict=True))
+    )
+    near = tuple(_near_the_floor(line) for line in lines)
+    return Measurement(
+        name="settling",
+        title="Contact settling",
+        summary=f"A box of {100 * EDGE:.0f} cm and {_MASS} kg falls {100 * _CLEARANCE:.0f} cm and lands flat on the floor. "
+        "Contact models differ by nature; the tolerances say what a task may rely on.",
+        comparisons=tuple(comparisons),
+        panels=(
+            Panel(title="Lowest corner", x_label="s", y_label="mm above the floor", lines=lines),
+            Panel(title="The same, at the floor", x_label="s", y_label="mm above the floor", lines=near),
+        ),
+    )
+
+
+def _near_the_floor(line: Line) -> Line:
+    """Return what of a line is no higher than a tenth of the fall, from shortly before the impact."""
+    near = (line.x > 0.1) & (line.x < 0.6)
+    return replace(line, x=line.x[near], y=np.where(line.y[near] < 100.0 * _CLEARANCE, line.y[near], np.nan))
+
+
+def _drop(subject: Subject, period: float) -> Settling:
+    x, y, _ = subject.placement.pose.pos
+    start = Pose(pos=(x + _AWAY, y, EDGE / 2.0 + _CLEARANCE))
+    bodies = {"box": Body(geometry=Box((EDGE, EDGE, EDGE)), pose=start, mass=_MASS)}
+    steps, samples = max(1, round(period / subject.physics_timestep)), round(_DURATION / period)
+    corners = 0.5 * EDGE * np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])  # (8, 3)
+    lowest, speed = np.empty(samples), np.empty(samples)
+    with subject.simulate(subject.alone(), bodies, floor=True) as (simulation, _):
+        box = simulation.bodies["box"]
+        for k in range(samples):
+            simulation.step(steps)
+            pos, quat = box.pose
+            lowest[k] = (pos[0] + quat_rotate(quat[0], corners))[:, 2].min()
+            linear, angular = box.twist
+            speed[k] = np.sqrt((linear[0] ** 2).sum()) + EDGE * np.sqrt((angular[0] ** 2).sum())
+    times = period * np.arange(1.0, samples + 1.0)
+    moving = np.flatnonzero(~(speed < _STILL))  # a NaN moves
+    rests = len(moving) == 0 or moving[-1] + 1 < samples
+    return Settling(
+        times=times,
+        lowest=lowest,
+        rest_height=float(lowest[times > _DURATION - _END].mean()),
+        rest_time=float(times[moving[-1]] if len(moving) else 0.0) if rests else float("nan"),
+        penetration=float(max(0.0, -lowest.min())),
+    )

@@ -1,0 +1,295 @@
+"""The drives' answer to a jump of each joint's command, in free motion: with room to spare, and at the effort limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.interfaces import CommandMode
+from frobs_core.models.defaults import composite_inertia
+from frobs_devkit.parity.motion import (
+    Motion,
+    apart,
+    differences,
+    error_line,
+    position_bounds,
+    record,
+    start_positions,
+    worst_joint,
+)
+from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip, worst
+from frobs_devkit.parity.subject import Subject, follows_exactly
+from frobs_devkit.parity.tolerances import TOLERANCES
+
+DURATION = 2.0
+"""[s] that each response is compared for."""
+
+SATURATED_SHARE = 0.2
+"""Of each joint's samples, at least, in the response at the effort limits."""
+
+_MOST_SATURATED = 0.8  # of a joint's samples: beyond it, too little is seen of how drives leave their limits
+_STEP = {CommandMode.POSITION: 0.2, CommandMode.VELOCITY: 1.0}  # [rad, m] and [rad/s, m/s], where there is room
+_LEAVING = 2  # physics steps that an approximate drive may leave its effort limit too early or late
+_JUMPS = 4  # to and fro, in the response at the effort limits
+_LONGEST_RISE, _SHORTEST_RISE = 0.3, 0.05  # [s] that a joint at its effort limit may take for its jump
+
+
+def step_response(subjects: Sequence[Subject]) -> Measurement:
+    """Compare the responses where no effort limit is in the way.
+
+    Args:
+        subjects: The simulators, the reference first.
+    """
+    reference = subjects[0]
+    commands = _jumps(reference)
+    unlimited = np.full(len(commands), np.inf)
+    motions = [_record(subject, commands, unlimited, reference.physics_timestep) for subject in subjects]
+    return Measurement(
+        name="step_response",
+        title="Step response",
+        summary=f"Each joint's command jumps, one joint after the other, from home, while the others hold, for "
+        f"{DURATION:g} s, at every physics step. Effort limits are lifted, nothing touches anything.",
+        comparisons=tuple(_judge(reference, subjects[1:], commands, motions)),
+        facts={"jumps": _list(reference, np.diag(commands[:, 0]))},
+        panels=_panels(subjects, commands, motions, None),
+    )
+
+
+def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
+    """Compare the responses at the effort limits, which are chosen so that they are reached often enough.
+
+    Args:
+        subjects: The simulators, the reference first.
+    """
+    reference = subjects[0]
+    commands = _to_and_fro(_jumps(reference))
+    title, name = "Step response, saturated", "saturated_step_response"
+    summary = (
+        f"Each joint's command jumps {_JUMPS} times, to and fro, with effort limits at which its drive is for at least "
+        f"{100 * SATURATED_SHARE:.0f} % of the {round(DURATION / reference.physics_timestep):,} samples: what holds it "
+        "against gravity, and a little more."
+    )
+    found = choose_effort_limits(reference, commands)
+    if found is None:
+        reason = (
+            f"no effort limits were found at which every joint saturates in {100 * SATURATED_SHARE:.0f} % of the samples "
+            "and stays inside its position limits"
+        )
+        skipped = tuple(skip(subject.label, reference.label, reason) for subject in subjects[1:])
+        return Measurement(name=name, title=title, summary=summary, comparisons=skipped)
+    limits, first = found
+    motions = [first, *(_record(subject, commands, limits, reference.physics_timestep) for subject in subjects[1:])]
+    shares = {subject.label: _saturated(motion, limits) for subject, motion in zip(subjects, motions, strict=True)}
+    own, facts = None, {}
+    if not follows_exactly(*subjects):
+        own = _error_of_the_step_size(reference, commands, limits, first)
+        facts["what the step size does"] = (
+            f"{reference.label} is off by about so much itself: {_list(reference, own)} {reference.joint_unit}. It is twice "
+            "the change at half the step, and no approximate engine has to agree better: where drives leave it to itself, "
+            "a joint swings freely, and what a step does to it grows"
+        )
+    return Measurement(
+        name=name,
+        title=title,
+        summary=summary,
+        comparisons=tuple(_judge(reference, subjects[1:], commands, motions, own)),
+        facts={
+            "effort limits": _list(reference, limits),
+            **facts,
+            **{f"saturated samples, {label}": _percent(reference, share) for label, share in shares.items()},
+        },
+        panels=_panels(subjects, commands, motions, limits),
+    )
+
+
+def choose_effort_limits(subject: Subject, commands: Floats) -> tuple[Floats, list[Motion]] | None:
+    """Return effort limits (dof,) at which each joint's response saturates often enough, and those responses.
+
+    A limit is what holds the joint against gravity, before and after the jump, and what moves its inertia there within a
+    rise time, which is shortened for joints that come near a position limit, or hardly ever leave their effort limit.
+
+    Args:
+        subject: The simulator that they are tried on.
+        commands: (dof, phases, dof): what each run commands, in turn.
+    """
+    model, dof, period = subject.placement.model, len(commands), subject.physics_timestep
+    unlimited = np.full(dof, np.inf)
+    still = _record(subject, np.zeros((1, 1, dof)), unlimited, period)[0]
+    free = _record(subject, commands[:, :1], unlimited, period)
+    holding = np.abs(np.stack([motion.efforts[-1] for motion in (still, *free)])).max(axis=0)  # (dof,)
+    inertia = np.array(list(composite_inertia(model, start_positions(subject)).values()))
+    jump = np.abs(np.diag(commands[:, 0]))
+    lower, upper = position_bounds(subject)
+    rise = np.full(dof, _LONGEST_RISE)
+    while True:
+        acceleration = jump / rise if _mode(subject) is CommandMode.VELOCITY else 2.0 * jump / rise**2
+        limits = holding + inertia * acceleration
+        motions = _record(subject, commands, limits, period)
+        shares = _saturated(motions, limits)
+        shorten, inside = shares > _MOST_SATURATED, True
+        for motion in motions:
+            beyond = (motion.positions <= lower) | (motion.positions >= upper)  # (samples, dof)
+            if beyond.any():
+                inside = False
+                shorten[beyond[int(beyond.any(axis=1).argmax())].argmax()] = True  # the first to go too far
+        shorten &= rise > _SHORTEST_RISE
+        if not shorten.any():
+            return (limits, motions) if inside and (shares >= SATURATED_SHARE).all() else None
+        rise[shorten] *= 0.93
+
+
+def _error_of_the_step_size(subject: Subject, commands: Floats, limits: Floats, found: Sequence[Motion]) -> Floats:
+    """Return how far integrating with the subject's step takes it from its own motion with very short ones.
+
+    Engines integrate to first order, so half the step has half the error, and the change is the other half.
+
+    Args:
+        subject: The simulator.
+        commands: (dof, phases, dof): what each run commands, in turn.
+        limits: (dof,) of efforts.
+        found: The runs with the subject's step.
+
+    Returns:
+        (dof,) [rad or m], of the joint that is worst in each run.
+    """
+    finer = replace(subject, physics_timestep=subject.physics_timestep / 2.0)
+    change = differences(found, _record(finer, commands, limits, subject.physics_timestep))
+    error: Floats = 2.0 * change.max(axis=(1, 2))
+    return error
+
+
+def _mode(subject: Subject) -> CommandMode:
+    """Return the mode in which the robot's drives follow something: wheels have no stiffness."""
+    gains = subject.placement.robot.gains
+    stiff = gains is None or any(gains.of(name)[0] > 0.0 for name in subject.placement.model.joint_names)
+    return CommandMode.POSITION if stiff else CommandMode.VELOCITY
+
+
+def _jumps(subject: Subject) -> Floats:
+    """Return what each run commands, (dof, 1, dof): one joint goes towards its farther limit, a quarter of the way."""
+    mode, start = _mode(subject), start_positions(subject)
+    jumps = np.full(len(start), _STEP[mode])
+    if mode is CommandMode.POSITION:
+        lower, upper = position_bounds(subject)
+        above, below = upper - start, start - lower
+        jumps = np.minimum(jumps, np.maximum(above, below) / 4.0) * np.where(above >= below, 1.0, -1.0)
+    return np.diag(jumps)[:, None]
+
+
+def _to_and_fro(jumps: Floats) -> Floats:
+    """Return the same jumps, and back, (dof, phases, dof)."""
+    return np.concatenate([jumps, np.zeros_like(jumps)] * (_JUMPS // 2), axis=1)
+
+
+def _record(subject: Subject, commands: Floats, limits: Floats, period: float) -> list[Motion]:
+    return record(subject, subject.driven(_mode(subject), limits), commands, DURATION, period)
+
+
+def _saturated(motions: Sequence[Motion], limits: Floats) -> Floats:
+    """Return the share of samples, (dof,), in which the joint that jumps was at its effort limit."""
+    return np.array(
+        [(np.abs(m.efforts[:, j]) >= (1.0 - 1e-9) * limits[j]).mean() for j, m in enumerate(motions)], np.float64
+    )
+
+
+def _judge(
+    reference: Subject,
+    others: Sequence[Subject],
+    commands: Floats,
+    motions: Sequence[Sequence[Motion]],
+    own: Floats | None = None,
+) -> Iterator[Comparison]:
+    """Yield positions and efforts of each other simulator, judged in the run in which it is worst.
+
+    Args:
+        reference: What they are compared with.
+        others: The simulators.
+        commands: (dof, phases, dof): what each run commanded, in turn.
+        motions: Of the reference and of the others.
+        own: (dof,) error of the reference in each run; what is approximate need not be better.
+    """
+    names, jumps = reference.placement.model.joint_names, np.abs(np.diag(commands[:, 0]))
+    for other, found in zip(others, motions[1:], strict=True):
+        exact = follows_exactly(reference, other)
+        errors = differences(motions[0], found)  # (runs, samples, dof)
+        positions, efforts = [], []
+        for j, (name, jump) in enumerate(zip(names, jumps, strict=True)):
+            place = f"jump of {name}; {worst_joint(errors[j], names, found[j].times)}"
+            positions.append(
+                judge(
+                    "step_response", "joint positions", other.label, reference.label, errors[j], exact=exact,
+                    scale=float(jump), least=0.0 if own is None else float(own[j]), where=place,
+                    unit=reference.joint_unit,
+                )
+            )  # fmt: skip
+            expected = motions[0][j].efforts[:, j]
+            off = apart(found[j].efforts[:, j], expected, 0 if exact else _LEAVING)
+            off /= max(float(np.abs(expected).max()), 1e-12)
+            efforts.append(
+                judge(
+                    "drive_effort", "drive efforts", other.label, reference.label, off, exact=exact,
+                    where=f"jump of {name}; {worst_joint(off[:, None], [name], found[j].times)}",
+                )
+            )  # fmt: skip
+        yield worst(positions)
+        yield worst(efforts)
+
+
+def _panels(
+    subjects: Sequence[Subject], commands: Floats, motions: Sequence[Sequence[Motion]], limits: Floats | None
+) -> tuple[Panel, ...]:
+    names, mode, unit = subjects[0].placement.model.joint_names, _mode(subjects[0]), subjects[0].joint_unit
+    moved, effort, off = [], [], []
+    for i, (subject, found) in enumerate(zip(subjects, motions, strict=True)):
+        for j, (name, motion) in enumerate(zip(names, found, strict=True)):
+            jump = commands[j, 0, j]
+            way = (
+                motion.velocities[:, j]
+                if mode is CommandMode.VELOCITY
+                else motion.positions[:, j] - start_positions(subject)[j]
+            )
+            moved.append(Line(name, motion.times, way / jump, j, i))
+            if limits is not None:
+                effort.append(_saturations(name, motion, limits, j, i))
+        if i:
+            off.append(error_line(subject.label, differences(motions[0], found), found[0].times, i))
+    what = "velocity" if mode is CommandMode.VELOCITY else "way"
+    panels = [
+        Panel(title="Each joint, as its command jumps", x_label="s", y_label=f"{what} / jump", lines=tuple(moved))
+    ]
+    if limits is not None:
+        panels.append(
+            Panel(title="When its drive is at its limit", x_label="s", rows=tuple(names), lines=tuple(effort))
+        )
+    panels.append(
+        Panel(
+            title="Largest difference of any joint",
+            x_label="s",
+            y_label=unit,
+            lines=tuple(off),
+            tolerance=TOLERANCES["step_response"].exact if follows_exactly(*subjects) else None,
+            log=True,
+        )
+    )
+    return tuple(panels)
+
+
+def _saturations(name: str, motion: Motion, limits: Floats, joint: int, simulator: int) -> Line:
+    """Return a line in the joint's row, with gaps where its drive is not at its limit."""
+    at_limit = np.abs(motion.efforts[:, joint]) >= (1.0 - 1e-9) * limits[joint]
+    return Line(name, motion.times, np.where(at_limit, float(joint), np.nan), joint, simulator)
+
+
+def _list(subject: Subject, values: Floats) -> str:
+    names = subject.placement.model.joint_names
+    return ", ".join(f"{name} {value:.4g}" for name, value in zip(names, values, strict=True))
+
+
+def _percent(subject: Subject, shares: Floats) -> str:
+    each = ", ".join(
+        f"{name} {100.0 * share:.0f} %" for name, share in zip(subject.placement.model.joint_names, shares, strict=True)
+    )
+    return f"{100.0 * shares.mean():.0f} % ({each})"

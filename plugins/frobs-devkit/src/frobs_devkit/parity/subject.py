@@ -1,0 +1,204 @@
+"""A simulator that is compared, and what it is compared on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from frobs_core import plugins
+from frobs_core.arrays import Floats
+from frobs_core.capabilities import Level, check_capabilities
+from frobs_core.env import RobotEnv
+from frobs_core.errors import CapabilityError, ConfigurationError, UnknownNameError
+from frobs_core.interfaces import Body, CommandMode, Placement, RobotHandle, Scene, Simulation
+from frobs_core.models import JointLimits, JointType
+from frobs_core.registry import find_spec
+from frobs_core.specs import SimulatorRecord
+from frobs_train.environments import make_env
+
+
+@dataclass(frozen=True, kw_only=True)
+class Subject:
+    """One simulator, with the environment that it is compared on.
+
+    Attributes:
+        label: What it is called in the certificate; unique.
+        simulator: Its name.
+        record: Its record.
+        environment: Gymnasium ID of ours.
+        keywords: Of the environment, without the simulator.
+        placement: The environment's robot, where it stands.
+        gravity: Of the task [m/s²].
+        physics_timestep: [s]
+        decimation: Physics steps in a control step.
+        max_episode_steps: Control steps of an episode.
+        lacks: Why the environment cannot be made on this simulator, or ``""``.
+    """
+
+    label: str
+    simulator: str
+    record: SimulatorRecord
+    environment: str
+    keywords: Mapping[str, Any] = field(default_factory=dict)
+    placement: Placement
+    gravity: tuple[float, float, float]
+    physics_timestep: float
+    decimation: int
+    max_episode_steps: int
+    lacks: str = ""
+
+    def level(self, capability: str) -> Level:
+        """How well it claims to do something."""
+        return self.record.capabilities.get(capability, Level.UNSUPPORTED)
+
+    @contextmanager
+    def simulate(
+        self, placement: Placement, bodies: Mapping[str, Body] | None = None, *, floor: bool = False
+    ) -> Iterator[tuple[Simulation, RobotHandle]]:
+        """Build a simulation of one robot in a scene of our own, reset; it is closed after the ``with`` block."""
+        scene = Scene(floor=floor, gravity=self.gravity, bodies=bodies or {}, robot_pose=placement.pose)
+        simulation: Simulation = self.record.load()(
+            {"robot": placement}, scene, num_envs=1, physics_timestep=self.physics_timestep, num_threads=1
+        )
+        try:
+            simulation.reset()
+            yield simulation, simulation.robots["robot"]
+        finally:
+            simulation.close()
+
+    @contextmanager
+    def make(self) -> Iterator[RobotEnv]:
+        """Make the environment, without the time limit around it; it is closed after the ``with`` block."""
+        env = make_env(self.environment, {**self.keywords, "simulator": self.simulator})
+        try:
+            assert isinstance(env.unwrapped, RobotEnv)
+            yield env.unwrapped
+        finally:
+            env.close()
+
+    @property
+    def joint_unit(self) -> str:
+        """Unit of joint positions: ``"rad"``, ``"m"``, or ``"rad or m"`` where there are both."""
+        slides = {joint.type is JointType.PRISMATIC for joint in self.placement.model.actuated_joints}
+        return "rad or m" if len(slides) > 1 else "m" if True in slides else "rad"
+
+    def alone(self, effort_limits: Sequence[float] | Floats | None = None) -> Placement:
+        """Return the robot as it moves freely: its base held, its links passing through each other.
+
+        Args:
+            effort_limits: (dof,) [N·m or N] in place of the model's; None: the model's.
+        """
+        model = self.placement.model
+        if effort_limits is not None:
+            limits = dict(zip(model.joint_names, np.asarray(effort_limits, float).tolist(), strict=True))
+
+            def limited(old: JointLimits, name: str) -> JointLimits:
+                return replace(old, effort=limits[name]) if name in limits else old
+
+            joints = tuple(replace(joint, limits=limited(joint.limits, joint.name)) for joint in model.joints)
+            model = replace(model, joints=joints)
+        robot = replace(self.placement.robot, base="fixed", self_collision=False)
+        return replace(self.placement, robot=robot, model=model)
+
+    def driven(self, mode: CommandMode, effort_limits: Sequence[float] | Floats | None = None) -> Placement:
+        """Return the robot as it moves freely, its drives following commands of one mode."""
+        return replace(self.alone(effort_limits), command_mode=mode)
+
+
+def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping[str, Any]) -> list[Subject]:
+    """Look up what is to be compared; the first simulator is the reference, on which the environment must run.
+
+    Args:
+        environment: Gymnasium ID of ours.
+        simulators: Names; one that stands twice is compared with itself.
+        keywords: Of the environment.
+
+    Raises:
+        UnknownNameError: No such ID or simulator.
+        ConfigurationError: Fewer than two simulators, or the ID is none of ours.
+        CapabilityError: The environment cannot be made on the reference.
+    """
+    if len(simulators) < 2:
+        raise ConfigurationError(
+            f"parity compares simulators: name at least two, not {', '.join(simulators) or 'none'}. Installed: "
+            f"{', '.join(plugins.records('simulator'))}; 'mujoco,mujoco' compares one with itself."
+        )
+    spec = find_spec(environment)
+    if spec.entry_point != f"{RobotEnv.__module__}:{RobotEnv.__name__}":
+        raise ConfigurationError(
+            f"'{environment}' is not an environment of FRobs: only those run on several simulators."
+        )
+    records = [_simulator(name) for name in simulators]
+    given = {name: value for name, value in keywords.items() if name != "simulator"}
+    env = make_env(environment, {**given, "simulator": simulators[0]})
+    try:
+        inner = env.unwrapped
+        assert isinstance(inner, RobotEnv)
+        if not inner.robot.dof:
+            raise ConfigurationError(
+                f"robot '{inner.robot.robot.name}' has no actuated joint: nothing can be compared."
+            )
+        scene = inner.task.scene()
+        placement = Placement(
+            robot=inner.robot.robot,
+            model=inner.robot.model,
+            pose=scene.robot_pose,
+            command_mode=inner.controller.command_mode,
+        )
+        names = {**spec.kwargs, **given}
+        return [
+            Subject(
+                label=name if simulators.count(name) == 1 else f"{name} ({simulators[: i + 1].count(name)})",
+                simulator=name,
+                record=record,
+                environment=environment,
+                keywords=given,
+                placement=placement,
+                gravity=scene.gravity,
+                physics_timestep=inner.simulation.physics_timestep,
+                decimation=inner.decimation,
+                max_episode_steps=spec.max_episode_steps or 100,
+                lacks=_lacks(name, record, names),
+            )
+            for i, (name, record) in enumerate(zip(simulators, records, strict=True))
+        ]
+    finally:
+        env.close()
+
+
+def _simulator(name: str) -> SimulatorRecord:
+    try:
+        record = plugins.get_record("simulator", name)
+    except UnknownNameError as error:
+        hint = error.install_hint or f"pip install frobs-sim-{name}"
+        raise UnknownNameError("simulator", name, error.available, error.failed, hint) from error
+    assert isinstance(record, SimulatorRecord)
+    record.load()  # an engine that is not installed says so now, not after a minute
+    return record
+
+
+def _lacks(name: str, record: SimulatorRecord, names: Mapping[str, Any]) -> str:
+    """Return what the task or the controller needs and a simulator lacks."""
+    needs = {
+        f"{kind} '{names[kind]}'": plugins.get_record(kind, names[kind]).needs  # type: ignore[attr-defined]
+        for kind in ("task", "controller")
+    }
+    try:
+        check_capabilities(name, record.capabilities, needs)
+    except CapabilityError as error:
+        return "; ".join(f"{who} needs '{what}' {needed}" for who, what, needed, _ in error.missing)
+    return ""
+
+
+def follows_exactly(*subjects: Subject) -> bool:
+    """Tell whether free motion obeys the drive law exactly on all of some simulators.
+
+    The law speaks of joints that nothing but drives, damping and gravity act on: friction in a joint, and a joint that
+    mimics another, are constraints, which each engine solves in its own way.
+    """
+    plain = all(joint.mimic is None and not joint.friction for joint in subjects[0].placement.model.joints)
+    return plain and all(subject.level("drive") == Level.EXACT for subject in subjects)

@@ -1,0 +1,122 @@
+"""Which joint positions a robot sheet shows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.models import Joint, JointType, RobotModel, home_positions
+from frobs_core.models.bounds import shapes_points
+
+_QUARTER = math.pi / 2.0  # [rad] either way, for a joint that turns freely
+_SLIDE = 0.5  # [m] either way, for a joint that slides without limits
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One picture.
+
+    Attributes:
+        title: Of its tile; the shots of one joint have one title.
+        caption: In a corner of it; may be empty.
+        joint_positions: (dof,) [rad or m]
+    """
+
+    title: str
+    caption: str
+    joint_positions: Floats
+
+
+@dataclass(frozen=True)
+class Shots:
+    """All pictures of a robot.
+
+    Attributes:
+        poses: Home, and all joints at their lower and at their upper limits; only home where nothing moves.
+        joints: For each joint its lower and its upper limit, the others at home; wheels are left out.
+        left_out: How many joints are left out.
+    """
+
+    poses: tuple[Shot, ...]
+    joints: tuple[tuple[Shot, Shot], ...]
+    left_out: int
+
+    @property
+    def all(self) -> tuple[Shot, ...]:
+        """Every picture."""
+        return (*self.poses, *(shot for pair in self.joints for shot in pair))
+
+
+def choose_shots(model: RobotModel, home: Mapping[str, float], most: int) -> Shots:
+    """Return what to draw of a robot.
+
+    Args:
+        model: The robot.
+        home: Rest position by joint name [rad or m].
+        most: How many joints are shown one by one.
+
+    Raises:
+        UnknownNameError: ``home`` names no actuated joint.
+        ConfigurationError: ``home`` is outside of the limits.
+    """
+    rest = home_positions(model, home)
+    joints = model.actuated_joints
+    poses = [Shot("home", "", rest)]
+    if joints:
+        for title, side in (("all at lower limits", 0), ("all at upper limits", 1)):
+            ends = [rest[i] if _free(joint) else _ends(joint)[side] for i, joint in enumerate(joints)]
+            poses.append(Shot(title, "", rest * 0.0 + ends))
+    pairs = []
+    parents = {joint.parent for joint in model.joints}
+    tells = [
+        i for i, joint in enumerate(joints) if joint.child in parents or not _free(joint)
+    ]  # a wheel looks the same
+    for i in tells[:most]:
+        joint = joints[i]
+        low, high = (_with(rest, i, end) for end in _ends(joint))
+        free = ", turns freely" if _free(joint) else ""
+        pairs.append(
+            (Shot(joint.name, f"{_text(joint, low[i])}{free}", low), Shot(joint.name, _text(joint, high[i]), high))
+        )
+    return Shots(tuple(poses), tuple(pairs), len(joints) - len(pairs))
+
+
+def _free(joint: Joint) -> bool:
+    return not (math.isfinite(joint.limits.lower) and math.isfinite(joint.limits.upper))
+
+
+def _is_round(model: RobotModel, joint: Joint) -> bool:
+    """Tell a wheel, which looks the same however it is turned."""
+    link = next(link for link in model.links if link.name == joint.child)
+    points, axis = shapes_points(link.visuals or link.collisions), np.array(joint.axis)
+    if joint.type is JointType.PRISMATIC or any(other.parent == joint.child for other in model.joints):
+        return False
+    if not len(points):
+        return True
+    across = points - (points @ axis)[:, None] * axis  # (n, 3) from the axis
+    middle = (across.min(axis=0) + across.max(axis=0)) / 2.0
+    return bool(np.linalg.norm(middle) < 0.25 * np.linalg.norm(across, axis=1).max())
+
+
+def _ends(joint: Joint) -> tuple[float, float]:
+    """Return the limits; where there are none, a position that shows the motion."""
+    far = _SLIDE if joint.type is JointType.PRISMATIC else _QUARTER
+    low, high = joint.limits.lower, joint.limits.upper
+    return low if math.isfinite(low) else -far, high if math.isfinite(high) else far
+
+
+def _with(positions: Floats, index: int, value: float) -> Floats:
+    changed = positions.copy()
+    changed[index] = value
+    return changed
+
+
+def _text(joint: Joint, position: float) -> str:
+    """Return ``"−165°"`` or ``"40 mm"``."""
+    if joint.type is JointType.PRISMATIC:
+        return f"{1000.0 * position:.0f} mm".replace("-", "−")
+    return f"{math.degrees(position):.0f}°".replace("-", "−")

@@ -1,0 +1,204 @@
+"""The sheet: pictures side by side, with names, limits and the tool's frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frobs_core.errors import ConfigurationError
+from frobs_core.files import write_aside
+from frobs_core.interfaces import Robot
+from frobs_core.models import RobotModel
+from frobs_devkit.robot_sheet.framing import View
+from frobs_devkit.robot_sheet.poses import Shot, Shots, choose_shots
+from frobs_devkit.robot_sheet.stage import Stage, Tile
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from matplotlib.text import Text
+
+WIDTH = 1600  # [pixels]
+_MARGIN, _GAP = 28, 12
+_HEAD, _TITLE = 96, 30  # heights of the headline and of a tile's title
+_HOME = (660, 724)  # (height, width) of the tile at home
+_BESIDE, _ABOVE = (660, 398), (315, 808)  # of those at the limits, beside each other or one above the other
+_JOINTS = 16  # that are shown one by one
+_NAMED = 14  # joints whose names fit beside a picture
+_DPI = 100
+_INK, _SOFT, _PAPER = "#22262b", "#6b737c", "#ffffff"
+_AXES = ("#d62728", "#2ca02c", "#1f77b4")
+
+
+def draw_robot_sheet(robot: Robot, model: RobotModel, path: Path | str, simulator: str | None = None) -> Path:
+    """Draw a robot at home and at its limits as one PNG.
+
+    Args:
+        robot: Its description; home and tool are drawn as it says.
+        model: Its model file, read.
+        path: The PNG to write.
+        simulator: Name of the simulator that draws; None: the first that can.
+
+    Returns:
+        The file.
+
+    Raises:
+        RenderingUnavailableError: Nothing can be drawn on this machine.
+        ConfigurationError: matplotlib or a simulator is not installed, or the file does not end in ``.png``.
+        ModelFileError: The simulator cannot build the robot.
+    """
+    target = Path(path)
+    if target.suffix.lower() != ".png":
+        raise ConfigurationError(f"a picture is written as PNG; end '{target}' in .png.")
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise ConfigurationError("a picture needs matplotlib: pip install 'frobs-core[plots]'.") from error
+    shots = choose_shots(model, robot.home, _JOINTS)
+    stage = Stage(robot, model, shots.all, simulator)
+    layout = _Layout(stage, shots)
+    (first, *_), *others = stage.draw(layout.groups)
+    sheet = _Sheet(
+        Figure(figsize=(WIDTH / _DPI, layout.height / _DPI), dpi=_DPI, facecolor=_PAPER), FigureCanvasAgg, layout.height
+    )
+    sheet.headline(model, shots.left_out)
+    top = _HEAD + _TITLE
+    sheet.tile(first, _MARGIN, top, first.shot.title)
+    sheet.names(first, model.joint_names, stage.tcp, _MARGIN, top)
+    for tile, (x, y) in zip(others[0] if others else (), layout.limits, strict=True):
+        sheet.tile(tile, x, y, tile.shot.title)
+    for i, (tile, (x, y)) in enumerate(zip(others[1] if len(others) > 1 else (), layout.joints, strict=True)):
+        sheet.tile(tile, x, y, tile.shot.title if i % 2 == 0 else "", tile.shot.caption, 2 * tile.picture.shape[1])
+    target.parent.mkdir(parents=True, exist_ok=True)
+    write_aside(target, lambda aside: sheet.figure.savefig(aside, format="png", dpi=_DPI))
+    return target
+
+
+class _Layout:
+    """Where the tiles are: home at the left, the limits at its right, rows of joints below.
+
+    Attributes:
+        groups: What is drawn, and how.
+        limits: Upper left corner (x, y) [pixels] of each picture of all joints at their limits.
+        joints: Of each picture of one joint.
+        height: Of the sheet [pixels].
+    """
+
+    def __init__(self, stage: Stage, shots: Shots) -> None:
+        home, *limits = shots.poses
+        pairs = [shot for pair in shots.joints for shot in pair]
+        self.groups: list[tuple[Sequence[Shot], View]] = [([home], stage.view([home], _HOME, (0.84, 0.56)))]
+        top = _HEAD + _TITLE
+        self.limits: list[tuple[int, int]] = []
+        self.joints: list[tuple[int, int]] = []
+        self.height = top + _HOME[0] + _MARGIN
+        if limits:
+            views = [stage.view(limits, size, (0.88, 0.88)) for size in (_BESIDE, _ABOVE)]
+            view = max(views, key=lambda view: view.scale)
+            self.groups.append((limits, view))
+            x = _MARGIN + _HOME[1] + _GAP
+            beside = [(x, top), (x + _BESIDE[1] + _GAP, top)]
+            self.limits = beside if view is views[0] else [(x, top), (x, top + _ABOVE[0] + _TITLE)]
+        if pairs:
+            columns = 3 if len(shots.joints) <= 6 else 4
+            side = (WIDTH - 2 * _MARGIN - (columns - 1) * _GAP) // columns  # of the two pictures of a joint
+            size = (side * 9 // 16, side // 2 - 1)
+            self.groups.append((pairs, stage.view(pairs, size, (0.9, 0.9))))
+            pitch = _TITLE + size[0] + _GAP
+            for i in range(len(pairs)):
+                row, column = divmod(i // 2, columns)
+                x = _MARGIN + column * (side + _GAP) + i % 2 * (size[1] + 2)
+                self.joints.append((x, top + _HOME[0] + _GAP + _TITLE + row * pitch))
+            self.height += -(-len(shots.joints) // columns) * pitch
+
+
+class _Sheet:
+    """A figure that is drawn on in pixels from its top left corner."""
+
+    def __init__(self, figure: Figure, canvas: type[Any], height: int) -> None:
+        canvas(figure)  # which becomes the figure's own
+        self.figure = figure
+        self.height = height
+
+    def text(self, x: float, y: float, text: str, size: float, **style: Any) -> Text:
+        """Write text at its left end and middle height."""
+        style = {"color": _INK, "va": "center", "ha": "left", **style}
+        return self.figure.text(x / WIDTH, 1.0 - y / self.height, text, fontsize=size, parse_math=False, **style)
+
+    def line(self, points: Sequence[Sequence[float]], color: str, width: float, **style: Any) -> None:
+        """Draw a line through points (x, y)."""
+        from matplotlib.lines import Line2D
+        from matplotlib.transforms import IdentityTransform
+
+        x, y = np.array(points, float).T
+        self.figure.add_artist(
+            Line2D(x, self.height - y, color=color, linewidth=width, transform=IdentityTransform(), **style)
+        )
+
+    def headline(self, model: RobotModel, left_out: int) -> None:
+        """Write what robot it is."""
+        joints = len(model.joint_names)
+        mass = sum(link.inertial.mass for link in model.links if link.inertial)
+        facts = f"{joints} actuated joint{'' if joints == 1 else 's'}, {mass:.3g} kg, {model.path.name}"
+        if left_out:
+            facts += f"; {left_out} of the joints are not shown one by one"
+        self.text(_MARGIN, 40, model.name, 21, weight="bold")
+        self.text(_MARGIN, 74, facts, 11, color=_SOFT)
+
+    def tile(self, tile: Tile, x: int, y: int, title: str, caption: str = "", room: int = WIDTH) -> None:
+        """Put a picture with its upper left corner at (x, y), its title above, shortened to ``room`` [pixels]."""
+        h = tile.picture.shape[0]
+        self.figure.figimage(tile.picture[::-1], x, self.height - y - h, origin="lower")
+        if title:
+            text = self.text(x, y - _TITLE / 2, title, 11.5, weight="bold")
+            half = len(title) // 2
+            while text.get_window_extent().width > room and half > 2:
+                half -= 1
+                text.set_text(f"{title[:half]}…{title[-half:]}")
+        if caption:
+            self.text(x + 8, y + h - 14, caption, 10.5, bbox={"fc": _PAPER, "ec": "none", "alpha": 0.8, "pad": 2.5})
+        self.axes(tile, x, y)
+
+    def axes(self, tile: Tile, x: int, y: int) -> None:
+        """Draw the tool's frame."""
+        origin, *ends = tile.tool + np.array([x, y])
+        for end, color in zip(ends, _AXES, strict=True):
+            self.line([origin, end], _PAPER, 4.0, alpha=0.75, solid_capstyle="round")
+            self.line([origin, end], color, 2.2, solid_capstyle="round")
+
+    def names(self, tile: Tile, joints: Sequence[str], tool: str, x: int, y: int) -> None:
+        """Write the joints' names at the sides of a picture, with lines to where they are."""
+        from matplotlib.patheffects import withStroke
+
+        h, w, _ = tile.picture.shape
+        labels = [(name, place, _INK) for name, place in zip(joints[:_NAMED], tile.joints, strict=False)]
+        labels.append((tool, tile.tool[0], "#b3450b"))
+        middle = float(np.median([place[0] for _, place, _ in labels]))
+        left = [label for label in labels if label[1][0] <= middle]
+        right = [label for label in labels if label[1][0] > middle]
+        while len(left) > len(right) + 1:  # a straight arm has all of its joints in one column
+            right.append(left.pop(1))
+        for side, at, align in ((left, 14.0, "left"), (right, w - 14.0, "right")):
+            side.sort(key=lambda label: float(label[1][1]))
+            for (name, place, color), row in zip(side, _spread([float(p[1]) for _, p, _ in side], h), strict=True):
+                weight = "bold" if name == tool else "normal"
+                text = self.text(x + at, y + row, name, 10.5, ha=align, color=color, weight=weight)
+                text.set_path_effects([withStroke(linewidth=3.5, foreground=_PAPER, alpha=0.75)])
+                width = text.get_window_extent().width + 6.0
+                end = at + (width if align == "left" else -width)
+                self.line([(x + end, y + row), (x + place[0], y + place[1])], color, 0.9, alpha=0.75)
+                self.line([(x + place[0], y + place[1])], color, 0.0, marker="o", markersize=4.5, mec=_PAPER, mew=0.9)
+
+
+def _spread(rows: Sequence[float], height: int) -> list[float]:
+    """Return rows at least a line apart, in their order and inside of the picture, as near to where they were as may be."""
+    gap, edge = 26.0, 24.0
+    placed: list[float] = []
+    for row in rows:
+        placed.append(max(row, placed[-1] + gap if placed else edge))
+    for i in reversed(range(len(placed))):
+        placed[i] = min(placed[i], height - edge - gap * (len(placed) - 1 - i))
+    return placed

@@ -1,0 +1,26 @@
+"""What is done after the templates were rendered, by cookiecutter or by ``frobs new``."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+
+def finish(folder: Path) -> None:
+    """Remove what was not asked for: the files that were rendered to nothing, and folders without a file."""
+    for path in sorted(folder.rglob("*"), reverse=True):
+        if path.is_dir():
+            if not any(path.iterdir()):
+                path.rmdir()
+        elif not path.read_text("utf-8").strip():
+            path.unlink()
+
+
+def finish_robot(folder: Path, context: Mapping[str, Any]) -> None:
+    """Copy the model file of a robot that begins with one, and what it refers to, beside its description."""
+    if context["example"] != "file" or "robot" not in context["__kinds"].split():
+        return
+    from frobs_devkit.scaffold.robot_file import copy_model, facts_for
+
+    facts = facts_for(context)
+    description = next(folder.rglob("src/*/robot.py"))
+    copy_model(facts.model, description.with_name(facts.model_name))

@@ -1,0 +1,147 @@
+"""Rendering the scaffold as cookiecutter does, without it."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import frobs_core
+from frobs_core.errors import ConfigurationError
+from frobs_devkit.scaffold.answers import QUESTIONS, asked, find_problem
+from frobs_devkit.scaffold.clashes import check_clashes
+from frobs_devkit.scaffold.finish import finish, finish_robot
+
+
+def template_folder() -> Path:
+    """Return the folder of ``cookiecutter.json``: in the wheel, or in the repository beside an editable install.
+
+    Raises:
+        ConfigurationError: It is in neither.
+    """
+    core = Path(frobs_core.__file__).parent
+    for folder in (core / "scaffold" / "files" / "cookiecutter", core.parent / "cookiecutter"):
+        if (folder / "cookiecutter.json").is_file():
+            return folder
+    raise ConfigurationError(
+        "the templates of frobs-core are missing; install it anew: pip install --force-reinstall frobs-core"
+    )
+
+
+def resolve(given: Mapping[str, str]) -> dict[str, Any]:
+    """Return the answers with every default, and what is derived from them.
+
+    Args:
+        given: Answers by question.
+
+    Raises:
+        ConfigurationError: An answer cannot be used, or answers a question that is not asked.
+    """
+    problem = find_problem(given)
+    if problem:
+        raise ConfigurationError(problem)
+    for question in given:
+        if question not in QUESTIONS:
+            raise ConfigurationError(f"there is no question '{question}'; there are {', '.join(QUESTIONS)}.")
+        if question not in asked(given) and given[question]:
+            made = " with the example ".join(given[key] for key in ("what", "example") if key in given)
+            raise ConfigurationError(f"{question} means nothing for a new {made}; leave it out.")
+    context = fill_in(given)
+    problem = find_problem(context)
+    if problem:
+        raise ConfigurationError(problem)
+    return context
+
+
+def fill_in(given: Mapping[str, str]) -> dict[str, Any]:
+    """Return answers with every default, and what is derived from them, unchecked."""
+    context: dict[str, Any] = {}
+    environment = _environment()
+    for key, default in _questions().items():
+        if key.startswith("_") and not key.startswith("__"):
+            context[key] = default
+        elif key in given:
+            context[key] = given[key]
+        elif isinstance(default, list):
+            context[key] = default[0]
+        elif isinstance(default, str):
+            context[key] = environment.from_string(default).render(cookiecutter=context)
+    return context
+
+
+def prompts() -> dict[str, Any]:
+    """Return the texts of the questions: a line, or by choice and under ``__prompt__``."""
+    found: dict[str, Any] = _description()["__prompts__"]
+    return found
+
+
+def render(context: Mapping[str, Any], output: Path) -> Path:
+    """Write a plugin; all of it, or nothing.
+
+    Args:
+        context: From :func:`resolve`.
+        output: The folder to make it in.
+
+    Returns:
+        The plugin's folder.
+
+    Raises:
+        ConfigurationError: The folder is there already, a name is taken, or the robot's file cannot be used.
+        ModelFileError: The robot's file cannot be read.
+    """
+    target: Path = output / context["__folder"]
+    if target.exists() or target.is_symlink():
+        raise ConfigurationError(f"the folder {target} exists; choose another name, or another place with --output.")
+    check_clashes(context)
+    if "robot" in context["__kinds"] and context["example"] == "file":
+        from frobs_devkit.scaffold.robot_file import facts_for
+
+        facts_for(context)  # what is wrong with it is told before anything is written
+    source = next(template_folder().glob("{{*}}"))
+    environment = _environment()
+    output.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=output, prefix=".frobs-new-") as folder:
+        made = Path(folder) / context["__folder"]
+        for file in sorted(path for path in source.rglob("*") if path.is_file() and "__pycache__" not in path.parts):
+            name = environment.from_string(file.relative_to(source).as_posix()).render(cookiecutter=context)
+            text = environment.from_string(file.read_text("utf-8")).render(cookiecutter=context)
+            path = made / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, "utf-8", newline="\n")
+            shutil.copymode(file, path)
+        finish(made)
+        finish_robot(made, context)
+        os.rename(made, target)
+    return target
+
+
+def _description() -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((template_folder() / "cookiecutter.json").read_text("utf-8"))
+    return found
+
+
+def _questions() -> dict[str, Any]:
+    return {key: value for key, value in _description().items() if key != "__prompts__"}
+
+
+def _environment() -> Any:
+    """Return the environment of Jinja that cookiecutter makes of ``cookiecutter.json``."""
+    from jinja2 import Environment, StrictUndefined
+
+    options = _questions()["_jinja2_env_vars"]
+    return Environment(undefined=StrictUndefined, keep_trailing_newline=True, extensions=[_extension()], **options)
+
+
+def _extension() -> Any:
+    file = template_folder() / "frobs_templates.py"
+    spec = importlib.util.spec_from_file_location("frobs_templates", file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.Templates

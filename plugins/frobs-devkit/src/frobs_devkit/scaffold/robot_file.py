@@ -1,0 +1,223 @@
+"""What a new robot's description takes from its model file, and the file itself, with all that it refers to."""
+
+from __future__ import annotations
+
+import math
+import os
+import shutil
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.interfaces import Robot
+from frobs_core.models import Joint, RobotModel, default_tcp, home_positions, load_model
+from frobs_core.random import RandomSource
+
+if TYPE_CHECKING:
+    from frobs_devkit.testing import Report
+
+_CLEARANCE = 0.05  # [m] of the joints above the floor, where episodes begin
+_POSTURES = 2048
+_FATAL = ("model_has_joints", "tcp_moves")
+_SIMULATOR = "mujoco"
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointFacts:
+    """A joint, in words.
+
+    Attributes:
+        name: In the file.
+        type: ``revolute``, ``continuous`` or ``prismatic``.
+        range: Its limits.
+    """
+
+    name: str
+    type: str
+    range: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotFacts:
+    """What is taken from a robot's model file.
+
+    Attributes:
+        model: The file, read.
+        model_name: What the file is called in the plugin.
+        summary: One line for lists.
+        tcp: The link that tasks talk about.
+        home: Where it rests, by joint [rad or m]; joints that rest at their default are left out.
+        joints: The actuated joints.
+        expected_failures: Why a check of the conformance kit fails, by its name.
+        report: What the doctor found, as Markdown.
+    """
+
+    model: RobotModel
+    model_name: str
+    summary: str
+    tcp: str
+    home: Mapping[str, float]
+    joints: tuple[JointFacts, ...]
+    expected_failures: Mapping[str, str]
+    report: str
+
+
+def facts_for(context: Mapping[str, Any]) -> RobotFacts:
+    """Return what a robot's description takes from the file that answers name.
+
+    Args:
+        context: The answers; where cookiecutter made them, a relative path begins at its output folder.
+    """
+    file = Path(context.get("_output_dir", ""), Path(context["robot_file"]).expanduser())
+    keys = ("name", "tcp", "xacro_args", "package_paths")
+    return facts_of(robot_file=str(file), **{key: context[key] for key in keys})
+
+
+@lru_cache(maxsize=8)
+def facts_of(*, robot_file: str, name: str, tcp: str = "", xacro_args: str = "", package_paths: str = "") -> RobotFacts:
+    """Return what a robot's description takes from its file.
+
+    Args:
+        robot_file: A URDF, xacro or MJCF file.
+        name: Of the robot.
+        tcp: The link that tasks talk about; empty: the likeliest.
+        xacro_args: ``"a:=1 b:=2"``
+        package_paths: ``"FOLDER"`` or ``"NAME=FOLDER"``, with the separator of paths between several.
+
+    Raises:
+        ModelFileError: The file cannot be read.
+        ConfigurationError: The doctor finds something that keeps it from being used.
+        UnknownNameError: ``tcp`` is no link.
+    """
+    from frobs_cli import model_options
+    from frobs_devkit.doctor import Severity, examine_robot
+
+    args = model_options.xacro_args([xacro_args])
+    paths = model_options.package_paths([part for part in package_paths.split(os.pathsep) if part])
+    found = examine_robot(robot_file, xacro_args=args, package_paths=paths)
+    for finding in found.findings:
+        if finding.severity is Severity.ERROR:
+            raise ConfigurationError(f"{robot_file}: {finding.about}: {finding.problem}; {finding.advice}.")
+    model = load_model(robot_file, xacro_args=args, package_paths=paths)
+    links = [link.name for link in model.links]
+    if tcp and tcp not in links:
+        raise UnknownNameError(f"link of '{model.name}'", tcp, links)
+    tool = tcp or default_tcp(model)
+    home = _home(model, tool) if model.joint_names else {}
+    model_name = f"{name}.xml" if model.format == "mjcf" else f"{name}.urdf"
+    with tempfile.TemporaryDirectory() as folder:
+        copy_model(model, Path(folder) / model_name)
+        checks = _check(Robot(model=str(Path(folder) / model_name), name=name, home=home, tcp=tool))
+    failures = {result.name: result.message for result in checks.failed}
+    for check in _FATAL:
+        if check in failures:
+            raise ConfigurationError(f"{robot_file}: {failures[check]}")
+    warnings = [f"- {f.about}: {f.problem}; {f.advice}" for f in found.findings if f.severity is Severity.WARNING]
+    report = f"Taken from `{Path(robot_file).name}`: {found.dof} joints, {found.mass:.3g} kg, tool `{tool}`."
+    if warnings:
+        report += " The doctor (`frobs doctor robot`) said of it:\n\n" + "\n".join(warnings)
+    return RobotFacts(
+        model=model,
+        model_name=model_name,
+        summary=f"{found.dof} joints, from {Path(robot_file).name}".replace('"', "'").replace("\\", "/"),
+        tcp=tool,
+        home=home,
+        joints=tuple(_joint_facts(joint) for joint in model.actuated_joints),
+        expected_failures={name: _shortened(message) for name, message in failures.items()},
+        report=f"{report}\n",
+    )
+
+
+def copy_model(model: RobotModel, file: Path) -> None:
+    """Write a robot's model file, macros expanded, and copy the meshes and textures that it names beside it.
+
+    Args:
+        model: What was read.
+        file: To write; files that it names go into ``meshes`` beside it.
+    """
+    root = ElementTree.fromstring(model.xml)
+    taken: dict[Path, str] = {}
+    for element in root.iter():
+        for attribute in ("filename", "file"):
+            source = Path(element.get(attribute, "").removeprefix("file://"))
+            if source.is_absolute() and source.is_file():
+                element.set(attribute, f"meshes/{_take(source, file.parent / 'meshes', taken)}")
+    compiler = root.find("compiler")
+    if compiler is not None:
+        for attribute in ("meshdir", "texturedir", "assetdir"):
+            compiler.attrib.pop(attribute, None)
+    ElementTree.indent(root)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(ElementTree.tostring(root, encoding="unicode") + "\n", "utf-8")
+
+
+def _take(source: Path, folder: Path, taken: dict[Path, str]) -> str:
+    """Copy a file into a folder once, under a name that no other has."""
+    if source not in taken:
+        name, number = source.name, 1
+        while name in taken.values():
+            number += 1
+            name = f"{source.stem}_{number}{source.suffix}"
+        folder.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(source, folder / name)
+        taken[source] = name
+        if source.suffix.lower() == ".obj":
+            for line in source.read_text(errors="replace").splitlines():
+                material = source.parent / line.removeprefix("mtllib ").strip()
+                if line.startswith("mtllib ") and material.is_file():
+                    shutil.copyfile(material, folder / material.name)
+    return taken[source]
+
+
+def _check(robot: Robot) -> Report:
+    from frobs_core import plugins
+    from frobs_devkit.testing import check_robot, run_checks
+
+    simulators = [_SIMULATOR] if _SIMULATOR in plugins.records("simulator") else []
+    return run_checks(check_robot(robot, simulators=simulators))
+
+
+def _home(model: RobotModel, tool: str) -> dict[str, float]:
+    """Return where the robot rests: nothing where its default will do, else the nearest posture off the floor."""
+    default = home_positions(model, {})
+    if _height(model, tool, default[None])[0] > _CLEARANCE:
+        return {}
+    low = np.array([max(joint.limits.lower, -math.pi) for joint in model.actuated_joints])
+    high = np.array([min(joint.limits.upper, math.pi) for joint in model.actuated_joints])
+    postures = RandomSource(1).uniform("home", low, high, (_POSTURES, len(low)))[0]
+    postures = default + np.linspace(0.0, 1.0, _POSTURES)[:, None] * (postures - default)  # those near it first
+    postures = np.clip(np.round(postures, 2), np.ceil(low * 100) / 100, np.floor(high * 100) / 100)
+    clear = _height(model, tool, postures) > _CLEARANCE
+    if not clear.any():
+        return {}
+    chosen = postures[int(clear.argmax())].tolist()
+    return dict(zip(model.joint_names, chosen, strict=True))
+
+
+def _height(model: RobotModel, tool: str, postures: Floats) -> Floats:
+    """Return how high the lowest joint beyond the first is, or the tool, (k,) [m]."""
+    frames = [joint.child for joint in model.actuated_joints[1:]] + [tool]
+    return np.asarray(np.min([model.frame_pose(frame, postures)[0][:, 2] for frame in frames], axis=0))
+
+
+def _joint_facts(joint: Joint) -> JointFacts:
+    limits = joint.limits
+    bounded = math.isfinite(limits.lower) or math.isfinite(limits.upper)
+    return JointFacts(
+        name=joint.name,
+        type=joint.type.value,
+        range=f"{limits.lower:g} to {limits.upper:g}" if bounded else "without limits",
+    )
+
+
+def _shortened(message: str) -> str:
+    line = " ".join(message.split())
+    return line if len(line) <= 80 else f"{line[:79]}…"

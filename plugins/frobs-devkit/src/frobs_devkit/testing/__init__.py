@@ -1,0 +1,42 @@
+"""The conformance kit: checks that tell the author of a plugin whether it is right.
+
+Each ``check_…`` function returns a list of named checks. Show them one by one with pytest::
+
+    from frobs_devkit.testing import check_env, pytest_checks
+
+    test_conformance = pytest_checks(check_env("my_package:lab/MyReach-v0"))
+
+or run them with :func:`run_checks`, which is what ``frobs check`` does with what :func:`find_subject` finds.
+"""
+
+from frobs_devkit.testing.algorithm import check_algorithm
+from frobs_devkit.testing.checks import Check, CheckFailure, Hollow, NotApplicable
+from frobs_devkit.testing.controller import check_controller
+from frobs_devkit.testing.environment import check_env
+from frobs_devkit.testing.find import Subject, find_subject
+from frobs_devkit.testing.parametrize import pytest_checks
+from frobs_devkit.testing.plugin import check_plugin
+from frobs_devkit.testing.report import Report, Result, run_checks
+from frobs_devkit.testing.robot import check_robot
+from frobs_devkit.testing.simulator import check_simulator
+from frobs_devkit.testing.task import check_task
+
+__all__ = [
+    "Check",
+    "CheckFailure",
+    "Hollow",
+    "NotApplicable",
+    "Report",
+    "Result",
+    "Subject",
+    "check_algorithm",
+    "check_controller",
+    "check_env",
+    "check_plugin",
+    "check_robot",
+    "check_simulator",
+    "check_task",
+    "find_subject",
+    "pytest_checks",
+    "run_checks",
+]

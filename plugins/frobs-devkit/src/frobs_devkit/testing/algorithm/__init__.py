@@ -1,0 +1,54 @@
+"""Checks of an algorithm."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from frobs_core import plugins
+from frobs_core.specs import AlgorithmRecord
+from frobs_devkit.testing.algorithm import continuing, contract, learning, saving
+from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest
+from frobs_devkit.testing.checks import Check, NotApplicable, collect
+
+_ENVIRONMENTS = {"Box": "Pendulum-v1", "Discrete": "CartPole-v1"}
+
+CHECKS = (
+    contract.spaces_are_kept,
+    learning.learns,
+    contract.stops_when_told,
+    learning.predicts_in_the_space,
+    learning.same_seed_repeats,
+    saving.load_equals_save,
+    continuing.policy_alone_predicts,
+    continuing.continues_exactly,
+    learning.unknown_settings_refused,
+    learning.settings_resolve_once,
+    saving.files_execute_nothing,
+    saving.missing_files_are_told,
+)
+"""Every check of an algorithm, in the order in which they run."""
+
+
+def check_algorithm(
+    algorithm: str | AlgorithmRecord, config: Mapping[str, Any] | None = None, id: str | None = None, steps: int = 300
+) -> list[Check]:
+    """Return the checks of an algorithm.
+
+    Args:
+        algorithm: Its name, or a record that is not installed yet.
+        config: Its settings, for a short training.
+        id: What it is tried on; None: a small environment of Gymnasium's, by its action spaces.
+        steps: Environment steps of a training.
+
+    Raises:
+        UnknownNameError: No algorithm has this name.
+    """
+    record = plugins.get_record("algorithm", algorithm) if isinstance(algorithm, str) else algorithm
+    assert isinstance(record, AlgorithmRecord)
+    chosen = id or next((_ENVIRONMENTS[kind] for kind in record.action_spaces if kind in _ENVIRONMENTS), "")
+    if not chosen:
+        spaces = ", ".join(record.action_spaces)
+        none = NotApplicable(f"the kit has no environment with an action space {spaces}; give check_algorithm id=")
+        return [Check("environment_is_given", "There is an environment to try it on.", lambda: none)]
+    return collect(AlgorithmUnderTest(record, chosen, config or {}, steps), CHECKS)

@@ -1,0 +1,104 @@
+"""Checks of what an algorithm saves."""
+
+from __future__ import annotations
+
+import io
+import pickle
+import pickletools
+import tempfile
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from frobs_core.errors import CheckpointError, UntrustedFileError
+from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest
+from frobs_devkit.testing.checks import CheckFailure, Outcome, expect
+from frobs_devkit.testing.compare import expect_same
+
+_SAFE_MODULES = ("torch", "collections", "_codecs", "numpy")
+
+
+def load_equals_save(subject: AlgorithmUnderTest) -> Outcome:
+    """What was saved predicts the same once it is loaded, without an environment and with one."""
+    with tempfile.TemporaryDirectory() as folder, subject.trained() as (algorithm, _):
+        algorithm.save(Path(folder))
+        seen = subject.observations(8)
+        expected = algorithm.predict(seen)[0]
+        cls = type(algorithm)
+        expect_same(expected, cls.load(Path(folder)).predict(seen)[0], "predictions of what was loaded")
+        env = subject.make_env()
+        expect_same(
+            expected, cls.load(Path(folder), env).predict(seen)[0], "predictions of what was loaded with an env"
+        )
+        env.close()
+    return None
+
+
+def files_execute_nothing(subject: AlgorithmUnderTest) -> Outcome:
+    """Nothing that is saved builds Python objects when it is opened; tensors and numbers alone."""
+    with tempfile.TemporaryDirectory() as folder, subject.trained() as (algorithm, _):
+        algorithm.save(Path(folder))
+        files = [path for path in sorted(Path(folder).rglob("*")) if path.is_file()]
+        expect(files, "save() wrote no file.")
+        for path in files:
+            for name, content in _contents(path):
+                builds = _what_a_pickle_builds(content)
+                expect(
+                    not builds,
+                    f"{name} is a pickle that builds {', '.join(sorted(builds)[:5])}; save tensors and JSON.",
+                )
+                expect(b'":serialized:"' not in content, f"{name} holds a serialized Python object.")
+    return None
+
+
+def missing_files_are_told(subject: AlgorithmUnderTest) -> Outcome:
+    """Loading from a folder that lacks a file, or holds a damaged one, raises CheckpointError."""
+    with subject.trained(steps=0) as (algorithm, _), tempfile.TemporaryDirectory() as folder:
+        algorithm.save(Path(folder))
+        largest = max(
+            (path for path in Path(folder).rglob("*") if path.is_file()), key=lambda path: path.stat().st_size
+        )
+        for damage in ("is cut in half", "is missing"):
+            if damage == "is missing":
+                largest.unlink()
+            else:
+                largest.write_bytes(largest.read_bytes()[: largest.stat().st_size // 2])
+            try:
+                type(algorithm).load(Path(folder))
+            except (CheckpointError, UntrustedFileError):
+                continue
+            except Exception as error:
+                raise CheckFailure(
+                    f"load() raises {type(error).__name__} where {largest.name} {damage}, not CheckpointError: {error}"
+                ) from error
+            raise CheckFailure(f"load() passes where {largest.name} {damage}; it must raise CheckpointError.")
+    return None
+
+
+def _contents(path: Path) -> Iterator[tuple[str, bytes]]:
+    """Yield the name and content of a file, or those of what it packs."""
+    data = path.read_bytes()
+    if not zipfile.is_zipfile(io.BytesIO(data)):
+        yield path.name, data
+        return
+    with zipfile.ZipFile(io.BytesIO(data)) as packed:
+        for name in packed.namelist():
+            yield f"{path.name}:{name}", packed.read(name)
+
+
+def _what_a_pickle_builds(content: bytes) -> set[str]:
+    """Return what a pickle would import beside tensors and plain containers; nothing where it is no pickle."""
+    if content[:1] != pickle.PROTO:
+        return set()
+    found, strings = set(), []
+    try:
+        for opcode, argument, _ in pickletools.genops(content):
+            if opcode.name in ("SHORT_BINUNICODE", "BINUNICODE", "UNICODE"):
+                strings.append(str(argument))
+            elif opcode.name == "GLOBAL":
+                found.add(str(argument).replace(" ", "."))
+            elif opcode.name == "STACK_GLOBAL":
+                found.add(".".join(strings[-2:]))
+    except ValueError:
+        return set()
+    return {name for name in found if name.split(".")[0] not in _SAFE_MODULES}

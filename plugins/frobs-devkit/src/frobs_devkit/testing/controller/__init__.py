@@ -1,0 +1,54 @@
+"""Checks of a controller, on a robot that it can control."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from frobs_core import plugins
+from frobs_core.interfaces import Robot
+from frobs_core.specs import ControllerRecord, SimulatorRecord
+from frobs_devkit.testing.checks import Check, collect
+from frobs_devkit.testing.controller import contract, motion
+from frobs_devkit.testing.controller.subject import ControllerUnderTest
+
+CHECKS = (
+    contract.keywords_are_keyword_only,
+    contract.needs_are_capabilities,
+    contract.actions_are_normalized,
+    contract.commands_have_their_shape,
+    contract.info_has_its_shape,
+    motion.actions_matter,
+    motion.zero_action_rests,
+    motion.zero_action_does_not_drift,
+    motion.commands_stay_in_limits,
+    contract.actions_are_clipped,
+    contract.apply_reads_only,
+    contract.reset_honours_the_mask,
+    contract.rows_equal_singles,
+    contract.controllers_share_nothing,
+    contract.snapshots_continue,
+)
+"""Every check of a controller, in the order in which they run."""
+
+
+def check_controller(
+    controller: str | ControllerRecord, robot: str | Robot | None = None, simulator: str = "mujoco", **kwargs: Any
+) -> list[Check]:
+    """Return the checks of a controller.
+
+    Args:
+        controller: Its name, or a record that is not installed yet.
+        robot: What it is tried on, by name or description; None: a small arm, or a small rover where it cannot
+            control the arm.
+        simulator: What it is tried in, by name.
+        **kwargs: Keywords of the controller.
+
+    Raises:
+        UnknownNameError: Nothing has one of the names.
+    """
+    record = plugins.get_record("controller", controller) if isinstance(controller, str) else controller
+    simulator_record = plugins.get_record("simulator", simulator)
+    description = plugins.get_record("robot", robot).load() if isinstance(robot, str) else robot
+    assert isinstance(record, ControllerRecord)
+    assert isinstance(simulator_record, SimulatorRecord)
+    return collect(ControllerUnderTest(record, simulator_record, description, kwargs), CHECKS)

@@ -1,0 +1,141 @@
+"""Checks of what a controller makes a robot do."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.interfaces import CommandMode
+from frobs_devkit.testing.checks import Hollow, NotApplicable, Outcome, expect
+from frobs_devkit.testing.compare import expect_close
+from frobs_devkit.testing.controller.subject import NUM_ENVS, Bound, ControllerUnderTest
+from frobs_devkit.testing.environment.rollout import draw_actions
+
+
+def actions_matter(subject: ControllerUnderTest) -> Outcome:
+    """Different actions give different commands, also where one number of them differs, and the robot moves."""
+    with subject.bind() as bound:
+        space = bound.controller.action_space
+        n = NUM_ENVS
+        if isinstance(space, gym.spaces.Box):
+            first, second = bound.constant(space.low), bound.constant(space.high)
+        else:
+            drawn = np.array(draw_actions(space, 30, seed=0))
+            different = [action for action in drawn if not np.array_equal(action, drawn[0])]
+            if not different:
+                return Hollow("the action space holds one action")
+            first, second = (np.stack([action] * n) for action in (drawn[0], different[0]))
+        start = bound.robot.joint_positions.copy()
+        traces = []
+        for action in (first, second):
+            bound.begin()
+            traces.append([bound.step(action) for _ in range(subject.count(10))])
+        expect(not np.array_equal(traces[0], traces[1]), "the smallest and the largest action give the same commands.")
+        if isinstance(space, gym.spaces.Box):
+            for number in range(space.low.size):
+                expect(_tells(bound, number), f"number {number} of an action makes no difference to the commands.")
+        return None if np.abs(bound.robot.joint_positions - start).max() > 1e-4 else Hollow("nothing moved")
+
+
+def _tells(bound: Bound, number: int) -> bool:
+    """Return whether the smallest and the largest of one number of an action give different commands."""
+    space = bound.controller.action_space
+    assert isinstance(space, gym.spaces.Box)
+    traces = []
+    for bounds in (space.low, space.high):
+        action = (space.low.astype(np.float64) + space.high) / 2.0
+        action.flat[number] = bounds.flat[number]
+        bound.begin()
+        traces.append([bound.step(bound.constant(action)) for _ in range(2)])
+    return not np.array_equal(traces[0], traces[1])
+
+
+def zero_action_rests(subject: ControllerUnderTest) -> Outcome:
+    """Without gravity the zero action brings the robot to rest, and keeps it there."""
+    with subject.bind() as bound:
+        if not _has_zero(bound):
+            return NotApplicable("the action space has no zero")
+        for _ in range(subject.count(75)):
+            bound.step(bound.constant(0.0))
+        at_rest = np.zeros_like(bound.robot.joint_velocities)
+        expect_close(at_rest, bound.robot.joint_velocities, 0.02, "joint velocities after 3 s of zero actions")
+    return None
+
+
+def zero_action_does_not_drift(subject: ControllerUnderTest) -> Outcome:
+    """Under gravity a position controller's zero action holds: nothing sinks a little with every step, or creeps back.
+
+    Where the zero action holds what is there, it holds where other actions have led to, too.
+    """
+    with subject.bind(gravity=(0.0, 0.0, -9.81)) as bound:
+        space = bound.controller.action_space
+        if not _has_zero(bound) or bound.controller.command_mode != CommandMode.POSITION:
+            return NotApplicable("not a position controller with a zero action")
+        assert isinstance(space, gym.spaces.Box)
+        for _ in range(subject.count(50)):
+            bound.step(bound.constant(0.0))
+        before = bound.robot.joint_positions.copy()
+        for _ in range(subject.count(50)):
+            bound.step(bound.constant(0.0))
+        expect_close(before, bound.robot.joint_positions, 2e-3, "joint positions after 4 s, against those after 2 s")
+        bound.begin()
+        start = bound.robot.joint_positions.copy()
+        bound.step(bound.constant(0.0))
+        if np.abs(bound.robot.joint_positions - start).max() < 0.02:  # else the zero action names a place
+            for _ in range(subject.count(12)):
+                bound.step(bound.constant(0.5 * space.high))
+            led = bound.robot.joint_positions - start
+            for _ in range(subject.count(50)):
+                bound.step(bound.constant(0.0))
+            kept = np.abs(bound.robot.joint_positions - start).max(axis=1)
+            expect(
+                (kept >= 0.5 * np.abs(led).max(axis=1)).all(),
+                "the zero action takes back what other actions have done: the joints return towards where they began.",
+            )
+    return None
+
+
+def commands_stay_in_limits(subject: ControllerUnderTest) -> Outcome:
+    """Whatever the actions, commands stay within the limits of the joints, and so does the robot.
+
+    A position goes no farther in a step than the joint's velocity limit allows.
+    """
+    with subject.bind() as bound:
+        space, robot = bound.controller.action_space, bound.robot
+        mode = bound.controller.command_mode
+        upper = {
+            CommandMode.POSITION: robot.position_upper,
+            CommandMode.VELOCITY: robot.velocity_limit,
+            CommandMode.EFFORT: robot.effort_limit,
+        }[mode]
+        lower = robot.position_lower if mode is CommandMode.POSITION else -upper
+        extremes: list[Any] = bound.actions(subject.count(60), seed=3)
+        if isinstance(space, gym.spaces.Box):
+            corners = [space.low, space.high, np.where(np.arange(space.low.size) % 2, space.low, space.high)]
+            extremes = [bound.constant(corner) for corner in corners for _ in range(subject.count(50))]
+        before = robot.joint_positions.copy()
+        for action in extremes:
+            command = bound.step(action).reshape(NUM_ENVS, -1, robot.dof)
+            inside = (command >= lower[:, None] - 1e-9) & (command <= upper[:, None] + 1e-9)
+            expect(inside.all(), f"a {mode} command leaves the limits of joint "
+                   f"'{robot.joint_names[int(np.argwhere(~inside)[0][2]) if not inside.all() else 0]}': {command[:, -1]}.")  # fmt: skip
+            if mode is CommandMode.POSITION:
+                reach = robot.velocity_limit * subject.control_timestep
+                expect(
+                    (np.abs(command[:, -1] - before) <= reach * (1.0 + 1e-6)).all(),
+                    "a position command is farther from the one before than the velocity limit lets a joint move in a "
+                    "control step.",
+                )
+                before = command[:, -1]
+                over = np.maximum(
+                    robot.position_lower - robot.joint_positions, robot.joint_positions - robot.position_upper
+                )
+                expect(over.max() < 0.1, f"the robot leaves its joint limits by {over.max():.3g}.")
+    return None
+
+
+def _has_zero(bound: Bound) -> bool:
+    space = bound.controller.action_space
+    return isinstance(space, gym.spaces.Box) and bool(((space.low <= 0) & (space.high >= 0)).all())

@@ -1,0 +1,138 @@
+"""The controller that is checked, bound to a robot of a small simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.compose import build, count_physics_steps
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Scene, Simulation
+from frobs_core.models import Pose, RobotModel, load_model
+from frobs_core.specs import ControllerRecord, SimulatorRecord
+from frobs_devkit.testing.environment.rollout import draw_actions
+from frobs_devkit.testing.simulator.robots import ARM, ROVER, model_of
+
+NUM_ENVS = 3
+
+_PHYSICS_TIMESTEP = 0.002  # [s]
+_CONTROL_TIMESTEP = 0.04  # [s] where the record does not say
+_WEIGHTLESS = (0.0, 0.0, 0.0)
+
+
+@dataclass
+class Bound:
+    """A controller that is bound to a robot of a simulation."""
+
+    simulation: Simulation
+    robot: RobotHandle
+    controller: Controller
+    decimation: int
+
+    def step(self, action: Any) -> Floats:
+        """Apply actions and advance by a control step; returns the command."""
+        command = np.array(self.controller.apply(action))
+        self.robot.command(command)
+        self.simulation.step(self.decimation)
+        return command
+
+    def begin(self, mask: Mask | None = None) -> None:
+        """Begin an episode, as environments do."""
+        self.simulation.reset(mask)
+        self.controller.reset(mask)
+
+    def actions(self, steps: int, seed: int) -> list[Any]:
+        """Draw actions for all environments; row i is the same however many environments there are."""
+        space = self.controller.action_space
+        drawn = [draw_actions(space, steps, seed=1000 * seed + i) for i in range(self.simulation.num_envs)]
+        dtype = np.float64 if isinstance(space, gym.spaces.Box) else np.int64
+        return [np.stack(rows).astype(dtype) for rows in zip(*drawn, strict=True)]
+
+    def constant(self, value: Any) -> Floats:
+        """Return an action of all environments, float64."""
+        shape = (self.simulation.num_envs, *(self.controller.action_space.shape or ()))
+        return np.broadcast_to(np.asarray(value, np.float64), shape).copy()
+
+
+@dataclass(frozen=True)
+class ControllerUnderTest:
+    """A controller by its record.
+
+    Attributes:
+        record: Its record.
+        simulator: What it is tried in.
+        robot: What it is tried on; None: the first of the kit's that it can control.
+        kwargs: Keywords of the controller.
+    """
+
+    record: ControllerRecord
+    simulator: SimulatorRecord
+    robot: Robot | None = None
+    kwargs: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def control_timestep(self) -> float:
+        """Between two actions [s]."""
+        return self.record.control_timestep or _CONTROL_TIMESTEP
+
+    def count(self, steps: int) -> int:
+        """Return how many control steps a check takes: fewer, at least 3, where they are longer than usual."""
+        return min(steps, max(3, round(steps * _CONTROL_TIMESTEP / self.control_timestep)))
+
+    @contextmanager
+    def bind(self, num_envs: int = NUM_ENVS, gravity: tuple[float, float, float] = _WEIGHTLESS) -> Iterator[Bound]:
+        """Bind a new controller to a new simulation; it is closed at the end of the ``with`` block.
+
+        Raises:
+            ConfigurationError: It cannot control the robot.
+        """
+        robots = (self.robot,) if self.robot is not None else (ARM, ROVER)
+        for robot in robots:
+            try:
+                bound = self._bind(robot, num_envs, gravity)
+            except ConfigurationError:
+                if robot is robots[-1]:
+                    raise
+                continue
+            try:
+                yield bound
+            finally:
+                bound.simulation.close()
+            return
+
+    def _bind(self, robot: Robot, num_envs: int, gravity: tuple[float, float, float]) -> Bound:
+        controller: Controller = build(f"controller '{self.record.name}'", self.record.load(), self.kwargs)
+        wheeled = robot.base == "wheeled"
+        placement = Placement(
+            robot=robot,
+            model=self._model(robot),
+            pose=Pose(pos=(0.0, 0.0, 0.05)) if robot is ROVER else Pose(),
+            command_mode=controller.command_mode,
+        )
+        scene = Scene(gravity=(0.0, 0.0, -9.81) if wheeled else gravity)  # wheels need the floor
+        simulation: Simulation = self.simulator.load()(
+            {"robot": placement}, scene, num_envs=num_envs, physics_timestep=_PHYSICS_TIMESTEP
+        )
+        try:
+            handle = simulation.robots["robot"]
+            decimation = count_physics_steps(self.control_timestep, _PHYSICS_TIMESTEP)
+            controller.bind_scene(scene, simulation)
+            controller.bind(handle, self.control_timestep, decimation)
+        except BaseException:
+            simulation.close()
+            raise
+        bound = Bound(simulation, handle, controller, decimation)
+        bound.begin()
+        return bound
+
+    @staticmethod
+    def _model(robot: Robot) -> RobotModel:
+        if robot in (ARM, ROVER):
+            return model_of(robot.model)
+        return load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)

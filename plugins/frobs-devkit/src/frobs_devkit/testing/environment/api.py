@@ -1,0 +1,127 @@
+"""Checks of an environment from outside: the checkers of others, its spec, its keywords, other processes."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import pickle
+import re
+import subprocess
+import sys
+import warnings
+from collections.abc import Callable
+from contextlib import closing
+from typing import Any
+
+import gymnasium as gym
+from gymnasium.utils.env_checker import check_env as gymnasium_check_env
+
+from frobs_core.errors import UnknownParameterError
+from frobs_devkit.testing.checks import CheckFailure, Hollow, Outcome, expect
+from frobs_devkit.testing.compare import expect_same
+from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
+from frobs_devkit.testing.environment.subject import OTHER, EnvUnderTest, is_ours
+
+_COLOUR = re.compile(r"\x1b\[\d+m")  # Gymnasium's logger paints its warnings
+
+_CHILD = """
+import pickle, sys
+from copy import deepcopy
+import gymnasium
+id, kwargs, actions = pickle.load(sys.stdin.buffer)
+env = gymnasium.make(id, **kwargs)
+observations = [deepcopy(env.reset(seed=11)[0]), *(deepcopy(env.step(action)[0]) for action in actions)]
+env.close()
+sys.stdout.buffer.write(b"observations:" + pickle.dumps(observations))
+"""
+
+
+def gymnasium_checker(subject: EnvUnderTest) -> Outcome:
+    """Gymnasium's own checker has nothing to say, not even a warning."""
+    with closing(subject.make()) as env:
+        _without_a_warning(lambda: gymnasium_check_env(env.unwrapped, skip_render_check=True))
+    return None
+
+
+def stable_baselines3_checker(subject: EnvUnderTest) -> Outcome:
+    """The checker of stable-baselines3 has nothing to say, not even a warning."""
+    if importlib.util.find_spec("stable_baselines3") is None:
+        return Hollow("stable-baselines3 is not installed: pip install stable-baselines3")
+    check = importlib.import_module("stable_baselines3.common.env_checker").check_env
+    with closing(subject.make()) as env:
+        _without_a_warning(lambda: check(env.unwrapped, warn=True, skip_render_check=True))
+    return None
+
+
+def spec_pickles(subject: EnvUnderTest) -> Outcome:
+    """An environment's spec survives pickling, and makes the same environment again."""
+    with closing(subject.make()) as env:
+        actions = draw_actions(env.action_space, 5, seed=3)
+        expected = play(env, 3, actions)
+        again = pickle.loads(pickle.dumps(env.spec))
+    with closing(gym.make(again)) as env:
+        expect_same_play(expected, play(env, 3, actions), "the environment that the pickled spec makes")
+    return None
+
+
+def close_twice(subject: EnvUnderTest) -> Outcome:
+    """Closing twice is harmless, before and after a reset."""
+    for resets in (0, 1):
+        env = subject.make()
+        if resets:
+            env.reset(seed=0)
+        env.close()
+        try:
+            env.close()
+        except Exception as error:
+            raise CheckFailure(
+                f"the second close() raises {type(error).__name__}: {error}; let it do nothing."
+            ) from error
+    return None
+
+
+def unknown_keyword_refused(subject: EnvUnderTest) -> Outcome:
+    """A keyword that nothing takes is refused, and named."""
+    with closing(subject.make()) as env:
+        if not is_ours(env):
+            return OTHER
+    try:
+        subject.make(no_such_parameter=1).close()
+    except UnknownParameterError as error:
+        expect("no_such_parameter" in str(error), f"the message does not name the keyword: {error}")
+        return None
+    raise CheckFailure(
+        "make(no_such_parameter=1) passes; a keyword that nothing takes must raise UnknownParameterError."
+    )
+
+
+def fresh_process(subject: EnvUnderTest) -> Outcome:
+    """A process that imported nothing but Gymnasium makes the environment, and it gives the same observations there."""
+    with closing(subject.make()) as env:
+        actions = draw_actions(env.action_space, 5, seed=11)
+        first, transitions = play(env, 11, actions)
+    if any(transition.done for transition in transitions):
+        actions = []
+    expected = [first, *(transition.observation for transition in transitions[: len(actions)])]
+    job = pickle.dumps((subject.self_importing_id, dict(subject.kwargs), actions))
+    child = subprocess.run([sys.executable, "-c", _CHILD], input=job, capture_output=True, timeout=120, check=False)
+    if child.returncode:
+        text = child.stderr.decode(errors="replace").strip().splitlines()
+        raise CheckFailure(
+            f"gymnasium.make('{subject.self_importing_id}') fails in a fresh process: {text[-1] if text else 'no output'}"
+        )
+    _, _, data = child.stdout.partition(b"observations:")
+    for k, (a, b) in enumerate(zip(expected, pickle.loads(data), strict=True)):
+        expect_same(a, b, f"in a fresh process, the observation of step {k}")
+    return None
+
+
+def _without_a_warning(call: Callable[[], Any]) -> None:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            call()
+        except Exception as error:
+            raise CheckFailure(f"{type(error).__name__}: {error}") from error
+    if caught:
+        raise CheckFailure("; ".join(_COLOUR.sub("", str(warning.message)) for warning in caught))

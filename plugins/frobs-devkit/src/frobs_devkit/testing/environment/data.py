@@ -1,0 +1,165 @@
+"""Checks of what an environment returns: spaces, finite numbers, memory, elements that never change."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing
+from copy import deepcopy
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+from frobs_devkit.testing.checks import CheckFailure, Outcome, expect
+from frobs_devkit.testing.compare import expect_same, leaves
+from frobs_devkit.testing.environment.rollout import draw_actions
+from frobs_devkit.testing.environment.subject import EnvUnderTest
+
+_STEPS = 150
+_SEEDS = range(20)
+
+
+def spaces_hold(subject: EnvUnderTest) -> Outcome:
+    """Observations are in their space with its dtype and shape; rewards are numbers, ends are bool; also in the batch."""
+    with closing(subject.make()) as env:
+        for k, observation, result in _returned(env):
+            _expect_member(env.observation_space, observation, f"step {k}")
+            if result is None:
+                continue
+            reward, terminated, truncated, info = result
+            expect(isinstance(reward, float | int | np.floating), f"step {k}: the reward is {reward!r}, no number.")
+            for name, end in (("terminated", terminated), ("truncated", truncated)):
+                expect(isinstance(end, bool | np.bool_), f"step {k}: {name} is {end!r}, no bool.")
+            expect(isinstance(info, dict), f"step {k}: the info is {type(info).__name__}, no dict.")
+    with closing(subject.make_vec(3, AutoresetMode.SAME_STEP)) as env:
+        observation, _ = env.reset(seed=0)
+        for k, action in enumerate(draw_actions(env.action_space, _STEPS, seed=0)):
+            _expect_member(env.observation_space, observation, f"the batch, step {k}")
+            observation, reward, terminated, truncated, _ = env.step(action)
+            for name, array, dtype in (
+                ("the reward", reward, np.float64),
+                ("terminated", terminated, np.bool_),
+                ("truncated", truncated, np.bool_),
+            ):
+                found = f"{array.dtype}{list(array.shape)}"
+                expect(
+                    found == f"{np.dtype(dtype)}[3]",
+                    f"the batch, step {k}: {name} is {found}, not {np.dtype(dtype)}[3].",
+                )
+    return None
+
+
+def values_finite(subject: EnvUnderTest) -> Outcome:
+    """Every number of observation, reward and info is finite."""
+    with closing(subject.make()) as env:
+        for k, observation, result in _returned(env):
+            parts: dict[str, Any] = {"the observation": observation}
+            if result is not None:
+                parts |= {"the reward": result[0], "the info": result[3]}
+            for what, part in parts.items():
+                for path, leaf in leaves(part).items():
+                    if leaf.dtype.kind == "f" and not np.isfinite(leaf).all():
+                        where = np.argwhere(~np.isfinite(leaf)).tolist()[:3]
+                        raise CheckFailure(f"step {k}: {what}{path} is not finite at {where}: {leaf}.")
+    return None
+
+
+def observations_share_no_memory(subject: EnvUnderTest) -> Outcome:
+    """An observation that was returned is never written again, in the single environment and in the batch."""
+    with closing(subject.make()) as env:
+        _expect_own_memory((observation for _, observation, _ in _returned(env)), "the environment")
+    with closing(subject.make_vec(2, AutoresetMode.SAME_STEP)) as env:
+        _expect_own_memory(_batched_observations(env), "the batch")
+    return None
+
+
+def observation_elements_vary(subject: EnvUnderTest) -> Outcome:
+    """No element of the observation is the same in all steps of random episodes; goals differ between episodes."""
+    seen: dict[str, list[np.ndarray[Any, Any]]] = {}
+    first: dict[str, list[np.ndarray[Any, Any]]] = {}
+    with closing(subject.make()) as env:
+        late = _late_columns(env)
+        for seed in _SEEDS:
+            for k, observation, _ in _returned(env, steps=12, seed=seed):
+                for path, leaf in leaves(deepcopy(observation)).items():
+                    seen.setdefault(path, []).append(leaf)
+                    if k == 0:
+                        first.setdefault(path, []).append(leaf)
+    for path, values in seen.items():
+        goal = path == "['desired_goal']"
+        rows = np.stack(first[path] if goal else values)  # (k, …)
+        constant = np.argwhere((rows == rows[0]).all(axis=0)).tolist()
+        if path in ("", "['observation']"):
+            constant = [where for where in constant if where[0] not in late]
+        over = f"{len(_SEEDS)} seeds" if goal else f"{len(rows)} steps of {len(_SEEDS)} random episodes"
+        expect(
+            not constant,
+            f"observation{path}: {len(constant)} of {rows[0].size} elements never change over {over}: "
+            f"{constant[:8]}; leave out what tells nothing.",
+        )
+    return None
+
+
+def _late_columns(env: gym.Env[Any, Any]) -> set[int]:
+    """Return the columns of what the task says to change only once something is achieved."""
+    task = getattr(env.unwrapped, "task", None)
+    if task is None:
+        return set()
+    columns = task.observation_columns()
+    return {column for term in task.late_terms if term in columns for column in range(10**6)[columns[term]]}
+
+
+def _returned(env: gym.Env[Any, Any], steps: int = _STEPS, seed: int = 0) -> Iterator[tuple[int, Any, Any]]:
+    """Yield (step, observation, what else was returned) over random episodes."""
+    observation, _ = env.reset(seed=seed)
+    yield 0, observation, None
+    for k, action in enumerate(draw_actions(env.action_space, steps, seed), start=1):
+        observation, *result = env.step(action)
+        yield k, observation, result
+        if result[1] or result[2]:
+            yield k, env.reset()[0], None
+
+
+def _batched_observations(env: gym.vector.VectorEnv[Any, Any, Any]) -> Iterator[Any]:
+    yield env.reset(seed=0)[0]
+    for action in draw_actions(env.action_space, _STEPS, seed=0):
+        observation, _, terminated, truncated, info = env.step(action)
+        if (terminated | truncated).any():
+            finals = info.get("final_obs", ())
+            yield from (final for final in finals if final is not None)
+        yield observation
+
+
+def _expect_own_memory(observations: Iterator[Any], whose: str) -> None:
+    kept: list[tuple[Any, Any]] = []
+    for observation in observations:
+        if kept:
+            for path, leaf in leaves(observation).items():
+                before = leaves(kept[-1][0]).get(path)
+                shares = before is not None and np.may_share_memory(before, leaf)
+                expect(not shares, f"{whose} returns the same memory in two steps (observation{path}); return a copy.")
+        kept = [*kept[-3:], (observation, deepcopy(observation))]
+        for old, copy in kept[:-1]:
+            expect_same(copy, old, f"{whose} writes to an observation that it returned before")
+
+
+def _expect_member(space: gym.Space[Any], observation: Any, when: str) -> None:
+    if isinstance(space, gym.spaces.Box) and isinstance(observation, np.ndarray):
+        found, wanted = f"{observation.dtype}{list(observation.shape)}", f"{space.dtype}{list(space.shape)}"
+        expect(found == wanted, f"{when}: the observation is {found}, its space {wanted}.")
+        outside = np.argwhere(~((observation >= space.low) & (observation <= space.high))).tolist()
+        if outside:
+            i = tuple(outside[0])
+            raise CheckFailure(
+                f"{when}: the observation leaves its space at {outside[:8]}: "
+                f"{observation[i]} is not in [{space.low[i]}, {space.high[i]}]."
+            )
+    if isinstance(space, gym.spaces.Dict) and isinstance(observation, dict):
+        expect(
+            space.keys() == observation.keys(), f"{when}: keys {sorted(observation)}, the space has {sorted(space)}."
+        )
+        for key, part in space.items():
+            _expect_member(part, observation[key], f"{when}, ['{key}']")
+        return
+    expect(space.contains(observation), f"{when}: the observation {observation!r} is not in {space}.")

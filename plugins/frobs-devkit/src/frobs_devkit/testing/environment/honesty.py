@@ -1,0 +1,109 @@
+"""Checks that what an environment says of a step is of that step, and that it ends for the reason that it names."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from copy import deepcopy
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+from frobs_devkit.testing.checks import Hollow, NotApplicable, Outcome, expect
+from frobs_devkit.testing.compare import difference
+from frobs_devkit.testing.environment.rollout import draw_actions
+from frobs_devkit.testing.environment.subject import OTHER, EnvUnderTest, inside, is_ours
+
+_LONGEST = 1_000
+_FOREIGN = ("is_success", "episode", "final_obs", "final_info", "TimeLimit.truncated", "time_limit_reached")
+
+
+def step_shows_its_action(subject: EnvUnderTest) -> Outcome:
+    """Two opposite actions from one state give different observations, and different rewards, in that very step."""
+    with closing(subject.make()) as env:
+        if not is_ours(env):
+            return OTHER
+        if inside(env).randomization is not None:
+            return NotApplicable("what is randomised may come late")
+        space = env.action_space
+        if isinstance(space, gym.spaces.Box):
+            first, second = space.low.copy(), space.high.copy()
+        else:
+            drawn = draw_actions(space, 30, seed=0)
+            first, second = drawn[0], next((one for one in drawn if not np.array_equal(one, drawn[0])), drawn[0])
+        same_reward, same_observation, rewards = 0, 0, set()
+        for seed in range(6):
+            steps = []
+            for action in (first, second):
+                env.reset(seed=seed)
+                for before in draw_actions(space, 2, seed):  # what is late shows these, which are the same
+                    env.step(before)
+                steps.append(deepcopy(env.step(action)[:2]))
+                rewards |= {steps[-1][1], float(env.step(action)[1])}
+            same_observation += difference(steps[0][0], steps[1][0]) is None
+            same_reward += steps[0][1] == steps[1][1]
+    if same_observation == 6 and isinstance(space, gym.spaces.Discrete) and space.n == 1:
+        return Hollow("there is one action")
+    expect(same_observation < 6, "the observation of a step does not depend on its action; is it of the step before?")
+    if len(rewards) <= 2:
+        return NotApplicable(f"the reward takes {len(rewards)} values in two steps")
+    expect(same_reward < 6, "the reward of a step does not depend on its action; is it of the step before?")
+    return None
+
+
+def ends_have_their_reason(subject: EnvUnderTest) -> Outcome:
+    """An episode is truncated after exactly ``max_episode_steps``, and terminated where the task says so, else not."""
+    with closing(subject.make()) as env:
+        limit = env.spec.max_episode_steps if env.spec else None
+        if not limit or limit > _LONGEST:
+            return NotApplicable(f"the time limit is {limit}; it is watched up to {_LONGEST} steps")
+        ours, reached = is_ours(env), 0
+        for seed in range(3):
+            env.reset(seed=seed)
+            for k, action in enumerate(draw_actions(env.action_space, limit, seed), start=1):
+                _, _, terminated, truncated, info = env.step(action)
+                if ours:
+                    _expect_reason(inside(env), bool(terminated), k, info)
+                if ours and truncated and k < limit:
+                    expect("frobs/diverged" in info, f"truncated after {k} of {limit} steps, and nothing diverged.")
+                if k == limit:
+                    reached += 1
+                    expect(truncated, f"not truncated after {limit} steps, the time limit.")
+                if terminated or truncated:
+                    break
+    if not ours:
+        return None if reached else Hollow("no episode lasted to the time limit")
+    with closing(subject.make_vec(2, AutoresetMode.DISABLED)) as batch:
+        batch.reset(seed=0)
+        for action in draw_actions(batch.action_space, limit, seed=0):
+            _, _, terminated, truncated, info = batch.step(action)
+            if (terminated | truncated).any():
+                ends = inside(batch).task.is_terminated()
+                told = np.zeros(2, np.bool_) if ends is None else ends
+                expect(
+                    "frobs/diverged" in info or (terminated == told).all(),
+                    f"the batch: terminated is {terminated}, and the task's is_terminated() {told}.",
+                )
+                break
+    return None if reached else Hollow("no episode lasted to the time limit")
+
+
+def info_keys_have_their_prefix(subject: EnvUnderTest) -> Outcome:
+    """What an info holds is ``is_success``, and keys that begin with ``frobs/``."""
+    with closing(subject.make()) as env:
+        if not is_ours(env):
+            return OTHER
+        infos = [env.reset(seed=0)[1], *(env.step(action)[4] for action in draw_actions(env.action_space, 3, seed=0))]
+    for info in infos:
+        odd = [key for key in info if not key.startswith("frobs/") and key not in _FOREIGN]
+        expect(not odd, f"the info holds {odd}; a key of FRobs begins with 'frobs/', and nobody else writes there.")
+    return None
+
+
+def _expect_reason(env: Any, terminated: bool, step: int, info: dict[str, Any]) -> None:
+    if "frobs/diverged" in info:
+        return
+    ends = env.task.is_terminated()
+    told = bool(ends is not None and ends[0])
+    expect(told == terminated, f"step {step}: terminated is {terminated}, and the task's is_terminated() {told}.")

@@ -1,0 +1,154 @@
+"""Checks of an environment's life: time, steps that need a reset, actions that are refused, what a reset is asked."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+from frobs_core.errors import FrobsError, InvalidActionError, ResetNeededError, UnknownParameterError
+from frobs_devkit.testing.checks import CheckFailure, Hollow, NotApplicable, Outcome, expect
+from frobs_devkit.testing.compare import expect_close, expect_same
+from frobs_devkit.testing.environment.rollout import draw_actions
+from frobs_devkit.testing.environment.subject import OTHER, EnvUnderTest, inside, is_ours, observes_truly
+
+_LONGEST = 400
+
+
+def time_advances(subject: EnvUnderTest) -> Outcome:
+    """Each step advances the time by exactly ``control_timestep``, and a reset sets it back to 0."""
+    with closing(subject.make()) as env:
+        if not is_ours(env):
+            return OTHER
+        simulation, dt = inside(env).simulation, inside(env).control_timestep
+        for seed in (0, 1):
+            env.reset(seed=seed)
+            expect_close(0.0, simulation.time[0], 0.0, "the time after a reset [s]")
+            for k, action in enumerate(draw_actions(env.action_space, 10, seed), start=1):
+                _, _, terminated, truncated, _ = env.step(action)
+                expect_close(k * dt, simulation.time[0], 1e-9, f"the time after {k} steps of {dt} s [s]")
+                if terminated or truncated:
+                    break
+        fps = env.metadata.get("render_fps")
+        expect(fps == round(1 / dt), f"metadata['render_fps'] is {fps} where a step takes {dt} s.")
+    return None
+
+
+def step_needs_reset(subject: EnvUnderTest) -> Outcome:
+    """A step before the first reset, or after an episode's end, raises ResetNeededError."""
+    with closing(subject.make()) as wrapped:
+        if not is_ours(wrapped):
+            return OTHER
+        env = wrapped.unwrapped
+        actions = draw_actions(env.action_space, _LONGEST, seed=4)
+        _expect_raises(ResetNeededError, env, actions[0], "a step before the first reset")
+        env.reset(seed=4)
+        for action in actions:
+            if env.step(action)[2]:
+                _expect_raises(ResetNeededError, env, action, "a step after termination")
+                break
+    with closing(subject.make_vec(2, AutoresetMode.DISABLED)) as batch:
+        actions = draw_actions(batch.action_space, _LONGEST, seed=4)
+        _expect_raises(ResetNeededError, batch, actions[0], "a step of the batch before the first reset")
+        batch.reset(seed=4)
+        for action in actions:
+            _, _, terminated, truncated, _ = batch.step(action)
+            if (terminated | truncated).any():
+                _expect_raises(ResetNeededError, batch, action, "a step of the batch after an episode's end")
+                return None
+    return Hollow(f"no episode ended in {_LONGEST} steps")
+
+
+def bad_actions_refused(subject: EnvUnderTest) -> Outcome:
+    """An action of the wrong shape, outside of a discrete space or not finite raises InvalidActionError and does nothing."""
+    with closing(subject.make()) as wrapped:
+        if not is_ours(wrapped):
+            return OTHER
+        env = wrapped.unwrapped
+        good = draw_actions(env.action_space, 6, seed=2)
+        bad = _bad_actions(env.action_space)
+        first = env.reset(seed=2)[0]
+        expected = [env.step(action)[0] for action in good]
+        expect_same(first, env.reset(seed=2)[0], "the first observation")
+        for k, action in enumerate(good):
+            for what, wrong in bad.items():
+                _expect_raises(InvalidActionError, env, wrong, what)
+            expect_same(expected[k], env.step(action)[0], f"step {k + 1} after refused actions")
+    with closing(subject.make_vec(3, AutoresetMode.SAME_STEP)) as batch:
+        batch.reset(seed=2)
+        actions = draw_actions(batch.action_space, 1, seed=2)[0]
+        _expect_raises(InvalidActionError, batch, actions[:2], "a batch of 2 actions for 3 environments")
+        if np.asarray(actions).dtype.kind == "f":
+            actions[1] = np.nan
+            _expect_raises(InvalidActionError, batch, actions, "a batch of actions with NaN in one of them")
+    return None
+
+
+def reset_options_hold(subject: EnvUnderTest) -> Outcome:
+    """A reset places the joints and the goal where its options say, and refuses an option that the task does not know."""
+    with closing(subject.make()) as env:
+        if not is_ours(env):
+            return OTHER
+        try:
+            env.reset(seed=0, options={"no_such_option": 1.0})
+        except UnknownParameterError:
+            pass
+        else:
+            raise CheckFailure("reset(options={'no_such_option': …}) passes; it must raise UnknownParameterError.")
+        seen = False
+        understood = inside(env).task.reset_options
+        if "joint_positions" in understood:
+            wanted = _some_joint_positions(inside(env).robot)
+            env.reset(seed=0, options={"joint_positions": wanted})
+            found = inside(env).robot.joint_positions[0]
+            expect_close(wanted, found, 1e-6, "joint positions after reset(options={'joint_positions': …})")
+            seen = True
+        goals = [_goal(env.reset(seed=seed)[0]) for seed in (0, 1)]
+        if "goal" in understood and goals[0] is not None and observes_truly(env, "desired_goal"):
+            found = _goal(env.reset(seed=0, options={"goal": goals[1]})[0])
+            expect_close(goals[1], found, 1e-6, "desired_goal after reset(options={'goal': …})")
+            seen = True
+    return None if seen else NotApplicable("the task understands neither 'joint_positions' nor 'goal'")
+
+
+def _goal(observation: Any) -> Any:
+    return (
+        np.array(observation["desired_goal"])
+        if isinstance(observation, dict) and "desired_goal" in observation
+        else None
+    )
+
+
+def _some_joint_positions(robot: Any) -> Any:
+    """Return joint positions a little off home, inside the limits; (dof,)."""
+    off_home = robot.home[0] + 0.05 * np.where(np.arange(robot.dof) % 2, 1.0, -1.0)
+    return np.clip(off_home, robot.position_lower[0], robot.position_upper[0])
+
+
+def _bad_actions(space: gym.Space[Any]) -> dict[str, Any]:
+    if isinstance(space, gym.spaces.Discrete):
+        return {"an action above the space": int(space.start + space.n), "an action below it": int(space.start - 1)}
+    assert space.shape is not None
+    bad: dict[str, Any] = {
+        "an action with a dimension too many": np.zeros((*space.shape, 1), space.dtype),
+        "an action with an element too many": np.zeros((space.shape[0] + 1, *space.shape[1:]), space.dtype),
+    }
+    if isinstance(space, gym.spaces.Box):
+        for name, value in (("NaN", np.nan), ("infinity", np.inf)):
+            action = np.zeros(space.shape, space.dtype)
+            action[-1] = value
+            bad[f"an action with {name}"] = action
+    return bad
+
+
+def _expect_raises(wanted: type[FrobsError], env: Any, action: Any, what: str) -> None:
+    try:
+        env.step(action)
+    except wanted:
+        return
+    except Exception as error:
+        raise CheckFailure(f"{what} raises {type(error).__name__} ({error}), not {wanted.__name__}.") from error
+    raise CheckFailure(f"{what} passes; it must raise {wanted.__name__}.")

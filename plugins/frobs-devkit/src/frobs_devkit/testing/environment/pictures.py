@@ -1,0 +1,57 @@
+"""Checks of pictures."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.errors import RenderingUnavailableError
+from frobs_devkit.testing.checks import Hollow, NotApplicable, Outcome, expect
+from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
+from frobs_devkit.testing.environment.subject import EnvUnderTest, is_ours
+
+_SIZE = (96, 128)
+
+
+def render_draws(subject: EnvUnderTest) -> Outcome:
+    """``render()`` returns a picture of the size that was asked for, with something in it, and changes nothing."""
+    with closing(subject.make()) as env:
+        ours = is_ours(env)
+        if "rgb_array" not in env.metadata.get("render_modes", ()):
+            return NotApplicable("the environment has no render mode 'rgb_array'")
+        actions = draw_actions(env.action_space, 6, seed=14)
+        expected = play(env, 14, actions)
+    sized: dict[str, Any] = {"render_size": _SIZE} if ours else {}
+    try:
+        with closing(subject.make(render_mode="rgb_array", **sized)) as env:
+            env.reset(seed=0)
+            picture = env.render()
+            _expect_picture(picture, _SIZE if ours else None)
+            expect_same_play(expected, play(_Rendering(env), 14, actions), "an environment that draws every step")
+    except (RenderingUnavailableError, gym.error.DependencyNotInstalled) as error:
+        return Hollow(str(error))
+    return None
+
+
+class _Rendering(gym.Wrapper[Any, Any, Any, Any]):
+    """Draws after every step."""
+
+    def step(self, action: Any) -> Any:
+        result = self.env.step(action)
+        self.env.render()
+        return result
+
+
+def _expect_picture(picture: Any, size: tuple[int, int] | None) -> None:
+    expect(isinstance(picture, np.ndarray), f"render() returns {type(picture).__name__}, no array.")
+    found = f"{picture.dtype}{list(picture.shape)}"
+    if size is not None:
+        expect(
+            found == f"uint8[{size[0]}, {size[1]}, 3]", f"render() returns {found}, not uint8[{size[0]}, {size[1]}, 3]."
+        )
+    expect(picture.dtype == np.uint8 and picture.ndim == 3, f"render() returns {found}, not uint8 (height, width, 3).")
+    colours = len(np.unique(picture.reshape(-1, picture.shape[-1]), axis=0))
+    expect(colours > 1, "the picture has one colour; nothing is to be seen in it.")

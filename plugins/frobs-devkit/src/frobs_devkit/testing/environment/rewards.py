@@ -1,0 +1,92 @@
+"""Checks of rewards and success."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from typing import Any
+
+import numpy as np
+
+from frobs_devkit.testing.checks import CheckFailure, NotApplicable, Outcome, expect
+from frobs_devkit.testing.compare import expect_close
+from frobs_devkit.testing.environment.rollout import draw_actions
+from frobs_devkit.testing.environment.subject import OTHER, EnvUnderTest, inside, is_ours, observes_truly
+
+_STEPS = 120
+_TERM = "frobs/reward/"
+
+
+def success_in_every_step(subject: EnvUnderTest) -> Outcome:
+    """``info["is_success"]`` is there in every step, a float, 0.0 or 1.0."""
+    with closing(subject.make()) as env:
+        ours, steps = is_ours(env), _steps(env)
+    told = [info["is_success"] for _, _, info in steps if "is_success" in info]
+    if not told and not ours:
+        return NotApplicable("the environment does not tell of success")
+    expect(len(told) == len(steps), f"'is_success' is in {len(told)} of {len(steps)} steps' infos; it must be in each.")
+    for value in told:
+        expect(type(value) is float and value in (0.0, 1.0), f"'is_success' is {value!r}; it must be 0.0 or 1.0.")
+    return None
+
+
+def terms_sum_to_reward(subject: EnvUnderTest) -> Outcome:
+    """The reward terms of a step add up to its reward."""
+    with closing(subject.make()) as env:
+        if not is_ours(env):
+            return OTHER
+        steps = _steps(env)
+    names = {key for _, _, info in steps for key in info if key.startswith(_TERM)}
+    if not names:
+        return NotApplicable("the task names no reward terms")
+    for k, (_, reward, info) in enumerate(steps, start=1):
+        missing = sorted(names - info.keys())
+        expect(not missing, f"step {k}: the info lacks {missing}, which other steps have.")
+        if "frobs/diverged" not in info:  # its reward is 0, whatever the terms say
+            total = sum(info[name] for name in sorted(names))
+            expect_close(reward, total, 1e-9 * max(1.0, abs(reward)), f"step {k}: the sum of {sorted(names)}")
+    return None
+
+
+def compute_reward_equals_step(subject: EnvUnderTest) -> Outcome:
+    """``compute_reward`` of the goals of a step is the step's reward, and a batch of goals gives a batch of rewards."""
+    with closing(subject.make()) as env:
+        steps = _steps(env)
+        if not isinstance(steps[0][0], dict) or "desired_goal" not in steps[0][0]:
+            return NotApplicable("not goal-conditioned")
+        if not observes_truly(env, "achieved_goal", "desired_goal"):
+            return NotApplicable("the goals are observed with noise or late, and the reward is that of the true ones")
+        compute = getattr(env.unwrapped, "compute_reward", None)
+        if compute is None:
+            raise CheckFailure(
+                "a goal-conditioned environment needs a compute_reward(achieved_goal, desired_goal, info)."
+            )
+        achieved = np.stack([observation["achieved_goal"] for observation, _, _ in steps])  # (k, …)
+        desired = np.stack([observation["desired_goal"] for observation, _, _ in steps])
+        rewards = np.array([reward for _, reward, _ in steps])
+        one_by_one = [compute(a, d, info) for a, d, (_, _, info) in zip(achieved, desired, steps, strict=True)]
+        expect_close(rewards, np.array(one_by_one), 1e-5, "compute_reward of each step's goals")
+        together = np.asarray(compute(achieved, desired, [info for _, _, info in steps]))
+        expect_close(np.array(one_by_one), together, 1e-12, "compute_reward of all goals together")
+        there = np.asarray(compute(desired, desired, [{}] * len(desired)))
+        expect(
+            (there >= rewards - 1e-9).all(),
+            "a goal that is reached is worth less than one that is not: compute_reward(desired, desired) < reward.",
+        )
+        if is_ours(env) and inside(env).task.reward_type == "sparse":
+            expect(
+                (there == 0.0).all() and np.isin(rewards, (-1.0, 0.0)).all(),
+                "a sparse reward is 0 where the goal is reached and −1 elsewhere, as hindsight replay expects it.",
+            )
+    return None
+
+
+def _steps(env: Any) -> list[tuple[Any, float, dict[str, Any]]]:
+    """Play random episodes; (observation, reward, info) of each step."""
+    env.reset(seed=8)
+    steps = []
+    for action in draw_actions(env.action_space, _STEPS, seed=8):
+        observation, reward, terminated, truncated, info = env.step(action)
+        steps.append((observation, float(reward), dict(info)))
+        if terminated or truncated:
+            env.reset()
+    return steps

@@ -1,0 +1,104 @@
+"""Playing drawn actions, and comparing what came of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_devkit.testing.checks import expect
+from frobs_devkit.testing.compare import expect_same
+
+
+@dataclass(frozen=True)
+class Transition:
+    """One step, as it was returned; copies.
+
+    Attributes:
+        observation: The last of the episode where it ended.
+        reward: Of the step.
+        terminated: Of the step.
+        truncated: Of the step.
+        info: Its numbers alone.
+        reset_observation: The first of the next episode, where this one ended.
+        reset_info: That of ``reset_observation``.
+    """
+
+    observation: Any
+    reward: float
+    terminated: bool
+    truncated: bool
+    info: Mapping[str, float]
+    reset_observation: Any = None
+    reset_info: Mapping[str, float] | None = None
+
+    @property
+    def done(self) -> bool:
+        """Whether the episode ended."""
+        return self.terminated or self.truncated
+
+
+def draw_actions(space: gym.Space[Any], steps: int, seed: int) -> list[Any]:
+    """Draw actions that depend on nothing but the space and the seed."""
+    own = deepcopy(space)
+    own.seed(seed)
+    return [own.sample() for _ in range(steps)]
+
+
+def numbers(info: Mapping[str, Any]) -> dict[str, float]:
+    """Return the entries of an info that are single numbers, as floats."""
+    kinds = (bool, int, float, np.number, np.bool_)
+    return {key: float(value) for key, value in info.items() if isinstance(value, kinds)}
+
+
+def advance(env: gym.Env[Any, Any], action: Any) -> Transition:
+    """Step once, and reset where the episode ended."""
+    observation, reward, terminated, truncated, info = env.step(action)
+    observation, info = deepcopy(observation), numbers(info)
+    if not (terminated or truncated):
+        return Transition(observation, float(reward), False, False, info)
+    reset_observation, reset_info = env.reset()
+    return Transition(
+        observation,
+        float(reward),
+        bool(terminated),
+        bool(truncated),
+        info,
+        deepcopy(reset_observation),
+        numbers(reset_info),
+    )
+
+
+def play(env: gym.Env[Any, Any], seed: int, actions: Sequence[Any]) -> tuple[Any, list[Transition]]:
+    """Reset with a seed and play actions over as many episodes as they last; returns the first observation too."""
+    first = deepcopy(env.reset(seed=seed)[0])
+    return first, [advance(env, action) for action in actions]
+
+
+def expect_same_play(
+    expected: tuple[Any, Sequence[Transition]], actual: tuple[Any, Sequence[Transition]], what: str
+) -> None:
+    """Raise CheckFailure unless two plays are equal bit for bit."""
+    expect_same(expected[0], actual[0], f"{what}: the first observation")
+    for k, (a, b) in enumerate(zip(expected[1], actual[1], strict=True), start=1):
+        expect_same_transition(a, b, f"{what}, step {k}")
+
+
+def expect_same_transition(a: Transition, b: Transition, what: str) -> None:
+    """Raise CheckFailure unless two steps are equal bit for bit."""
+    expect_same(a.observation, b.observation, f"{what}: the observation")
+    expect(a.reward == b.reward, f"{what}: the reward is {b.reward!r} instead of {a.reward!r}.")
+    ends = ((a.terminated, a.truncated), (b.terminated, b.truncated))
+    expect(ends[0] == ends[1], f"{what}: (terminated, truncated) is {ends[1]} instead of {ends[0]}.")
+    expect_same(_without_clocks(a.info), _without_clocks(b.info), f"{what}: the info")
+    if a.reset_observation is not None:
+        expect_same(a.reset_observation, b.reset_observation, f"{what}: the observation of the reset that follows")
+
+
+def _without_clocks(info: Mapping[str, Any]) -> dict[str, Any]:
+    """Return an info without what a clock measured, which does not repeat."""
+    return {key: value for key, value in info.items() if not key.endswith("_time")}

@@ -1,0 +1,75 @@
+"""Checks that everything an environment does comes from its seed."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from copy import deepcopy
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_devkit.testing.checks import Outcome, expect
+from frobs_devkit.testing.compare import difference, leaves
+from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
+from frobs_devkit.testing.environment.subject import EnvUnderTest
+
+_SEEDS = (0, 1, 2, 3, 10, 1234, 2**31)
+
+
+def same_seed_repeats(subject: EnvUnderTest) -> Outcome:
+    """The same seed and actions give the same numbers bit for bit, over several episodes, in a second environment too."""
+    with closing(subject.make()) as env, closing(subject.make()) as other:
+        actions = draw_actions(env.action_space, 130, seed=5)
+        expected = play(env, 42, actions)
+        expect_same_play(expected, play(other, 42, actions), "the same seed in a second environment")
+        expect_same_play(expected, play(env, 42, actions), "the same seed again")
+    return None
+
+
+def seeds_differ(subject: EnvUnderTest) -> Outcome:
+    """Different seeds begin differently."""
+    with closing(subject.make()) as env:
+        first = {seed: deepcopy(env.reset(seed=seed)[0]) for seed in _SEEDS}
+    _expect_distinct(first, "seeds {} and {} begin with the same observation; draw the start from the seed.")
+    return None
+
+
+def episodes_differ(subject: EnvUnderTest) -> Outcome:
+    """An episode after the first begins differently: a reset without a seed draws on."""
+    with closing(subject.make()) as env:
+        first = {0: deepcopy(env.reset(seed=7)[0])}
+        for episode in range(1, 5):
+            env.step(draw_actions(env.action_space, 1, seed=episode)[0])
+            first[episode] = deepcopy(env.reset()[0])
+    _expect_distinct(first, "episodes {} and {} after one seed begin with the same observation.")
+    return None
+
+
+def reset_forgets_history(subject: EnvUnderTest) -> Outcome:
+    """A reset with a seed equals a fresh environment, whatever happened before."""
+    with closing(subject.make()) as env:
+        space = env.action_space
+        actions = draw_actions(space, 40, seed=6)
+        expected = play(env, 99, actions)
+    histories: dict[str, list[Any]] = {
+        "a few steps": draw_actions(space, 7, seed=1),
+        "several episodes": draw_actions(space, 130, seed=2),
+    }
+    if isinstance(space, gym.spaces.Box) and space.is_bounded():
+        histories["the largest actions"] = [space.high.copy()] * 30
+        histories["the smallest actions"] = [space.low.copy()] * 30
+    with closing(subject.make()) as env:
+        for name, history in histories.items():
+            play(env, 1, history)
+            expect_same_play(expected, play(env, 99, actions), f"a reset after {name} against a fresh environment")
+    return None
+
+
+def _expect_distinct(observations: dict[int, Any], message: str) -> None:
+    """Refuse two equal observations; where they are whole numbers, of which few exist, refuse that all are equal."""
+    items = list(observations.items())
+    equal = [(a, b) for i, (a, x) in enumerate(items) for b, y in items[i + 1 :] if difference(x, y) is None]
+    few = all(leaf.dtype.kind not in "fc" for leaf in leaves(items[0][1]).values())
+    pairs = len(items) * (len(items) - 1) // 2
+    expect(len(equal) < pairs if few else not equal, message.format(*np.ravel(equal[:1])) if equal else "")

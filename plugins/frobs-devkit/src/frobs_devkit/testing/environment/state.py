@@ -1,0 +1,60 @@
+"""Checks that a snapshot is complete."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from copy import deepcopy
+from typing import Any
+
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+from frobs_devkit.testing.checks import Outcome, expect
+from frobs_devkit.testing.compare import expect_same, leaves
+from frobs_devkit.testing.environment.rollout import draw_actions
+from frobs_devkit.testing.environment.subject import OTHER, EnvUnderTest, inside, is_ours
+
+_NUM_ENVS = 3
+
+
+def snapshot_continues(subject: EnvUnderTest) -> Outcome:
+    """A batch that is restored continues exactly, past the ends of episodes, also one that was built anew."""
+    with closing(subject.make()) as single:
+        if not is_ours(single):
+            return OTHER
+    with closing(subject.make_vec(_NUM_ENVS, AutoresetMode.SAME_STEP)) as env:
+        actions = draw_actions(env.action_space, 140, seed=12)
+        env.reset(seed=12)
+        for action in actions[:23]:
+            env.step(action)
+        snapshot = deepcopy(inside(env).snapshot())
+        told = _told(env)
+        for name, array in leaves(snapshot).items():
+            expect(array.shape[:1] == (_NUM_ENVS,), f"snapshot{name} is {list(array.shape)}, not (num_envs, …).")
+            expect(array.dtype.kind != "O", f"snapshot{name} holds Python objects; a file of arrays cannot hold them.")
+        expected = _continue(env, actions[23:])
+        inside(env).restore(deepcopy(snapshot))
+        for name, value in _told(env).items():
+            expect_same(told[name], value, f"{name} of the task, as soon as the batch is restored")
+        _expect_same_steps(expected, _continue(env, actions[23:]), "the batch that was restored")
+    with closing(subject.make_vec(_NUM_ENVS, AutoresetMode.SAME_STEP)) as fresh:
+        inside(fresh).restore(deepcopy(snapshot))
+        _expect_same_steps(expected, _continue(fresh, actions[23:]), "a new batch that was restored")
+    return None
+
+
+def _told(env: Any) -> dict[str, Any]:
+    """Return what the task says of the state, without a step."""
+    task = inside(env).task
+    return {"reward()": np.array(task.reward()), "is_success()": np.array(task.is_success())}
+
+
+def _continue(env: Any, actions: list[Any]) -> list[Any]:
+    return [deepcopy(env.step(action)[:4]) for action in actions]
+
+
+def _expect_same_steps(expected: list[Any], actual: list[Any], what: str) -> None:
+    parts = ("observation", "reward", "terminated", "truncated")
+    for k, (a, b) in enumerate(zip(expected, actual, strict=True), start=1):
+        for part, x, y in zip(parts, a, b, strict=True):
+            expect_same(x, y, f"{what}, step {k}, {part}")

@@ -1,0 +1,102 @@
+"""The environment that is checked, as an ID and keywords: every check makes its own."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import gymnasium as gym
+from gymnasium.envs.registration import EnvSpec, load_env_creator
+from gymnasium.vector import AutoresetMode
+
+from frobs_core import registry
+from frobs_devkit.testing.checks import NotApplicable
+
+OTHER = NotApplicable("only for environments of FRobs")
+"""What a check of our own promises returns for another's environment."""
+
+
+@dataclass(frozen=True, eq=False)
+class EnvUnderTest:
+    """An environment ID with keywords.
+
+    Attributes:
+        id: As it was given.
+        kwargs: Keywords of the environment.
+    """
+
+    id: str
+    kwargs: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def bare_id(self) -> str:
+        """The ID without a module to import."""
+        return self.id.rpartition(":")[2]
+
+    @property
+    def self_importing_id(self) -> str:
+        """The ID with the module that registers it, where that is known."""
+        ours = self.bare_id in registry.environments() or self.bare_id.startswith("frobs/")
+        return f"frobs_core:{self.bare_id}" if ours and ":" not in self.id else self.id
+
+    @property
+    def spec(self) -> EnvSpec:
+        """The registered spec; imports the module of a self-importing ID."""
+        module = self.self_importing_id.rpartition(":")[0]
+        if module:
+            importlib.import_module(module)
+        return gym.spec(self.bare_id)
+
+    def make(self, **kwargs: Any) -> gym.Env[Any, Any]:
+        """Make the single environment as users do, time limit and all.
+
+        Gymnasium's passive checker is left out: it warns of what the checks here name more precisely.
+        """
+        return gym.make(self.self_importing_id, disable_env_checker=True, **{**self.kwargs, **kwargs})
+
+    def make_vec(self, num_envs: int, mode: AutoresetMode, **kwargs: Any) -> gym.vector.VectorEnv[Any, Any, Any]:
+        """Make the native batch, or Gymnasium's own vector of environments where there is none."""
+        keywords = {**self.kwargs, **kwargs}
+        if not self._has_batch():
+            return gym.make_vec(
+                self.self_importing_id,
+                num_envs,
+                vectorization_mode="sync",
+                vector_kwargs={"autoreset_mode": mode},
+                **keywords,
+            )
+        return gym.make_vec(
+            self.self_importing_id,
+            num_envs,
+            vectorization_mode="vector_entry_point",
+            autoreset_mode=mode,
+            **keywords,
+        )
+
+    def _has_batch(self) -> bool:
+        """Whether the ID has a batch of its own, which lets the autoreset be chosen: not every package's does."""
+        entry_point = self.spec.vector_entry_point
+        if entry_point is None:
+            return False
+        creator = entry_point if callable(entry_point) else load_env_creator(entry_point)
+        parameters = inspect.signature(creator).parameters.values()
+        return any(p.name == "autoreset_mode" or p.kind is inspect.Parameter.VAR_KEYWORD for p in parameters)
+
+
+def inside(env: Any) -> Any:
+    """Return the environment inside of its wrappers, with the attributes that only ours have."""
+    return env.unwrapped
+
+
+def observes_truly(env: Any, *keys: str) -> bool:
+    """Whether neither noise nor delay changes some keys of a dictionary observation."""
+    randomization = getattr(env.unwrapped, "randomization", None)
+    return randomization is None or not randomization.observed_keys & set(keys)
+
+
+def is_ours(env: Any) -> bool:
+    """Whether an environment, single or vector, is composed of a simulator, a robot, a controller and a task."""
+    return hasattr(env.unwrapped, "simulation")

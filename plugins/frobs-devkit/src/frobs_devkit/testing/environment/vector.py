@@ -1,0 +1,178 @@
+"""Checks that environment *i* of a batch equals the single environment with its seed, bit for bit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import closing
+from functools import lru_cache
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+from frobs_devkit.testing.checks import Hollow, Outcome, expect
+from frobs_devkit.testing.compare import expect_same, row
+from frobs_devkit.testing.environment.rollout import Transition, advance, draw_actions, expect_same_transition
+from frobs_devkit.testing.environment.subject import OTHER, EnvUnderTest, is_ours
+
+NUM_ENVS = 7
+STEPS = 300
+_SEED = 20
+_NO_END = Hollow(f"no episode ended in {STEPS} steps; the autoreset was not seen")
+
+
+def same_step_equals_single(subject: EnvUnderTest) -> Outcome:
+    """With same-step autoreset each environment of a batch of 7 equals the single one with its seed, ends included."""
+    singles = _play_singles(subject)
+    with closing(subject.make_vec(NUM_ENVS, AutoresetMode.SAME_STEP)) as env:
+        singles.expect_first(env.reset(seed=_SEED)[0])
+        for k in range(STEPS):
+            observation, reward, terminated, truncated, info = env.step(singles.actions(k, env.action_space))
+            batch = getattr(env.unwrapped, "final_observation", None)
+            for i, expected in enumerate(singles.at(k)):
+                what = f"environment {i} of {NUM_ENVS}, step {k + 1}"
+                _expect_masked(info, "final_obs", i, expected.done, what)
+                told = info["final_info"] if expected.done else info
+                last = info["final_obs"][i] if expected.done else row(observation, i)
+                if expected.done and batch is not None:
+                    expect_same(expected.observation, row(batch, i), f"{what}: final_observation")
+                actual = _transition(last, reward, terminated, truncated, told, i, row(observation, i))
+                expect_same_transition(expected, actual, what)
+    return None if singles.ends else _NO_END
+
+
+def next_step_equals_single(subject: EnvUnderTest) -> Outcome:
+    """With next-step autoreset too; the step that resets has reward 0 and no end, and its action does not count."""
+    singles = _play_singles(subject)
+    position = [0] * NUM_ENVS  # of each environment in its own play
+    ended: list[Transition | None] = [None] * NUM_ENVS
+    with closing(subject.make_vec(NUM_ENVS, AutoresetMode.NEXT_STEP)) as env:
+        singles.expect_first(env.reset(seed=_SEED)[0])
+        for k in range(STEPS):
+            action = singles.stack([singles.drawn[i][position[i]] for i in range(NUM_ENVS)], env.action_space)
+            observation, reward, terminated, truncated, info = env.step(action)
+            for i in range(NUM_ENVS):
+                what = f"environment {i} of {NUM_ENVS}, step {k + 1}"
+                before = ended[i]
+                if before is not None:
+                    expect_same(before.reset_observation, row(observation, i), f"{what}, which resets: the observation")
+                    told = (float(reward[i]), bool(terminated[i]), bool(truncated[i]))
+                    expect(
+                        told == (0.0, False, False), f"{what}, which resets: (reward, terminated, truncated) is {told}."
+                    )
+                    ended[i] = None
+                    continue
+                expected = singles.plays[i][position[i]]
+                actual = _transition(
+                    row(observation, i), reward, terminated, truncated, info, i, expected.reset_observation
+                )
+                expect_same_transition(expected, actual, what)
+                ended[i] = expected if expected.done else None
+                position[i] += 1
+    return None if singles.ends else _NO_END
+
+
+def disabled_equals_single(subject: EnvUnderTest) -> Outcome:
+    """Without autoreset too, where single environments of the batch are reset at times of their own by a mask."""
+    singles = _Singles(subject, reset_after=lambda i: 9 + 4 * i)
+    with closing(subject.make_vec(NUM_ENVS, AutoresetMode.DISABLED)) as env:
+        singles.expect_first(env.reset(seed=_SEED)[0])
+        for k in range(STEPS):
+            observation, reward, terminated, truncated, info = env.step(singles.actions(k, env.action_space))
+            row_of = singles.at(k)
+            mask = np.array([expected.reset_observation is not None for expected in row_of])
+            fresh = env.reset(options={"reset_mask": mask.copy()})[0] if mask.any() else observation
+            for i, expected in enumerate(row_of):
+                what = f"environment {i} of {NUM_ENVS}, step {k + 1}"
+                actual = _transition(row(observation, i), reward, terminated, truncated, info, i, row(fresh, i))
+                expect_same_transition(expected, actual, what)
+                if mask.any() and not mask[i]:
+                    expect_same(
+                        expected.observation, row(fresh, i), f"{what}, while others were reset: the observation"
+                    )
+    return None if singles.ends else _NO_END
+
+
+def threads_agree(subject: EnvUnderTest) -> Outcome:
+    """One thread and two give the same numbers bit for bit."""
+    with closing(subject.make()) as single:
+        if not is_ours(single):
+            return OTHER
+    plays = []
+    for threads in (1, 2):
+        with closing(subject.make_vec(NUM_ENVS, AutoresetMode.SAME_STEP, num_threads=threads)) as env:
+            trace: list[Any] = [env.reset(seed=_SEED)[0]]
+            for action in draw_actions(env.action_space, 60, seed=9):
+                trace.append(env.step(action)[:4])
+            plays.append(trace)
+    for k, (one, two) in enumerate(zip(*plays, strict=True)):
+        expect_same(one, two, f"two threads against one, step {k}")
+    return None
+
+
+class _Singles:
+    """What the single environments do, each as ``gym.make`` returns it, with the seeds of the batch."""
+
+    def __init__(self, subject: EnvUnderTest, reset_after: Any = None) -> None:
+        self.plays: list[list[Transition]] = []
+        self.first: list[Any] = []
+        self.drawn: list[list[Any]] = []
+        for i in range(NUM_ENVS):
+            with closing(subject.make()) as env:
+                self.drawn.append(draw_actions(env.action_space, STEPS, seed=100 + i))
+                self.first.append(row([env.reset(seed=_SEED + i)[0]], 0))
+                self.plays.append(self._play(env, self.drawn[i], reset_after(i) if reset_after else STEPS + 1))
+        self.ends = any(transition.done for play in self.plays for transition in play)
+
+    @staticmethod
+    def _play(env: gym.Env[Any, Any], actions: list[Any], reset_after: int) -> list[Transition]:
+        play, length = [], 0
+        for action in actions:
+            transition = advance(env, action)
+            length = 0 if transition.done else length + 1
+            if length == reset_after:
+                observation = row([env.reset()[0]], 0)
+                transition = Transition(**{**vars(transition), "reset_observation": observation})
+                length, reset_after = 0, STEPS + 1  # once; from then on this environment is out of step with others
+            play.append(transition)
+        return play
+
+    def at(self, k: int) -> list[Transition]:
+        return [play[k] for play in self.plays]
+
+    def actions(self, k: int, space: gym.Space[Any]) -> Any:
+        return self.stack([drawn[k] for drawn in self.drawn], space)
+
+    @staticmethod
+    def stack(actions: list[Any], space: gym.Space[Any]) -> Any:
+        return np.stack(actions).astype(space.dtype) if space.dtype is not None else tuple(actions)
+
+    def expect_first(self, observation: Any) -> None:
+        for i, expected in enumerate(self.first):
+            expect_same(expected, row(observation, i), f"environment {i} of {NUM_ENVS}, the first observation")
+
+
+@lru_cache(maxsize=1)
+def _play_singles(subject: EnvUnderTest) -> _Singles:
+    """Return what two checks in a row compare with: playing it is most of their time."""
+    return _Singles(subject)
+
+
+def _expect_masked(info: Mapping[str, Any], key: str, i: int, expected: bool, what: str) -> None:
+    mask = info.get(f"_{key}")
+    there = mask is not None and bool(mask[i])
+    expect(there == expected, f"{what}: info has {'a' if there else 'no'} '{key}' for it, and its episode "
+           f"{'ended' if expected else 'did not end'}.")  # fmt: skip
+
+
+def _transition(
+    observation: Any, reward: Any, terminated: Any, truncated: Any, info: Mapping[str, Any], i: int, fresh: Any
+) -> Transition:
+    told = {
+        key: float(values[i])
+        for key, values in info.items()
+        if not key.startswith("_") and f"_{key}" in info and info[f"_{key}"][i] and np.asarray(values).dtype.kind in "fiub"
+        and np.asarray(values).ndim == 1
+    }  # fmt: skip
+    return Transition(observation, float(reward[i]), bool(terminated[i]), bool(truncated[i]), told, fresh)

@@ -1,0 +1,168 @@
+"""From a word that a user types to the checks that it means: an ID, a record of any kind, a plugin, a distribution."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import gymnasium as gym
+
+from frobs_core import plugins, registry
+from frobs_core.errors import AmbiguousNameError, UnknownNameError
+from frobs_core.plugins import PluginReport
+from frobs_core.plugins.discovery import normalize
+from frobs_core.specs import KINDS, SimulatorRecord, TaskRecord
+from frobs_devkit.testing.algorithm import check_algorithm
+from frobs_devkit.testing.checks import Check, Hollow
+from frobs_devkit.testing.controller import check_controller
+from frobs_devkit.testing.environment import CHECKS as ENVIRONMENT_CHECKS
+from frobs_devkit.testing.environment import check_env
+from frobs_devkit.testing.plugin import check_plugin
+from frobs_devkit.testing.robot import check_robot
+from frobs_devkit.testing.simulator import check_simulator
+from frobs_devkit.testing.task import check_task
+
+_NO_ROBOT = Hollow("the ID takes any robot; name one with --robot, or robot= of check_env")
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What a word means.
+
+    Attributes:
+        kind: ``"environment"``, a kind of record, ``"plugin"`` or ``"distribution"``.
+        name: As it is written in full: ``"irb120"``, ``"frobs/Irb120Reach-v0"``, …
+    """
+
+    kind: str
+    name: str
+
+    @property
+    def word(self) -> str:
+        """The word that means nothing else: ``"robot:irb120"``; an ID stays as it is."""
+        return self.name if self.kind == "environment" else f"{self.kind}:{self.name}"
+
+    @property
+    def claims(self) -> Mapping[str, str]:
+        """The capabilities that it claims, with their levels; of simulators alone."""
+        if self.kind != "simulator":
+            return {}
+        record = plugins.get_record("simulator", self.name)
+        assert isinstance(record, SimulatorRecord)
+        return {name: str(level) for name, level in record.capabilities.items() if level}
+
+    def checks(self, robot: str | None = None, simulator: str | None = None) -> list[Check]:
+        """Return its checks; nothing is made before one runs.
+
+        Args:
+            robot: What controllers, tasks and environments are tried on; None: their own, or one of the kit's.
+            simulator: What they are tried in; None: their own, or every one that is installed for a robot.
+        """
+        if self.kind == "plugin":
+            (report,) = (report for report in plugins.reports() if _key(report) == self.name)
+            return _of_plugin(report, robot, simulator)
+        if self.kind == "distribution":
+            return [
+                replace(check, name=f"{report.name}.{check.name}")
+                for report in _reports_of(self.name)
+                for check in _of_plugin(report, robot, simulator)
+            ]
+        return _of(self.kind, self.name, robot, simulator)
+
+
+def find_subject(word: str) -> Subject:
+    """Return what a word means.
+
+    Args:
+        word: A Gymnasium ID (``"frobs/Irb120Reach-v0"``, ``"module:Id-v0"``); a record, ``"robot:irb120"`` or, where
+            nothing else has the name, ``"irb120"``; a plugin or a distribution by its name.
+
+    Raises:
+        UnknownNameError: It means nothing; the nearest is named.
+        AmbiguousNameError: It means several things; the ways to say which are named.
+    """
+    kind, colon, rest = word.partition(":")
+    known = {
+        **{kind: list(plugins.records(kind)) for kind in KINDS},
+        "plugin": [name for report in plugins.reports() for name in (report.name, _key(report))],
+        "distribution": [report.distribution for report in plugins.reports()],
+    }
+    if colon and kind in known:
+        return _named(kind, rest, known[kind])
+    if "/" in word or word in gym.registry or word.rpartition(":")[2] in gym.registry:
+        return Subject("environment", word)
+    found = [_named(kind, word, names) for kind, names in known.items() if _spelt(kind, word, names)]
+    if not found:
+        failed = plugins.active().failures()
+        names = {name for names in known.values() for name in names if ":" not in name}
+        raise UnknownNameError("part, plugin or ID", word, [*names, *registry.environments()], failed)
+    if len(found) > 1:
+        raise AmbiguousNameError("name", word, [f"the {one.kind}" for one in found], [one.word for one in found])
+    return found[0]
+
+
+def _named(kind: str, name: str, names: Iterable[str]) -> Subject:
+    if kind in KINDS:
+        plugins.get_record(kind, name)  # which says what there is, and what failed to load
+        return Subject(kind, name)
+    if not _spelt(kind, name, names):
+        raise UnknownNameError(kind, name, set(names))
+    if kind == "distribution":
+        return Subject(kind, name)
+    meant = [report for report in plugins.reports() if name in (report.name, _key(report))]
+    if len(meant) > 1:
+        ways = [f"plugin:{_key(report)}" for report in meant]
+        raise AmbiguousNameError("plugin", name, [report.origin for report in meant], ways)
+    return Subject(kind, _key(meant[0]))
+
+
+def _spelt(kind: str, word: str, names: Iterable[str]) -> bool:
+    if kind == "distribution":
+        return normalize(word) in map(normalize, names)
+    return word in names
+
+
+def _key(report: PluginReport) -> str:
+    return f"{report.distribution}:{report.name}"
+
+
+def _reports_of(distribution: str) -> list[PluginReport]:
+    return [report for report in plugins.reports() if normalize(report.distribution) == normalize(distribution)]
+
+
+def _of(kind: str, name: str, robot: str | None, simulator: str | None) -> list[Check]:
+    keywords: dict[str, Any] = {"robot": robot, "simulator": simulator}
+    given = {key: value for key, value in keywords.items() if value is not None}
+    if kind == "environment":
+        found = registry.environments().get(name.rpartition(":")[2])
+        if found is not None and not found[1].robot and robot is None:
+            return [Check("robot_is_given", "There is a robot to try it with.", lambda: _NO_ROBOT)]
+        return check_env(name, **given)
+    if kind == "robot":
+        return check_robot(name, None if simulator is None else [simulator])
+    simple: Mapping[str, Callable[[str], list[Check]]] = {"simulator": check_simulator, "algorithm": check_algorithm}
+    if kind in simple:
+        return simple[kind](name)
+    return check_controller(name, **given) if kind == "controller" else check_task(name, **given)
+
+
+def _of_plugin(report: PluginReport, robot: str | None, simulator: str | None) -> list[Check]:
+    """Return the checks of a plugin, then those of its records, then those of its IDs."""
+    checks = check_plugin(_key(report))
+    of_environments = {function.__name__ for function in ENVIRONMENT_CHECKS}
+    for kind, records in report.records.items():
+        for record in records:
+            name = record.name if record.name in plugins.records(kind) else f"{report.distribution}:{record.name}"
+            own = _of(kind, name, robot, simulator)
+            if isinstance(record, TaskRecord):  # what it shares with environments runs for each of its IDs
+                own = [check for check in own if not record.environments or check.name not in of_environments]
+            checks += _prefixed(f"{kind}:{record.name}", own)
+    for id in report.environment_ids:
+        if id in registry.environments():
+            checks += _prefixed(id, _of("environment", id, robot, simulator))
+    return checks
+
+
+def _prefixed(prefix: str, checks: Iterable[Check]) -> list[Check]:
+    return [replace(check, name=f"{prefix}.{check.name}") for check in checks]

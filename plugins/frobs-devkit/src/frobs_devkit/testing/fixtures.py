@@ -1,0 +1,72 @@
+"""A fixture of pytest for tests of plugins.
+
+To use it, say in ``conftest.py``::
+
+    pytest_plugins = ["frobs_devkit.testing.fixtures"]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
+from importlib.metadata import Distribution, distributions
+from os import PathLike
+from typing import Protocol
+
+import pytest
+
+from frobs_core import plugins
+from frobs_core.plugins import Plugins
+
+
+class Isolate(Protocol):
+    """What the fixture gives."""
+
+    def __call__(self, *, installed: bool = False, **entry_points: str) -> Plugins:
+        """Let nothing be installed but plugins of entry points that are given, until the test ends.
+
+        Args:
+            installed: Whether what is really installed stays beside them.
+            **entry_points: Modules by the entry point's name: ``mine="my_package.plugin"``.
+
+        Returns:
+            The collection that :mod:`frobs_core.plugins` asks from now on; a broken plugin in it raises.
+        """
+
+
+class _MadeDistribution(Distribution):
+    """A distribution that was never installed: the modules of its entry points are importable already."""
+
+    def __init__(self, entry_points: Mapping[str, str]) -> None:
+        lines = "".join(f"{name} = {module}\n" for name, module in entry_points.items())
+        self._texts = {
+            "METADATA": "Metadata-Version: 2.1\nName: isolated-plugins\nVersion: 0\n",
+            "entry_points.txt": f"[frobs]\n{lines}",
+        }
+
+    def read_text(self, filename: str) -> str | None:
+        """Return one of the two files that count."""
+        return self._texts.get(filename)
+
+    def locate_file(self, path: str | PathLike[str]) -> PathLike[str]:  # type: ignore[override]
+        """Refuse: there are no files."""
+        raise FileNotFoundError(path)
+
+
+@pytest.fixture
+def isolated_plugins() -> Iterator[Isolate]:
+    """Return a function that puts an isolated collection of plugins in the place of the installed one.
+
+    Example::
+
+        def test_my_robot_is_listed(isolated_plugins):
+            isolated_plugins(mine="my_package.plugin")
+            assert "my_robot" in frobs_core.plugins.records("robot")
+    """
+    with ExitStack() as stack:
+
+        def isolate(*, installed: bool = False, **entry_points: str) -> Plugins:
+            found = [_MadeDistribution(entry_points), *(distributions() if installed else ())]
+            return stack.enter_context(plugins.isolated(Plugins(found, strict=True, disabled=())))
+
+        yield isolate

@@ -1,0 +1,163 @@
+"""Running checks one after the other, and what came of it, as data."""
+
+from __future__ import annotations
+
+import platform
+import re
+import time
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from importlib.metadata import PackageNotFoundError, requires, version
+from typing import Any
+
+from frobs_core import plugins
+from frobs_core.errors import UnknownNameError
+from frobs_devkit.testing.checks import Check, CheckFailure, Hollow, NotApplicable
+
+_DECIDING = ("gymnasium", "numpy")
+"""What of the core's requirements decides over numbers."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came of one check.
+
+    Attributes:
+        name: The check's.
+        description: The check's.
+        status: ``"passed"``, ``"failed"``, ``"expected_failure"``, ``"hollow"`` or ``"not_applicable"``.
+        message: Why, where it has not passed.
+        seconds: How long it took [s].
+        capability: The simulator's capability that it verifies, or ``""``.
+    """
+
+    name: str
+    description: str
+    status: str
+    message: str = ""
+    seconds: float = 0.0
+    capability: str = ""
+
+
+@dataclass(frozen=True)
+class Report:
+    """What came of a list of checks.
+
+    Attributes:
+        results: In the order of the checks.
+        versions: Of what they ran on, by package: the core, the plugins, and what those require.
+    """
+
+    results: tuple[Result, ...]
+    versions: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def ok(self) -> bool:
+        """Whether no check failed."""
+        return not self.failed
+
+    @property
+    def failed(self) -> tuple[Result, ...]:
+        """The results of the checks that failed."""
+        return tuple(result for result in self.results if result.status == "failed")
+
+    @property
+    def hollow(self) -> tuple[Result, ...]:
+        """The results of the checks that saw nothing that could have failed."""
+        return tuple(result for result in self.results if result.status == "hollow")
+
+    @property
+    def verified_capabilities(self) -> tuple[str, ...]:
+        """The capabilities of which at least one check passed and none failed or was hollow, by name."""
+        passed = {result.capability for result in self.results if result.status == "passed"}
+        doubtful = {result.capability for result in self.results if result.status in ("failed", "hollow")}
+        return tuple(sorted(passed - doubtful - {""}))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what ``--json`` prints: numbers, strings, lists and dictionaries."""
+        return {
+            "ok": self.ok,
+            "verified_capabilities": list(self.verified_capabilities),
+            "versions": dict(self.versions),
+            "checks": [asdict(result) for result in self.results],
+        }
+
+
+def run_checks(
+    checks: Iterable[Check],
+    on_result: Callable[[Result], None] | None = None,
+    expected_failures: Mapping[str, str] | None = None,
+) -> Report:
+    """Run checks; one that fails does not stop the others.
+
+    Args:
+        checks: From the ``check_…`` functions.
+        on_result: Called after each, for a progress display.
+        expected_failures: Why a check fails, by its name. It must fail: one that passes is a failure.
+
+    Raises:
+        UnknownNameError: An expected failure names none of the checks.
+    """
+    checks, reasons = list(checks), dict(expected_failures or {})
+    refuse_unknown(reasons, checks)
+    results = []
+    for check in checks:
+        result = _run(check)
+        if check.name in reasons:
+            result = _expected(result, reasons[check.name])
+        results.append(result)
+        if on_result is not None:
+            on_result(result)
+    return Report(tuple(results), _versions())
+
+
+def refuse_unknown(expected_failures: Iterable[str], checks: Iterable[Check]) -> None:
+    """Raise UnknownNameError where an expected failure names none of the checks."""
+    names = [check.name for check in checks]
+    for name in expected_failures:
+        if name not in names:
+            raise UnknownNameError("check", name, names)
+
+
+def _expected(result: Result, reason: str) -> Result:
+    if result.status == "failed":
+        return replace(result, status="expected_failure", message=f"{reason}: {result.message}")
+    if result.status == "passed":
+        return replace(result, status="failed", message=f"it passes, and was expected to fail: {reason}")
+    return result
+
+
+def _run(check: Check) -> Result:
+    start = time.perf_counter()
+    status, message = "passed", ""
+    try:
+        outcome = check.run()
+    except CheckFailure as failure:
+        status, message = "failed", str(failure)
+    except Exception as error:  # a subject may raise anything; the other checks go on
+        status, message = "failed", f"{type(error).__name__}: {error}"
+    else:
+        if isinstance(outcome, Hollow):
+            status, message = "hollow", outcome.reason
+        elif isinstance(outcome, NotApplicable):
+            status, message = "not_applicable", outcome.reason
+    seconds = round(time.perf_counter() - start, 3)
+    return Result(check.name, check.description, status, message, seconds, check.capability)
+
+
+def _versions() -> dict[str, str]:
+    """Return the versions of Python, the core, each plugin that is loaded, and what these require."""
+    loaded = sorted({report.distribution for report in plugins.reports() if report.state == "loaded"})
+    found = {"python": platform.python_version()}
+    for distribution in ("frobs-core", *loaded):
+        try:
+            found[distribution] = version(distribution)
+            lines = _DECIDING if distribution == "frobs-core" else requires(distribution) or ()
+        except PackageNotFoundError:  # a plugin of a test, which was never installed
+            continue
+        for name in (re.split(r"[^\w.-]", line)[0] for line in lines if "extra ==" not in line):
+            try:
+                found.setdefault(name, version(name))
+            except PackageNotFoundError:
+                continue
+    return found

@@ -1,0 +1,116 @@
+"""Checks of a robot's model file and its description."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frobs_core.interfaces import Robot
+from frobs_core.models import JointType
+from frobs_core.models.defaults import default_tcp, home_positions
+from frobs_core.models.inertia import inertia_matrix
+from frobs_devkit.testing.checks import Hollow, Outcome, expect
+from frobs_devkit.testing.robot.subject import RobotUnderTest
+
+
+def model_has_joints(subject: RobotUnderTest) -> Outcome:
+    """The model file can be read, and it has at least one actuated joint."""
+    expect(isinstance(subject.robot, Robot), f"the entry point is {subject.robot!r}, no Robot.")
+    expect(subject.model.joint_names, f"{subject.model.path} has no revolute, continuous or prismatic joint.")
+    return None
+
+
+def limits_are_stated(subject: RobotUnderTest) -> Outcome:
+    """Every joint that is not continuous has finite position limits; velocity and effort limits are positive."""
+    missing = []
+    for joint in subject.model.actuated_joints:
+        limits = joint.limits
+        if joint.type is not JointType.CONTINUOUS:
+            expect(
+                np.isfinite([limits.lower, limits.upper]).all() and limits.lower < limits.upper,
+                f"joint '{joint.name}' has position limits [{limits.lower}, {limits.upper}]; state lower < upper.",
+            )
+        for name, limit in (("velocity", limits.velocity), ("effort", limits.effort)):
+            expect(limit > 0, f"joint '{joint.name}' has a {name} limit of {limit}; it must be positive.")
+            if np.isinf(limit):
+                missing.append(f"{name} of '{joint.name}'")
+    return Hollow(f"the model states no limit for {', '.join(missing)}") if missing else None
+
+
+def home_is_inside_limits(subject: RobotUnderTest) -> Outcome:
+    """Home names actuated joints, and each rests inside its limits."""
+    home_positions(subject.model, subject.robot.home)
+    return None
+
+
+def tcp_moves(subject: RobotUnderTest) -> Outcome:
+    """The tool centre point is a link, and the joints move it (a wheeled robot's wheels do not)."""
+    model = subject.model
+    tcp = subject.robot.tcp or default_tcp(model)
+    names = [link.name for link in model.links]
+    expect(tcp in names, f"tcp '{tcp}' is no link; there are {', '.join(names)}.")
+    if subject.robot.base == "wheeled":
+        return None
+    home = home_positions(model, subject.robot.home)
+    poses = np.concatenate(model.frame_pose(tcp, np.stack([home, home + 0.1])), axis=1)
+    expect(np.abs(poses[0] - poses[1]).max() > 1e-6, f"no joint moves the tcp '{tcp}'; name a link at the chain's end.")
+    return None
+
+
+def inertias_are_possible(subject: RobotUnderTest) -> Outcome:
+    """Masses are positive, and principal moments of inertia are positive and fulfil the triangle inequality."""
+    for link in subject.model.links:
+        if link.inertial is None:
+            continue
+        mass = link.inertial.mass
+        expect(mass > 0, f"link '{link.name}' has a mass of {mass} kg; leave the inertial out or make it positive.")
+        moments = np.linalg.eigvalsh(inertia_matrix(link.inertial))
+        text = ", ".join(f"{moment:.3g}" for moment in moments)
+        expect(moments[0] > 0, f"link '{link.name}' has principal moments {text} kg·m²; all must be positive.")
+        expect(
+            moments[0] + moments[1] >= moments[2] * (1 - 1e-6),
+            f"link '{link.name}' has principal moments {text} kg·m²; no body has one larger than the other two together.",
+        )
+    return None
+
+
+def notes_are_none(subject: RobotUnderTest) -> Outcome:
+    """Nothing of the model file had to be mended or left out when it was read."""
+    notes = [str(note) for note in subject.model.notes if note.fault]
+    expect(not notes, f"reading {subject.model.path.name}: {'; '.join(notes)}.")
+    return None
+
+
+def gains_are_positive(subject: RobotUnderTest) -> Outcome:
+    """Every joint is damped; every joint has stiffness, but for the wheels of a wheeled robot."""
+    gains, model = subject.gains, subject.model
+    for owner in (gains.stiffness, gains.damping):
+        unknown = (
+            [name for name in owner if name not in model.joint_names] if not isinstance(owner, float | int) else []
+        )
+        expect(not unknown, f"gains name {unknown}, which are no actuated joints: {', '.join(model.joint_names)}.")
+    for name in model.joint_names:
+        kp, kd = gains.of(name)
+        expect(kd > 0, f"joint '{name}' has a damping gain of {kd}; it must be positive.")
+        expect(kp >= 0, f"joint '{name}' has a stiffness of {kp}; it must not be negative.")
+        expect(
+            kp > 0 or subject.robot.base == "wheeled", f"joint '{name}' has no stiffness; it cannot hold a position."
+        )
+    return None
+
+
+def parts_exist(subject: RobotUnderTest) -> Outcome:
+    """Base, friction and differential drive are ones that there are, with possible numbers."""
+    robot, model = subject.robot, subject.model
+    expect(robot.base in ("fixed", "floating", "wheeled"), f"base is '{robot.base}', not fixed, floating or wheeled.")
+    links = [link.name for link in model.links]
+    for name, friction in robot.friction.items():
+        expect(name in links, f"friction names '{name}', which is no link.")
+        expect(0 <= friction < np.inf, f"the friction of '{name}' is {friction}; it must be finite and not negative.")
+    drive = robot.differential_drive
+    if drive is not None:
+        unknown = [joint for joint in (*drive.left, *drive.right) if joint not in model.joint_names]
+        expect(drive.left and drive.right and not unknown, f"differential_drive names {unknown or 'no wheel'}.")
+        numbers = (drive.separation, drive.wheel_radius, drive.max_linear_velocity, drive.max_angular_velocity)
+        accelerations = [a for a in (drive.max_linear_acceleration, drive.max_angular_acceleration) if a is not None]
+        expect(min(*numbers, *accelerations) > 0, f"differential_drive has a number that is not positive: {drive}.")
+    return None

@@ -1,0 +1,77 @@
+"""Checks of the sensors that a robot carries."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from frobs_core.capabilities import Level
+from frobs_core.interfaces import Bumper, Lidar, Sensor
+from frobs_core.sensors.instrument import instrument_of
+from frobs_devkit.testing.checks import Hollow, NotApplicable, Outcome, expect
+from frobs_devkit.testing.robot.subject import TIMESTEP, RobotUnderTest
+
+
+def sensors_are_fixed(subject: RobotUnderTest) -> Outcome:
+    """Sensors are descriptions of sensors, fixed to links that there are."""
+    links = _links(subject)
+    for name, sensor in subject.robot.sensors.items():
+        expect(isinstance(sensor, Sensor), f"sensor '{name}' is {sensor!r}, no Sensor.")
+        for frame in sensor.frames:
+            expect(frame in links, f"sensor '{name}' is fixed to '{frame}', which is no link: {', '.join(links)}.")
+    return None
+
+
+def sensors_read(subject: RobotUnderTest) -> Outcome:
+    """At home on an empty floor every sensor reads numbers of its range; no ray is blind, and no bumper is closed."""
+    assert subject.simulator is not None
+    links, capabilities = _links(subject), subject.simulator.capabilities
+    sensors = {
+        name: _without_faults(sensor)
+        for name, sensor in subject.robot.sensors.items()
+        if links.keys() >= set(sensor.frames)  # the others are what sensors_are_fixed is for
+    }
+    if not sensors:
+        return NotApplicable("the robot has no sensor")
+    lacking = {s.needs for s in sensors.values() if s.needs and not capabilities.get(s.needs, Level.UNSUPPORTED)}
+    able = {name: sensor for name, sensor in sensors.items() if sensor.needs not in lacking}
+    with RobotUnderTest(replace(subject.robot, sensors=able), subject.simulator).build() as (sim, robot):
+        robot.command(robot.home.copy())
+        instruments = {name: instrument_of(sensor)(name, sensor, sim, robot, TIMESTEP) for name, sensor in able.items()}
+        for instrument in instruments.values():
+            instrument.reset(None)
+        sim.step(round(1.0 / TIMESTEP))
+        for name, instrument in instruments.items():
+            instrument.advance()
+            _expect_sound(name, able[name], instrument.measure())
+    return Hollow(f"simulator '{subject.simulator.name}' has no {', '.join(sorted(lacking))}") if lacking else None
+
+
+def _expect_sound(name: str, sensor: Sensor, read: np.ndarray) -> None:
+    expect(read.shape == (1, sensor.width), f"sensor '{name}' reads {read.shape}, not (1, {sensor.width}).")
+    low, high = sensor.bounds
+    expect(
+        np.isfinite(read).all() and (read >= low).all() and (read <= high).all(),
+        f"sensor '{name}' reads {read[0].tolist()}, not numbers in [{low}, {high}].",
+    )
+    if isinstance(sensor, Lidar):
+        blind = np.flatnonzero(read[0] <= sensor.range_min).tolist()
+        expect(
+            not blind,
+            f"rays {blind[:5]} of lidar '{name}' read range_min on an empty floor; they begin in it or point at it: move "
+            "the lidar with frame and offset, or reduce range_min.",
+        )
+    if isinstance(sensor, Bumper):
+        expect(
+            not read.any(),
+            f"bumper '{name}' is closed where the robot stands at home; say in ignore what its links always touch.",
+        )
+
+
+def _links(subject: RobotUnderTest) -> dict[str, None]:
+    return dict.fromkeys(link.name for link in subject.model.links)
+
+
+def _without_faults(sensor: Sensor) -> Sensor:
+    return replace(sensor, rate=None, noise=0.0, resolution=0.0, delay=0.0, dropout=0.0)

@@ -1,0 +1,123 @@
+"""Checks of a simulation while it runs: time, repetition, batches, divergence, the end."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.interfaces import CommandMode
+from frobs_devkit.testing.checks import CheckFailure, Hollow, NotApplicable, Outcome, expect
+from frobs_devkit.testing.compare import expect_close, expect_same
+from frobs_devkit.testing.simulator.motion import expect_state, move, state_of
+from frobs_devkit.testing.simulator.subject import BALL, TIMESTEP, SimulatorUnderTest, verifies
+
+
+def time_counts_steps(subject: SimulatorUnderTest) -> Outcome:
+    """``time`` is the steps since the reset times ``physics_timestep``."""
+    with subject.build() as (sim, _):
+        expect_close(np.zeros(sim.num_envs), sim.time, 0.0, "time after a reset [s]")
+        sim.step(3)
+        sim.step(7)
+        expect_close(np.full(sim.num_envs, 10 * TIMESTEP), sim.time, 1e-9, "time after 10 steps [s]")
+    return None
+
+
+@verifies("determinism")
+def motion_repeats(subject: SimulatorUnderTest) -> Outcome:
+    """The same commands give the same motion, in a simulation built anew, after a reset, and at 1 and 2 threads."""
+    traces = []
+    for threads in (1, 2):
+        with subject.build(bodies={"ball": BALL}, num_threads=threads) as (sim, robot):
+            for _ in range(2):
+                sim.reset()
+                robot.command(robot.home)
+                traces.append(move(sim, robot, 8))
+    for k, trace in enumerate(traces[1:]):
+        expect_state(subject, traces[0], trace, ("after a reset", "with two threads", "after a reset, two threads")[k])
+    return None
+
+
+@verifies("batched")
+def rows_equal_singles(subject: SimulatorUnderTest) -> Outcome:
+    """Environment i of a batch moves as a simulation of one does that is commanded the same."""
+    with subject.build(bodies={"ball": BALL}) as (sim, robot):
+        n = sim.num_envs
+        expected = move(sim, robot, 8)
+    for i in range(n):
+        with subject.build(bodies={"ball": BALL}, num_envs=1) as (sim, robot):
+            found = move(sim, robot, 8, rows=n, row=i)
+        row = {name: array[[i]] for name, array in expected.items()}
+        expect_state(subject, row, found, f"a single simulation against environment {i} of {n}")
+    return None
+
+
+@verifies("pause")
+def time_stands_between_steps(subject: SimulatorUnderTest) -> Outcome:
+    """Nothing moves while nobody steps."""
+    with subject.build() as (sim, robot):
+        move(sim, robot, 2)
+        before = state_of(sim, robot)
+        time.sleep(0.05)
+        expect_same(before, state_of(sim, robot), "the state 50 ms later, without a step")
+    return None
+
+
+@verifies("real_time")
+def steps_take_their_time(subject: SimulatorUnderTest) -> Outcome:
+    """A step takes as long as it simulates."""
+    with subject.build() as (sim, _):
+        start = time.perf_counter()
+        sim.step(100)
+        expect_close(100 * TIMESTEP, time.perf_counter() - start, 0.1, "how long 0.2 s of simulation took [s]")
+    return None
+
+
+@verifies("spawn")
+def spawning_is_seen(subject: SimulatorUnderTest) -> Outcome:
+    """Bodies can be added while it runs."""
+    return Hollow("the simulation contract has no way yet to ask for it")
+
+
+@verifies("teleport")
+def divergence_is_contained(subject: SimulatorUnderTest) -> Outcome:
+    """An environment whose numbers blow up is told of in ``diverged``, and the others go on as if nothing were."""
+    n = subject.num_envs
+    if n == 1:
+        return NotApplicable("the simulator holds one environment")
+    with subject.build(mode=CommandMode.EFFORT) as (sim, robot):
+        expect(sim.diverged is None or not sim.diverged.any(), "diverged is not empty after a reset.")
+        sim.step(40)
+        expected = state_of(sim, robot)
+    for speed in (1e150, np.nan):
+        _expect_contained(subject, speed, expected)
+    return None
+
+
+def _expect_contained(subject: SimulatorUnderTest, speed: float, expected: dict[str, Floats]) -> None:
+    with subject.build(mode=CommandMode.EFFORT) as (sim, robot):
+        first = np.arange(sim.num_envs) == 0
+        robot.write_joint_state(robot.home[:1], np.full((1, 2), speed), first)
+        sim.step(40)
+        found = state_of(sim, robot)
+        for name in expected:
+            expect_same(expected[name][1:], found[name][1:], f"{name} of the others while environment 0 diverges")
+        diverged = sim.diverged
+        told = diverged is not None and bool(diverged[0])
+        sound = np.isfinite(found["positions"][0]).all() and np.abs(found["positions"][0]).max() < 1e6
+        expect(told or sound, f"environment 0 diverged to {found['positions'][0]}, and 'diverged' does not tell.")
+        expect(diverged is None or not diverged[1:].any(), "'diverged' tells of environments that are sound.")
+        sim.reset(first)
+        expect(sim.diverged is None or not sim.diverged.any(), "'diverged' stays after the reset.")
+        expect_close(robot.home[0], robot.joint_positions[0], 1e-9, "joints of environment 0 after its reset")
+
+
+def close_twice(subject: SimulatorUnderTest) -> Outcome:
+    """Closing twice is harmless."""
+    try:
+        with subject.build() as (sim, _):
+            sim.close()  # and once more at the end of the block
+    except Exception as error:
+        raise CheckFailure(f"the second close() raises {type(error).__name__}: {error}; let it do nothing.") from error
+    return None

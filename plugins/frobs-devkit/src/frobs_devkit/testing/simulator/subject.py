@@ -1,0 +1,136 @@
+"""The simulator that is checked: every check builds its own small simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import wraps
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.capabilities import Level
+from frobs_core.interfaces import Body, CommandMode, Placement, Robot, RobotHandle, Scene, Simulation
+from frobs_core.models import Box, Pose, Sphere
+from frobs_core.specs import SimulatorRecord
+from frobs_devkit.testing.checks import NotApplicable, Outcome
+from frobs_devkit.testing.simulator.robots import ARM, model_of
+
+TIMESTEP = 0.002
+"""[s] of one physics step."""
+
+TILTED = Pose(pos=(0.2, -0.1, 0.4), quat_wxyz=(0.8, 0.36, -0.16, 0.4525483399593904))
+"""A place for a robot at which every mistaken order of a quaternion shows."""
+
+BALL = Body(geometry=Sphere(0.05), pose=Pose(pos=(0.0, 2.0, 1.0)), mass=0.5)
+"""Free, far above the floor."""
+
+BAR = Body(geometry=Box((1.0, 0.1, 0.1)), pose=Pose(pos=(0.0, -3.0, 1.0)), kinematic=True)
+"""Long along its x axis, moved by writing to it."""
+
+WALL = Body(geometry=Box((0.2, 4.0, 4.0)), pose=Pose(pos=(2.0, 0.0, 1.0)))
+"""Its near face is the plane x = 1.9 m."""
+
+
+@dataclass(frozen=True)
+class SimulatorUnderTest:
+    """A simulator by its record."""
+
+    record: SimulatorRecord
+
+    def level(self, capability: str) -> Level:
+        """What it claims of a capability."""
+        return self.record.capabilities.get(capability, Level.UNSUPPORTED)
+
+    def tolerance(self, capability: str, exact: float = 1e-9, approximate: float = 0.02) -> float:
+        """Return how far off a number may be, by what the simulator claims."""
+        return exact if self.level(capability) == Level.EXACT else approximate
+
+    @property
+    def num_envs(self) -> int:
+        """3, or 1 where it simulates one environment only."""
+        return 3 if self.level("batched") else 1
+
+    @contextmanager
+    def build(
+        self,
+        robot: Robot = ARM,
+        *,
+        num_envs: int | None = None,
+        mode: CommandMode = CommandMode.POSITION,
+        pose: Pose | None = None,
+        bodies: Mapping[str, Body] | None = None,
+        num_threads: int = 0,
+        **scene: Any,
+    ) -> Iterator[tuple[Simulation, RobotHandle]]:
+        """Build a simulation of one robot, reset; it is closed at the end of the ``with`` block.
+
+        Args:
+            robot: One of the kit's.
+            num_envs: None: :attr:`num_envs`.
+            mode: Of its commands.
+            pose: Of its base.
+            bodies: Of the scene.
+            num_threads: For the engine.
+            **scene: Further fields of the scene.
+        """
+        with self.build_scene(
+            Scene(bodies=bodies or {}, **scene),
+            robot,
+            num_envs=num_envs,
+            mode=mode,
+            pose=pose,
+            num_threads=num_threads,
+        ) as built:
+            yield built
+
+    @contextmanager
+    def build_scene(
+        self,
+        scene: Scene,
+        robot: Robot = ARM,
+        *,
+        num_envs: int | None = None,
+        mode: CommandMode = CommandMode.POSITION,
+        pose: Pose | None = None,
+        num_threads: int = 0,
+    ) -> Iterator[tuple[Simulation, RobotHandle]]:
+        """Build a simulation of one robot in a scene; the arguments are those of :meth:`build`."""
+        placement = Placement(robot=robot, model=model_of(robot.model), pose=pose or Pose(), command_mode=mode)
+        simulation: Simulation = self.record.load()(
+            {"robot": placement},
+            scene,
+            num_envs=self.num_envs if num_envs is None else num_envs,
+            physics_timestep=TIMESTEP,
+            num_threads=num_threads,
+        )
+        try:
+            simulation.reset()
+            yield simulation, simulation.robots["robot"]
+        finally:
+            simulation.close()
+
+
+def verifies(
+    capability: str,
+) -> Callable[[Callable[[SimulatorUnderTest], Outcome]], Callable[[SimulatorUnderTest], Outcome]]:
+    """Mark a check as one of a capability: it does not apply to a simulator that does not claim it."""
+
+    def decorate(function: Callable[[SimulatorUnderTest], Outcome]) -> Callable[[SimulatorUnderTest], Outcome]:
+        @wraps(function)
+        def check(subject: SimulatorUnderTest) -> Outcome:
+            if subject.level(capability) == Level.UNSUPPORTED:
+                return NotApplicable(f"the simulator does not claim '{capability}'")
+            return function(subject)
+
+        check.capability = capability  # type: ignore[attr-defined]
+        return check
+
+    return decorate
+
+
+def spread(low: float, high: float, shape: tuple[int, ...], seed: int = 0) -> Floats:
+    """Draw numbers that differ between environments; the same in each run."""
+    return np.random.default_rng(seed).uniform(low, high, shape)

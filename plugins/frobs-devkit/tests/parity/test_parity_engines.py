@@ -1,0 +1,29 @@
+"""The engines that are installed beside MuJoCo, against it, on what they claim to do exactly."""
+
+from __future__ import annotations
+
+import pytest
+
+from frobs_core import plugins
+from frobs_core.errors import PluginError
+from frobs_devkit.parity import Status, measure_parity
+
+ID = "frobs/Irb120Reach-v0"
+EXACT = ["forward_kinematics", "step_response", "saturated_step_response", "gravity_drop", "replay"]
+OTHERS = [name for name in plugins.records("simulator") if name != "mujoco"]
+
+
+@pytest.mark.parametrize("simulator", OTHERS)
+def test_free_motion_is_the_same_motion(simulator: str) -> None:
+    try:
+        plugins.get_record("simulator", simulator).load()
+    except PluginError as error:  # its engine has no wheel for this Python, or is not installed
+        pytest.skip(str(error))
+    certificate = measure_parity(ID, ["mujoco", simulator], only=EXACT)
+    over = [
+        f"{measurement.name}: {c.quantity} {c.error:.2g} {c.where} {c.reason}"
+        for measurement in certificate.measurements
+        for c in measurement.comparisons
+        if c.status is Status.FAILED
+    ]
+    assert over == []

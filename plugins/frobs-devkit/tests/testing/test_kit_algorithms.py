@@ -1,0 +1,281 @@
+"""Faults in an algorithm: a sound small one with one thing broken."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frobs_core.errors import CheckpointError, UnknownParameterError
+from frobs_core.interfaces import Algorithm
+from frobs_core.specs import AlgorithmRecord
+from frobs_devkit.testing import NotApplicable, check_algorithm, pytest_checks, run_checks
+
+
+class Drift(Algorithm):
+    """Learns nothing useful, but keeps the contract: a matrix that training moves."""
+
+    def __init__(self, env: Any, config: Mapping[str, Any], seed: int) -> None:
+        self.env, self.config = env, dict(config)
+        self.observation_space, self.action_space = env.single_observation_space, env.single_action_space
+        self.rng = np.random.default_rng(seed)
+        self.matrix = self.rng.normal(size=(3, 1))
+        self.steps = 0
+
+    @classmethod
+    def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
+        for key in config:
+            if key != "rate":
+                raise UnknownParameterError("algorithm 'drift'", key, ["rate"])
+        return {"rate": 0.1, **config}
+
+    def train(self, steps: int, monitor: Any) -> None:
+        if self.steps == 0:
+            self.env.reset()
+        while self.steps < steps:
+            self.matrix += self.config["rate"] * self.rng.normal(size=(3, 1))
+            self.steps += 100
+            go_on = monitor.on_progress(self.steps, {"drift/size": 1.0})
+            monitor.offer_checkpoint(self.steps, self.save)
+            if not go_on:
+                return
+
+    def predict(
+        self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = True
+    ) -> Any:
+        noise = 0.0 if deterministic else np.random.default_rng().normal(size=1)
+        return np.tanh((observation[:, :, None] * self.matrix).sum(1) + noise).astype(np.float32), None
+
+    def save(self, folder: Path, previous: Path | None = None) -> None:
+        told = {"matrix": self.matrix.tolist(), "steps": self.steps, "config": self.config}
+        (folder / "drift.json").write_text(json.dumps({**told, "random": self.rng.bit_generator.state}))
+
+    @classmethod
+    def load(cls, folder: Path, env: Any = None) -> Any:
+        try:
+            told = json.loads((folder / "drift.json").read_text())
+        except (OSError, ValueError) as error:
+            raise CheckpointError(f"{folder} cannot be read: {error}") from error
+        self = cls.__new__(cls)
+        self.env, self.steps, self.config = env, told.get("steps", 0), told.get("config", {})
+        self.rng = np.random.default_rng()
+        if "random" in told:
+            self.rng.bit_generator.state = told["random"]
+        self.matrix = np.array(told["matrix"])
+        return self
+
+
+class LearnsNothingMore(Drift):
+    def train(self, steps: int, monitor: Any) -> None:
+        super().train(steps // 2, monitor)
+
+
+class StepsFall(Drift):
+    def train(self, steps: int, monitor: Any) -> None:
+        super().train(steps, monitor)
+        monitor.on_progress(50, {})
+        monitor.on_progress(400, {})
+
+
+class NeverOffers(Drift):
+    def train(self, steps: int, monitor: Any) -> None:
+        monitor.offer_checkpoint = lambda *_: None
+        super().train(steps, monitor)
+
+
+class LeavesTheSpace(Drift):
+    def predict(self, *arguments: Any, **keywords: Any) -> Any:
+        return 5 * super().predict(*arguments, **keywords)[0], None
+
+
+class NeverRepeats(Drift):
+    def predict(self, observation: Any, *arguments: Any, **keywords: Any) -> Any:
+        return super().predict(observation, deterministic=False)
+
+
+class SeedIgnored(Drift):
+    def __init__(self, env: Any, config: Mapping[str, Any], seed: int) -> None:
+        super().__init__(env, config, np.random.SeedSequence().entropy)
+
+
+class OneSeed(Drift):
+    def __init__(self, env: Any, config: Mapping[str, Any], seed: int) -> None:
+        super().__init__(env, config, 0)
+
+
+class SavesInFloat16(Drift):
+    def save(self, folder: Path, previous: Path | None = None) -> None:
+        (folder / "drift.json").write_text(json.dumps({"matrix": self.matrix.astype(np.float16).tolist()}))
+
+
+class ForgetsItsGenerator(Drift):
+    @classmethod
+    def load(cls, folder: Path, env: Any = None) -> Any:
+        self = super().load(folder, env)
+        self.rng = np.random.default_rng()
+        return self
+
+
+class TellsTwice(Drift):
+    @classmethod
+    def load(cls, folder: Path, env: Any = None) -> Any:
+        self = super().load(folder, env)
+        self.steps -= 100 if env is not None else 0
+        return self
+
+
+class KeepsHalfOfThePolicy(Drift):
+    def save_policy(self, folder: Path) -> None:
+        (folder / "drift.json").write_text(json.dumps({"matrix": (self.matrix / 2).tolist()}))
+
+
+class AnythingGoes(Drift):
+    @classmethod
+    def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
+        return {"rate": 0.1, **config}
+
+
+class ResolvesTwice(Drift):
+    @classmethod
+    def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
+        return {"rate": config.get("rate", 0.1) / 2}
+
+
+class Halves(Drift):
+    @classmethod
+    def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
+        resolved = super().resolve_config(config)
+        return {"rate": resolved["rate"] / 2}
+
+
+class Function(Drift):
+    @classmethod
+    def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
+        return {"rate": 0.1, "schedule": len}
+
+
+class Pickles(Drift):
+    def save(self, folder: Path, previous: Path | None = None) -> None:
+        super().save(folder)
+        (folder / "rest.pkl").write_bytes(pickle.dumps(Path(folder)))
+
+
+class DamageIsAnyError(Drift):
+    @classmethod
+    def load(cls, folder: Path, env: Any = None) -> Any:
+        json.loads((folder / "drift.json").read_text())
+        return super().load(folder, env)
+
+
+class DamageIsIgnored(Drift):
+    @classmethod
+    def load(cls, folder: Path, env: Any = None) -> Any:
+        self = cls.__new__(cls)
+        self.matrix = np.zeros((3, 1))
+        return self
+
+
+class SpaceOfTheBatch(Drift):
+    def __init__(self, env: Any, config: Mapping[str, Any], seed: int) -> None:
+        super().__init__(env, config, seed)
+        self.observation_space = env.observation_space
+
+
+class NeverStops(Drift):
+    def train(self, steps: int, monitor: Any) -> None:
+        tell = monitor.on_progress
+        monitor.on_progress = lambda *told: tell(*told) or True
+        super().train(steps, monitor)
+
+
+class DependsOnTheBatch(Drift):
+    def predict(self, observation: Any, *arguments: Any, **keywords: Any) -> Any:
+        actions, state = super().predict(observation, *arguments, **keywords)
+        return (actions * np.float32(0.9 if len(observation) == 1 else 1.0)), state
+
+
+class ForgetsWithAnEnvironment(Drift):
+    @classmethod
+    def load(cls, folder: Path, env: Any = None) -> Any:
+        self = super().load(folder, env)
+        self.matrix = self.matrix if env is None else self.matrix * 0.5
+        return self
+
+    def train(self, steps: int, monitor: Any) -> None:
+        if self.steps:
+            self.matrix = self.matrix * 2.0  # what was forgotten comes back
+        super().train(steps, monitor)
+
+
+def record(cls: type, **keywords: Any) -> AlgorithmRecord:
+    return AlgorithmRecord(name="drift", summary="", entry_point=f"{__name__}:{cls.__name__}", **keywords)
+
+
+test_a_sound_algorithm_passes = pytest_checks(check_algorithm(record(Drift)), allow_hollow=False)
+
+
+@pytest.mark.parametrize(
+    ("faulty", "check", "told"),
+    [
+        (LearnsNothingMore, "learns", "after 200 of 300 steps"),
+        (StepsFall, "learns", "falling steps"),
+        (NeverOffers, "learns", "never called"),
+        (LeavesTheSpace, "predicts_in_the_space", "is not in Box"),
+        (NeverRepeats, "predicts_in_the_space", "deterministic prediction, again"),
+        (SeedIgnored, "same_seed_repeats", "again with the same seed"),
+        (OneSeed, "same_seed_repeats", "two seeds learn the same"),
+        (SavesInFloat16, "load_equals_save", "what was loaded"),
+        (ForgetsItsGenerator, "continues_exactly", "training that was continued"),
+        (TellsTwice, "continues_exactly", "training that was continued"),
+        (KeepsHalfOfThePolicy, "policy_alone_predicts", "kept alone"),
+        (AnythingGoes, "unknown_settings_refused", "must raise UnknownParameterError"),
+        (ResolvesTwice, "settings_resolve_once", "changes them"),
+        (Function, "settings_resolve_once", "schedule"),
+        (Pickles, "files_execute_nothing", r"rest.pkl is a pickle that builds pathlib"),
+        (DamageIsAnyError, "missing_files_are_told", "JSONDecodeError"),
+        (DamageIsIgnored, "missing_files_are_told", "is cut in half; it must raise CheckpointError"),
+    ],
+)
+def test_the_kit_catches(faulty: type, check: str, told: str) -> None:
+    from frobs_devkit.testing import CheckFailure
+
+    found = next(c for c in check_algorithm(record(faulty)) if c.name == check)
+    with pytest.raises(CheckFailure, match=told):
+        found.run()
+
+
+SEPARATE = [
+    (SpaceOfTheBatch, "spaces_are_kept"),
+    (LearnsNothingMore, "learns"),
+    (NeverStops, "stops_when_told"),
+    (DependsOnTheBatch, "predicts_in_the_space"),
+    (OneSeed, "same_seed_repeats"),
+    (ForgetsWithAnEnvironment, "load_equals_save"),
+    (ForgetsItsGenerator, "continues_exactly"),
+    (KeepsHalfOfThePolicy, "policy_alone_predicts"),
+    (AnythingGoes, "unknown_settings_refused"),
+    (Halves, "settings_resolve_once"),
+    (Pickles, "files_execute_nothing"),
+    (DamageIsAnyError, "missing_files_are_told"),
+]
+"""Faults that one check catches, and no other."""
+
+
+@pytest.mark.parametrize(("faulty", "check"), SEPARATE)
+def test_no_other_check_catches(faulty: type, check: str) -> None:
+    report = run_checks(check_algorithm(record(faulty)))
+    assert [result.name for result in report.failed] == [check]
+
+
+def test_every_check_has_a_fault_that_no_other_catches() -> None:
+    assert {check for _, check in SEPARATE} == {check.name for check in check_algorithm(record(Drift))}
+
+
+def test_other_action_spaces_need_an_environment() -> None:
+    (check,) = check_algorithm(record(Drift, action_spaces=("Text",)))
+    assert isinstance(check.run(), NotApplicable)

@@ -1,0 +1,243 @@
+"""Faults in a controller: a sound one with one thing broken."""
+
+from __future__ import annotations
+
+import sys
+import weakref
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from frobs_core.capabilities import Level
+from frobs_core.interfaces import CommandMode, Controller
+from frobs_core.specs import ControllerRecord
+from frobs_devkit.testing import CheckFailure, check_controller, pytest_checks, run_checks
+
+
+class Step(Controller):
+    """Moves the commanded joint positions by up to 0.05 rad."""
+
+    command_mode = CommandMode.POSITION
+
+    def __init__(self, *, step: float = 0.05) -> None:
+        self.step = step
+
+    def bind(self, robot: Any, control_timestep: float, decimation: int) -> None:
+        self.robot, self.decimation = robot, decimation
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (robot.dof,), np.float32)
+        self.target = robot.home.copy()
+
+    def reset(self, mask: Any) -> None:
+        rows = slice(None) if mask is None else mask
+        self.target[rows] = self.robot.joint_positions[rows]
+
+    def apply(self, action: Any) -> Any:
+        self.target = self.clip(self.target + self.step * np.clip(action, -1.0, 1.0))
+        return self.target
+
+    def clip(self, target: Any) -> Any:
+        return np.clip(target, self.robot.position_lower, self.robot.position_upper)
+
+    def snapshot(self) -> Any:
+        return {"target": self.target.copy()}
+
+    def restore(self, snapshot: Any) -> None:
+        self.target = snapshot["target"].copy()
+
+
+class PositionalKeyword(Step):
+    def __init__(self, step: float = 0.05) -> None:
+        super().__init__(step=step)
+
+
+class LargeSpace(Step):
+    def bind(self, *arguments: Any) -> None:
+        super().bind(*arguments)
+        self.action_space = gym.spaces.Box(-3.0, 3.0, (self.robot.dof,), np.float32)
+
+
+class OneRowTooMany(Step):
+    def apply(self, action: Any) -> Any:
+        return np.repeat(super().apply(action)[:, None], self.decimation + 1, axis=1)
+
+
+class Nan(Step):
+    def apply(self, action: Any) -> Any:
+        target = super().apply(action)
+        return np.where(target > 0.3, np.nan, target)
+
+
+class ActionIgnored(Step):
+    def apply(self, action: Any) -> Any:
+        return super().apply(0 * action)
+
+
+class NeverRests(Step):
+    def apply(self, action: Any) -> Any:
+        return super().apply(action + 0.5 * np.sign(0.5 - self.target))
+
+
+class FromTheMeasured(Step):
+    """Adds to where the robot is, not to where it should be: it sinks a little with every step."""
+
+    def apply(self, action: Any) -> Any:
+        return self.clip(self.robot.joint_positions + self.step * np.clip(action, -1.0, 1.0))
+
+
+class LimitIgnored(Step):
+    def clip(self, target: Any) -> Any:
+        return target
+
+
+class NotClipped(Step):
+    def apply(self, action: Any) -> Any:
+        self.target = self.clip(self.target + self.step * action)
+        return self.target
+
+
+class WritesActions(Step):
+    def apply(self, action: Any) -> Any:
+        np.clip(action, -1.0, 1.0, out=action)
+        return super().apply(action)
+
+
+class ResetsAll(Step):
+    def reset(self, mask: Any) -> None:
+        super().reset(None)
+
+
+class ResetsNothing(Step):
+    def reset(self, mask: Any) -> None:
+        if mask is None:
+            super().reset(mask)
+
+
+class MatrixProduct(Step):
+    """What BLAS rounds depends on how many rows there are."""
+
+    def apply(self, action: Any) -> Any:
+        return super().apply(action) + 1e-12 * len(action)
+
+
+class ForgetsTarget(Step):
+    def snapshot(self) -> Any:
+        return {}
+
+    def restore(self, snapshot: Any) -> None:
+        pass
+
+
+class ModeIsAWord(Step):
+    command_mode = "position"  # type: ignore[assignment]
+
+
+class MovesTheRobot(Step):
+    """Puts the joints where they are already, at rest: not its business."""
+
+    def apply(self, action: Any) -> Any:
+        target = super().apply(action)
+        self.robot.write_base_pose(*(part.copy() for part in self.robot.base_pose))
+        self.robot.command(target)
+        return target
+
+
+class SharedByAll(Step):
+    last: weakref.ref[Any] = weakref.ref(Controller)
+
+    def apply(self, action: Any) -> Any:
+        other = SharedByAll.last()
+        SharedByAll.last = weakref.ref(self)
+        distracted = isinstance(other, Step) and other is not self
+        return self.clip(super().apply(action) + 1e-3 * distracted)
+
+
+class SnapshotOfObjects(Step):
+    def snapshot(self) -> Any:
+        return {**super().snapshot(), "robot": np.array([None] * len(self.target))}
+
+
+class TellsForOne(Step):
+    def info(self) -> Any:
+        return {"planned": np.ones(1)}
+
+
+class TellsInTurns(Step):
+    turn = False
+
+    def info(self) -> Any:
+        self.turn = not self.turn
+        return {"left" if self.turn else "right": np.ones(len(self.target))}
+
+
+def record(cls: type, **fields: Any) -> ControllerRecord:
+    return ControllerRecord(name="mine", summary="", entry_point=f"{__name__}:{cls.__name__}", **fields)
+
+
+@pytest.fixture(autouse=True)
+def importable() -> None:
+    assert sys.modules[__name__].Step is Step
+
+
+test_a_sound_controller_passes = pytest_checks(check_controller(record(Step)), allow_hollow=False)
+
+
+@pytest.mark.parametrize(
+    ("faulty", "check"),
+    [
+        (PositionalKeyword, "keywords_are_keyword_only"),
+        (LargeSpace, "actions_are_normalized"),
+        (OneRowTooMany, "commands_have_their_shape"),
+        (Nan, "commands_have_their_shape"),
+        (TellsForOne, "info_has_its_shape"),
+        (TellsInTurns, "info_has_its_shape"),
+        (ActionIgnored, "actions_matter"),
+        (NeverRests, "zero_action_rests"),
+        (FromTheMeasured, "zero_action_does_not_drift"),
+        (LimitIgnored, "commands_stay_in_limits"),
+        (NotClipped, "actions_are_clipped"),
+        (WritesActions, "apply_reads_only"),
+        (MovesTheRobot, "apply_reads_only"),
+        (SharedByAll, "controllers_share_nothing"),
+        (SnapshotOfObjects, "snapshots_continue"),
+        (ResetsAll, "reset_honours_the_mask"),
+        (ResetsNothing, "reset_honours_the_mask"),
+        (MatrixProduct, "rows_equal_singles"),
+        (ForgetsTarget, "snapshots_continue"),
+    ],
+)
+def test_the_kit_catches(faulty: type, check: str) -> None:
+    found = next(c for c in check_controller(record(faulty)) if c.name == check)
+    with pytest.raises(CheckFailure):
+        found.run()
+
+
+SEPARATE = [
+    (record(PositionalKeyword), "keywords_are_keyword_only"),
+    (record(Step, needs={"levitation": Level.EXACT}), "needs_are_capabilities"),
+    (record(LargeSpace), "actions_are_normalized"),
+    (record(ModeIsAWord), "commands_have_their_shape"),
+    (record(TellsForOne), "info_has_its_shape"),
+    (record(ActionIgnored), "actions_matter"),
+    (record(NeverRests), "zero_action_rests"),
+    (record(FromTheMeasured), "zero_action_does_not_drift"),
+    (record(LimitIgnored), "commands_stay_in_limits"),
+    (record(NotClipped), "actions_are_clipped"),
+    (record(WritesActions), "apply_reads_only"),
+    (record(ResetsNothing), "reset_honours_the_mask"),
+    (record(MatrixProduct), "rows_equal_singles"),
+    (record(SharedByAll), "controllers_share_nothing"),
+    (record(ForgetsTarget), "snapshots_continue"),
+]
+"""Faults that one check catches, and no other."""
+
+
+@pytest.mark.parametrize(("faulty", "check"), SEPARATE, ids=[check for _, check in SEPARATE])
+def test_no_other_check_catches(faulty: ControllerRecord, check: str) -> None:
+    report = run_checks(check_controller(faulty))
+    assert [result.name for result in report.failed] == [check]
+
+
+def test_every_check_has_a_fault_that_no_other_catches() -> None:
+    assert {check for _, check in SEPARATE} == {check.name for check in check_controller(record(Step))}

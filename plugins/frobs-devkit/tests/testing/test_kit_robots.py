@@ -1,0 +1,172 @@
+"""Faults in a robot: a sound one with one thing broken."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frobs_core.errors import FrobsError
+from frobs_core.interfaces import Bumper, DriveGains, Imu, Lidar, Robot
+from frobs_core.models import JointLimits
+from frobs_devkit.testing import check_robot, pytest_checks, run_checks
+from frobs_devkit.testing.robot import subject
+from frobs_sim_mujoco.robot import MujocoRobot
+
+LINK = """<link name="{name}"><inertial><origin xyz="0.1 0 0"/><mass value="{mass}"/>
+<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="{izz}"/></inertial>
+<collision><origin xyz="{x} 0 0"/><geometry><box size="0.1 0.05 0.05"/></geometry></collision></link>"""
+JOINT = """<joint name="{name}" type="{type}"><parent link="{parent}"/><child link="{child}"/>
+<origin xyz="0.25 0 0.1"/><axis xyz="0 1 0"/>{limit}</joint>"""
+LIMIT = '<limit lower="-2.9" upper="2.9" velocity="3" effort="50"/>'
+
+
+def arm(folder: Path, *, mass: float = 1.0, izz: float = 0.01, type: str = "revolute", limit: str = LIMIT) -> Robot:
+    links = [
+        LINK.format(name=f"link_{i}", mass=mass if i == 2 else 1.0, izz=izz if i == 2 else 0.01, x=0.1)
+        for i in range(4)
+    ]
+    joints = [
+        JOINT.format(name=f"joint_{i}", type=type, parent=f"link_{i}", child=f"link_{i + 1}", limit=limit)
+        for i in range(3)
+    ]
+    path = folder / "arm.urdf"
+    path.write_text(f'<robot name="arm">{"".join(links + joints)}</robot>')
+    home = {"joint_0": -0.4, "joint_1": -0.2} if type != "fixed" else {}
+    gains = DriveGains(stiffness=2000.0, damping=100.0)
+    sensors = {"imu": Imu(frame="link_3"), "bumper": Bumper(frame="link_2")}
+    return Robot(model=str(path), tcp="link_3", home=home, gains=gains, sensors=sensors)
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory: pytest.TempPathFactory) -> Robot:
+    return arm(tmp_path_factory.mktemp("sound"))
+
+
+def outcome(robot: Robot, name: str) -> Any:
+    return next(check for check in check_robot(robot) if check.name == name).run()
+
+
+def test_a_sound_robot_passes(sound: Robot) -> None:
+    for check in check_robot(sound):
+        assert check.run() is None, check.name
+
+
+test_the_irb120_passes = pytest_checks(check_robot("irb120"), allow_hollow=False)
+
+# The floor is nearer to the third joint than the lidar can tell, which turns with it.
+BLIND = Lidar(frame="link_2", rays=8, range_min=2.0, range_max=5.0)
+
+DESCRIPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
+    "home_outside": ("home_is_inside_limits", {"home": {"joint_0": 3.0}}),
+    "home_of_no_joint": ("home_is_inside_limits", {"home": {"joint_9": 0.0}}),
+    "tcp_does_not_exist": ("tcp_moves", {"tcp": "gripper"}),
+    "tcp_stands_still": ("tcp_moves", {"tcp": "link_0"}),
+    "no_damping": ("gains_are_positive", {"gains": DriveGains(stiffness=300.0, damping={"joint_0": 30.0})}),
+    "no_stiffness": ("gains_are_positive", {"gains": DriveGains(stiffness=0.0, damping=30.0)}),
+    "gains_of_no_joint": ("gains_are_positive", {"gains": DriveGains(stiffness=300.0, damping={"elbow": 3.0})}),
+    "unknown_base": ("parts_exist", {"base": "flying"}),
+    "lidar_on_no_link": (
+        "sensors_are_fixed",
+        {"sensors": {"scan": Lidar(frame="mast", rays=8, angle_min=-1, angle_max=1, range_min=0.1, range_max=5)}},
+    ),
+    "bumper_on_no_link": ("sensors_are_fixed", {"sensors": {"bumper": Bumper(frame="link_0", links=("skirt",))}}),
+    "no_sensor": ("sensors_are_fixed", {"sensors": {"scan": "lidar"}}),
+    "blind_lidar": ("mujoco.sensors_read", {"sensors": {"scan": BLIND}}),
+    "folded": ("mujoco.home_is_free", {"home": {"joint_0": 2.9, "joint_1": 2.9, "joint_2": 0.0}}),
+    "weak_drives": ("mujoco.home_is_held", {"gains": DriveGains(stiffness=1e-3, damping=1e-3)}),
+}
+
+
+@pytest.mark.parametrize(("check", "change"), DESCRIPTIONS.values(), ids=DESCRIPTIONS)
+def test_the_kit_catches_a_description(sound: Robot, check: str, change: dict[str, Any]) -> None:
+    with pytest.raises(FrobsError):
+        outcome(replace(sound, **change), check)
+
+
+MODELS: dict[str, tuple[str, dict[str, Any]]] = {
+    "no_joint": ("model_has_joints", {"type": "fixed", "limit": ""}),
+    "limits_upside_down": ("notes_are_none", {"limit": LIMIT.replace('upper="2.9"', 'upper="-2.95"')}),
+    "no_effort": ("notes_are_none", {"limit": LIMIT.replace('effort="50"', 'effort="0"')}),
+    "impossible_inertia": ("notes_are_none", {"izz": 0.5}),
+    "negative_mass": ("notes_are_none", {"mass": -1.0}),
+}
+
+
+@pytest.mark.parametrize(("check", "change"), MODELS.values(), ids=MODELS)
+def test_the_kit_catches_a_model(tmp_path: Path, check: str, change: dict[str, Any]) -> None:
+    with pytest.raises(FrobsError):
+        outcome(arm(tmp_path, **change), check)
+
+
+def separate(tmp_path: Path, patch: pytest.MonkeyPatch, check: str) -> Robot:
+    """Return a robot with a fault, or a sound one in a simulator with one, that only a check catches."""
+    sound = arm(tmp_path)
+    if check == "model_has_joints":
+        floor = replace(arm(tmp_path, type="fixed", limit=""), base="wheeled")
+        patch.setattr(MujocoRobot, "base_pose", (np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0, 0.0]])))  # it stands
+        return floor
+    if check == "mujoco.frames_agree":
+        pose = MujocoRobot.frame_pose
+
+        def off(self: Any, frame: str, joint_positions: Any = None) -> Any:
+            pos, quat = pose(self, frame, joint_positions)
+            return (pos + 1e-4, quat) if frame == "link_2" else (pos, quat)
+
+        patch.setattr(MujocoRobot, "frame_pose", off)
+    if check == "mujoco.home_is_held":
+        velocities = MujocoRobot.joint_velocities.fget  # type: ignore[attr-defined]
+        patch.setattr(MujocoRobot, "joint_velocities", property(lambda self: velocities(self) + 0.1))
+    if check == "mujoco.joints_follow":
+        command = MujocoRobot.command
+        patch.setattr(MujocoRobot, "command", lambda self, values: command(self, values[..., ::-1]))
+        return replace(sound, home={"joint_0": -0.3, "joint_2": -0.3})
+    changes: dict[str, dict[str, Any]] = {
+        "tcp_moves": {"tcp": "link_0"},
+        "gains_are_positive": {"gains": DriveGains(stiffness=300.0, damping={"joint_0": 30.0})},
+        "parts_exist": {"base": "flying"},
+        "sensors_are_fixed": {"sensors": {"imu": Imu(frame="mast")}},
+        "mujoco.sensors_read": {"sensors": {"scan": BLIND}},
+        "mujoco.home_is_free": {"home": {"joint_0": -1.2, "joint_1": 2.4, "joint_2": 2.4}},
+    }
+    if check == "notes_are_none":
+        return arm(tmp_path, izz=0.5)
+    return replace(sound, **changes.get(check, {}))
+
+
+INSEPARABLE = {
+    "limits_are_stated": "the reader of model files mends such limits and notes it; it guards other readers",
+    "home_is_inside_limits": "no simulator builds a robot whose home is outside of its limits",
+    "inertias_are_possible": "the reader of model files mends such inertias and notes it; it guards other readers",
+}
+SEPARATE = [check.name for check in check_robot("irb120", ["mujoco"]) if check.name not in INSEPARABLE]
+
+
+@pytest.mark.parametrize("check", SEPARATE)
+def test_no_other_check_catches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check: str) -> None:
+    report = run_checks(check_robot(separate(tmp_path, monkeypatch, check), ["mujoco"]))
+    assert [result.name for result in report.failed] == [check]
+
+
+@pytest.mark.parametrize(
+    ("check", "fields"),
+    [
+        ("limits_are_stated", {"limits": JointLimits(lower=1.0, upper=-1.0, velocity=3.0, effort=50.0)}),
+        ("limits_are_stated", {"limits": JointLimits(lower=-1.0, upper=1.0, velocity=0.0, effort=50.0)}),
+    ],
+)
+def test_the_kit_catches_what_another_reader_lets_pass(
+    sound: Robot, monkeypatch: pytest.MonkeyPatch, check: str, fields: dict[str, Any]
+) -> None:
+    read = subject.load_model
+
+    def careless(*args: Any, **kwargs: Any) -> Any:
+        model = read(*args, **kwargs)
+        return replace(model, joints=tuple(replace(joint, **fields) for joint in model.joints))
+
+    monkeypatch.setattr(subject, "load_model", careless)
+    with pytest.raises(FrobsError):
+        outcome(sound, check)

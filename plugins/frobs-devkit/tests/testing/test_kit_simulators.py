@@ -1,0 +1,608 @@
+"""Faults in a simulator: MuJoCo with one thing broken."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frobs_core.capabilities import Level
+from frobs_core.errors import ModelFileError, SimulationError
+from frobs_core.interfaces import Overlap
+from frobs_core.specs import SimulatorRecord
+from frobs_devkit.testing import CheckFailure, Hollow, NotApplicable, check_simulator, run_checks
+from frobs_sim_mujoco.body import MujocoBody
+from frobs_sim_mujoco.meshes import RobotMeshes
+from frobs_sim_mujoco.robot import MujocoRobot
+from frobs_sim_mujoco.simulation import MujocoSimulation
+
+Patch = Callable[[pytest.MonkeyPatch], None]
+FAULTS: list[Any] = []
+SEPARATE: list[Any] = []
+"""Those that one check catches, and no other."""
+INSEPARABLE = {
+    "capabilities_are_known": "it reads the record, which is no method: test_a_capability_that_does_not_exist_fails",
+    "time_stands_between_steps": "what moves by itself shows wherever the state is read twice",
+    "steps_take_their_time": "no simulator here claims real_time: test_a_claim_of_real_time_is_measured",
+    "spawning_is_seen": "the contract has no way yet to ask for it; it is always hollow",
+}
+"""Checks that no fault can be caught by alone, each with the reason."""
+
+
+def wrong(owner: type, name: str, check: str, *, others: bool = False) -> Callable[[Callable[..., Any]], None]:
+    """Note a method that is replaced by one that is given the original first.
+
+    Args:
+        owner: Class of the method or property.
+        name: Of the method or property.
+        check: That catches it.
+        others: Whether other checks may catch it too.
+    """
+
+    def note(faulty: Callable[..., Any]) -> None:
+        case = pytest.param(owner, name, check, faulty, id=f"{check}-{faulty.__name__}")
+        FAULTS.append(case)
+        if not others:
+            SEPARATE.append(case)
+
+    return note
+
+
+def xyzw(quat: Any) -> Any:
+    return np.roll(quat, -1, axis=-1)
+
+
+@wrong(MujocoRobot, "frame_pose", "frames_are_current", others=True)
+def quaternion_scalar_last(original: Any, self: Any, *args: Any, **kwargs: Any) -> Any:
+    pos, quat = original(self, *args, **kwargs)
+    return pos, xyzw(quat)
+
+
+@wrong(MujocoSimulation, "step", "frames_are_current", others=True)
+def frames_a_step_old(original: Any, self: Any, decimation: int) -> None:
+    poses = {f: tuple(a.copy() for a in self.robots["robot"].frame_pose(f)) for f in ("tcp", "fore", "upper", "base")}
+    original(self, decimation)
+    pose = type(self.robots["robot"]).frame_pose
+    self.robots["robot"].frame_pose = lambda f, q=None: poses[f] if q is None else pose(self.robots["robot"], f, q)
+
+
+@wrong(MujocoRobot, "frame_pose", "given_joints_leave_the_state")
+def given_joints_are_written(original: Any, self: Any, frame: str, joint_positions: Any = None) -> Any:
+    if joint_positions is not None and len(joint_positions) == 1:
+        self.write_joint_state(joint_positions)
+    return original(self, frame, joint_positions)
+
+
+@wrong(MujocoRobot, "frame_jacobian", "jacobian_is_the_derivative", others=True)
+def angular_rows_first(original: Any, self: Any, frame: str) -> Any:
+    return np.roll(original(self, frame), 3, axis=1)
+
+
+@wrong(MujocoRobot, "frame_velocity", "frame_velocity_is_current", others=True)
+def velocity_of_another_point(original: Any, self: Any, frame: str) -> Any:
+    linear, angular = original(self, frame)
+    return linear + np.cross(angular, [0.0, 0.0, 0.01]), angular
+
+
+@wrong(MujocoRobot, "frame_velocity", "unknown_frames_refused")
+def unknown_frame_is_the_tool(original: Any, self: Any, frame: str) -> Any:
+    return original(self, "tcp" if frame == "no_such_link" else frame)
+
+
+@wrong(MujocoRobot, "__init__", "joints_are_the_files")
+def joints_sorted(original: Any, self: Any, *args: Any) -> None:
+    original(self, *args)
+    self.joint_names = tuple(sorted(self.joint_names))
+
+
+@wrong(MujocoRobot, "__init__", "joints_are_the_files")
+def effort_limit_ignored(original: Any, self: Any, *args: Any) -> None:
+    original(self, *args)
+    self.effort_limit = np.full_like(self.effort_limit, np.inf)
+
+
+@wrong(MujocoRobot, "write_base_pose", "bases_are_placed", others=True)
+def base_quaternion_scalar_last(original: Any, self: Any, pos: Any, quat: Any, mask: Any = None) -> None:
+    original(self, pos, xyzw(quat), mask)
+
+
+@wrong(MujocoRobot, "write_base_pose", "bases_are_placed")
+def base_mask_ignored(original: Any, self: Any, pos: Any, quat: Any, mask: Any = None) -> None:
+    original(self, pos, quat)
+
+
+@wrong(MujocoRobot, "command", "drives_follow_positions", others=True)
+def joints_swapped(original: Any, self: Any, values: Any) -> None:
+    original(self, values[..., ::-1])
+
+
+@wrong(MujocoRobot, "command", "drives_saturate", others=True)
+def no_saturation(original: Any, self: Any, values: Any) -> None:
+    self._simulation.model.actuator_forcerange[:] = 1e9
+    self._simulation.model.actuator_forcelimited[:] = 0
+    original(self, 0.5 * values)
+
+
+@wrong(MujocoRobot, "command", "drives_follow_velocities")
+def velocities_halved(original: Any, self: Any, values: Any) -> None:
+    slow = self.command_mode == "velocity" and self.robot.base == "fixed"
+    original(self, 0.5 * values if slow else values)
+
+
+@wrong(MujocoRobot, "joint_efforts", "drives_apply_efforts")
+def efforts_not_read(original: Any, self: Any) -> Any:
+    return np.zeros_like(original.fget(self))
+
+
+@wrong(MujocoRobot, "command", "command_rows_are_steps")
+def last_row_only(original: Any, self: Any, values: Any) -> None:
+    original(self, values if values.ndim == 2 else np.repeat(values[:, -1:], values.shape[1], axis=1))
+
+
+@wrong(MujocoRobot, "command", "commands_are_kept")
+def command_read_late(original: Any, self: Any, values: Any) -> None:
+    original(self, values)
+    simulation, given = self._simulation, values.copy()
+    step = type(simulation).step
+
+    def read_again(decimation: int) -> None:
+        if not np.array_equal(values, given):
+            original(self, values)
+        step(simulation, decimation)
+
+    simulation.step = read_again
+
+
+@wrong(MujocoRobot, "set_command_mode", "a_new_mode_holds")
+def new_mode_goes_to_zero(original: Any, self: Any, mode: Any) -> None:
+    original(self, mode)
+    self.command(np.zeros((self.num_envs, self.dof)))
+
+
+@wrong(MujocoSimulation, "time", "time_counts_steps", others=True)
+def time_a_step_ahead(original: Any, self: Any) -> Any:
+    return original.fget(self) * 1.1
+
+
+@wrong(MujocoRobot, "write_joint_state", "joints_are_placed", others=True)
+def velocities_not_written(original: Any, self: Any, positions: Any, velocities: Any = 0.0, mask: Any = None) -> None:
+    original(self, positions, 0.0, mask)
+
+
+@wrong(MujocoRobot, "write_joint_state", "joints_are_placed", others=True)
+def joint_mask_ignored(original: Any, self: Any, positions: Any, velocities: Any = 0.0, mask: Any = None) -> None:
+    original(self, positions, velocities)
+
+
+@wrong(MujocoRobot, "base_twist", "floating_bases_fly")
+def twist_swapped(original: Any, self: Any) -> Any:
+    twist = original.fget(self)
+    return twist[::-1] if self.robot.base == "floating" else twist
+
+
+@wrong(MujocoRobot, "write_base_twist", "floating_bases_fly")
+def twist_of_a_fixed_base(original: Any, self: Any, *args: Any) -> None:
+    if self.robot.base != "fixed":
+        original(self, *args)
+
+
+@wrong(MujocoSimulation, "reset", "reset_honours_the_mask", others=True)
+def resets_everything(original: Any, self: Any, mask: Any = None) -> None:
+    original(self, None if mask is not None and mask.any() else mask)
+
+
+@wrong(MujocoSimulation, "reset", "reset_honours_the_mask")
+def resets_to_a_motion(original: Any, self: Any, mask: Any = None) -> None:
+    original(self, mask)
+    if mask is not None and mask.any():
+        robot = self.robots["robot"]
+        robot.write_joint_state(robot.joint_positions[mask].copy(), 1e-9, mask)
+
+
+@wrong(MujocoSimulation, "snapshot", "snapshots_continue", others=True)
+def velocities_lost(original: Any, self: Any) -> Any:
+    robot = self.robots["robot"]
+    moving = robot.joint_velocities.copy()
+    robot.write_joint_state(robot.joint_positions.copy(), 0.0)
+    snapshot = original(self)
+    robot.write_joint_state(robot.joint_positions.copy(), moving)
+    return {name: array.copy() for name, array in snapshot.items()}
+
+
+@wrong(MujocoSimulation, "step", "motion_repeats", others=True)
+def noise(original: Any, self: Any, decimation: int) -> None:
+    robot = self.robots["robot"]
+    robot.write_joint_state(robot.joint_positions + 1e-9 * np.random.uniform(), robot.joint_velocities.copy())  # noqa: NPY002
+    original(self, decimation)
+
+
+@wrong(MujocoRobot, "command", "rows_equal_singles")
+def rows_mixed(original: Any, self: Any, values: Any) -> None:
+    original(self, values + 1e-9 * (values.mean(0) - values))
+
+
+@wrong(MujocoRobot, "joint_positions", "time_stands_between_steps", others=True)
+def goes_on_by_itself(original: Any, self: Any) -> Any:
+    self._simulation._batch_steps = getattr(self._simulation, "_batch_steps", 0) + 1
+    return original.fget(self) + 1e-6 * self._simulation._batch_steps
+
+
+@wrong(MujocoSimulation, "diverged", "divergence_is_contained")
+def divergence_of_everything(original: Any, self: Any) -> Any:
+    return None if original.fget(self) is None else np.ones(self.num_envs, np.bool_)
+
+
+@wrong(MujocoSimulation, "close", "close_twice")
+def close_raises(original: Any, self: Any) -> None:
+    if getattr(self, "closed_once", False):
+        raise RuntimeError("closed already")
+    self.closed_once = True
+
+
+@wrong(MujocoBody, "write_pose", "bodies_are_placed", others=True)
+def body_mask_ignored(original: Any, self: Any, pos: Any, quat: Any = None, mask: Any = None) -> None:
+    original(self, pos, quat)
+
+
+@wrong(MujocoBody, "write_pose", "rays_measure", others=True)
+def body_quaternion_scalar_last(original: Any, self: Any, pos: Any, quat: Any = None, mask: Any = None) -> None:
+    original(self, pos, None if quat is None else xyzw(quat), mask)
+
+
+@wrong(MujocoSimulation, "rays", "rays_measure")
+def misses_are_zero(original: Any, self: Any, origins: Any, directions: Any, max_range: float) -> Any:
+    found = original(self, origins, directions, max_range)
+    return np.where(found >= max_range, 0.0, found)
+
+
+@wrong(MujocoRobot, "lidar", "lidars_measure")
+def clockwise(original: Any, self: Any, name: str) -> Any:
+    return original(self, name)[:, ::-1]
+
+
+@wrong(MujocoSimulation, "contact", "contacts_are_told")
+def contact_only_at_the_end(original: Any, self: Any, name: str) -> Any:
+    return (
+        original(self, name) & (self.bodies["ball"].pose[0][:, 2] < 0.06) if name == "landed" else original(self, name)
+    )
+
+
+@wrong(MujocoSimulation, "apply_wrench", "wrenches_push", others=True)
+def wrench_mask_ignored(original: Any, self: Any, body: str, force: Any, torque: Any, mask: Any = None) -> None:
+    original(self, body, force, torque)
+
+
+@wrong(MujocoSimulation, "apply_wrench", "wrenches_push")
+def wrench_on_the_wrong_side(original: Any, self: Any, body: str, force: Any, torque: Any, mask: Any = None) -> None:
+    original(self, body, force, -torque, mask)
+
+
+@wrong(MujocoSimulation, "render", "cameras_see")
+def depth_in_doubles(original: Any, self: Any, *args: Any, **kwargs: Any) -> Any:
+    picture = original(self, *args, **kwargs)
+    return picture.astype(np.float64) if picture.dtype == np.float32 else picture
+
+
+def _ignores(name: str, check: str) -> None:
+    def not_written(original: Any, self: Any, parameter: str, target: str, values: Any, mask: Any = None) -> None:
+        kept = self.__dict__.setdefault("pretended", {})
+        if parameter == name and mask is None and target not in ("no_such_body", "robot/tip"):
+            kept[parameter, target] = values
+        else:
+            original(self, parameter, target, values, mask)
+
+    wrong(MujocoSimulation, "write_parameter", check)(not_written)
+
+
+for _name, _check in {
+    "gravity": "gravity_shows",
+    "mass": "mass_shows",
+    "stiffness": "gains_show",
+    "joint_damping": "joint_damping_shows",
+    "friction": "friction_shows",
+}.items():
+    _ignores(_name, _check)
+
+
+@wrong(MujocoSimulation, "write_parameter", "parameters_stay")
+def parameter_mask_ignored(original: Any, self: Any, name: str, target: str, values: Any, mask: Any = None) -> None:
+    original(self, name, target, values)
+
+
+@wrong(MujocoSimulation, "write_parameter", "inertia_follows_mass")
+def inertia_of_what_was_before(original: Any, self: Any, name: str, target: str, values: Any, mask: Any = None) -> None:
+    if name != "mass" or target != "robot/fore":
+        original(self, name, target, values, mask)
+        return
+    body = self.model.body(target).id
+    share = np.asarray(values) / self.parameter(name, target)
+    inertia = self.batch.expand("body_inertia")[:, body] * (0.5 + 0.5 * share)[:, None]
+    original(self, name, target, values, mask)
+    self.batch.expand("body_inertia")[:, body] = inertia
+
+
+@wrong(MujocoRobot, "write_gains", "drives_hold_as_gains_change")
+def target_scaled_by_gains(original: Any, self: Any, which: int, rows: Any, values: Any) -> None:
+    controls = self._batch.bind("ctrl").copy()
+    original(self, which, rows, values)
+    self._batch.bind("ctrl")[:] = controls
+
+
+@wrong(MujocoRobot, "base_twist", "wheels_roll")
+def wheels_slip(original: Any, self: Any) -> Any:
+    linear, angular = original.fget(self)
+    return (0.5 if self.robot.base == "wheeled" else 1.0) * linear, angular
+
+
+@wrong(MujocoSimulation, "overlaps", "overlaps_are_told")
+def neighbours_overlap(original: Any, self: Any, robot: str = "robot") -> Any:
+    return [*original(self, robot), Overlap(first="a", second="b", depth=0.01)]
+
+
+@wrong(MujocoSimulation, "render", "depth_is_in_metres")
+def depth_as_inverse(original: Any, self: Any, *args: Any, **kwargs: Any) -> Any:
+    picture = original(self, *args, **kwargs)
+    return 1.0 / picture if picture.dtype == np.float32 else picture
+
+
+@wrong(RobotMeshes, "hull", "broken_meshes_are_refused")
+def broken_mesh_is_none(original: Any, self: Any, mesh: Any) -> Any:
+    try:
+        return original(self, mesh)
+    except ModelFileError:
+        return []
+
+
+@wrong(MujocoRobot, "write_joint_state", "mimics_follow")
+def followers_stay(original: Any, self: Any, positions: Any, velocities: Any = 0.0, mask: Any = None) -> None:
+    before = self._batch.bind("qpos").copy()
+    original(self, positions, velocities, mask)
+    if self.dof == 1:
+        self._batch.bind("qpos")[:, 1:] = before[:, 1:]
+
+
+@wrong(MujocoSimulation, "time", "arrays_have_their_shapes")
+def single_precision(original: Any, self: Any) -> Any:
+    return original.fget(self).astype(np.float32)
+
+
+@wrong(MujocoRobot, "write_joint_state", "writes_broadcast")
+def mask_in_reverse(original: Any, self: Any, positions: Any, velocities: Any = 0.0, mask: Any = None) -> None:
+    several = mask is not None and np.ndim(positions) == 2 and len(positions) > 1
+    original(self, positions[::-1] if several else positions, velocities, mask)
+
+
+@wrong(MujocoSimulation, "reset", "rows_of_a_single")
+def an_empty_mask_is_everybody(original: Any, self: Any, mask: Any = None) -> None:
+    original(self, None if mask is not None and not mask.any() else mask)
+
+
+@wrong(MujocoSimulation, "__init__", "robots_stand_apart")
+def robots_in_one_place(original: Any, self: Any, robots: Any, scene: Any, **keywords: Any) -> None:
+    first = next(iter(robots.values())).pose
+    original(self, {name: replace(one, pose=first) for name, one in robots.items()}, scene, **keywords)
+
+
+@wrong(MujocoBody, "write_pose", "static_bodies_stay")
+def static_bodies_are_silent(original: Any, self: Any, *args: Any, **kwargs: Any) -> None:
+    with suppress(SimulationError):
+        original(self, *args, **kwargs)
+
+
+@wrong(MujocoSimulation, "contact_force", "unknown_targets_refused")
+def unknown_contacts_have_no_force(original: Any, self: Any, name: str) -> Any:
+    return np.zeros(self.num_envs) if name == "no_such_contact" else original(self, name)
+
+
+@wrong(MujocoSimulation, "contact", "contacts_of_robots_are_told")
+def links_are_not_told_apart(original: Any, self: Any, name: str) -> Any:
+    return original(self, "robot") if name == "pair" else original(self, name)
+
+
+@wrong(MujocoSimulation, "contact", "contacts_can_ignore")
+def nothing_is_ignored(original: Any, self: Any, name: str) -> Any:
+    told = original(self, name)
+    return self.contact("but the floor") if name == "but floor and kerb" else told
+
+
+@wrong(MujocoSimulation, "reset", "contacts_end_with_a_reset")
+def contacts_outlive_a_reset(original: Any, self: Any, mask: Any = None) -> None:
+    told = self._contacts and tuple(array.copy() for array in self._contacts)
+    original(self, mask)
+    self._contacts = told
+
+
+@wrong(MujocoRobot, "frame_velocity", "frames_of_floating_bases_move")
+def twist_of_the_base_forgotten(original: Any, self: Any, frame: str) -> Any:
+    if self.robot.base != "floating" or frame == "base":
+        return original(self, frame)
+    moved = (self.frame_jacobian(frame) * self.joint_velocities[:, None, :]).sum(-1)
+    return moved[:, :3], moved[:, 3:]
+
+
+@wrong(MujocoSimulation, "restore", "snapshots_hold_all")
+def held_command_lost(original: Any, self: Any, snapshot: Any) -> None:
+    original(self, snapshot)
+    robot = self.robots["robot"]
+    robot.command(np.zeros((self.num_envs, robot.dof)))
+
+
+@wrong(MujocoRobot, "frame_pose", "frames_are_current")
+def forearm_elsewhere(original: Any, self: Any, frame: str, joint_positions: Any = None) -> Any:
+    pos, quat = original(self, frame, joint_positions)
+    return (pos, xyzw(quat)) if frame == "fore" and joint_positions is None else (pos, quat)
+
+
+@wrong(MujocoRobot, "frame_jacobian", "jacobian_is_the_derivative")
+def upper_arm_turns_the_other_way(original: Any, self: Any, frame: str) -> Any:
+    return original(self, frame) * (np.array([1, 1, 1, -1, -1, -1])[:, None] if frame == "upper" else 1.0)
+
+
+@wrong(MujocoRobot, "frame_velocity", "frame_velocity_is_current")
+def forearm_twice_as_fast(original: Any, self: Any, frame: str) -> Any:
+    linear, angular = original(self, frame)
+    return (2.0 * linear, angular) if frame == "fore" else (linear, angular)
+
+
+@wrong(MujocoRobot, "command", "drives_follow_positions")
+def small_commands_are_off(original: Any, self: Any, values: Any) -> None:
+    weightless = not self._simulation.parameter("gravity").any()
+    small = self.command_mode == "position" and self.dof == 2 and not weightless and np.abs(values).max() < 0.5
+    alone = small and self.joint_names == ("lift", "turn") and values.ndim == 2
+    original(self, values + 1e-6 if alone and values[0, 1] == 0.4 else values)
+
+
+@wrong(MujocoRobot, "command", "drives_saturate")
+def large_commands_are_clipped(original: Any, self: Any, values: Any) -> None:
+    far = self.command_mode == "position" and self.joint_names == ("lift", "turn")
+    original(self, np.minimum(values, [0.35, 2.5]) if far else values)
+
+
+@wrong(MujocoSimulation, "time", "time_counts_steps")
+def time_of_the_last_call(original: Any, self: Any) -> Any:
+    return np.minimum(original.fget(self), 0.018) if original.fget(self).max() < 0.0205 else original.fget(self)
+
+
+@wrong(MujocoRobot, "write_joint_state", "joints_are_placed")
+def velocities_stay_under_a_mask(
+    original: Any, self: Any, positions: Any, velocities: Any = 0.0, mask: Any = None
+) -> None:
+    keeps = mask is not None and np.ndim(velocities) == 0
+    original(self, positions, self.joint_velocities[mask].copy() if keeps else velocities, mask)
+
+
+@wrong(MujocoSimulation, "restore", "snapshots_continue")
+def bodies_come_to_rest(original: Any, self: Any, snapshot: Any) -> None:
+    original(self, snapshot)
+    for body in self.bodies.values():
+        body.write_pose(*(array.copy() for array in body.pose))
+
+
+@wrong(MujocoSimulation, "__init__", "motion_repeats")
+def threads_matter(original: Any, self: Any, robots: Any, scene: Any, *, num_threads: int = 0, **keywords: Any) -> None:
+    heavier = replace(scene, gravity=(0.0, 0.0, -9.8100001)) if num_threads == 2 else scene
+    original(self, robots, heavier, num_threads=num_threads, **keywords)
+
+
+@wrong(MujocoBody, "write_pose", "bodies_are_placed")
+def body_turns_back(original: Any, self: Any, pos: Any, quat: Any = None, mask: Any = None) -> None:
+    original(self, pos, np.array([[1.0, 0.0, 0.0, 0.0]]) if quat is None else quat, mask)
+
+
+@wrong(MujocoSimulation, "render", "pictures_are_true")
+def upside_down(original: Any, self: Any, *args: Any, **kwargs: Any) -> Any:
+    return original(self, *args, **kwargs)[:, ::-1]
+
+
+@wrong(MujocoSimulation, "translation", "elements_are_accounted_for")
+def an_element_is_not_told(original: Any, cls: Any, model: Any) -> Any:
+    return original(cls, model)[1:]
+
+
+@wrong(MujocoSimulation, "write_parameter", "frames_without_mass_refused")
+def a_mass_for_nothing(original: Any, self: Any, name: str, target: str, values: Any, mask: Any = None) -> None:
+    if target != "robot/tip":
+        original(self, name, target, values, mask)
+
+
+@wrong(MujocoSimulation, "__init__", "contradictions_are_refused")
+def contacts_of_nobody_are_dropped(original: Any, self: Any, robots: Any, scene: Any, **keywords: Any) -> None:
+    known = {name: contact for name, contact in scene.contacts.items() if contact.first != "no_such_body"}
+    original(self, robots, replace(scene, contacts=known), **keywords)
+
+
+@wrong(MujocoSimulation, "step", "overlapping_links_let_each_other_be")
+def overlapping_links_push(original: Any, self: Any, decimation: int) -> None:
+    original(self, decimation)
+    robot = self.robots["robot"]
+    if robot.model.name == "kit_pile":
+        robot.write_joint_state(robot.joint_positions + 1e-2)
+
+
+def plant(monkeypatch: pytest.MonkeyPatch, owner: type, name: str, faulty: Callable[..., Any]) -> None:
+    original = owner.__dict__[name]
+    if isinstance(original, classmethod):
+        of_class = original.__func__
+        monkeypatch.setattr(owner, name, classmethod(lambda cls, *args: faulty(of_class, cls, *args)))
+        return
+
+    def replaced(self: Any, *args: Any, **kwargs: Any) -> Any:
+        return faulty(original, self, *args, **kwargs)
+
+    monkeypatch.setattr(owner, name, property(replaced) if isinstance(original, property) else replaced)
+
+
+@pytest.mark.parametrize(("owner", "name", "check", "faulty"), FAULTS)
+def test_the_kit_catches(
+    monkeypatch: pytest.MonkeyPatch, owner: type, name: str, check: str, faulty: Callable[..., Any]
+) -> None:
+    plant(monkeypatch, owner, name, faulty)
+    found = next(c for c in check_simulator("mujoco") if c.name == check)
+    try:
+        outcome = found.run()
+    except CheckFailure:
+        return
+    if isinstance(outcome, Hollow) and "no picture can be drawn" in outcome.reason:
+        pytest.skip(outcome.reason)
+    pytest.fail(f"not caught: {outcome}")
+
+
+@pytest.mark.slow
+@pytest.mark.exhaustive
+@pytest.mark.parametrize(("owner", "name", "check", "faulty"), SEPARATE)
+def test_no_other_check_catches(
+    monkeypatch: pytest.MonkeyPatch, owner: type, name: str, check: str, faulty: Callable[..., Any]
+) -> None:
+    plant(monkeypatch, owner, name, faulty)
+    drawing = (
+        "cameras_see",
+        "pictures_are_true",
+        "depth_is_in_metres",
+    )  # seconds each; no fault but those of render reaches them
+    found = [one for one in check_simulator("mujoco") if name == "render" or one.name not in drawing]
+    report = run_checks(found)
+    if check in [result.name for result in report.hollow]:
+        pytest.skip("nothing can be drawn here")
+    assert [result.name for result in report.failed] == [check]
+
+
+def test_every_check_has_a_fault_that_no_other_catches() -> None:
+    caught = {case.values[2] for case in SEPARATE}
+    assert not caught & INSEPARABLE.keys()
+    assert caught | INSEPARABLE.keys() == {check.name for check in check_simulator("mujoco")}
+
+
+def record(**capabilities: Any) -> SimulatorRecord:
+    return SimulatorRecord(
+        name="mine", summary="", entry_point="frobs_sim_mujoco.simulation:MujocoSimulation", capabilities=capabilities
+    )
+
+
+def test_a_capability_that_does_not_exist_fails() -> None:
+    with pytest.raises(CheckFailure, match="'teleportation' is no capability"):
+        check_simulator(record(teleportation=Level.EXACT))[0].run()
+
+
+def test_a_claim_of_real_time_is_measured() -> None:
+    check = next(c for c in check_simulator(record(real_time=Level.EXACT)) if c.name == "steps_take_their_time")
+    with pytest.raises(CheckFailure, match=r"how long 0\.2 s of simulation took"):
+        check.run()
+
+
+def test_what_is_not_claimed_is_not_checked() -> None:
+    outcomes = {c.name: c.capability and c.run() for c in check_simulator(record(drive=Level.EXACT))}
+    assert isinstance(outcomes["rays_measure"], NotApplicable)
+    assert outcomes["drives_follow_positions"] is None
+
+
+def test_one_environment_at_a_time_is_enough_without_batched() -> None:
+    claims = dict.fromkeys(
+        ("drive", "teleport", "rays", "contacts", "wrench", "snapshot", "randomize_friction"), Level.EXACT
+    )
+    for check in check_simulator(record(**claims)):
+        outcome = check.run()
+        assert outcome is None or isinstance(outcome, NotApplicable), (check.name, outcome)

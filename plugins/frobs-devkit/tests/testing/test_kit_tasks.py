@@ -1,0 +1,138 @@
+"""Faults in a task: reach with one thing broken."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frobs_core import plugins
+from frobs_core.errors import ConfigurationError
+from frobs_devkit.testing import CheckFailure, check_env, check_task, run_checks
+from frobs_devkit.testing.environment import vector
+from frobs_tasks_reach.reach import Reach
+
+FAULTS: list[Any] = []
+
+
+def wrong(name: str, check: str) -> Callable[[Callable[..., Any]], None]:
+    def note(faulty: Callable[..., Any]) -> None:
+        FAULTS.append(pytest.param(name, check, faulty, id=faulty.__name__))
+
+    return note
+
+
+@wrong("__init__", "record_is_sound")
+def positional_keyword(original: Any, self: Any, goal_tolerance: float = 0.05) -> None:
+    original(self)
+
+
+@wrong("reward", "reward_types_work")
+def sparse_is_dense(original: Any, self: Any) -> Any:
+    return original(self) + 1e-3 * self._robot.joint_positions[:, 0]
+
+
+@wrong("reward", "batch_has_its_shapes")
+def reward_in_float32(original: Any, self: Any) -> Any:
+    return original(self).astype(np.float32)
+
+
+@wrong("is_success", "batch_has_its_shapes")
+def success_as_a_number(original: Any, self: Any) -> Any:
+    return original(self).astype(np.float64)
+
+
+@wrong("observe", "same_step_equals_single")
+def centred_over_the_batch(original: Any, self: Any, rng: Any) -> Any:
+    observation = original(self, rng)
+    return observation - (observation - observation).mean(0) + np.float32(1e-7) * observation.mean(0)
+
+
+@wrong("reset", "same_step_equals_single")
+def goal_of_its_own_generator(original: Any, self: Any, mask: Any, rng: Any, options: Any) -> None:
+    n = len(rng._seeds)
+    original(self, mask, rng, {**options, "joint_positions": np.random.default_rng(n).uniform(-0.1, 0.1, (n, 6))})
+
+
+def plant(monkeypatch: pytest.MonkeyPatch, name: str, faulty: Callable[..., Any]) -> None:
+    original = getattr(Reach, name)
+
+    def replaced(self: Any, *args: Any, **kwargs: Any) -> Any:
+        return faulty(original, self, *args, **kwargs)
+
+    if faulty.__name__ == "positional_keyword":
+        replaced = lambda self, goal_tolerance=0.05: original(self)  # noqa: E731 - its signature is the fault
+    monkeypatch.setattr(Reach, name, replaced)
+
+
+def sparse_is_the_distance(original: Any, self: Any) -> Any:
+    reward = original(self)
+    if self.reward_type != "sparse":
+        return reward
+    self._reward_terms = {"outside": -self._distance}
+    return -self._distance
+
+
+def marks_of_one(original: Any, self: Any) -> Any:
+    return [replace(mark, pos=mark.pos[0]) for mark in original(self)]
+
+
+def a_column_without_a_name(original: Any, self: Any) -> Any:
+    return dict(list(original(self).items())[:-1])
+
+
+def looking_moves_the_goal(original: Any, self: Any) -> Any:
+    self._goal += 1e-6
+    return original(self)
+
+
+OWN: dict[str, tuple[str, Callable[..., Any]]] = {
+    "record_is_sound": ("__init__", lambda original, self, **keywords: original(self, **keywords)),
+    "reward_types_work": ("reward", sparse_is_the_distance),
+    "batch_has_its_shapes": ("markers", marks_of_one),
+    "columns_fit_the_observation": ("observation_columns", a_column_without_a_name),
+    "reading_changes_nothing": ("markers", looking_moves_the_goal),
+}
+"""The checks of a task that are not an environment's, each with a fault that it alone catches."""
+
+
+@pytest.mark.slow
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("check", OWN)
+def test_no_other_check_catches(monkeypatch: pytest.MonkeyPatch, check: str) -> None:
+    monkeypatch.setattr(vector, "STEPS", 20)
+    name, faulty = OWN[check]
+    signature = inspect.signature(Reach.__init__)
+    plant(monkeypatch, name, faulty)
+    if name == "__init__":  # all else is sound, but for a parameter that is not keyword-only
+        own, *keywords = signature.parameters.values()
+        positional = inspect.Parameter("x", inspect.Parameter.POSITIONAL_OR_KEYWORD, default=0)
+        planted: Any = Reach.__init__
+        planted.__signature__ = signature.replace(parameters=[own, positional, *keywords])
+    assert [result.name for result in run_checks(check_task("reach")).failed] == [check]
+
+
+@pytest.mark.parametrize(("name", "check", "faulty"), FAULTS)
+def test_the_kit_catches(monkeypatch: pytest.MonkeyPatch, name: str, check: str, faulty: Callable[..., Any]) -> None:
+    monkeypatch.setattr(vector, "STEPS", 12)  # the fault shows at once
+    plant(monkeypatch, name, faulty)
+    with pytest.raises(CheckFailure):
+        next(c for c in check_task("reach") if c.name == check).run()
+
+
+def test_the_checks_of_the_environment_are_among_those_of_the_task() -> None:
+    of_environment = {check.name for check in check_env("frobs/Irb120Reach-v0")}
+    own = [check.name for check in check_task("reach") if check.name not in of_environment]
+    assert own == list(OWN)
+
+
+def test_a_task_without_an_id_needs_a_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    record = replace(plugins.get_record("task", "reach"), environments=())
+    monkeypatch.setattr(plugins, "get_record", lambda kind, name: record)
+    with pytest.raises(ConfigurationError, match="give check_task robot="):
+        check_task("reach")
+    assert check_task("reach", robot="irb120", controller="joint_position")

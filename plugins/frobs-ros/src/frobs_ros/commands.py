@@ -1,0 +1,30 @@
+"""The commands of this distribution, as strings: nothing is imported to list them."""
+
+from frobs_cli.commands import Command
+
+COMMANDS = (
+    Command(
+        name="ros",
+        summary="Work with ROS 1: simulations that act as Gazebo, and policies on robots.",
+    ),
+    Command(
+        name="ros link",
+        summary="Link the Python modules of ROS into a virtual environment.",
+        function="frobs_ros.cli.link:link",
+    ),
+    Command(
+        name="ros serve",
+        summary="Run a simulation behind the topics and services of Gazebo.",
+        function="frobs_ros.cli.serve:serve",
+    ),
+    Command(
+        name="ros run",
+        summary="Run a policy on a robot behind ROS.",
+        function="frobs_ros.cli.run:run",
+    ),
+    Command(
+        name="doctor ros",
+        summary="Check whether ROS 1 can be used on this machine.",
+        function="frobs_ros.cli.doctor_ros:ros",
+    ),
+)

@@ -1,0 +1,1 @@
+"""FRobs_RL's reaching and navigation tasks with their observations, rewards and task YAML. Needs no ROS."""

@@ -1,0 +1,1 @@
+"""FRobs_RL's navigation tasks."""

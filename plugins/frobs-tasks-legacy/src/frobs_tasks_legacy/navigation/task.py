@@ -1,0 +1,148 @@
+"""Navigation as FRobs_RL had it: its observations, rewards and ends, and its task YAML."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import Controller, Simulation
+from frobs_tasks_legacy.navigation import config as legacy_config
+from frobs_tasks_navigation.navigate import Navigate
+
+_OBSERVED = {
+    "maze": ("distance", "bearing", "position", "yaw", "way_point", "lidar"),
+    "dynamic": ("distance", "bearing", "lidar"),
+    "empty": ("distance", "bearing"),
+}
+
+
+class NavigateLegacy(Navigate):
+    """The Kobuki of FRobs_RL in one of its worlds, for those who compare with it or port from it.
+
+    Its steps had no fixed duration; here one lasts 0.2 s, which is about what they took. Distance and bearing are those of
+    the way-point that is observed; FRobs_RL's lagged one step behind it after a way-point.
+
+    Reward: at a way-point ``reached_midway_reward``, or in a world without routes ``reached_goal_reward``; in other steps
+    −``multiplier_dist_reward`` · distance − ``angle_diff_reward_multiplier`` · min(b, π − b) +
+    ``not_reached_midway_reward`` · way-points that are left + ``step_reward``; and in any case ``collision_reward`` where
+    the lidar's smallest range is below ``collision_distance_threshold``. b is the size of the bearing [rad].
+
+    It wants to be looked at from far: discounted by 0.99 a step, waiting short of a way-point costs less than the way to the
+    next one, and PPO does not learn the maze; the tuned settings discount by 0.999.
+
+    An episode terminates at the last way-point, and in no other way: neither a collision nor leaving the area ends it.
+
+    Args:
+        world: ``"maze"``, ``"dynamic"`` or ``"empty"``.
+        config_file: FRobs_RL's task YAML, unchanged, with the root key ``kobuki_maze`` (or ``kobuki_dynamic``,
+            ``kobuki_empty``); what it leaves out, or all if None, has FRobs_RL's own values, which the files in this
+            package list (``navigation/tasks``). The keywords that follow have the names of its keys, and go before it.
+        lidar_samples: Rays that the robot's lidar must have.
+        tolerance_goal_pos: Distance that counts as reached [m].
+        step_reward: Of each step that reaches no way-point.
+        multiplier_dist_reward: [1/m]
+        angle_diff_reward_multiplier: [1/rad]
+        reached_midway_reward: Of a step that reaches a way-point.
+        not_reached_midway_reward: For each way-point that is left, of each step that reaches none.
+        reached_goal_reward: Of a step that reaches the goal, where there are no routes.
+        collision_reward: Of a step that ends too near to something.
+        collision_distance_threshold: What is too near [m].
+
+    Raises:
+        ConfigFileError: The file has an unknown key or an unusable value.
+        ConfigurationError: A value is out of range.
+    """
+
+    reward_types: ClassVar[Sequence[str]] = ("dense",)
+    physics_timestep: ClassVar[float] = 0.01
+    success_rule: ClassVar[str] = "the robot is within the tolerance of the last way-point"
+    reward_meanings: ClassVar[Mapping[str, str]] = {
+        "reached": "reached_midway_reward at a way-point, or reached_goal_reward where there are no routes",
+        "distance": "−multiplier_dist_reward for each metre to the way-point",
+        "bearing": "−angle_diff_reward_multiplier for each radian to the way-point, seen ahead or behind",
+        "way_points": "not_reached_midway_reward for each way-point that is left",
+        "step": "step_reward in every step that reaches nothing",
+        "collision": "collision_reward where the lidar's smallest range is below collision_distance_threshold",
+    }
+    area_ends: ClassVar[bool] = False
+
+    def __init__(
+        self,
+        *,
+        world: str = "maze",
+        config_file: str | Path | None = None,
+        lidar_samples: int | None = None,
+        tolerance_goal_pos: float | None = None,
+        step_reward: float | None = None,
+        multiplier_dist_reward: float | None = None,
+        angle_diff_reward_multiplier: float | None = None,
+        reached_midway_reward: float | None = None,
+        not_reached_midway_reward: float | None = None,
+        reached_goal_reward: float | None = None,
+        collision_reward: float | None = None,
+        collision_distance_threshold: float | None = None,
+    ) -> None:
+        self.config = legacy_config.read(
+            world,
+            config_file,
+            {
+                "lidar_samples": lidar_samples,
+                "tolerance_goal_pos": tolerance_goal_pos,
+                "step_reward": step_reward,
+                "multiplier_dist_reward": multiplier_dist_reward,
+                "angle_diff_reward_multiplier": angle_diff_reward_multiplier,
+                "reached_midway_reward": reached_midway_reward,
+                "not_reached_midway_reward": not_reached_midway_reward,
+                "reached_goal_reward": reached_goal_reward,
+                "collision_reward": collision_reward,
+                "collision_distance_threshold": collision_distance_threshold,
+            },
+        )
+        super().__init__(
+            floor_plan=world,
+            tolerance=self.config["tolerance_goal_pos"],
+            observation=_OBSERVED[world],
+            collision_ends=False,
+        )
+
+    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+        """Prepare for a simulation.
+
+        Raises:
+            ConfigurationError: The robot cannot drive, or its lidar has another number of rays than the configuration says.
+        """
+        super().bind(simulation, controller, control_timestep)
+        if "lidar" not in self._views:
+            return
+        rays, samples = self._views["lidar"].shape[1], self.config["lidar_samples"]
+        if rays != samples:
+            raise ConfigurationError(
+                f"lidar_samples is {samples}, but the lidar of robot '{self._robot.robot.name}' has {rays} rays; "
+                f'say sensors={{"{self.lidar}": {{"rays": {samples}}}}}.'
+            )
+
+    def reward(self) -> Floats:
+        """Return the reward, (num_envs,)."""
+        config, step = self.config, self._step
+        going = ~step.reached
+        bearing = np.abs(step.bearing)
+        reached = config["reached_midway_reward" if self.plan.routes else "reached_goal_reward"]
+        self._reward_terms = {
+            "reached": reached * step.reached,
+            "distance": going * step.distance * -config["multiplier_dist_reward"],
+            "bearing": going * np.minimum(bearing, np.pi - bearing) * -config["angle_diff_reward_multiplier"],
+            "way_points": going * step.left * config["not_reached_midway_reward"],
+            "step": going * config["step_reward"],
+            "collision": self._too_near() * config["collision_reward"],
+        }
+        return np.asarray(sum(self._reward_terms.values()))
+
+    def _too_near(self) -> Mask:
+        if "lidar" not in self._views:
+            return np.zeros(len(self._success), np.bool_)
+        return np.asarray(self._views["lidar"].min(axis=1) < self.config["collision_distance_threshold"])

@@ -1,0 +1,98 @@
+"""Records of this distribution."""
+
+from typing import Any
+
+from frobs_core.capabilities import Level
+from frobs_core.hookspecs import hookimpl
+from frobs_core.specs import EnvironmentRecord, TaskRecord
+
+_INSTALL = "pip install frobs-tasks-legacy"
+_TELEPORT = {"teleport": Level.APPROXIMATE}
+_UNTRAINED = {"Irb140ReachVelocityLegacy", "Ur5ReachLegacy"}
+"""IDs without a trained policy; ``tests/benchmarks/pretrained.py`` makes those of the others."""
+
+
+def _environment(name: str, summary: str, max_episode_steps: int, **fields: Any) -> EnvironmentRecord:
+    """Return the record of ``frobs/NAME-v0`` with its trained policy."""
+    bundle = "" if name in _UNTRAINED else f"frobs_tasks_legacy:pretrained/{name.lower()}.frobs"
+    return EnvironmentRecord(
+        id=f"frobs/{name}-v0", summary=summary, max_episode_steps=max_episode_steps, pretrained=bundle, **fields
+    )
+
+
+def _reach(name: str, robot: str, title: str, control_timestep: float) -> EnvironmentRecord:
+    """Return the record of a reacher; ``control_timestep`` [s] is what its drives need for a whole move."""
+    return _environment(
+        f"{name}ReachLegacy",
+        f"{title} reach as FRobs_RL had it",
+        100,
+        robot=robot,
+        controller="joint_delta_position",
+        parameters={
+            "controller_kwargs": {"full_range": True},
+            "control_timestep": control_timestep,
+            "profile": robot,
+        },
+    )
+
+
+def _kobuki(name: str, summary: str, world: str, speed: float) -> EnvironmentRecord:
+    """Return the record of a Kobuki; an action of 1 means ``speed`` [m/s, rad/s]."""
+    limits = {"max_linear_velocity": speed, "max_angular_velocity": speed}
+    sensors = {"sensors": {"lidar": {"rays": 36}}} if world == "dynamic" else {}
+    return _environment(
+        name,
+        summary,
+        2000,
+        robot="kobuki",
+        controller="differential_drive",
+        parameters={"world": world, "controller_kwargs": limits, **sensors},
+    )
+
+
+@hookimpl
+def frobs_tasks() -> list[TaskRecord]:
+    """Offer FRobs_RL's tasks."""
+    return [
+        TaskRecord(
+            name="reach_legacy",
+            summary="reach as FRobs_RL had it: its observation, reward and ends, and its task YAML",
+            entry_point="frobs_tasks_legacy.reach.task:ReachLegacy",
+            install_hint=_INSTALL,
+            needs=_TELEPORT,
+            environments=(
+                _reach("Irb120", "irb120", "IRB 120", 0.5),
+                _reach("Irb140", "irb140", "IRB 140", 0.5),
+                _reach("Ur5", "ur5", "UR5", 1.0),
+            ),
+        ),
+        TaskRecord(
+            name="reach_legacy_velocity",
+            summary="reach by joint velocities as FRobs_RL had it",
+            entry_point="frobs_tasks_legacy.reach.velocity:ReachLegacyVelocity",
+            install_hint=_INSTALL,
+            needs=_TELEPORT,
+            environments=(
+                _environment(
+                    "Irb140ReachVelocityLegacy",
+                    "IRB 140 reach by joint velocities as FRobs_RL had it",
+                    100,
+                    robot="irb140",
+                    controller="joint_velocity",
+                    parameters={"controller_kwargs": {"max_velocity": 0.2}},
+                ),
+            ),
+        ),
+        TaskRecord(
+            name="navigate_legacy",
+            summary="navigation as FRobs_RL had it: its observations, rewards and ends, and its task YAML",
+            entry_point="frobs_tasks_legacy.navigation.task:NavigateLegacy",
+            install_hint=_INSTALL,
+            needs={**_TELEPORT, "contacts": Level.APPROXIMATE},
+            environments=(
+                _kobuki("KobukiEmptyLegacy", "Kobuki on an empty floor as FRobs_RL had it", "empty", 0.3),
+                _kobuki("KobukiDynamicLegacy", "Kobuki among moving boxes as FRobs_RL had it", "dynamic", 1.0),
+                _kobuki("KobukiMazeLegacy", "Kobuki in the maze as FRobs_RL had it", "maze", 1.0),
+            ),
+        ),
+    ]

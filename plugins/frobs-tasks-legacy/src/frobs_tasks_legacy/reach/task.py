@@ -1,0 +1,218 @@
+"""Reach as FRobs_RL had it: its observation, reward and ends, and its task YAML."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError
+from frobs_core.flat_observation import ObservationTerm
+from frobs_core.interfaces import Controller, Simulation, Snapshot
+from frobs_core.random import RandomSource
+from frobs_tasks_legacy.reach import config as legacy_config
+from frobs_tasks_reach import terms
+from frobs_tasks_reach.given import checked_goal
+from frobs_tasks_reach.motion import Oscillation
+from frobs_tasks_reach.reach import Reach
+from frobs_tasks_reach.sampling import JointSampler
+
+
+class ReachLegacy(Reach):
+    """The reachers of FRobs_RL by joint positions, for those who compare with them or port from them.
+
+    Their action is the whole way of each joint, and was carried out by a motion that the step waited for. So the IDs
+    have the controller ``joint_delta_position`` with ``full_range=True``, and the control timestep is 0.5 s: the
+    drives get to the commanded positions in it, whatever the action, if nothing is in the way. What is
+    not as it was: the way there (no planned path, no speed limit), goals (forward kinematics of random joint
+    vectors instead of points that a planner accepts), and the arm collides.
+
+    Observation, (dof + 6) float32: unit vector from the tool to the goal, zero if there is no distance (it was
+    NaN); goal [m]; joint positions [rad].
+
+    Reward: ``reached_goal_reward`` where the tool is within the tolerance, else
+    −``multiplier_dist_reward`` · distance + ``step_reward``; and in any case ``joint_limits_reward`` if a joint is
+    within 1e-4 rad of a limit, or beyond.
+
+    An episode terminates when the goal is reached, unless the goal moves (``pos_dynamic``).
+
+    Args:
+        profile: Whose values count where nothing else is said: ``"irb120"``, ``"irb140"``, ``"irb140_velocity"`` or ``"ur5"``;
+            None: ``"irb120"``, and by joint velocities ``"irb140_velocity"``.
+        config_file: FRobs_RL's task YAML of that reacher, unchanged, with the arm's name as the root key; what it
+            leaves out, or all if None, has FRobs_RL's own values, which ``reach/tasks/`` in this package lists. The
+            keywords that follow have the names of its keys, and go before it.
+        min_joint_pos: Lowest joint positions, one for each joint [rad].
+        max_joint_pos: Highest joint positions, one for each joint [rad].
+        position_goal_min: Lowest corner of the goal box in the world [m].
+        position_goal_max: Highest corner of the goal box in the world [m].
+        tolerance_goal_pos: Distance that counts as reached [m].
+        training: Whether goals are drawn; if not, ``reset(options={"goal": …})`` must give them.
+        pos_dynamic: Whether the goal moves: it swings along each axis about where it was drawn.
+        pos_dynamic_params: ``x_max_amplitude``, … [m] and ``x_max_freq``, … [Hz] of the motion.
+        step_reward: Of each step that does not reach the goal.
+        multiplier_dist_reward: [1/m]
+        reached_goal_reward: Of a step that reaches the goal.
+        joint_limits_reward: Of a step that ends at a joint limit.
+
+    Raises:
+        ConfigFileError: The file has an unknown key or an unusable value.
+        ConfigurationError: A value is out of range.
+        UnknownNameError: There is no such profile.
+    """
+
+    reward_types: ClassVar[Sequence[str]] = ("dense",)
+    success_rule: ClassVar[str] = "the tool comes within tolerance_goal_pos of the goal, which ends the episode"
+    reward_meanings: ClassVar[Mapping[str, str]] = {
+        "reached_goal": "reached_goal_reward where the goal is reached, else 0",
+        "distance": "−multiplier_dist_reward · d where it is not, d being the distance from tool to goal",
+        "step": "step_reward where it is not",
+        "joint_limits": "joint_limits_reward where a joint stands at one of its limits",
+    }
+    control_timestep: ClassVar[float] = 0.5
+    usual_profile: ClassVar[str] = "irb120"
+    limit_margin: ClassVar[float] = 1e-4  # [rad] FRobs_RL's: how near a limit a joint is at it
+
+    def __init__(
+        self,
+        *,
+        profile: str | None = None,
+        config_file: str | Path | None = None,
+        min_joint_pos: Sequence[float] | None = None,
+        max_joint_pos: Sequence[float] | None = None,
+        position_goal_min: Sequence[float] | None = None,
+        position_goal_max: Sequence[float] | None = None,
+        tolerance_goal_pos: float | None = None,
+        training: bool | None = None,
+        pos_dynamic: bool | None = None,
+        pos_dynamic_params: Mapping[str, float] | None = None,
+        step_reward: float | None = None,
+        multiplier_dist_reward: float | None = None,
+        reached_goal_reward: float | None = None,
+        joint_limits_reward: float | None = None,
+    ) -> None:
+        self.config = legacy_config.read(
+            self.usual_profile if profile is None else profile,
+            config_file,
+            {
+                "min_joint_pos": min_joint_pos,
+                "max_joint_pos": max_joint_pos,
+                "position_goal_min": position_goal_min,
+                "position_goal_max": position_goal_max,
+                "tolerance_goal_pos": tolerance_goal_pos,
+                "training": training,
+                "pos_dynamic": pos_dynamic,
+                "pos_dynamic_params": pos_dynamic_params,
+                "step_reward": step_reward,
+                "multiplier_dist_reward": multiplier_dist_reward,
+                "reached_goal_reward": reached_goal_reward,
+                "joint_limits_reward": joint_limits_reward,
+            },
+        )
+        super().__init__(
+            tolerance=self.config["tolerance_goal_pos"],
+            goal_low=self.config["position_goal_min"],
+            goal_high=self.config["position_goal_max"],
+        )
+
+    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+        """Prepare for a simulation.
+
+        Raises:
+            ConfigurationError: The robot reaches nothing of the goal box, or the joint positions of the
+                configuration are not those of its joints.
+        """
+        params = self.config["pos_dynamic_params"]
+        self._motion = Oscillation(
+            simulation.num_envs,
+            np.array([params[f"{axis}_max_amplitude"] for axis in "xyz"]),
+            np.array([params[f"{axis}_max_freq"] for axis in "xyz"]),
+            max_phase=0.0,
+        )
+        super().bind(simulation, controller, control_timestep)
+        self._direction = self._observation.view("goal_direction")
+
+    def observe(self, rng: RandomSource) -> np.ndarray[Any, np.dtype[np.float32]]:
+        """Return (num_envs, dof + 6) float32: direction to the goal, goal, joint positions.
+
+        A whole range in one step can hit the floor so hard that a light joint is thrown beyond its limit for a moment; it
+        is seen at the edge of the observation space.
+        """
+        space = self._observation.space
+        return np.clip(self._observation.read(), space.low, space.high)
+
+    def reward(self) -> Floats:
+        """Return the reward, (num_envs,)."""
+        config, outside = self.config, ~self.is_success()
+        at_limits = terms.at_limits(self._joint_positions, self._sampler.lower, self._sampler.upper, self.limit_margin)
+        self._reward_terms = {
+            "reached_goal": ~outside * config["reached_goal_reward"],
+            "distance": outside * self._distance * -config["multiplier_dist_reward"],
+            "step": outside * config["step_reward"],
+            "joint_limits": at_limits * config["joint_limits_reward"],
+        }
+        return sum(self._reward_terms.values(), np.zeros(len(outside)))
+
+    def is_terminated(self) -> Mask | None:
+        """Return where the goal is reached, (num_envs,) bool; None if it moves."""
+        return None if self.config["pos_dynamic"] else self.is_success()
+
+    def snapshot(self) -> Snapshot:
+        """Return the measured state and the goal's motion."""
+        return {**super().snapshot(), **self._motion.snapshot()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._motion.restore(snapshot)
+        super().restore(snapshot)
+
+    def _make_sampler(self) -> JointSampler:
+        dof = self._robot.dof
+        for key in ("min_joint_pos", "max_joint_pos"):
+            if len(self.config[key]) != dof:
+                raise ConfigurationError(
+                    f"{key} has {len(self.config[key])} numbers, but robot '{self._robot.robot.name}' has {dof} "
+                    f"joints: {', '.join(self._robot.joint_names)}."
+                )
+        sampler = JointSampler(
+            self._robot, np.array(self.config["min_joint_pos"]), np.array(self.config["max_joint_pos"])
+        )
+        if not (sampler.lower < sampler.upper).all():
+            raise ConfigurationError(
+                f"min_joint_pos must be below max_joint_pos within the limits of robot '{self._robot.robot.name}'; "
+                f"there remain {sampler.lower} to {sampler.upper}."
+            )
+        return sampler
+
+    def _observation_terms(self) -> dict[str, ObservationTerm]:
+        known = super()._observation_terms()
+        return {
+            "goal_direction": ObservationTerm(low=-np.ones(3), high=np.ones(3), unit="1"),
+            "goal": known["goal"],
+            "joint_positions": known["joint_positions"],
+        }
+
+    def _goal_excursion(self) -> float:
+        params = self.config["pos_dynamic_params"]
+        return max(params[f"{axis}_max_amplitude"] for axis in "xyz") if self.config["pos_dynamic"] else 0.0
+
+    def _place_goal(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
+        if given is None and not self.config["training"]:
+            raise ConfigurationError(
+                'training is false, so no goal is drawn; give one with reset(options={"goal": (x, y, z)}).'
+            )
+        centre = self._draw_goals(mask, rng) if given is None else checked_goal(given[rows], *self._goal_bounds())
+        self._goal[rows] = centre
+        self._motion.begin(mask, rng, centre=centre, start=None)
+
+    def _measure(self) -> None:
+        if self.config["pos_dynamic"]:
+            self._goal[...] = self._motion.at(self._simulation.time)[0]
+        super()._measure()
+
+    def _compare(self) -> None:
+        super()._compare()
+        self._direction[...] = terms.unit_direction(self._offset)

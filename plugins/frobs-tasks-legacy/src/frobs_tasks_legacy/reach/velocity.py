@@ -1,0 +1,60 @@
+"""Reach by joint velocities as FRobs_RL had it, with rules of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.flat_observation import ObservationTerm
+from frobs_tasks_legacy.reach.task import ReachLegacy
+from frobs_tasks_reach import terms
+
+
+class ReachLegacyVelocity(ReachLegacy):
+    """The IRB 140 reacher of FRobs_RL by joint velocities, for those who compare with it or port from it.
+
+    It follows a goal that moves, and no episode terminates. What differs from
+    :class:`frobs_tasks_legacy.reach.task.ReachLegacy`, whose parameters it has:
+
+    - Its action is ±0.2 rad/s of each joint. So the ID has the controller ``joint_velocity`` with ``max_velocity=0.2``;
+      the key ``limit_joint_vel`` is read and ignored. A joint is stopped at its limit, not 0.09 rad before it.
+    - A step had no fixed duration; here the control timestep is 0.1 s.
+    - Observation, (dof + 6) float32: joint positions, goal [m], unit vector from the tool to the goal.
+    - Reward: ``reached_goal_reward`` where the tool is within the tolerance, else −``multiplier_dist_reward`` ·
+      distance; and in any case −``joint_limits_reward`` if a joint is within 0.09 rad of a limit, or beyond.
+      ``step_reward`` is never paid.
+    """
+
+    success_rule: ClassVar[str] = (
+        "the tool is within tolerance_goal_pos of the goal when the time limit ends the episode"
+    )
+    reward_meanings: ClassVar[Mapping[str, str]] = {
+        "reached_goal": "reached_goal_reward where the tool is within the tolerance, else 0",
+        "distance": "−multiplier_dist_reward · d where it is not, d being the distance from tool to goal",
+        "joint_limits": "−joint_limits_reward where a joint is within 0.09 rad of one of its limits",
+    }
+    control_timestep: ClassVar[float] = 0.1
+    usual_profile: ClassVar[str] = "irb140_velocity"
+    limit_margin: ClassVar[float] = 0.09
+
+    def reward(self) -> Floats:
+        """Return the reward, (num_envs,)."""
+        config, outside = self.config, ~self.is_success()
+        at_limits = terms.at_limits(self._joint_positions, self._sampler.lower, self._sampler.upper, self.limit_margin)
+        self._reward_terms = {
+            "reached_goal": ~outside * config["reached_goal_reward"],
+            "distance": outside * self._distance * -config["multiplier_dist_reward"],
+            "joint_limits": at_limits * -config["joint_limits_reward"],
+        }
+        return sum(self._reward_terms.values(), np.zeros(len(outside)))
+
+    def is_terminated(self) -> Mask | None:
+        """Return None: no episode terminates, whether the goal moves or not."""
+        return None
+
+    def _observation_terms(self) -> dict[str, ObservationTerm]:
+        known = super()._observation_terms()
+        return {name: known[name] for name in ("joint_positions", "goal", "goal_direction")}

@@ -1,0 +1,92 @@
+"""Training, evaluating, comparing and exporting policies.
+
+    configuration/   what a run is told: settings, wrappers and callbacks by name, other layouts of YAML
+    runs/            the run folder: checkpoints, locks, versions, policies
+    training/        train, resume, seeds, threads, monitoring, interrupts
+    logs/            progress.csv, TensorBoard events, statistics of episodes
+    evaluation/      evaluate, play, video, view
+    comparison/      statistics over seeds
+    plots/           learning curves and comparisons as pictures
+    tuning/          search for settings
+    export/          policy bundles, written and used in place of a run; pretrained policies
+    cli/             the commands
+
+The names below are imported when they are first used, because most of them need pydantic and Gymnasium.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from frobs_train.comparison.compare import Comparison as Comparison
+    from frobs_train.comparison.compare import compare as compare
+    from frobs_train.configuration.config import PartConfig as PartConfig
+    from frobs_train.configuration.config import RunConfig as RunConfig
+    from frobs_train.configuration.config import ThreadsConfig as ThreadsConfig
+    from frobs_train.configuration.resolve import resolve_config as resolve_config
+    from frobs_train.evaluation.evaluate import Evaluation as Evaluation
+    from frobs_train.evaluation.evaluate import evaluate as evaluate
+    from frobs_train.evaluation.playing import OctantResult as OctantResult
+    from frobs_train.evaluation.video import record_video as record_video
+    from frobs_train.evaluation.view import view as view
+    from frobs_train.export.bundle_run import open_pretrained as open_pretrained
+    from frobs_train.plots.plot import plot_runs as plot_runs
+    from frobs_train.plots.plot_comparison import plot_comparison as plot_comparison
+    from frobs_train.runs.checkpoints import Checkpoint as Checkpoint
+    from frobs_train.runs.existing import ON_EXISTING as ON_EXISTING
+    from frobs_train.runs.model_file import ModelFile as ModelFile
+    from frobs_train.runs.run import Run as Run
+    from frobs_train.runs.run import default_run_dir as default_run_dir
+    from frobs_train.training.callbacks import TrainingCallback as TrainingCallback
+    from frobs_train.training.interrupts import TrainingInterrupt as TrainingInterrupt
+    from frobs_train.training.monitor import Progress as Progress
+    from frobs_train.training.resume import resume as resume
+    from frobs_train.training.threads import Threads as Threads
+    from frobs_train.training.threads import decide_threads as decide_threads
+    from frobs_train.training.train import train as train
+    from frobs_train.tuning.study import StudyResult as StudyResult
+    from frobs_train.tuning.study import TrialResult as TrialResult
+    from frobs_train.tuning.tune import Search as Search
+    from frobs_train.tuning.tune import tune as tune
+
+_MODULES = {
+    "Checkpoint": "frobs_train.runs.checkpoints",
+    "Comparison": "frobs_train.comparison.compare",
+    "Evaluation": "frobs_train.evaluation.evaluate",
+    "ModelFile": "frobs_train.runs.model_file",
+    "ON_EXISTING": "frobs_train.runs.existing",
+    "OctantResult": "frobs_train.evaluation.playing",
+    "PartConfig": "frobs_train.configuration.config",
+    "Progress": "frobs_train.training.monitor",
+    "Run": "frobs_train.runs.run",
+    "RunConfig": "frobs_train.configuration.config",
+    "Search": "frobs_train.tuning.tune",
+    "StudyResult": "frobs_train.tuning.study",
+    "Threads": "frobs_train.training.threads",
+    "ThreadsConfig": "frobs_train.configuration.config",
+    "TrainingCallback": "frobs_train.training.callbacks",
+    "TrainingInterrupt": "frobs_train.training.interrupts",
+    "TrialResult": "frobs_train.tuning.study",
+    "compare": "frobs_train.comparison.compare",
+    "decide_threads": "frobs_train.training.threads",
+    "default_run_dir": "frobs_train.runs.run",
+    "evaluate": "frobs_train.evaluation.evaluate",
+    "open_pretrained": "frobs_train.export.bundle_run",
+    "plot_comparison": "frobs_train.plots.plot_comparison",
+    "plot_runs": "frobs_train.plots.plot",
+    "record_video": "frobs_train.evaluation.video",
+    "resolve_config": "frobs_train.configuration.resolve",
+    "resume": "frobs_train.training.resume",
+    "train": "frobs_train.training.train",
+    "tune": "frobs_train.tuning.tune",
+    "view": "frobs_train.evaluation.view",
+}
+
+__all__ = [*_MODULES]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its module."""
+    if name not in _MODULES:
+        raise AttributeError(f"module 'frobs_train' has no attribute '{name}'")
+    return getattr(import_module(_MODULES[name]), name)

@@ -1,0 +1,134 @@
+"""``frobs compare``: see which runs learned better, and how sure that is."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from frobs_cli.formats import duration, number, percent
+from frobs_cli.options import Json
+from frobs_cli.output import only_json, print_json, print_line, print_note, print_table, print_title
+
+if TYPE_CHECKING:
+    from frobs_train import Comparison
+    from frobs_train.comparison.compare import Group
+    from frobs_train.comparison.confidence import Estimate
+
+
+class Metric(StrEnum):
+    """What runs are compared by."""
+
+    success = "success"
+    reward = "reward"
+
+
+def compare(
+    runs: Annotated[
+        list[Path], typer.Argument(metavar="RUN...", show_default=False, help="Folders that 'frobs train' wrote.")
+    ],
+    metric: Annotated[
+        Metric | None,
+        typer.Option(show_default="success where the environment tells it", help="What they are compared by."),
+    ] = None,
+    threshold: Annotated[
+        float | None,
+        typer.Option(metavar="X", show_default="0.95 of success", help="Count the steps until the metric gets here."),
+    ] = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option("--plot", metavar="FILE", dir_okay=False, show_default=False, help="Draw it as a PNG, too."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Compare runs over their seeds: what they reach, how soon, how fast, and how sure that is.
+
+    Runs that differ in nothing but the seed form a group. Of each group stand the interquartile mean over its seeds and
+    its 95 % bootstrap interval; of each two in one environment the probability that one beats the other.
+
+    Example:
+        $ frobs compare runs/frobs/Irb120Reach-v0/*
+        $ frobs compare runs/ppo_* runs/sac_* --plot comparison.png
+        $ frobs compare runs/a runs/b --metric reward --json
+    """
+    from frobs_train import Run, plot_comparison
+    from frobs_train import compare as compare_runs
+
+    with only_json(json):
+        opened = [Run.open(path) for path in runs]
+        found = compare_runs(opened, metric=None if metric is None else metric.value, threshold=threshold)
+        drawn = None if picture is None else plot_comparison(found, picture)
+    if json:
+        print_json({**found.to_dict(), "picture": drawn})
+        return
+    _print_groups(found)
+    _print_rest(found)
+    if drawn is not None:
+        print_line()
+        print_line(str(drawn))
+    for note in found.notes:
+        print_note(note)
+
+
+def _print_groups(found: Comparison) -> None:
+    several = len({group.environment for group in found.groups}) > 1
+    reached = "" if found.threshold is None else f"steps to {_value(found, found.threshold, 0)}"
+    columns = ["group", "seeds", found.metric, "95 % interval", reached, "time", "steps/s"]
+    for environment in dict.fromkeys(group.environment for group in found.groups):
+        groups = [group for group in found.groups if group.environment == environment]
+        print_title(environment)
+        rows = [_row(found, group) for group in groups]
+        if found.threshold is None:
+            rows = [[cell for index, cell in enumerate(row) if index != 4] for row in rows]
+        print_table([column for column in columns if column], rows)
+        if several:
+            print_line()
+
+
+def _row(found: Comparison, group: Group) -> list[str]:
+    return [
+        group.name,
+        str(len(group.runs)),
+        _value(found, group.final.value),
+        _interval(found, group.final),
+        _steps(group),
+        duration(group.seconds),
+        f"{group.steps_per_second:,.0f}",
+    ]
+
+
+def _print_rest(found: Comparison) -> None:
+    if found.overall:
+        print_title("all environments")
+        rows = [[name, _value(found, item.value), _interval(found, item)] for name, item in found.overall.items()]
+        print_table(["algorithm", found.metric, "95 % interval"], rows)
+    if found.improvements:
+        print_line()
+        print_title("probability of improvement")
+        several = len({group.environment for group in found.groups}) > 1
+        names = {group.label: group.label if several else group.name for group in found.groups}
+        rows = []
+        for item in found.improvements:
+            chance = item.probability
+            sure = "" if chance.low is None else f"{percent(chance.low, 0)} to {percent(chance.high, 0)}"
+            rows.append([names[item.first], f"over {names[item.second]}", percent(chance.value, 0), sure])
+        print_table(["", "", "", "95 % interval"], rows)
+
+
+def _steps(group: Group) -> str:
+    if group.steps_to_threshold is not None and group.reached == len(group.runs):
+        return f"{group.steps_to_threshold:,.0f}"
+    reached = f"{group.reached} of {len(group.runs)} got there"
+    return reached if group.steps_to_threshold is None else f"{group.steps_to_threshold:,.0f} ({reached})"
+
+
+def _value(found: Comparison, value: float, digits: int = 1) -> str:
+    return percent(value, digits) if found.metric == "success" else number(value)
+
+
+def _interval(found: Comparison, item: Estimate) -> str:
+    if item.low is None or item.high is None:
+        return "–"
+    return f"{_value(found, item.low)} to {_value(found, item.high)}"

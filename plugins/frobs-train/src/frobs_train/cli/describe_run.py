@@ -1,0 +1,112 @@
+"""What ``frobs show`` says about a run folder."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from frobs_cli.formats import duration, number, percent
+
+if TYPE_CHECKING:
+    from frobs_train import Run
+
+
+def is_run(path: Path) -> bool:
+    """Tell a run's folder."""
+    return (path / "config.yaml").is_file()
+
+
+def describe_run(path: Path) -> dict[str, Any]:
+    """Return the facts about a run: how far it is trained, what it holds, evaluations and configuration.
+
+    ``success``, ``reward`` and ``length`` are those of the last row of the log in which an episode ended.
+    """
+    from frobs_train import Run
+    from frobs_train.logs.progress import read_progress
+
+    run = Run.open(path)
+    log = path / "progress.csv"
+    columns = read_progress(log) if log.is_file() else {}
+    pictures = (found for ending in ("png", "mp4") for found in path.rglob(f"*.{ending}"))
+    return {
+        "kind": "run",
+        "name": str(run.path),
+        "environment": run.config.environment,
+        "environment_kwargs": run.config.environment_kwargs,
+        "algorithm": run.config.algorithm,
+        "seed": run.config.seed,
+        "steps": _last(columns.get("train/steps", [])),
+        "seconds": _last(columns.get("time/elapsed", [])),
+        "success": _last(columns.get("episode/success", [])),
+        "reward": _last(columns.get("episode/reward", [])),
+        "length": _last(columns.get("episode/length", [])),
+        "checkpoints": [checkpoint.steps for checkpoint in run.checkpoints],
+        "best": _best(run),
+        "threads": _threads(path),
+        "files": sorted(str(found.relative_to(path)) for found in pictures),
+        "evaluations": run.evaluations(),
+        "config": run.config.model_dump(),
+    }
+
+
+def readable_run(facts: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the facts about a run, from :func:`describe_run`, as people read them, on one screen."""
+    shown: dict[str, Any] = {key: facts[key] for key in ("kind", "name", "environment")}
+    shown |= facts["environment_kwargs"]
+    if facts["config"]["randomize"]:
+        shown["randomized"] = ", ".join(facts["config"]["randomize"])
+    shown |= {key: facts[key] for key in ("algorithm", "seed")}
+    if facts["steps"] is not None and facts["seconds"] is not None:
+        shown["trained"] = f"{facts['steps']:,.0f} steps in {duration(facts['seconds'])}"
+    if facts["success"] is not None:
+        shown["success"] = f"{percent(facts['success'])} at the end of the training"
+    if facts["reward"] is not None:
+        shown["reward"] = f"{number(facts['reward'])} per episode at the end of the training"
+    if facts["best"] is not None:
+        shown["best"] = f"after {facts['best']:,} steps, of the evaluations during the training"
+    shown |= {"threads": facts["threads"], "checkpoints": len(facts["checkpoints"]), "files": facts["files"]}
+    shown["evaluations"] = [_evaluation(found) for found in facts["evaluations"]]
+    return shown
+
+
+def _best(run: Run) -> int | None:
+    from frobs_core.errors import CheckpointError
+
+    try:
+        return run.find_checkpoint("best")[0].steps
+    except CheckpointError:
+        return None
+
+
+def _threads(path: Path) -> str | None:
+    """Return how the processors were shared when the run began."""
+    from frobs_train import Threads
+
+    try:
+        return str(Threads(**json.loads((path / "versions.json").read_text("utf-8"))["threads"]))
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _last(values: Sequence[float]) -> float | None:
+    return next((value for value in reversed(values) if math.isfinite(value)), None)
+
+
+def _evaluation(found: Mapping[str, Any]) -> dict[str, Any]:
+    interval = found.get("success_interval")
+    octants = found.get("success_by_octant") or {}
+    worst = min((octant["success_rate"] for octant in octants.values()), default=None)
+    return {
+        "after": f"{found['steps']:,} steps",
+        "episodes": f"{found['episodes']:,}",
+        "success": percent(found.get("success_rate")),
+        "95 % interval": f"{percent(interval[0])} to {percent(interval[1])}" if interval else None,
+        "worst octant": percent(worst) if worst is not None else None,
+        "reward": number(found["mean_reward"]),
+        "simulator": found.get("simulator"),
+        "randomized": ", ".join(found.get("randomize") or ()) or None,
+        "seed": found["seed"],
+    }

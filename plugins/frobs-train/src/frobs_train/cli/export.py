@@ -1,0 +1,68 @@
+"""``frobs export``: one file that runs a policy without the trainer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from frobs_cli.facts import print_facts
+from frobs_cli.options import CheckpointName, Json, RunFolder
+from frobs_cli.output import console, only_json, print_json
+
+
+def export(
+    run: RunFolder,
+    format: Annotated[Literal["onnx"], typer.Option(help="Of the network.")] = "onnx",
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", dir_okay=False, show_default="policy.frobs in the run", help="The bundle."),
+    ] = None,
+    checkpoint: CheckpointName = "newest",
+    license: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SPDX_OR_FILE", show_default="none given", help="Licence of the policy: 'MIT', or a text file."
+        ),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Write what a run has learned as one file that acts with NumPy and onnxruntime alone.
+
+    The bundle holds the network with everything before and after it, and what the policy is for: joints, units, rate,
+    observation, limits, and where it comes from. It is written once its actions have been found to be the trainer's.
+
+    Example:
+        $ frobs export runs/first
+        $ frobs export runs/first --license MIT --out reach.frobs
+        $ python -m frobs_deploy reach.frobs
+    """
+    from frobs_deploy import Policy
+    from frobs_train import Run
+    from frobs_train.export.export import export as export_run
+
+    with only_json(json), console(stderr=True).status("exporting"):
+        found = export_run(Run.open(run), out, checkpoint=checkpoint, license=license)
+        latency = Policy(found.path).bench()
+    if json:
+        print_json(
+            {
+                "bundle": found.path,
+                "bytes": found.path.stat().st_size,
+                "format": format,
+                "export": found,
+                "latency": latency,
+            }
+        )
+        return
+    print_facts(
+        {
+            "name": str(found.path),
+            "kind": "bundle",
+            "size": f"{found.path.stat().st_size / 1e3:,.0f} kB",
+            "trained": f"{found.steps:,} steps",
+            "difference": f"{found.max_difference:.1e} from the trainer's actions, on {found.observations} observations",
+            "latency": str(latency),
+        }
+    )

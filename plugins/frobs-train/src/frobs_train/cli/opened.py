@@ -1,0 +1,96 @@
+"""What ``frobs evaluate`` and ``frobs play`` work on: a run, or a model file with an environment."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from frobs_core.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from frobs_train import Run
+
+RunOrId = Annotated[
+    Path,
+    typer.Argument(
+        metavar="RUN",
+        show_default=False,
+        help="The folder that 'frobs train' wrote, or the bundle that 'frobs export' wrote; with --model or "
+        "--pretrained, a Gymnasium ID.",
+    ),
+]
+
+ModelPath = Annotated[
+    Path | None,
+    typer.Option(
+        "--model",
+        metavar="FILE",
+        show_default=False,
+        help="A trained model's file, as its library wrote it, instead of a run.",
+    ),
+]
+
+Pretrained = Annotated[
+    bool,
+    typer.Option("--pretrained", help="Take the trained policy that comes with the ID; 'frobs list envs' says which."),
+]
+
+ModelAlgorithm = Annotated[
+    str | None,
+    typer.Option("--algorithm", metavar="NAME", show_default="the file tells", help="Of --model."),
+]
+
+ModelSettings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        show_default=False,
+        help="With --model: how the environment is made: environment_kwargs.controller=joint_position, wrappers=[…].",
+    ),
+]
+
+Trust = Annotated[
+    bool,
+    typer.Option(
+        "--trust", help="Open --model also where that executes code that it holds: only if you know its author."
+    ),
+]
+
+
+def open_run(
+    run: Path,
+    model: Path | None,
+    algorithm: str | None,
+    settings: Sequence[str] | None,
+    trust: bool,
+    pretrained: bool = False,
+) -> Run:
+    """Open a run, a bundle, a model file or the policy that comes with an ID.
+
+    Raises:
+        ConfigurationError: A flag that belongs to ``--model`` stands alone, or a setting cannot be used.
+        RunError: The folder is no run, or no policy comes with the ID.
+        BundleError: The file is no bundle.
+    """
+    from frobs_core.registry import bare_id, pretrained_ids
+    from frobs_train import ModelFile, open_pretrained
+    from frobs_train.export.bundle_run import open_run_or_bundle
+
+    if model is not None and pretrained:
+        raise ConfigurationError("--model and --pretrained exclude each other; choose one.")
+    if model is not None:
+        return ModelFile(model, str(run), algorithm, settings or (), trust)
+    for flag, given in (("--algorithm", algorithm), ("--set", settings), ("--trust", trust)):
+        if given:
+            raise ConfigurationError(
+                f"{flag} belongs to --model FILE; a run knows how it was trained, and needs no trust."
+            )
+    if pretrained:
+        return open_pretrained(str(run))
+    if not run.exists() and bare_id(str(run)) in pretrained_ids():
+        raise ConfigurationError(f"{run} is an ID and no run; add --pretrained for the policy that comes with it.")
+    return open_run_or_bundle(run)

@@ -1,0 +1,55 @@
+"""``frobs play``: watch what a run has learned."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from frobs_cli.options import CheckpointName, Randomized
+from frobs_cli.output import console, print_line
+from frobs_core.errors import ConfigurationError, RenderingUnavailableError, RunError
+from frobs_train.cli.opened import ModelAlgorithm, ModelPath, ModelSettings, Pretrained, RunOrId, Trust, open_run
+
+
+def play(
+    run: RunOrId,
+    pretrained: Pretrained = False,
+    model: ModelPath = None,
+    algorithm: ModelAlgorithm = None,
+    settings: ModelSettings = None,
+    trust: Trust = False,
+    video: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", dir_okay=False, show_default=False, help="Write an MP4 instead of a window."),
+    ] = None,
+    viewer: Annotated[bool, typer.Option("--viewer", help="Open a window, until Ctrl-C; that is the default.")] = False,
+    episodes: Annotated[int, typer.Option(metavar="N", min=1, help="How many episodes the video shows.")] = 3,
+    randomized: Randomized = False,
+    checkpoint: CheckpointName = "newest",
+) -> None:
+    """Watch what a run has learned, or how a model file acts: in a window, or as a video.
+
+    Example:
+        $ frobs play frobs/Irb120Reach-v0 --pretrained
+        $ frobs play runs/first
+        $ frobs play runs/first --video first.mp4
+        $ frobs play frobs/Irb120Reach-v0 --model trained_model.zip
+    """
+    if video is not None and viewer:
+        raise ConfigurationError("--video and --viewer exclude each other; choose one.")
+    from frobs_train import record_video, view
+
+    opened = open_run(run, model, algorithm, settings, trust, pretrained)
+    if video is None:
+        try:
+            view(opened, randomized=randomized, checkpoint=checkpoint)
+        except RenderingUnavailableError as error:
+            raise RunError(
+                f"{error} Without a window: frobs play {run}{' --pretrained' if pretrained else ''} --video FILE"
+            ) from error
+        return
+    with console(stderr=True).status(f"recording {episodes} episodes"):
+        path = record_video(opened, video, episodes=episodes, randomized=randomized, checkpoint=checkpoint)
+    print_line(str(path))

@@ -1,0 +1,35 @@
+"""``frobs plot``: see how runs have learned."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from frobs_cli.output import print_line
+
+
+def plot(
+    runs: Annotated[
+        list[Path], typer.Argument(metavar="RUN...", show_default=False, help="Folders that 'frobs train' wrote.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            dir_okay=False,
+            show_default="plots/learning_curve.png in the run, learning_curves.png beside several",
+            help="The picture.",
+        ),
+    ] = None,
+) -> None:
+    """Draw learning curves and reward terms as a PNG: of one run, or of several side by side.
+
+    Example:
+        $ frobs plot runs/first
+        $ frobs plot runs/seed0 runs/seed1 runs/seed2 --out seeds.png
+    """
+    from frobs_train import Run, plot_runs
+
+    print_line(str(plot_runs([Run.open(path) for path in runs], out)))

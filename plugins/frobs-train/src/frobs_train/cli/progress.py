@@ -1,0 +1,96 @@
+"""How far a training is: a live bar in a terminal, plain lines elsewhere. Written to stderr."""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+from frobs_cli.formats import duration, number, percent
+from frobs_cli.output import console
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as Bar
+
+    from frobs_train import Progress
+
+_LINE_EVERY = 10.0
+"""[s] between plain lines."""
+
+
+class TrainingProgress:
+    """Shows steps, steps/s, success, reward and the time left; a context manager.
+
+    Args:
+        headline: What is trained; shown when the training has begun, so that bad input is answered by its error alone.
+        total_steps: Environment steps in all.
+
+    Attributes:
+        last: The latest progress; None before the first.
+    """
+
+    def __init__(self, headline: str, total_steps: int) -> None:
+        self.last: Progress | None = None
+        self._headline = headline
+        self._total = total_steps
+        self._console = console(stderr=True)
+        self._bar: Bar | None = None
+        self._next_line = 0.0
+
+    def __enter__(self) -> Self:
+        """Start the bar: it moves while the environment is built, too."""
+        if self._console.is_terminal:
+            self._bar = self._make_bar()
+            self._task = self._bar.add_task("", total=self._total, numbers="starting")
+            self._bar.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        """Leave the bar as it stands, unless it has not moved; or write the last line."""
+        if self._bar is not None:
+            self._bar.live.transient = self.last is None
+            self._bar.stop()
+        elif self.last is not None and kind is None and self._next_line > time.monotonic():
+            self._write_line(self.last)
+
+    def update(self, progress: Progress) -> None:
+        """Show where the training is."""
+        if self.last is None:
+            self._console.print(self._headline, markup=False, soft_wrap=True)
+        self.last = progress
+        if self._bar is not None:
+            done = min(progress.steps, self._total)
+            self._bar.update(self._task, completed=done, numbers=self._numbers(progress))
+        elif time.monotonic() >= self._next_line:
+            self._next_line = time.monotonic() + _LINE_EVERY
+            self._write_line(progress)
+
+    def _make_bar(self) -> Bar:
+        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+
+        return Progress(
+            BarColumn(bar_width=None),
+            TaskProgressColumn(),
+            TextColumn("{task.fields[numbers]}", markup=False),
+            console=self._console,
+            expand=True,
+            refresh_per_second=5,
+        )
+
+    def _numbers(self, progress: Progress) -> str:
+        parts = [f"{progress.steps_per_second:,.0f} steps/s"]
+        if progress.success is not None:
+            parts.append(f"success {percent(progress.success)}")
+        if progress.evaluation is not None and progress.success is not None:
+            parts.append(f"evaluated {percent(progress.evaluation)}")
+        if progress.reward is not None:
+            parts.append(f"reward {number(progress.reward)}")
+        finished = progress.steps >= self._total
+        parts.append(f"in {duration(progress.elapsed)}" if finished else f"{duration(progress.seconds_left)} left")
+        return " · ".join(parts)
+
+    def _write_line(self, progress: Progress) -> None:
+        done = f"{progress.steps:,}/{self._total:,} steps ({percent(min(1.0, progress.steps / self._total), 0)})"
+        self._console.print(f"{done} · {self._numbers(progress)}", markup=False, soft_wrap=True)

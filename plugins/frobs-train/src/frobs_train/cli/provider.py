@@ -1,0 +1,93 @@
+"""What ``frobs list`` and ``frobs show`` report about trained policies and runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from frobs_cli.formats import duration, percent
+from frobs_cli.providers import Provider
+
+if TYPE_CHECKING:
+    from frobs_core.specs import EnvironmentRecord
+
+
+class TrainProvider(Provider):
+    """Pretrained policies of environment IDs, and run folders."""
+
+    kind = "run"
+
+    def environment(self, id: str, record: EnvironmentRecord) -> dict[str, Any]:
+        """Return ``pretrained``: the facts about the ID's trained policy, or None."""
+        return {"pretrained": _pretrained(id) if record.pretrained else None}
+
+    def column(self, facts: Mapping[str, Any]) -> tuple[str, str]:
+        """Return the success rate of the pretrained policy."""
+        found = facts.get("pretrained")
+        if found is None:
+            return "pretrained", ""
+        rate = found.get("success_rate")
+        return "pretrained", "damaged" if "error" in found else "yes" if rate is None else percent(rate)
+
+    def readable_environment(self, facts: Mapping[str, Any]) -> dict[str, Any]:
+        """Return ``pretrained`` in a form for people."""
+        found = facts.get("pretrained")
+        if not found or "error" in found:
+            return {}
+        return {"pretrained": _readable(str(facts["name"]), found)}
+
+    def describes(self, name: str) -> bool:
+        """Return whether a path is a run folder."""
+        return (Path(name) / "config.yaml").is_file()
+
+    def describe(self, name: str) -> dict[str, Any]:
+        """Return the facts about a run."""
+        from frobs_train.cli.describe_run import describe_run
+
+        return describe_run(Path(name))
+
+    def readable(self, facts: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the facts about a run in a form for people."""
+        from frobs_train.cli.describe_run import readable_run
+
+        return readable_run(facts)
+
+
+PROVIDER = TrainProvider()
+
+
+def _pretrained(id: str) -> dict[str, Any]:
+    """Return the facts about the trained policy of an ID; ``error`` if its file cannot be used."""
+    from frobs_core.errors import FrobsError
+    from frobs_deploy.errors import DeployError
+    from frobs_train.export.pretrained import describe_pretrained, read_pretrained
+
+    try:
+        return describe_pretrained(read_pretrained(id))
+    except (FrobsError, DeployError) as error:
+        return {"error": str(error)}
+
+
+def _readable(id: str, found: Mapping[str, Any]) -> dict[str, Any]:
+    shown = {"try it": f"frobs play {id} --pretrained"}
+    if found["success_rate"] is not None:
+        low, high = found["success_interval"]
+        shown["success"] = (
+            f"{percent(found['success_rate'])} of {found['episodes']:,} episodes of seed {found['evaluation_seed']}  "
+            f"(95 % interval: {percent(low)} to {percent(high)})"
+        )
+    for simulator, rate in found["other_simulators"].items():
+        shown[f"on {simulator}"] = percent(rate)
+    if found["tracking_error"] is not None:
+        shown["tracking error"] = f"{1e3 * found['tracking_error']:.1f} mm"
+    shown["trained"] = f"{found['algorithm']}, {found['steps']:,} steps"
+    if found["seconds"] is not None:
+        shown["trained"] += f" in {duration(found['seconds'])}"
+    if found["command"]:
+        shown["by"] = found["command"]
+    shown["license"] = found["license"] or "none given"
+    shown["file"] = f"{found['file']}, {found['bytes'] / 1e3:,.0f} kB, SHA-256 {found['sha256']}"
+    if found["commit"]:
+        shown["commit"] = found["commit"]
+    return shown

@@ -1,0 +1,88 @@
+"""``frobs train``: learn a policy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from frobs_cli.options import Algorithm, Controller, EnvId, Json, NumEnvs, Robot, Seed, Simulator, Tcp
+from frobs_cli.output import only_json
+from frobs_train.cli.training_report import describe_training, report_training
+
+
+def train(
+    env_id: EnvId,
+    algorithm: Algorithm = None,
+    config: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", exists=True, dir_okay=False, show_default=False, help="YAML with settings."),
+    ] = None,
+    robot: Robot = None,
+    tcp: Tcp = None,
+    simulator: Simulator = None,
+    controller: Controller = None,
+    num_envs: NumEnvs = None,
+    steps: Annotated[
+        int | None, typer.Option(metavar="N", min=1, show_default=False, help="Environment steps, over all of them.")
+    ] = None,
+    seed: Seed = None,
+    run_dir: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", show_default="runs/ID/…", help="The folder to write."),
+    ] = None,
+    on_existing: Annotated[
+        str,
+        typer.Option(
+            metavar="WHAT",
+            help="What to do where the folder exists: error; increment: write DIR_2, DIR_3, …; overwrite: remove the run "
+            "that it holds; resume: continue it, if it is a run of these settings.",
+        ),
+    ] = "error",
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            show_default=False,
+            help="Any setting, again for each: algorithm_config.gamma=0.95, environment_kwargs.tolerance=0.02.",
+        ),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Train a policy on any Gymnasium ID, and write one folder with all that it takes to use it.
+
+    What is not given is as tuned for the ID, or as the algorithm's default. What is given here goes before the file,
+    and --set before all. Ctrl-C stops after the rollout that is under way, with a checkpoint; again, at once.
+
+    Example:
+        $ frobs train frobs/Irb120Reach-v0
+        $ frobs train frobs/Irb120Reach-v0 --controller tcp_delta_position --seed 1
+        $ frobs train CartPole-v1 --steps 100_000 --set algorithm_config.gamma=0.98
+    """
+    from frobs_core.registry import find_spec
+
+    find_spec(env_id)  # before torch is imported, so that a typing error is answered at once
+    from frobs_train import default_run_dir, resolve_config
+    from frobs_train import train as train_run
+
+    flags = {
+        "algorithm": algorithm,
+        "robot": robot,
+        "tcp": tcp,
+        "simulator": simulator,
+        "controller": controller,
+        "num_envs": num_envs,
+        "steps": steps,
+        "seed": seed,
+    }
+    with only_json(json):
+        resolved = resolve_config(env_id, file=config, flags=flags, settings=settings or ())
+    folder = run_dir or default_run_dir(resolved)
+    report_training(
+        describe_training(resolved, "training", str(folder)),
+        resolved.steps,
+        lambda update: train_run(resolved, folder, update, on_existing=on_existing),
+        json=json,
+    )

@@ -1,0 +1,220 @@
+"""``frobs tune``: search for settings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from frobs_cli.facts import print_facts, text
+from frobs_cli.formats import duration
+from frobs_cli.options import Algorithm, Controller, EnvId, Json, NumEnvs, Robot, Simulator, Tcp
+from frobs_cli.output import console, only_json, print_json, print_note, print_table
+from frobs_train.cli.compare import Metric
+
+if TYPE_CHECKING:
+    from frobs_train import Progress, Search, StudyResult, TrialResult
+
+_SHOWN = 10
+"""Trials in the table."""
+
+
+class Sampler(StrEnum):
+    """How settings are chosen."""
+
+    tpe = "tpe"
+    gp = "gp"
+    random = "random"
+
+
+class Pruner(StrEnum):
+    """How trials that promise little are ended."""
+
+    median = "median"
+    halving = "halving"
+    hyperband = "hyperband"
+    none = "none"
+
+
+def tune(
+    env_id: EnvId,
+    trials: Annotated[
+        int,
+        typer.Option(metavar="N", min=1, help="Trials that the study shall have in all, earlier ones included."),
+    ] = 50,
+    algorithm: Algorithm = None,
+    space: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            exists=True,
+            dir_okay=False,
+            show_default="the algorithm's own",
+            help="YAML: what is searched.",
+        ),
+    ] = None,
+    config: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", exists=True, dir_okay=False, show_default=False, help="YAML with settings of every trial."
+        ),
+    ] = None,
+    robot: Robot = None,
+    tcp: Tcp = None,
+    simulator: Simulator = None,
+    controller: Controller = None,
+    num_envs: NumEnvs = None,
+    steps: Annotated[
+        int | None, typer.Option(metavar="N", min=1, show_default=False, help="Environment steps of each run.")
+    ] = None,
+    seeds: Annotated[int, typer.Option(metavar="N", min=1, help="Runs of each trial, with one seed each.")] = 1,
+    seed: Annotated[int, typer.Option(metavar="S", min=0, help="The first of these seeds.")] = 0,
+    episodes: Annotated[int, typer.Option(metavar="N", min=1, help="Episodes that judge each run at its end.")] = 200,
+    metric: Annotated[
+        Metric | None, typer.Option(show_default="success where the environment tells it", help="What shall be high.")
+    ] = None,
+    sampler: Annotated[Sampler, typer.Option(help="How settings are chosen.")] = Sampler.tpe,
+    pruner: Annotated[Pruner, typer.Option(help="How trials that promise little are ended.")] = Pruner.median,
+    study_dir: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", show_default="studies/ID/ALGORITHM", help="Where runs and best.yaml go."),
+    ] = None,
+    storage: Annotated[
+        str | None,
+        typer.Option(metavar="URL", show_default="study.db in that folder", help="Any storage URL that Optuna takes."),
+    ] = None,
+    name: Annotated[
+        str | None, typer.Option(metavar="NAME", show_default="ID/ALGORITHM", help="The study's, in the storage.")
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            show_default=False,
+            help="Any setting, again for each; what is set is not searched.",
+        ),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Search for settings: each trial is a run, judged by its evaluation; the best becomes a file for 'frobs train'.
+
+    The same command goes on with a study that was interrupted, and joins one that another process works on.
+
+    Example:
+        $ frobs tune frobs/Irb120Reach-v0 --trials 50 --steps 100_000
+        $ frobs tune CartPole-v1 --trials 20 --steps 20_000 --seeds 3 --space space.yaml
+        $ frobs train frobs/Irb120Reach-v0 --config studies/frobs/Irb120Reach-v0/ppo/best.yaml
+    """
+    from frobs_core.registry import find_spec
+
+    find_spec(env_id)
+    from frobs_train import Search
+    from frobs_train import tune as search_settings
+
+    flags = {
+        "algorithm": algorithm,
+        "robot": robot,
+        "tcp": tcp,
+        "simulator": simulator,
+        "controller": controller,
+        "num_envs": num_envs,
+        "steps": steps,
+        "seed": seed,
+    }
+    search = Search(
+        environment=env_id,
+        trials=trials,
+        file=config,
+        flags=flags,
+        settings=tuple(settings or ()),
+        space=space,
+        folder=study_dir,
+        storage=storage,
+        name=name,
+        seeds=seeds,
+        episodes=episodes,
+        metric=None if metric is None else metric.value,
+        sampler=sampler.value,
+        pruner=pruner.value,
+    )
+    with only_json(json):
+        try:
+            found = _watched(search, search_settings)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt("the same command goes on with the study") from None
+    if json:
+        print_json(found.to_dict())
+    else:
+        _print(found, env_id)
+
+
+def _watched(search: Search, search_settings: Any) -> StudyResult:
+    """Search, with a line on stderr for each trial and a status in a terminal."""
+    with console(stderr=True).status("preparing") as status:
+
+        def on_progress(number: int, index: int, progress: Progress) -> None:
+            seed = f", seed {index + 1} of {search.seeds}" if search.seeds > 1 else ""
+            status.update(f"trial {number}{seed}: {progress.steps:,}/{progress.total_steps:,} steps")
+
+        def on_trial(found: StudyResult, trial: TrialResult) -> None:
+            print_note(_line(found, trial))
+            status.update("choosing settings")
+
+        result: StudyResult = search_settings(search, on_trial, on_progress)
+    return result
+
+
+def _line(found: StudyResult, trial: TrialResult) -> str:
+    value = "" if trial.value is None else f" {trial.value:.4g}"
+    best = f"; best {found.best.value:.4g} in trial {found.best.number}" if found.best is not None else ""
+    error = f": {trial.error.splitlines()[0]}" if trial.error else ""
+    took = "" if trial.seconds is None else f" after {duration(trial.seconds)}"
+    return f"trial {trial.number} {trial.state}{value}{took}{error}{best}"
+
+
+def _print(found: StudyResult, env_id: str) -> None:
+    counts = {state: sum(trial.state == state for trial in found.trials) for state in ("complete", "pruned", "failed")}
+    best = found.best
+    facts: dict[str, object] = {
+        "name": found.name,
+        "kind": "study",
+        "storage": found.storage,
+        "trials": ", ".join(f"{count} {state}" for state, count in counts.items() if count),
+        "best": None if best is None else f"{best.value:.4g} in trial {best.number}",
+        "runs": None if best is None else ", ".join(str(path) for path in best.runs),
+        "next": None if best is None else f"frobs train {env_id} --config {found.best_config}",
+    }
+    print_facts(facts)
+    ranked = sorted(found.trials, key=lambda trial: (trial.state != "complete", -(trial.value or 0.0)))
+    keys = list(dict.fromkeys(key for trial in ranked for key in trial.settings))
+    if ranked:
+        console().print()
+        print_table(
+            ["trial", "value", *(key.rpartition(".")[2] for key in keys), "state"],
+            [_row(trial, keys) for trial in ranked[:_SHOWN]],
+        )
+    if len(ranked) > _SHOWN:
+        print_note(f"{len(ranked) - _SHOWN} more: --json has them all")
+
+
+def _row(trial: TrialResult, keys: list[str]) -> list[str]:
+    settings: Mapping[str, Any] = trial.settings
+    cells = [text(_rounded(settings[key])) if key in settings else "–" for key in keys]
+    value = "–" if trial.value is None else f"{trial.value:.4g}"
+    state = f"{trial.state}: {trial.error.splitlines()[0]}" if trial.error else trial.state
+    return [str(trial.number), value, *cells, state]
+
+
+def _rounded(value: Any) -> Any:
+    """Shorten a number, also behind a prefix."""
+    if isinstance(value, str) and "_" in value:
+        prefix, _, number = value.rpartition("_")
+        try:
+            return f"{prefix}_{float(number):.3g}"
+        except ValueError:
+            return value
+    return float(f"{value:.3g}") if isinstance(value, float) else value

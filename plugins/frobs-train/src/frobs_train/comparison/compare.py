@@ -1,0 +1,230 @@
+"""Comparing runs over their seeds: what they reach, how soon, and how sure that is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from itertools import combinations
+from typing import Any, Literal
+
+import numpy as np
+
+from frobs_core.errors import ConfigurationError, RunError
+from frobs_train.comparison.confidence import Estimate, estimate, probability_of_improvement
+from frobs_train.comparison.groups import group_runs
+from frobs_train.comparison.scores import Curve, RunScore, curve_of, has_success, read_columns, score_run
+from frobs_train.runs.run import Run
+
+Metric = Literal["success", "reward"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Group:
+    """Runs that differ in nothing but their seed.
+
+    Attributes:
+        label: Environment, algorithm and the settings that set the group apart.
+        environment: Gymnasium ID.
+        algorithm: Its name.
+        runs: What each run reached.
+        final: Interquartile mean of what the runs reached, over seeds.
+        reached: How many runs came to the threshold.
+        steps_to_threshold: [environment steps] median over seeds, a run that never got there counting as endless;
+            None: it is endless, or no threshold was asked for.
+        seconds: [s] of training, median over seeds.
+        steps_per_second: Median over seeds.
+        curve: The metric over the training, as far as all runs have come.
+    """
+
+    label: str
+    environment: str
+    algorithm: str
+    runs: tuple[RunScore, ...]
+    final: Estimate
+    reached: int
+    steps_to_threshold: float | None
+    seconds: float
+    steps_per_second: float
+    curve: Curve
+
+    @property
+    def name(self) -> str:
+        """The label without the environment."""
+        return self.label.removeprefix(f"{self.environment.rpartition(':')[2]} · ")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Improvement:
+    """How likely a run of one group beats one of another in the same environment.
+
+    Attributes:
+        first: Label of the group that may be better.
+        second: Label of the other.
+        probability: In [0, 1]; 0.5 where neither is better.
+    """
+
+    first: str
+    second: str
+    probability: Estimate
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """What a comparison found.
+
+    Attributes:
+        metric: ``"success"`` or ``"reward"``.
+        threshold: Of the metric; None: none.
+        groups: By environment, the best first.
+        improvements: Of each pair of groups in one environment, the better one first.
+        overall: By algorithm, the interquartile mean over environments and seeds, where each algorithm has one group in
+            each of several environments and the metric is success.
+        notes: What a reader of the numbers has to know: runs that are unfinished, or were never evaluated, …
+    """
+
+    metric: Metric
+    threshold: float | None
+    groups: tuple[Group, ...]
+    improvements: tuple[Improvement, ...]
+    overall: dict[str, Estimate]
+    notes: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON can hold; the curves are left out: each run's ``progress.csv`` has them."""
+        found = asdict(self)
+        for group in found["groups"]:
+            del group["curve"]
+        return found
+
+
+def compare(runs: Sequence[Run], *, metric: Metric | None = None, threshold: float | None = None) -> Comparison:
+    """Compare runs, grouped by environment, algorithm and configuration without the seed.
+
+    What a run reached is what its newest evaluation found, or else the mean over the last tenth of its training.
+    Intervals are stratified bootstrap ones (95 %, with a fixed seed).
+
+    Args:
+        runs: At least one.
+        metric: None: success where every environment tells it, else reward.
+        threshold: What steps are counted to; None: 0.95 for success, none for reward.
+
+    Raises:
+        RunError: There is no run, one has no log yet, or one knows no success and that is asked for.
+        ConfigurationError: The threshold is not finite.
+    """
+    if not runs:
+        raise RunError("there is no run to compare; name at least one run folder.")
+    if threshold is not None and not math.isfinite(threshold):
+        raise ConfigurationError(f"threshold = {threshold}: it must be finite.")
+    opened = list({run.path.resolve(): run for run in runs}.values())
+    columns = {run.path: read_columns(run) for run in opened}
+    blind = [run for run in opened if not has_success(run, columns[run.path])]
+    if metric == "success" and blind:
+        raise RunError(f"{blind[0].path}: its environment tells no success; compare by --metric reward.")
+    chosen: Metric = metric or ("reward" if blind else "success")
+    if threshold is None and chosen == "success":
+        threshold = 0.95
+    groups = []
+    for label, members in group_runs(opened).items():
+        scores = tuple(score_run(run, columns[run.path], chosen, threshold) for run in members)
+        curve = curve_of([columns[run.path] for run in members], chosen)
+        groups.append(_group(label, members[0], scores, curve, threshold))
+    environments = list(dict.fromkeys(group.environment for group in groups))
+    groups.sort(key=lambda group: (environments.index(group.environment), -group.final.value))
+    return Comparison(
+        metric=chosen,
+        threshold=threshold,
+        groups=tuple(groups),
+        improvements=_improvements(groups),
+        overall=_overall(groups) if chosen == "success" else {},
+        notes=tuple(_notes(groups, len(runs) - len(opened), len(blind) if metric is None else 0, len(opened))),
+    )
+
+
+def _group(label: str, run: Run, scores: tuple[RunScore, ...], curve: Curve, threshold: float | None) -> Group:
+    soon = [math.inf if score.steps_to_threshold is None else score.steps_to_threshold for score in scores]
+    median = float(np.median(soon))
+    return Group(
+        label=label,
+        environment=run.config.environment,
+        algorithm=run.config.algorithm,
+        runs=scores,
+        final=estimate([np.array([score.final for score in scores])]),
+        reached=sum(math.isfinite(steps) for steps in soon),
+        steps_to_threshold=median if threshold is not None and math.isfinite(median) else None,
+        seconds=float(np.median([score.seconds for score in scores])),
+        steps_per_second=float(np.median([score.steps_per_second for score in scores])),
+        curve=curve,
+    )
+
+
+def _improvements(groups: Sequence[Group]) -> tuple[Improvement, ...]:
+    return tuple(
+        Improvement(
+            first=first.label,
+            second=second.label,
+            probability=probability_of_improvement(_finals(first), _finals(second)),
+        )
+        for first, second in combinations(groups, 2)
+        if first.environment == second.environment
+    )
+
+
+def _overall(groups: Sequence[Group]) -> dict[str, Estimate]:
+    """Return one estimate for each algorithm, where all have one group in each of several environments."""
+    environments = {group.environment for group in groups}
+    algorithms = sorted({group.algorithm for group in groups})
+    cells = {(group.environment, group.algorithm) for group in groups}
+    if len(environments) < 2 or not len(cells) == len(groups) == len(environments) * len(algorithms):
+        return {}
+    return {
+        algorithm: estimate([_finals(group) for group in groups if group.algorithm == algorithm])
+        for algorithm in algorithms
+    }
+
+
+def _finals(group: Group) -> np.ndarray[Any, np.dtype[np.float64]]:
+    return np.array([score.final for score in group.runs])
+
+
+def _notes(groups: Sequence[Group], repeated: int, blind: int, count: int) -> list[str]:
+    notes = []
+    scores = [score for group in groups for score in group.runs]
+    if repeated:
+        notes.append(f"{repeated} of the folders were named more than once, and count once.")
+    if 0 < blind < count:
+        notes.append(f"{blind} of {count} runs know no success, so all are compared by their reward.")
+    for group in groups:
+        if len(group.runs) < 3:
+            seeds = f"{len(group.runs)} seed{'s' if len(group.runs) > 1 else ''}"
+            notes.append(f"{group.label}: {seeds}; take three or more before you believe a difference.")
+        if len({score.seed for score in group.runs}) < len(group.runs):
+            notes.append(f"{group.label}: runs with the same seed are no independent samples.")
+    for score in scores:
+        if score.steps < score.total_steps:
+            notes.append(f"{score.run} is unfinished: {score.steps:,} of {score.total_steps:,} steps.")
+    training = [score for score in scores if score.source == "training"]
+    if training:
+        which = "no run was" if len(training) == len(scores) else f"{_names(training)} not"
+        notes.append(
+            f"{which} evaluated: the last tenth of the training counts instead, in which the policy explores; "
+            "'frobs evaluate' measures it."
+        )
+    old = [score for score in scores if score.evaluated_steps is not None and score.evaluated_steps < score.steps]
+    notes += [
+        f"{score.run} was evaluated after {score.evaluated_steps:,} of its {score.steps:,} steps." for score in old
+    ]
+    for environment in dict.fromkeys(group.environment for group in groups):
+        lengths = sorted(
+            {score.total_steps for group in groups if group.environment == environment for score in group.runs}
+        )
+        if len(lengths) > 1:
+            notes.append(f"{environment}: trained for {' and '.join(f'{length:,}' for length in lengths)} steps.")
+    return notes
+
+
+def _names(scores: Sequence[RunScore]) -> str:
+    shown = ", ".join(str(score.run) for score in scores[:3])
+    more = f" and {len(scores) - 3} more" if len(scores) > 3 else ""
+    return f"{shown}{more} {'was' if len(scores) == 1 else 'were'}"

@@ -1,0 +1,90 @@
+"""Gathering runs that differ in nothing but their seed, and naming the groups by what makes them differ."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from frobs_train.runs.run import Run
+
+_INDIFFERENT = (
+    "seed",
+    "log_every",
+    "checkpoint_every",
+    "keep_checkpoints",
+    "evaluate_every",
+    "evaluation_episodes",
+    "threads",
+)
+"""Settings that change nothing about what is learned."""
+
+_SPOKEN = ("environment", "algorithm")
+"""Settings that a label says without their name."""
+
+_MOST = 3
+"""Settings that a label shows; longer ones end in the run's folder instead."""
+
+
+def group_runs(runs: Sequence[Run]) -> dict[str, list[Run]]:
+    """Gather runs by environment, algorithm and configuration without the seed.
+
+    Args:
+        runs: Any.
+
+    Returns:
+        Label, then runs in the order given. A label names environment and algorithm, and then the settings in which
+        the group differs from another of the same two: ``"CartPole-v1 · PPO · learning_rate=0.001"``.
+    """
+    gathered: dict[str, list[Run]] = {}
+    for run in runs:
+        gathered.setdefault(json.dumps(_identity(run), sort_keys=True, default=str), []).append(run)
+    groups = list(gathered.values())
+    settings = [_flat(_identity(members[0])) for members in groups]
+    labelled: dict[str, list[Run]] = {}
+    for index, members in enumerate(groups):
+        label = _label(settings, index, members[0])
+        labelled[label if label not in labelled else f"{label} ({members[0].path.name})"] = members
+    return labelled
+
+
+def _identity(run: Run) -> dict[str, Any]:
+    return {key: value for key, value in run.config.model_dump(mode="json").items() if key not in _INDIFFERENT}
+
+
+def _label(settings: Sequence[Mapping[str, Any]], index: int, run: Run) -> str:
+    mine = settings[index]
+    rivals = [other for other in settings if all(other[key] == mine[key] for key in _SPOKEN)]
+    keys = {key: None for other in rivals for key in other}
+    differing = [key for key in keys if any(other.get(key) != mine.get(key) for other in rivals)]
+    controller = mine.get("environment_kwargs.controller")
+    parts = [str(mine["environment"]).rpartition(":")[2], str(mine["algorithm"]).upper()]
+    if controller and "environment_kwargs.controller" not in differing:
+        parts.append(str(controller))
+    if len(differing) > _MOST:
+        return " · ".join([*parts, run.path.name])
+    return " · ".join([*parts, *(f"{_short(key, keys)}={_text(mine.get(key))}" for key in differing)])
+
+
+def _flat(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in mapping.items():
+        if isinstance(value, Mapping):
+            flat |= _flat(value, f"{prefix}{key}.")
+        else:
+            flat[f"{prefix}{key}"] = value
+    return flat
+
+
+def _short(key: str, keys: Mapping[str, Any]) -> str:
+    """Return the last part of a dotted key, unless another key ends alike."""
+    last = key.rpartition(".")[2]
+    return last if sum(other.rpartition(".")[2] == last for other in keys) == 1 else key
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return "default"
+    if isinstance(value, float):
+        return f"{value:g}"
+    return str(value)

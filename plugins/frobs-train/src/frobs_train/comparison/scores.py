@@ -1,0 +1,175 @@
+"""What one run came to: read from its evaluations and its log."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import RunError
+from frobs_train.comparison.confidence import band
+from frobs_train.logs.progress import STEPS, read_progress
+from frobs_train.plots.plot import smooth
+from frobs_train.runs.run import Run
+
+_KEYS = {"success": "success_rate", "reward": "mean_reward"}
+_LAST_PART = 0.1
+_POINTS = 200
+
+Columns = Mapping[str, Floats]
+"""The log of a run: columns (rows,) by name."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunScore:
+    """What one run came to.
+
+    Attributes:
+        run: Its folder.
+        seed: Its seed.
+        final: The metric at the end.
+        source: Where ``final`` is from: ``"evaluation"``, or the end of the ``"training"``.
+        evaluated_steps: [environment steps] before that evaluation; None: there was none.
+        steps: [environment steps] that were trained.
+        total_steps: [environment steps] that were asked for.
+        steps_to_threshold: [environment steps] until the metric, smoothed, came to the threshold; None: never.
+        seconds: [s] of training.
+        steps_per_second: Over the whole training.
+    """
+
+    run: Path
+    seed: int
+    final: float
+    source: Literal["evaluation", "training"]
+    evaluated_steps: int | None
+    steps: int
+    total_steps: int
+    steps_to_threshold: float | None
+    seconds: float
+    steps_per_second: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Curve:
+    """A metric over the training, over seeds.
+
+    Attributes:
+        steps: (points,) [environment steps], up to where the shortest run ended.
+        middle: (points,) interquartile mean.
+        low: (points,) lower end of its 95 % interval.
+        high: (points,) upper end.
+    """
+
+    steps: Floats
+    middle: Floats
+    low: Floats
+    high: Floats
+
+
+def read_columns(run: Run) -> Columns:
+    """Read the log of a run.
+
+    Raises:
+        RunError: It has no rows yet.
+    """
+    try:
+        columns = read_progress(run.path / "progress.csv")
+    except FileNotFoundError:
+        columns = {}
+    if not columns.get(STEPS):
+        raise RunError(f"{run.path} has no rows in its progress.csv yet; look again once it has trained a while.")
+    return {name: np.array(values) for name, values in columns.items()}
+
+
+def has_success(run: Run, columns: Columns) -> bool:
+    """Tell whether the environment says what success is."""
+    logged = bool(np.isfinite(columns.get("episode/success", np.array([]))).any())
+    return logged or any(found.get("success_rate") is not None for found in run.evaluations())
+
+
+def score_run(run: Run, columns: Columns, metric: str, threshold: float | None) -> RunScore:
+    """Say what a run came to.
+
+    Raises:
+        RunError: No episode has ended in it yet.
+    """
+    assert run.config.seed is not None
+    evaluation = _newest_evaluation(run, columns, metric)
+    steps = columns[STEPS]
+    values = columns.get(f"episode/{metric}", np.full(len(steps), np.nan))
+    if evaluation is None and not np.isfinite(values).any():
+        raise RunError(f"{run.path}: no episode has ended yet, so it has no {metric}; look again later.")
+    seconds = float(columns["time/elapsed"][-1])
+    return RunScore(
+        run=run.path,
+        seed=run.config.seed,
+        final=_last_part(columns, values) if evaluation is None else evaluation[1],
+        source="training" if evaluation is None else "evaluation",
+        evaluated_steps=None if evaluation is None else evaluation[0],
+        steps=int(steps[-1]),
+        total_steps=run.config.steps,
+        steps_to_threshold=None if threshold is None else _first_at(columns, values, threshold),
+        seconds=seconds,
+        steps_per_second=float(steps[-1]) / seconds if seconds > 0 else 0.0,
+    )
+
+
+def curve_of(logs: Sequence[Columns], metric: str) -> Curve:
+    """Return the learning curve over seeds, as far as all of them have come."""
+    smoothed = [_smoothed(columns, metric) for columns in logs]
+    known = [(steps, values) for steps, values in smoothed if len(steps)]
+    if not known:
+        nothing = np.array([])
+        return Curve(steps=nothing, middle=nothing, low=nothing, high=nothing)
+    start, end = max(steps[0] for steps, _ in known), min(steps[-1] for steps, _ in known)
+    grid = np.linspace(min(start, end), end, _POINTS)
+    middle, low, high = band(np.stack([np.interp(grid, steps, values) for steps, values in known]))
+    return Curve(steps=grid, middle=middle, low=low, high=high)
+
+
+def _newest_evaluation(run: Run, columns: Columns, metric: str) -> tuple[int, float] | None:
+    """Return environment steps and result of the latest evaluation as trained, of those during the training too.
+
+    As trained: on the training's simulator, with the nominal models.
+    """
+    key = _KEYS[metric]
+    found = [
+        (int(result["steps"]), int(result["episodes"]), float(result[key]))
+        for result in run.evaluations()
+        if result.get(key) is not None and not result.get("simulator") and not result.get("randomize")
+    ]
+    values = columns.get(f"evaluation/{metric}", np.array([]))
+    found += [(int(columns[STEPS][row]), 0, float(values[row])) for row in np.flatnonzero(np.isfinite(values))]
+    if not found:
+        return None
+    steps, _, value = max(found)
+    return steps, value
+
+
+def _last_part(columns: Columns, values: Floats) -> float:
+    """Return the mean over the episodes that ended in the last tenth of the steps, or in the last row with any."""
+    steps, known = columns[STEPS], np.isfinite(values)
+    chosen = known & (steps > (1.0 - _LAST_PART) * steps[-1])
+    if not chosen.any():
+        chosen[np.flatnonzero(known)[-1]] = True
+    weights = np.nan_to_num(columns.get("episode/count", np.ones(len(steps))))[chosen]
+    return float(np.average(values[chosen], weights=weights if weights.any() else None))
+
+
+def _smoothed(columns: Columns, metric: str) -> tuple[Floats, Floats]:
+    """Return steps and smoothed values, without the rows in which nothing is known."""
+    steps = columns[STEPS]
+    values = columns.get(f"episode/{metric}", np.full(len(steps), np.nan))
+    smoothed = smooth(values, columns.get("episode/count", np.ones(len(steps))))
+    known = np.isfinite(smoothed)
+    return steps[known], smoothed[known]
+
+
+def _first_at(columns: Columns, values: Floats, threshold: float) -> float | None:
+    smoothed = smooth(values, columns.get("episode/count", np.ones(len(values))))
+    above = np.flatnonzero(smoothed >= threshold)
+    return float(columns[STEPS][above[0]]) if len(above) else None

@@ -1,0 +1,61 @@
+"""The command that a run's configuration comes to."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from frobs_core.errors import FrobsError
+from frobs_train.configuration.config import RunConfig
+from frobs_train.configuration.resolve import resolve_config
+
+_OF_THE_ENVIRONMENT = ("robot", "tcp", "simulator", "controller")
+_FLAGS = ("num_envs", "steps")
+
+
+def training_command(config: RunConfig) -> str | None:
+    """Return the ``frobs train`` that resolves to a configuration: as short as what is tuned and the defaults allow.
+
+    Args:
+        config: Resolved.
+
+    Returns:
+        The command; None where none resolves to it here, because what is tuned or installed has changed.
+    """
+    flags: dict[str, Any] = {"algorithm": config.algorithm, "seed": config.seed}
+    words = ["frobs", "train", config.environment]
+    if config.algorithm != "ppo":
+        words += ["--algorithm", config.algorithm]
+    try:
+        usual = resolve_config(config.environment, flags=flags)
+        for name in _OF_THE_ENVIRONMENT:
+            value = config.environment_kwargs.get(name)
+            if isinstance(value, str) and value != usual.environment_kwargs.get(name):
+                flags[name] = value
+                words += [f"--{name}", value]
+        usual = resolve_config(config.environment, flags=flags)
+        for name in _FLAGS:
+            if getattr(config, name) != getattr(usual, name):
+                flags[name] = getattr(config, name)
+                words += [f"--{name.replace('_', '-')}", str(flags[name])]
+        usual = resolve_config(config.environment, flags=flags)
+        settings = list(_differences(config.model_dump(), usual.model_dump()))
+        if resolve_config(config.environment, flags=flags, settings=settings) != config:
+            return None
+    except FrobsError:
+        return None
+    if config.seed is not None:
+        words += ["--seed", str(config.seed)]
+    return shlex.join([*words, *(word for setting in settings for word in ("--set", setting))])
+
+
+def _differences(wanted: Mapping[str, Any], usual: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
+    """Yield ``key=value`` for each value that is not the usual one; a key that only the latter has is not told."""
+    for key, value in wanted.items():
+        there = usual.get(key, _differences)  # no value equals that
+        if isinstance(value, Mapping) and isinstance(there, Mapping):
+            yield from _differences(value, there, f"{prefix}{key}.")
+        elif value != there:
+            yield f"{prefix}{key}={json.dumps(value)}"

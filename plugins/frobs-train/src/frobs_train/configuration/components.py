@@ -1,0 +1,111 @@
+"""Wrappers and callbacks by name: ``"package.module:Name"`` with keywords."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import gymnasium as gym
+
+from frobs_core.errors import ConfigFileError, ConfigurationError, FrobsError, UnknownParameterError, nearest
+from frobs_core.yaml import find_origin
+
+if TYPE_CHECKING:
+    from frobs_train.configuration.config import PartConfig
+
+
+def load_part(name: str, what: str) -> Any:
+    """Import what a name stands for.
+
+    Args:
+        name: ``"package.module:Name"``.
+        what: ``"wrapper"`` or ``"callback"``, for errors.
+
+    Raises:
+        ConfigurationError: The module cannot be imported, or has no such attribute.
+    """
+    module_name, _, attribute = name.partition(":")
+    if not module_name or not attribute:
+        raise ConfigurationError(f"{what} '{name}': write it as package.module:Name.")
+    try:
+        module = import_module(module_name)
+    except Exception as error:
+        raise ConfigurationError(
+            f"{what} '{name}': module '{module_name}' cannot be imported: {type(error).__name__}: {error}."
+        ) from error
+    try:
+        return getattr(module, attribute)
+    except AttributeError:
+        similar = nearest(attribute, dir(module))
+        hint = f" Did you mean '{similar}'?" if similar else ""
+        raise ConfigurationError(f"{what} '{name}': module '{module_name}' has no '{attribute}'.{hint}") from None
+
+
+def load_wrapper(part: PartConfig) -> type[Any]:
+    """Import a wrapper's class.
+
+    Raises:
+        ConfigurationError: It is none of Gymnasium's two kinds.
+    """
+    found = load_part(part.name, "wrapper")
+    if not (isinstance(found, type) and issubclass(found, (gym.Wrapper, gym.vector.VectorWrapper))):
+        raise ConfigurationError(
+            f"wrapper '{part.name}' is neither a gymnasium.Wrapper nor a gymnasium.vector.VectorWrapper."
+        )
+    return found
+
+
+def check_parts(parts: Sequence[PartConfig], written: Any, what: str) -> None:
+    """Import parts and check their keywords, before anything is built.
+
+    Args:
+        parts: The parts.
+        written: What they were read from, for file and line.
+        what: ``"wrapper"`` or ``"callback"``.
+
+    Raises:
+        ConfigurationError: A part cannot be used.
+        UnknownParameterError: It takes no such keyword; the nearest is named.
+        ConfigFileError: Either, where it was read from a file.
+    """
+    for index, part in enumerate(parts):
+        key = "name"
+        try:
+            found = load_wrapper(part) if what == "wrapper" else load_part(part.name, what)
+            taken = _keywords(found, without_first=what == "wrapper")
+            for key in part.kwargs:
+                if taken is not None and key not in taken:
+                    raise UnknownParameterError(f"{what} '{part.name}'", key, taken)
+        except ConfigurationError as error:
+            origin = find_origin({f"{what}s": written}, [f"{what}s", index, key])
+            raise (ConfigFileError(*origin, str(error)) if origin else error) from None
+
+
+def build_part(factory: Any, args: Sequence[Any], part: PartConfig, what: str) -> Any:
+    """Call what a part names.
+
+    Raises:
+        ConfigurationError: It refuses its keywords.
+    """
+    try:
+        return factory(*args, **part.kwargs)
+    except FrobsError:
+        raise
+    except Exception as error:
+        given = ", ".join(f"{key}={value!r}" for key, value in part.kwargs.items())
+        raise ConfigurationError(
+            f"{what} '{part.name}' cannot be built{f' with {given}' if given else ''}: {type(error).__name__}: {error}"
+        ) from error
+
+
+def _keywords(factory: Any, without_first: bool) -> list[str] | None:
+    """Return the keywords that something takes; None where it takes any, or does not say."""
+    try:
+        parameters: Mapping[str, inspect.Parameter] = inspect.signature(factory).parameters
+    except (TypeError, ValueError):
+        return None
+    if any(parameter.kind is inspect.Parameter.VAR_KEYWORD for parameter in parameters.values()):
+        return None
+    return list(parameters)[1 if without_first else 0 :]

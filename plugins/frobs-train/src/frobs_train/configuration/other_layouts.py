@@ -1,0 +1,61 @@
+"""Configuration files in layouts other than a run's own, which algorithms translate."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import Any, cast
+
+from frobs_core import plugins
+from frobs_core.errors import ConfigFileError
+from frobs_core.specs import AlgorithmRecord
+from frobs_core.yaml import ConfigMapping, load_yaml
+
+_log = logging.getLogger("frobs")
+
+
+def read_config_file(file: Path | str, algorithm: str | None = None) -> tuple[ConfigMapping, bool]:
+    """Read a YAML file; one in another layout is translated by the algorithm whose record knows it.
+
+    What the other layout says and a run has no place for is told in one line.
+
+    Args:
+        file: The file.
+        algorithm: The algorithm that was asked for; None: the file decides.
+
+    Returns:
+        Keys of :class:`frobs_train.RunConfig`, and whether they were translated.
+
+    Raises:
+        ConfigFileError: The file cannot be used, or is one for several algorithms, or for others than was asked for.
+    """
+    mapping = load_yaml(file)
+    found = {
+        name: record.config_files[key]
+        for name, record in cast("Mapping[str, AlgorithmRecord]", plugins.records("algorithm")).items()
+        for key in record.config_files
+        if _has(mapping, key)
+    }
+    if not found:
+        return mapping, False
+    if algorithm is None and len(found) > 1:
+        raise ConfigFileError(file, None, f"is for {', '.join(found)}; choose one with --algorithm.")
+    name = algorithm or next(iter(found))
+    if name not in found:
+        raise ConfigFileError(file, None, f"is for {', '.join(found)}, not for '{name}'; leave out --algorithm.")
+    module, _, function = found[name].partition(":")
+    settings, note = getattr(import_module(module), function)(mapping, name, Path(file))
+    if note:
+        _log.warning(note)
+    return ConfigMapping(settings), True
+
+
+def _has(mapping: Any, key: str) -> bool:
+    """Return whether a file has a dotted key."""
+    for part in key.split("."):
+        if not isinstance(mapping, Mapping) or part not in mapping:
+            return False
+        mapping = mapping[part]
+    return True

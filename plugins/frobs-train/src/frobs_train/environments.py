@@ -1,0 +1,117 @@
+"""Making environments by Gymnasium ID, ours and others'."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import gymnasium as gym
+from gymnasium.vector import AutoresetMode
+
+from frobs_core.errors import ConfigurationError, FrobsError
+from frobs_core.registry import find_spec
+from frobs_train.configuration.components import build_part, load_wrapper
+from frobs_train.configuration.config import PartConfig
+
+
+def make_vector_env(
+    environment: str, num_envs: int, kwargs: Mapping[str, Any], wrappers: Sequence[PartConfig] = ()
+) -> gym.vector.VectorEnv[Any, Any, Any]:
+    """Make a vector environment with same-step autoreset: the ID's own where there is one, else one by one.
+
+    Args:
+        environment: Gymnasium ID.
+        num_envs: Environments.
+        kwargs: Keywords of the environment.
+        wrappers: Those of single environments are put around each, which are then stepped one by one; those of vectors
+            around all of them.
+
+    Raises:
+        UnknownNameError: No such ID.
+        ConfigurationError: The environment cannot be built with these keywords.
+    """
+    spec = find_spec(environment)
+    loaded = [(load_wrapper(part), part) for part in wrappers]
+    single = [item for item in loaded if issubclass(item[0], gym.Wrapper)]
+    try:
+        env = _make_vec(spec, num_envs, kwargs, single)
+    except FrobsError:
+        raise
+    except Exception as error:
+        raise _unbuildable(environment, kwargs, error) from error
+    try:
+        for cls, part in loaded:
+            if issubclass(cls, gym.vector.VectorWrapper):
+                env = build_part(cls, [env], part, "wrapper")
+    except BaseException:
+        env.close()
+        raise
+    return env
+
+
+def _make_vec(
+    spec: gym.envs.registration.EnvSpec,
+    num_envs: int,
+    kwargs: Mapping[str, Any],
+    wrappers: Sequence[tuple[type[Any], PartConfig]],
+) -> gym.vector.VectorEnv[Any, Any, Any]:
+    if spec.vector_entry_point is not None and not spec.additional_wrappers and not wrappers:
+        env = gym.make_vec(spec, num_envs, vectorization_mode="vector_entry_point", **kwargs)
+        if env.metadata.get("autoreset_mode") == AutoresetMode.SAME_STEP:
+            return env
+        env.close()  # Gymnasium's own reset in the next step
+    return gym.make_vec(
+        spec,
+        num_envs,
+        vectorization_mode="sync",
+        vector_kwargs={"autoreset_mode": AutoresetMode.SAME_STEP},
+        wrappers=[partial(_wrap, cls, part) for cls, part in wrappers],
+        **kwargs,
+    )
+
+
+def _wrap(cls: type[Any], part: PartConfig, env: gym.Env[Any, Any]) -> Any:
+    return build_part(cls, [env], part, "wrapper")
+
+
+def make_env(
+    environment: str, kwargs: Mapping[str, Any], render_mode: str | None = None, wrappers: Sequence[PartConfig] = ()
+) -> gym.Env[Any, Any]:
+    """Make one environment.
+
+    Args:
+        environment: Gymnasium ID.
+        kwargs: Keywords of the environment.
+        render_mode: ``"rgb_array"``, ``"human"`` or None.
+        wrappers: Those of single environments.
+
+    Raises:
+        UnknownNameError: No such ID.
+        ConfigurationError: The environment cannot be built with these keywords, or a wrapper is one of vectors.
+    """
+    spec = find_spec(environment)
+    loaded = [(load_wrapper(part), part) for part in wrappers]
+    for cls, part in loaded:
+        if not issubclass(cls, gym.Wrapper):
+            raise ConfigurationError(
+                f"wrapper '{part.name}' is one of vectors, and a window or video shows a single environment; "
+                "evaluate the run instead, or write it as a gymnasium.Wrapper."
+            )
+    try:
+        env = gym.make(spec, render_mode=render_mode, **kwargs)
+    except FrobsError:
+        raise
+    except Exception as error:
+        raise _unbuildable(environment, kwargs, error) from error
+    for cls, part in loaded:
+        env = _wrap(cls, part, env)
+    return env
+
+
+def _unbuildable(environment: str, kwargs: Mapping[str, Any], error: Exception) -> ConfigurationError:
+    given = ", ".join(f"{key}={value!r}" for key, value in kwargs.items())
+    return ConfigurationError(
+        f"environment '{environment}' cannot be built{f' with {given}' if given else ''}: "
+        f"{type(error).__name__}: {error}"
+    )

@@ -1,0 +1,1 @@
+"""Evaluating, playing and filming policies."""

@@ -1,0 +1,175 @@
+"""Evaluating what a run has learned, on episodes that it has never seen."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import logging
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from frobs_core import plugins
+from frobs_core.capabilities import Level
+from frobs_core.errors import ConfigurationError
+from frobs_core.files import write_json
+from frobs_core.registry import find_spec
+from frobs_core.specs import SimulatorRecord
+from frobs_core.yaml import plain
+from frobs_train.configuration.config import RunConfig
+from frobs_train.environments import make_vector_env
+from frobs_train.evaluation.playing import OctantResult, play_episodes
+from frobs_train.runs.policy import load_policy
+from frobs_train.runs.run import Run
+from frobs_train.training.seeds import spread_seed
+
+_log = logging.getLogger("frobs")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evaluation:
+    """What an evaluation found.
+
+    Attributes:
+        success_rate: Share of the episodes that ended in success; None where the environment does not say.
+        success_interval: Wilson's 95 % interval of it.
+        mean_reward: Undiscounted, per episode.
+        mean_length: [control steps]
+        tracking_error: Mean over the second half of each episode, when the robot has had time to get there [m]; None
+            where the task has none.
+        episodes: How many.
+        success_by_octant: By the signs of the goal relative to the middle of the goal box (``"+x-y+z"``); None where
+            the task has no goal positions.
+        environment: Gymnasium ID.
+        simulator: Where another than the training's was asked for.
+        randomize: What was randomised; None: nothing, the nominal models.
+        seed: That the episodes come from.
+        deterministic: Whether the policy's mode was taken.
+        steps: Environment steps that the policy had trained for.
+    """
+
+    success_rate: float | None
+    success_interval: tuple[float, float] | None
+    mean_reward: float
+    mean_length: float
+    tracking_error: float | None = None
+    episodes: int
+    success_by_octant: Mapping[str, OctantResult] | None
+    environment: str
+    simulator: str | None
+    randomize: Mapping[str, Any] | None
+    seed: int
+    deterministic: bool
+    steps: int
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON can hold."""
+        return asdict(self)
+
+
+def evaluate(
+    run: Run,
+    episodes: int = 1000,
+    *,
+    simulator: str | None = None,
+    randomize: bool | Mapping[str, Any] = False,
+    seed: int | None = None,
+    num_envs: int | None = None,
+    deterministic: bool = True,
+    checkpoint: str | int = "newest",
+) -> Evaluation:
+    """Evaluate a checkpoint, and write the result into the run's ``evaluations/``.
+
+    Every environment plays a number of episodes that is fixed beforehand, so that short episodes do not count more.
+    Their seeds are never those of a training.
+
+    Args:
+        run: The run.
+        episodes: Exactly so many, ≥ 1.
+        simulator: Another one than the training's.
+        randomize: False: the nominal models; True: as in the training; or what to randomise instead.
+        seed: ≥ 0; None: the run's.
+        num_envs: How many are stepped together, ≥ 1.
+        deterministic: Take the mode of the policy, or else sample.
+        checkpoint: ``"newest"``, ``"best"`` of the evaluations during the training, or its environment steps.
+
+    Raises:
+        CheckpointError: The checkpoint is not there, or none is usable.
+        ConfigurationError: A number is out of range.
+        RunError: The environment is not the one of the training.
+    """
+    config = run.config
+    chosen_seed = config.seed if seed is None else seed
+    assert chosen_seed is not None
+    if num_envs is None:
+        num_envs = usual_num_envs(config, episodes, simulator)
+    for name, value, least in (("episodes", episodes, 1), ("num_envs", num_envs, 1), ("seed", chosen_seed, 0)):
+        if value < least:
+            raise ConfigurationError(f"{name} = {value}: it must be at least {least}.")
+    kwargs = config.keywords(simulator=simulator, randomize=randomize)
+    randomized = plain(kwargs.get("randomize"))
+    env = make_vector_env(config.environment, min(num_envs, episodes), kwargs, config.wrappers)
+    try:
+        policy, steps = load_policy(run, env.single_observation_space, env.single_action_space, checkpoint)
+        counter = play_episodes(env, policy, episodes, spread_seed(chosen_seed).evaluation, deterministic)
+    finally:
+        env.close()
+    successes = counter.successes
+    result = Evaluation(
+        success_rate=float(np.mean(successes)) if successes else None,
+        success_interval=wilson_interval(int(sum(successes)), len(successes)) if successes else None,
+        mean_reward=float(np.mean(counter.rewards)),
+        mean_length=float(np.mean(counter.lengths)),
+        tracking_error=counter.tracking_error,
+        episodes=len(counter.rewards),
+        success_by_octant=counter.by_octant(),
+        environment=config.environment,
+        simulator=simulator,
+        randomize=randomized,
+        seed=chosen_seed,
+        deterministic=deterministic,
+        steps=steps,
+    )
+    name = f"step_{steps:09d}_seed{chosen_seed}_{episodes}episodes{f'_{simulator}' if simulator else ''}"
+    if randomized:
+        name += "_randomized" if randomize is True else f"_randomized-{_digest(randomized)}"
+    path = run.path / "evaluations" / f"{name}.json"
+    if run.path.is_file():  # a bundle, which stays as it is
+        return result
+    try:
+        write_json(path, result.to_dict())
+    except OSError as error:  # what was found is not lost for it
+        _log.warning("%s cannot be written: %s; free some space, or make the folder writable.", path, error.strerror)
+    return result
+
+
+def usual_num_envs(config: RunConfig, episodes: int, simulator: str | None = None) -> int:
+    """Return how many environments an evaluation steps together: few, where each is a process or an engine of its own.
+
+    Args:
+        config: Of the training.
+        episodes: That are played, ≥ 1.
+        simulator: Another one than the training's.
+    """
+    name = simulator or config.environment_kwargs.get("simulator")
+    record = plugins.records("simulator").get(name) if name else None
+    alone = isinstance(record, SimulatorRecord) and record.capabilities.get("batched", Level.EXACT) < Level.EXACT
+    return min(episodes, 256 if find_spec(config.environment).vector_entry_point is not None and not alone else 16)
+
+
+def _digest(settings: Mapping[str, Any]) -> str:
+    """Return a short name of settings, so that evaluations with others stand beside each other."""
+    return hashlib.blake2b(json.dumps(settings, sort_keys=True).encode(), digest_size=4).hexdigest()
+
+
+def wilson_interval(successes: int, episodes: int) -> tuple[float, float]:
+    """Return Wilson's 95 % interval of a proportion (Wilson 1927), in [0, 1]; rounding does not shut the proportion out."""
+    z = 1.959963984540054  # 97.5 % quantile of the normal distribution
+    rate = successes / episodes
+    scale = 1.0 + z * z / episodes
+    middle = (rate + z * z / (2 * episodes)) / scale
+    half = z * math.sqrt(rate * (1.0 - rate) / episodes + z * z / (4 * episodes * episodes)) / scale
+    return min(max(0.0, middle - half), rate), max(min(1.0, middle + half), rate)

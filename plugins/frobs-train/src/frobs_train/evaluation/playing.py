@@ -1,0 +1,162 @@
+"""Playing a fixed number of episodes with a policy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.interfaces.algorithm import Algorithm
+from frobs_train.logs.recorder import EpisodeRecorder, FinishedEpisodes
+
+
+@dataclass(frozen=True, kw_only=True)
+class OctantResult:
+    """Success in one eighth of the goal box.
+
+    Attributes:
+        success_rate: In [0, 1].
+        episodes: How many had their goal there.
+    """
+
+    success_rate: float
+    episodes: int
+
+
+def play_episodes(
+    env: gym.vector.VectorEnv[Any, Any, Any], policy: Algorithm, episodes: int, seed: int, deterministic: bool = True
+) -> EpisodeCounter:
+    """Play episodes; every environment plays a number that is fixed beforehand, so that short ones do not count more.
+
+    Args:
+        env: With same-step autoreset.
+        policy: Acts.
+        episodes: Exactly so many, at least one for each environment.
+        seed: Of the first environment.
+        deterministic: Take the mode of the policy, or else sample.
+    """
+    counter = EpisodeCounter(env.num_envs, episodes, goal_reader(env), error_reader(env))
+    recorder = EpisodeRecorder(env, counter.add)
+    observation, _ = recorder.reset(seed=seed)
+    counter.begin()
+    state = None
+    episode_start = np.ones(env.num_envs, bool)
+    while not counter.complete:
+        action, state = policy.predict(observation, state, episode_start, deterministic)
+        observation, _, terminated, truncated, _ = recorder.step(action)
+        episode_start = terminated | truncated
+        counter.after_step()
+    return counter
+
+
+class EpisodeCounter:
+    """Takes the first so many episodes of each environment.
+
+    Args:
+        num_envs: How many there are.
+        episodes: Of all of them together.
+        goals: What :func:`goal_reader` returns.
+        errors: What :func:`error_reader` returns.
+    """
+
+    def __init__(
+        self,
+        num_envs: int,
+        episodes: int,
+        goals: tuple[Callable[[], Floats], Floats] | None = None,
+        errors: tuple[Callable[[], Floats], int] | None = None,
+    ) -> None:
+        self._left = np.full(num_envs, episodes // num_envs)
+        self._left[: episodes % num_envs] += 1
+        self._goals, self._errors = goals, errors
+        self._steps = np.zeros(num_envs, np.int64)  # into the episode
+        self._error_sum, self._error_count = 0.0, 0
+        self._begun: Floats = np.empty((num_envs, 3))  # goals at the episodes' starts
+        self._ended: list[Floats] = []
+        self._finished: FinishedEpisodes | None = None
+        self.rewards: list[float] = []
+        self.lengths: list[int] = []
+        self.successes: list[float] = []
+
+    @property
+    def complete(self) -> bool:
+        """Whether every environment has played its number of episodes."""
+        return not self._left.any()
+
+    def begin(self) -> None:
+        """Remember the first goals."""
+        if self._goals is not None:
+            self._begun[:] = self._goals[0]()
+
+    def add(self, finished: FinishedEpisodes) -> None:
+        """Count episodes."""
+        wanted = self._left[finished.env_ids] > 0
+        self._left[finished.env_ids[wanted]] -= 1
+        self.rewards += finished.rewards[wanted].tolist()
+        self.lengths += finished.lengths[wanted].tolist()
+        if finished.successes is not None:
+            self.successes += finished.successes[wanted].tolist()
+        self._ended.append(self._begun[finished.env_ids[wanted]])
+        self._finished = finished
+
+    def after_step(self) -> None:
+        """Remember the goals of the episodes that have begun in the step, and the errors of those that go on."""
+        if self._errors is not None:
+            self._steps += 1
+            if self._finished is not None:
+                self._steps[self._finished.env_ids] = 0
+            late = (self._steps > self._errors[1] // 2) & (self._left > 0)
+            if late.any():
+                self._error_sum += float(self._errors[0]()[late].sum())
+                self._error_count += int(late.sum())
+        if self._goals is not None and self._finished is not None:
+            ids = self._finished.env_ids
+            self._begun[ids] = self._goals[0]()[ids]
+        self._finished = None
+
+    @property
+    def tracking_error(self) -> float | None:
+        """Mean over the second halves of the episodes [m]; None where there is none."""
+        return self._error_sum / self._error_count if self._error_count else None
+
+    def by_octant(self) -> dict[str, OctantResult] | None:
+        """Return the success in each octant that had a goal."""
+        if self._goals is None or not self.successes:
+            return None
+        above = np.concatenate(self._ended) > self._goals[1]  # (episodes, 3)
+        successes = np.array(self.successes)
+        result = {}
+        for signs in sorted({tuple(row) for row in above.tolist()}):
+            members = (above == signs).all(axis=1)
+            name = "".join(f"{'+' if sign else '-'}{axis}" for sign, axis in zip(signs, "xyz", strict=True))
+            result[name] = OctantResult(success_rate=float(successes[members].mean()), episodes=int(members.sum()))
+        return result
+
+
+def goal_reader(env: gym.vector.VectorEnv[Any, Any, Any]) -> tuple[Callable[[], Floats], Floats] | None:
+    """Return how to read the goals, (num_envs, 3) [m], and the middle of their box.
+
+    None where the task has no ``goal`` of that shape, or no ``goal_low`` and ``goal_high``.
+    """
+    task: Any = getattr(env.unwrapped, "task", None)
+    low, high = getattr(task, "goal_low", None), getattr(task, "goal_high", None)
+    if low is None or high is None or not hasattr(task, "goal") or np.shape(task.goal) != (env.num_envs, 3):
+        return None
+    return lambda: np.array(task.goal, np.float64), (np.asarray(low, np.float64) + np.asarray(high)) / 2.0
+
+
+def error_reader(env: gym.vector.VectorEnv[Any, Any, Any]) -> tuple[Callable[[], Floats], int] | None:
+    """Return how to read the tracking errors, (num_envs,) [m], and how many steps an episode may have.
+
+    None where the task has no ``tracking_error``, or nothing limits the episodes.
+    """
+    task: Any = getattr(env.unwrapped, "task", None)
+    error: Any = getattr(task, "tracking_error", None)
+    limit = env.spec.max_episode_steps if env.spec is not None else None
+    if limit is None or np.shape(error) != (env.num_envs,):
+        return None
+    return lambda: np.array(task.tracking_error, np.float64), limit

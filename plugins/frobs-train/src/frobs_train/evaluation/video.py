@@ -1,0 +1,130 @@
+"""A video of what a run has learned."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+
+from frobs_core.errors import ConfigurationError, RunError
+from frobs_core.files import write_aside
+from frobs_core.interfaces.algorithm import Algorithm
+from frobs_train.environments import make_env
+from frobs_train.runs.policy import load_policy
+from frobs_train.runs.run import Run
+
+Frame = npt.NDArray[np.uint8]
+"""(height, width, 3) rgb."""
+
+
+def record_video(
+    run: Run,
+    path: Path | str | None = None,
+    *,
+    episodes: int = 3,
+    randomized: bool = False,
+    checkpoint: str | int = "newest",
+) -> Path:
+    """Record a checkpoint as an MP4 that browsers play: H.264, yuv420p, in real time.
+
+    Args:
+        run: The run.
+        path: The file; None: ``video.mp4`` in the run's folder.
+        episodes: ≥ 1, from the run's evaluation seed.
+        randomized: Randomise as in the training, or else play on the nominal model.
+        checkpoint: ``"newest"``, ``"best"`` of the evaluations during the training, or its environment steps.
+
+    Returns:
+        The file.
+
+    Raises:
+        RenderingUnavailableError: No picture can be drawn on this machine.
+        RunError: imageio-ffmpeg is not installed, or no picture comes from the environment.
+        ConfigurationError: The environment cannot draw, or a number is out of range.
+        CheckpointError: The checkpoint is not there, or none is usable.
+    """
+    if episodes < 1:
+        raise ConfigurationError(f"episodes = {episodes}: it must be at least 1.")
+    try:
+        import imageio_ffmpeg
+    except ImportError as error:
+        raise RunError("a video needs imageio-ffmpeg: pip install 'frobs-core[video]'.") from error
+
+    target = Path(path) if path is not None else run.path / "video.mp4"
+    if target.suffix.lower() != ".mp4":
+        raise ConfigurationError(f"{target}: a video is an MP4; give it a name that ends in .mp4.")
+    env = make_env(
+        run.config.environment,
+        run.config.keywords(randomize=randomized),
+        render_mode="rgb_array",
+        wrappers=run.config.wrappers,
+    )
+    try:
+        policy, _ = load_policy(run, env.observation_space, env.action_space, checkpoint)
+        frames = play_frames(env, policy, episodes, run.seeds.evaluation)
+        first = next(frames)  # before anything is written: drawing may be impossible here
+        height, width = first.shape[:2]
+
+        def write(aside: Path) -> None:
+            writer = imageio_ffmpeg.write_frames(
+                str(aside),
+                (width, height),
+                fps=frames_per_second(env),
+                codec="libx264",
+                pix_fmt_out="yuv420p",
+                macro_block_size=1,
+                output_params=["-movflags", "+faststart"],
+            )
+            writer.send(None)
+            try:
+                for frame in chain([first], frames):
+                    writer.send(np.ascontiguousarray(frame))
+            finally:
+                writer.close()
+
+        write_aside(target, write)
+    finally:
+        env.close()
+    return target
+
+
+def play_frames(env: gym.Env[Any, Any], policy: Algorithm, episodes: int, seed: int) -> Iterator[Frame]:
+    """Play episodes and yield a picture of every state."""
+    for episode in range(episodes):
+        observation, _ = env.reset(seed=seed if episode == 0 else None)
+        state, start, done = None, np.ones(1, bool), False
+        yield _picture(env)
+        while not done:
+            action, state = policy.predict(add_batch(observation), state, start)
+            observation, _, terminated, truncated, _ = env.step(action[0])
+            start, done = np.zeros(1, bool), bool(terminated or truncated)
+            yield _picture(env)
+
+
+def add_batch(observation: Any) -> Any:
+    """Return the observation of one environment as a batch of one."""
+    if isinstance(observation, dict):
+        return {key: np.asarray(value)[None] for key, value in observation.items()}
+    return np.asarray(observation)[None]
+
+
+def frames_per_second(env: gym.Env[Any, Any]) -> float:
+    """Return the rate at which steps are real time: of the control step, or what the environment says [1/s]."""
+    control_timestep = getattr(env.unwrapped, "control_timestep", None)
+    return 1.0 / control_timestep if control_timestep else float(env.metadata.get("render_fps", 30))
+
+
+def _picture(env: gym.Env[Any, Any]) -> Frame:
+    try:
+        frame = env.render()
+    except gym.error.Error as error:  # of others' environments: a package that draws is not installed
+        raise RunError(f"no picture can be drawn: {error}") from error
+    if not isinstance(frame, np.ndarray) or frame.ndim != 3 or frame.shape[2] != 3:
+        raise RunError(f"{env.spec.id if env.spec else env} draws no rgb picture; record another environment.")
+    # yuv420p halves height and width: an odd one gets its last row or column twice.
+    return np.pad(frame, ((0, frame.shape[0] % 2), (0, frame.shape[1] % 2), (0, 0)), mode="edge")

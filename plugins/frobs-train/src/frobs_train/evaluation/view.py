@@ -1,0 +1,59 @@
+"""Watching what a run has learned, in a window."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from frobs_train.environments import make_env
+from frobs_train.evaluation.video import add_batch
+from frobs_train.runs.policy import load_policy
+from frobs_train.runs.run import Run
+
+
+def view(run: Run, *, episodes: int | None = None, randomized: bool = False, checkpoint: str | int = "newest") -> int:
+    """Play a checkpoint in a window, in real time, until it is interrupted.
+
+    Args:
+        run: The run.
+        episodes: None: without end.
+        randomized: Randomise as in the training, or else play on the nominal model.
+        checkpoint: ``"newest"``, ``"best"`` of the evaluations during the training, or its environment steps.
+
+    Returns:
+        How many episodes ended.
+
+    Raises:
+        RenderingUnavailableError: There is no display.
+        ConfigurationError: The environment has no window.
+        CheckpointError: The checkpoint is not there, or none is usable.
+    """
+    env = make_env(
+        run.config.environment,
+        run.config.keywords(randomize=randomized),
+        render_mode="human",
+        wrappers=run.config.wrappers,
+    )
+    # Others' environments wait by themselves in render; ours say how long a step is.
+    control_timestep = float(getattr(env.unwrapped, "control_timestep", 0.0))
+    ended = 0
+    try:
+        policy, _ = load_policy(run, env.observation_space, env.action_space, checkpoint)
+        seed: int | None = run.seeds.evaluation
+        while episodes is None or ended < episodes:
+            observation, _ = env.reset(seed=seed)
+            seed, state, start, done = None, None, np.ones(1, bool), False
+            due = time.perf_counter()
+            while not done:
+                action, state = policy.predict(add_batch(observation), state, start)
+                observation, _, terminated, truncated, _ = env.step(action[0])
+                start, done = np.zeros(1, bool), bool(terminated or truncated)
+                due += control_timestep
+                time.sleep(max(0.0, due - time.perf_counter()))
+            ended += 1
+    except KeyboardInterrupt:
+        pass
+    finally:
+        env.close()
+    return ended

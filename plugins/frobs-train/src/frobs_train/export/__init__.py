@@ -1,0 +1,1 @@
+"""Policy bundles and pretrained policies."""

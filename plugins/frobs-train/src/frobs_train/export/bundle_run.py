@@ -1,0 +1,188 @@
+"""A policy bundle in the place of a run, so that it is evaluated and played in its environment as any run is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NoReturn, Self
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.arrays import Action, Mask
+from frobs_core.errors import RunError
+from frobs_core.interfaces.algorithm import Algorithm, TrainingMonitor
+from frobs_core.interfaces.task import Observation
+from frobs_core.validation import validate
+from frobs_deploy import Bundle, Policy, read_bundle
+from frobs_deploy.errors import BundleError, BundleMismatchError
+from frobs_train.configuration.config import RunConfig
+from frobs_train.environments import make_vector_env
+from frobs_train.export.export_facts import environment_facts, spaces_facts
+from frobs_train.export.pretrained import read_pretrained
+from frobs_train.runs.run import Run
+
+
+class BundleRun(Run):
+    """What a bundle says about the run that it came from, and its policy.
+
+    Attributes:
+        path: The bundle.
+        config: Of the run.
+        bundle: What was read.
+    """
+
+    def __init__(self, bundle: Bundle) -> None:
+        training = bundle.manifest.get("training")
+        if not isinstance(training, Mapping) or not isinstance(training.get("config"), Mapping):
+            raise BundleError(
+                bundle.path, "does not say how its policy was trained, so there is nothing to play it in."
+            )
+        super().__init__(bundle.path, validate(RunConfig, training["config"], f"the configuration in {bundle.path}"))
+        self.bundle = bundle
+        self.steps = int(training.get("steps") or 0)
+
+    def load_policy(self, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> tuple[BundlePolicy, int]:
+        """Return the policy, and the environment steps that it had trained for.
+
+        Raises:
+            BundleMismatchError: The environment's spaces are not those of the training.
+        """
+        policy = Policy(self.bundle)
+        trained = {
+            "observation": self.bundle.manifest["observation"]["spaces"],
+            "action": self.bundle.manifest["action"]["space"],
+        }
+        for what, now in spaces_facts(observation_space, action_space).items():
+            if trained[what] != now:
+                raise BundleMismatchError(
+                    self.path,
+                    f"the policy was trained with another {what} space than the environment's; use the environment's "
+                    "keywords and version of the training.",
+                )
+        return BundlePolicy(policy, observation_space, action_space), self.steps
+
+
+class BundlePolicy(Algorithm):
+    """A bundle's policy as an algorithm that can only predict.
+
+    Args:
+        policy: The policy.
+        observation_space: Of one environment.
+        action_space: Of the same.
+    """
+
+    def __init__(self, policy: Policy, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
+        self._policy = policy
+        self.observation_space, self.action_space = observation_space, action_space
+
+    def predict(
+        self,
+        observation: Observation,
+        state: tuple[np.ndarray[Any, Any], ...] | None = None,
+        episode_start: Mask | None = None,
+        deterministic: bool = True,
+    ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
+        """Return actions for a batch of observations; the policy keeps its state itself.
+
+        Raises:
+            RunError: Others than the mode are asked for.
+        """
+        if not deterministic:
+            raise RunError("a policy bundle holds the mode of the policy alone: it cannot be sampled.")
+        if episode_start is None or episode_start.all():
+            self._policy.reset()
+        else:
+            self._policy.reset(episode_start)
+        return self._policy.act(observation), None
+
+    @classmethod
+    def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
+        """Refuse.
+
+        Raises:
+            RunError: Always.
+        """
+        _refuse()
+
+    def train(self, steps: int, monitor: TrainingMonitor) -> None:
+        """Refuse.
+
+        Raises:
+            RunError: Always.
+        """
+        _refuse()
+
+    def save(self, folder: Path, previous: Path | None = None) -> None:
+        """Refuse.
+
+        Raises:
+            RunError: Always.
+        """
+        _refuse()
+
+    @classmethod
+    def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
+        """Refuse.
+
+        Raises:
+            RunError: Always.
+        """
+        _refuse()
+
+
+def open_pretrained(environment: str) -> BundleRun:
+    """Open the trained policy that comes with an ID, to be evaluated and played as a run is.
+
+    Args:
+        environment: The ID; the form ``frobs_core:frobs/…`` is understood.
+
+    Raises:
+        UnknownNameError: No such ID.
+        RunError: Nothing comes with it.
+        BundleError: The file is missing, damaged, or of another ID.
+        ConfigurationError: The configuration in it is damaged.
+    """
+    return BundleRun(read_pretrained(environment))
+
+
+def changes_since(run: BundleRun) -> list[str]:
+    """Return what the environment says otherwise now than when the policy was exported: nothing, if it fits.
+
+    Robot, controller, action, observation, timestep, keywords and limit are compared, as :mod:`the bundle
+    <frobs_deploy>` tells of them; a policy that was trained with others may still act, and fail.
+
+    Raises:
+        ConfigurationError: The environment cannot be built.
+    """
+    env = make_vector_env(run.config.environment, 1, run.config.keywords(randomize=False), run.config.wrappers)
+    try:
+        now = environment_facts(env, run.config)
+    finally:
+        env.close()
+    return list(_changes(run.bundle.manifest, now))
+
+
+def _changes(then: Any, now: Any, name: str = "") -> Iterator[str]:
+    """Yield a line for each thing that ``now`` has and that is another than ``then``."""
+    if isinstance(then, Mapping) and isinstance(now, Mapping):
+        for key in now:
+            if key in then:  # a field that the export did not know yet tells nothing
+                yield from _changes(then[key], now[key], f"{name}.{key}" if name else str(key))
+    elif then != now:
+        yield f"{name} was {then}, and is {now} now"
+
+
+def open_run_or_bundle(path: Path | str) -> Run:
+    """Open a run folder, or a policy bundle in the place of one.
+
+    Raises:
+        RunError: It is a folder, and no run's.
+        BundleError: It is a file, and no bundle.
+        ConfigurationError: The configuration in it is damaged.
+    """
+    return BundleRun(read_bundle(path)) if Path(path).is_file() else Run.open(path)
+
+
+def _refuse() -> NoReturn:
+    raise RunError("a policy bundle can only act; train the run that it came from.")

@@ -1,0 +1,149 @@
+"""Exporting what a run has learned as one file that can be deployed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.files import write_aside
+from frobs_core.interfaces.algorithm import Algorithm
+from frobs_deploy.bundle import pack_bundle, parse_bundle
+from frobs_deploy.errors import BundleError
+from frobs_deploy.policy import Policy
+from frobs_train.environments import make_vector_env
+from frobs_train.export.export_facts import environment_facts, license_text, training_facts
+from frobs_train.runs.policy import load_policy
+from frobs_train.runs.run import Run
+
+TOLERANCE = 1e-5
+"""What an action may differ from the trainer's, its range being [−1, 1]; and scores that are a tie, relative."""
+
+_ENVS, _STEPS = 8, 32  # 256 observations
+
+
+@dataclass(frozen=True, kw_only=True)
+class Export:
+    """What an export wrote.
+
+    Attributes:
+        path: The bundle.
+        steps: Environment steps that the policy had trained for.
+        observations: How many the trainer's policy and the bundle's were compared on.
+        max_difference: The largest difference of their actions, the action's range being [−1, 1].
+    """
+
+    path: Path
+    steps: int
+    observations: int
+    max_difference: float
+
+
+def export(
+    run: Run, out: Path | None = None, *, checkpoint: str | int = "newest", license: str | None = None
+) -> Export:
+    """Write a policy bundle, and prove before that it acts as the trainer's policy does.
+
+    Args:
+        run: The run.
+        out: The file; None: ``policy.frobs`` in the run's folder. One that is there is replaced.
+        checkpoint: ``"newest"``, ``"best"`` of the evaluations during the training, or its environment steps.
+        license: Of the policy: an SPDX identifier (``"MIT"``) or the path of a text; None: none is given.
+
+    Raises:
+        CheckpointError: The checkpoint does not exist or is damaged.
+        ConfigurationError: The algorithm cannot be exported, or a package is missing that it needs.
+        RunError: The environment is not the one of the training.
+        BundleError: The graph does not act as the trainer's policy; nothing is written.
+    """
+    text = license_text(license)
+    env = make_vector_env(run.config.environment, _ENVS, run.config.keywords(randomize=False), run.config.wrappers)
+    path = run.path / "policy.frobs" if out is None else out
+    try:
+        algorithm, steps = load_policy(run, env.single_observation_space, env.single_action_space, checkpoint)
+        graph = algorithm.export_onnx()
+        manifest = {
+            **environment_facts(env, run.config),
+            **training_facts(run, steps),
+            "license": license if license is None or not Path(license).is_file() else text.strip().partition("\n")[0],
+        }
+        manifest["check"] = {"observations": _ENVS * _STEPS, "max_difference": 0.0, "tolerance": TOLERANCE}
+        tried = Policy(parse_bundle(path, pack_bundle(manifest, graph, text)))
+        difference = compare(algorithm, tried, env, run.seeds.evaluation)
+    finally:
+        env.close()
+    if not difference <= TOLERANCE:
+        raise BundleError(
+            path,
+            f"is not written: its actions differ from the trainer's by {difference:.2g} of half their range, and "
+            f"{TOLERANCE:g} is allowed; if the policy has learned numbers that large, train it again.",
+        )
+    manifest["check"]["max_difference"] = float(f"{difference:.3g}")
+    data = pack_bundle(manifest, graph, text)
+
+    def write(aside: Path) -> None:
+        aside.write_bytes(data)
+
+    write_aside(path, write)
+    return Export(path=path, steps=steps, observations=_ENVS * _STEPS, max_difference=difference)
+
+
+def compare(algorithm: Algorithm, policy: Policy, env: gym.vector.VectorEnv[Any, Any, Any], seed: int) -> float:
+    """Return the largest difference between two policies in episodes that the first one plays.
+
+    Args:
+        algorithm: The trainer's.
+        policy: The bundle's.
+        env: Eight environments or any other number.
+        seed: Of the episodes.
+
+    Returns:
+        For actions in a Box, their range being [−1, 1]; for choices 0 where they are equal or tie, else 2.
+    """
+    observation, _ = env.reset(seed=seed)
+    state, start = None, np.ones(env.num_envs, np.bool_)
+    policy.reset()
+    worst = 0.0
+    for _ in range(_STEPS):
+        expected, state = algorithm.predict(observation, state, start)
+        found = policy.act(observation)
+        worst = max(worst, difference(env.single_action_space, expected, found, policy.scores))
+        if worst == math.inf:  # no environment should be driven with that
+            break
+        observation, _, terminated, truncated, _ = env.step(expected)
+        start = terminated | truncated
+        policy.reset(start)
+    return worst
+
+
+def difference(space: gym.Space[Any], expected: Any, found: Any, scores: Any) -> float:
+    """Return the largest difference between actions, (n, …) each; see :func:`compare`.
+
+    Args:
+        space: Of one action.
+        expected: The trainer's.
+        found: The bundle's.
+        scores: Of discrete choices, (n, choices); a choice that differs is none if its scores tie.
+    """
+    if isinstance(space, gym.spaces.Box):
+        half = np.maximum((space.high.astype(float) - space.low) / 2.0, np.finfo(np.float32).tiny)
+        worst = float(np.max(np.abs(np.asarray(found, float) - np.asarray(expected, float)) / half, initial=0.0))
+        return worst if math.isfinite(worst) else math.inf
+    n = len(scores)
+    wanted, given = np.asarray(expected).reshape(n, -1).astype(int), np.asarray(found).reshape(n, -1).astype(int)
+    for row, column in np.argwhere(wanted != given).tolist():
+        two = _scores_of(space, scores[row], column, (wanted[row, column], given[row, column]))
+        if abs(two[0] - two[1]) > TOLERANCE * max(1.0, abs(two[0]), abs(two[1])):
+            return 2.0
+    return 0.0
+
+
+def _scores_of(space: gym.Space[Any], scores: Any, column: int, choices: tuple[int, int]) -> tuple[float, float]:
+    if isinstance(space, gym.spaces.MultiBinary):  # one logit for each: 0 is the tie
+        return float(scores[column]), 0.0
+    first = int(space.nvec[:column].sum()) if isinstance(space, gym.spaces.MultiDiscrete) else 0
+    return float(scores[first + choices[0]]), float(scores[first + choices[1]])

@@ -1,0 +1,282 @@
+"""What a policy bundle says about its policy."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import re
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core import registry
+from frobs_core.compose import parameter_defaults
+from frobs_core.errors import ConfigurationError, PluginError
+from frobs_core.interfaces import RobotHandle
+from frobs_core.models import JointType, fingerprint
+from frobs_deploy.spaces import space_to_json
+from frobs_train.configuration.command import training_command
+from frobs_train.configuration.config import RunConfig
+from frobs_train.logs.progress import STEPS, read_progress
+from frobs_train.runs.run import Run
+from frobs_train.runs.versions import versions
+
+_SPDX = re.compile(r"[A-Za-z0-9][A-Za-z0-9.+-]*( (AND|OR|WITH) [A-Za-z0-9][A-Za-z0-9.+-]*)*")
+_PARTS = ("task", "robot", "controller", "simulator")
+_CURVE = 60  # points of a learning curve: as many as can be told apart in a small picture
+_NO_LICENSE = "No licence was given with this policy; ask whoever trained it before you pass it on.\n"
+
+
+def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfig) -> dict[str, Any]:
+    """Return what the policy acts on: environment, robot, controller, action and observation."""
+    base: Any = env.unwrapped
+    base = base.envs[0].unwrapped if hasattr(base, "envs") else base  # those that are stepped one by one are alike
+    ours = isinstance(getattr(base, "robot", None), RobotHandle)
+    controller, task = (base.controller, base.task) if ours else (None, None)
+    names = _names(config, parameter_defaults(type(base)) if ours else {})
+    timestep = getattr(base, "control_timestep", None)
+    changes = None if controller is None else controller.max_action_change
+    if controller is not None and env.single_action_space != controller.action_space:  # a wrapper's
+        changes = None
+    seen_by_task = task is not None and env.single_observation_space == task.observation_space
+    spaces = spaces_facts(env.single_observation_space, env.single_action_space)
+    return {
+        "environment": {
+            "id": config.environment,
+            "keywords": plain(config.environment_kwargs),
+            "parameters": plain(_parameters(config)),
+            "task": names.get("task"),
+            "simulator": names.get("simulator"),
+            "wrappers": plain([wrapper.model_dump() for wrapper in config.wrappers]),
+            "max_episode_steps": env.spec.max_episode_steps if env.spec is not None else None,
+        },
+        "control_timestep": None if timestep is None else float(timestep),
+        "robot": _robot(base.robot, names, config) if ours else None,
+        "controller": None
+        if controller is None
+        else {
+            "name": names.get("controller"),
+            "command": controller.command_mode.value,
+            "parameters": plain(
+                {**parameter_defaults(type(controller)), **(_keyword(config, "controller_kwargs") or {})}
+            ),
+        },
+        "action": {
+            "space": spaces["action"],
+            "max_change": None if changes is None else plain(np.asarray(changes, float).ravel()),
+        },
+        "observation": {
+            "spaces": spaces["observation"],
+            "terms": [] if not seen_by_task else _terms(task, env.single_observation_space),
+        },
+    }
+
+
+def spaces_facts(observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> dict[str, Any]:
+    """Return what a bundle says about spaces, those of the parts of an observation by key.
+
+    Args:
+        observation_space: Of one environment.
+        action_space: Of the same.
+
+    Raises:
+        ConfigurationError: A space is of a kind that a bundle cannot hold.
+    """
+    parts = _parts(observation_space)
+    return {"observation": {key: _space(space) for key, space in parts.items()}, "action": _space(action_space)}
+
+
+def training_facts(run: Run, steps: int) -> dict[str, Any]:
+    """Return where the policy comes from: algorithm, configuration, seed, time, results and versions."""
+    config = plain(run.config.model_dump())
+    trained = run.path / "versions.json"
+    curve = learning_curve(run, steps)
+    return {
+        "training": {
+            "algorithm": run.config.algorithm,
+            "steps": steps,
+            "seed": run.config.seed,
+            "seconds": curve["seconds"][-1] if curve["seconds"] else None,
+            "command": training_command(run.config),
+            "curve": curve,
+            "config": config,
+            "config_sha256": hashlib.sha256(json.dumps(config, sort_keys=True).encode()).hexdigest(),
+            "versions": json.loads(trained.read_text("utf-8")) if trained.is_file() else None,
+            "evaluations": [plain(found) for found in run.evaluations() if found.get("steps") == steps],
+        },
+        "export": {"versions": versions(), "commit": _commit(run.path)},
+    }
+
+
+def learning_curve(run: Run, steps: int) -> dict[str, list[Any]]:
+    """Return the log up to a checkpoint in few points: ``steps``, ``seconds``, and means of ``reward`` and ``success``.
+
+    Args:
+        run: The run.
+        steps: Of the checkpoint.
+    """
+    path = run.path / "progress.csv"
+    columns = {name: np.array(values) for name, values in (read_progress(path) if path.is_file() else {}).items()}
+    rows = np.flatnonzero(columns.get(STEPS, np.empty(0)) <= steps)
+    curve: dict[str, list[Any]] = {"steps": [], "seconds": [], "reward": [], "success": []}
+    for part in np.array_split(rows, min(len(rows), _CURVE)) if len(rows) else []:
+        curve["steps"].append(int(columns[STEPS][part[-1]]))
+        curve["seconds"].append(round(float(columns["time/elapsed"][part[-1]]), 2))
+        for name in ("reward", "success"):
+            values = columns[f"episode/{name}"][part] if f"episode/{name}" in columns else np.empty(0)
+            known = values[np.isfinite(values)]
+            curve[name].append(float(f"{known.mean():.5g}") if len(known) else None)
+    return curve
+
+
+def license_text(license: str | None) -> str:
+    """Return what the bundle's ``LICENSE`` says.
+
+    Args:
+        license: An SPDX identifier or expression, the path of a text, or None.
+
+    Raises:
+        ConfigurationError: It is neither.
+    """
+    if license is None:
+        return _NO_LICENSE
+    path = Path(license)
+    if path.is_file():
+        try:
+            text = path.read_text("utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise ConfigurationError(f"the licence {license} cannot be read: {error}.") from error
+        if text.strip():
+            return text
+        raise ConfigurationError(f"the licence {license} is empty.")
+    if not _SPDX.fullmatch(license):
+        raise ConfigurationError(f"license '{license}': there is no such file, and it is no SPDX identifier ('MIT').")
+    return f"SPDX-License-Identifier: {license}\n"
+
+
+def _names(config: RunConfig, defaults: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the names of the parts, as the ID and the keywords have them."""
+    try:
+        task, record = registry.find_environment(config.environment.rpartition(":")[2])
+        names: dict[str, Any] = {
+            "task": task.name,
+            "robot": record.robot,
+            "controller": record.controller,
+            "simulator": record.simulator,
+        }
+    except PluginError:  # another package's, or the ID that takes all parts as keywords
+        names = {key: defaults[key] for key in _PARTS if isinstance(defaults.get(key), str)}
+    return names | {key: config.environment_kwargs[key] for key in _PARTS if key in config.environment_kwargs}
+
+
+def _keyword(config: RunConfig, name: str) -> Any:
+    """Return a keyword of the environment: what was given, or else the ID's own."""
+    if name in config.environment_kwargs:
+        return config.environment_kwargs[name]
+    return _parameters(config).get(name)
+
+
+def _parameters(config: RunConfig) -> Mapping[str, Any]:
+    """Return the keywords that the ID itself has; none where it is another package's."""
+    try:
+        return registry.find_environment(config.environment.rpartition(":")[2])[1].parameters
+    except PluginError:
+        return {}
+
+
+def _robot(robot: RobotHandle, names: Mapping[str, Any], config: RunConfig) -> dict[str, Any]:
+    model = robot.model
+    limits = {
+        "position_lower": robot.position_lower,
+        "position_upper": robot.position_upper,
+        "velocity": robot.velocity_limit,
+        "effort": robot.effort_limit,
+        "home": robot.home,
+    }
+    joints = []
+    for i, joint in enumerate(model.actuated_joints):
+        unit, force = ("m", "N") if joint.type is JointType.PRISMATIC else ("rad", "N·m")
+        units = {"position": unit, "velocity": f"{unit}/s", "effort": force}
+        joints.append(
+            {"name": joint.name, "units": units, **{key: plain(values[0, i]) for key, values in limits.items()}}
+        )
+    return {
+        "name": Path(str(names.get("robot") or robot.robot.name)).name,
+        "model": model.path.name,
+        "fingerprint": fingerprint(model),
+        "xacro_args": {str(key): str(value) for key, value in robot.robot.xacro_args.items()},
+        "base": robot.robot.base,
+        "tcp": robot.tcp,
+        "joints": joints,
+    }
+
+
+def _terms(task: Any, space: gym.Space[Any]) -> list[dict[str, Any]]:
+    """Return a row for each named term of the flat observation, or of the key ``"observation"``."""
+    flat = _parts(space).get("observation" if isinstance(space, gym.spaces.Dict) else "")
+    described = getattr(task, "observation_terms", {})
+    rows = []
+    for name, columns in task.observation_columns().items():
+        if not isinstance(flat, gym.spaces.Box):
+            break
+        term = described.get(name)
+        rows.append(
+            {
+                "name": name,
+                "columns": [columns.start, columns.stop - 1],
+                "unit": getattr(term, "unit", None),
+            }
+        )
+    return rows
+
+
+def _parts(space: gym.Space[Any]) -> Mapping[str, gym.Space[Any]]:
+    return space.spaces if isinstance(space, gym.spaces.Dict) else {"": space}
+
+
+def _space(space: gym.Space[Any]) -> dict[str, Any]:
+    if isinstance(space, gym.spaces.Box):
+        low, high = space.low, space.high
+    elif isinstance(space, gym.spaces.Discrete):
+        low, high = np.array(space.start), np.array(space.start + space.n - 1)
+    elif isinstance(space, gym.spaces.MultiDiscrete):
+        low, high = space.start, space.start + space.nvec - 1
+    elif isinstance(space, gym.spaces.MultiBinary):
+        low, high = np.zeros(space.shape), np.ones(space.shape)
+    else:
+        raise ConfigurationError(f"a policy with the space {space} cannot be exported.")
+    assert space.dtype is not None
+    return space_to_json(type(space).__name__, space.shape or (), np.dtype(space.dtype), low, high)
+
+
+def plain(value: Any) -> Any:
+    """Return ``value`` in the types of JSON; a number that is not finite becomes null, an unknown object its text."""
+    if value is None or isinstance(value, (bool, int, str)):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, (np.generic, np.ndarray)):
+        return plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    return str(value)
+
+
+def _commit(folder: Path) -> dict[str, Any] | None:
+    """Return the commit of the repository that the run lies in, and whether anything differs from it; None: in none."""
+
+    def git(*arguments: str) -> str:
+        command = ["git", "-C", str(folder), *arguments]
+        return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
+
+    try:
+        return {"commit": git("rev-parse", "HEAD"), "clean": not git("status", "--porcelain", "--untracked-files=no")}
+    except (OSError, subprocess.SubprocessError):
+        return None

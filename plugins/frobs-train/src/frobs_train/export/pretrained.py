@@ -1,0 +1,68 @@
+"""The trained policies that come with environment IDs; nothing heavy is imported to tell of them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from typing import Any
+
+from frobs_core import registry
+from frobs_deploy.bundle import Bundle, read_bundle
+from frobs_deploy.errors import BundleError
+
+
+def read_pretrained(environment: str) -> Bundle:
+    """Read the trained policy that comes with an ID.
+
+    Args:
+        environment: The ID; the form ``frobs_core:frobs/…`` is understood.
+
+    Raises:
+        UnknownNameError: No such ID.
+        RunError: Nothing comes with it.
+        BundleError: The file is missing, damaged, or of another ID.
+    """
+    name = registry.bare_id(environment)
+    bundle = read_bundle(registry.pretrained_path(environment))
+    trained_in = registry.bare_id(str((bundle.manifest.get("environment") or {}).get("id")))
+    if trained_in != name:
+        raise BundleError(bundle.path, f"was trained in {trained_in} and is not a policy for {name}.")
+    return bundle
+
+
+def describe_pretrained(bundle: Bundle) -> dict[str, Any]:
+    """Return what there is to know of a trained policy before it is used, in plain types."""
+    training: Mapping[str, Any] = bundle.manifest.get("training") or {}
+    claimed = claimed_evaluation(bundle) or {}
+    commit = (bundle.manifest.get("export") or {}).get("commit") or {}
+    data = bundle.path.read_bytes()
+    others = sorted({row["simulator"] for row in training.get("evaluations") or () if row.get("simulator")})
+    return {
+        "algorithm": training.get("algorithm"),
+        "steps": training.get("steps"),
+        "seconds": training.get("seconds"),
+        "command": training.get("command"),
+        "success_rate": claimed.get("success_rate"),
+        "success_interval": claimed.get("success_interval"),
+        "tracking_error": claimed.get("tracking_error"),
+        "episodes": claimed.get("episodes"),
+        "evaluation_seed": claimed.get("seed"),
+        "other_simulators": {name: (claimed_evaluation(bundle, name) or {}).get("success_rate") for name in others},
+        "license": bundle.manifest.get("license"),
+        "commit": commit.get("commit"),
+        "file": bundle.path.name,
+        "bytes": len(data),
+        "sha256": hashlib.sha256(data).hexdigest(),
+    }
+
+
+def claimed_evaluation(bundle: Bundle, simulator: str | None = None) -> Mapping[str, Any] | None:
+    """Return what ``frobs evaluate`` had found before the export, of the most episodes; None where it was not asked.
+
+    Args:
+        bundle: The bundle.
+        simulator: Another than the training's; None: the training's.
+    """
+    found = (bundle.manifest.get("training") or {}).get("evaluations") or []
+    nominal = [row for row in found if row.get("simulator") == simulator and not row.get("randomize")]
+    return max(nominal, key=lambda row: int(row.get("episodes") or 0), default=None)

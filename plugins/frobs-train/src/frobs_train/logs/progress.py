@@ -1,0 +1,168 @@
+"""The log of a run: ``progress.csv``, and the same as TensorBoard events."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Self
+
+from frobs_core.errors import RunError
+from frobs_core.files import write_aside
+from frobs_train.logs.events import EventLog
+
+STEPS = "train/steps"
+"""The column that counts environment steps."""
+
+
+class ProgressLog:
+    """Writes rows; closes as a context manager.
+
+    A name that turns up for the first time in a later row becomes a new column: the file is written anew, aside,
+    with one header.
+
+    Args:
+        folder: Of the run.
+        resumed_at: Environment steps that the run continues from: rows beyond them are removed, and so is a last one
+            that a kill cut short. None: a new run.
+
+    Raises:
+        RunError: The disk is full.
+    """
+
+    def __init__(self, folder: Path, resumed_at: int | None = None) -> None:
+        self._path = folder / "progress.csv"
+        self._columns: list[str] = []
+        self._file: IO[str] | None = None
+        try:
+            if resumed_at is not None and self._path.is_file():
+                self._columns = self._trim(resumed_at)
+            self._events = _open_events(folder / "tensorboard", resumed_at)
+        except OSError as error:
+            raise self._failure(error) from error
+
+    def write(self, row: Mapping[str, float | None]) -> None:
+        """Write a row, at once; None leaves a cell empty.
+
+        Raises:
+            RunError: The disk is full.
+        """
+        try:
+            self._write_csv(row)
+            if self._events is not None:
+                known = {name: value for name, value in row.items() if value is not None}
+                self._events.write(int(row[STEPS] or 0), known)
+        except OSError as error:
+            raise self._failure(error) from error
+
+    def sync(self) -> None:
+        """Have the rows written to the disk before going on: a checkpoint counts on them.
+
+        Raises:
+            RunError: The disk is full.
+        """
+        if self._file is not None:
+            try:
+                os.fsync(self._file.fileno())
+            except OSError as error:
+                raise self._failure(error) from error
+
+    def close(self) -> None:
+        """Close the files; twice is harmless."""
+        # What a full disk refused is in the file's buffer still, and would be refused again.
+        with contextlib.suppress(OSError):
+            if self._file is not None:
+                self._file.close()
+        self._file = None
+        if self._events is not None:
+            self._events.close()
+            self._events = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _write_csv(self, row: Mapping[str, float | None]) -> None:
+        new = [name for name in row if name not in self._columns]
+        if new:
+            self._extend(new)
+        if self._file is None:
+            self._file = self._path.open("a", newline="", encoding="utf-8")
+        csv.writer(self._file).writerow([_cell(row.get(name)) for name in self._columns])
+        self._file.flush()
+
+    def _extend(self, new: list[str]) -> None:
+        rows = read_rows(self._path) if self._columns else []
+        columns = [*self._columns, *new]
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+        _write_rows(self._path, columns, rows)
+        self._columns = columns
+
+    def _trim(self, steps: int) -> list[str]:
+        """Leave the rows up to some steps, and return the columns."""
+        rows = read_rows(self._path)
+        kept = [row for row in rows if _steps(row) <= steps]
+        columns = list(rows[0]) if kept else []
+        _write_rows(self._path, columns, kept)
+        return columns
+
+    def _failure(self, error: OSError) -> RunError:
+        run = self._path.parent
+        return RunError(
+            f"{run}: the log cannot be written: {error}. Free some space; the checkpoints are intact: "
+            f"'frobs resume {run}' continues from the newest."
+        )
+
+
+def read_rows(path: Path) -> list[dict[str, str]]:
+    """Return the rows of a ``progress.csv`` as text; a last line that a kill cut short is left out."""
+    with path.open(newline="", encoding="utf-8") as file:
+        text = file.read()
+    complete = text[: text.rfind("\n") + 1]
+    return list(csv.DictReader(complete.splitlines()))
+
+
+def read_progress(path: Path) -> dict[str, list[float]]:
+    """Return the columns of a ``progress.csv``; an empty cell is NaN."""
+    rows = read_rows(path)
+    columns = list(rows[0]) if rows else []
+    return {name: [float(row[name] or "nan") for row in rows] for name in columns}
+
+
+def _steps(row: Mapping[str, str]) -> float:
+    try:
+        return float(row[STEPS])
+    except (KeyError, TypeError, ValueError):  # the disk lost power in the middle of it
+        return float("inf")
+
+
+def _write_rows(path: Path, columns: Sequence[str], rows: Iterable[Mapping[str, str]]) -> None:
+    def write(aside: Path) -> None:
+        with aside.open("w", newline="", encoding="utf-8") as file:
+            if columns:
+                writer = csv.DictWriter(file, columns, restval="")
+                writer.writeheader()
+                writer.writerows(rows)
+
+    write_aside(path, write)
+
+
+def _cell(value: float | None) -> str:
+    return "" if value is None else repr(value) if isinstance(value, int) else format(float(value), ".8g")
+
+
+def _open_events(folder: Path, resumed_at: int | None) -> EventLog | None:
+    """Return a writer, or None where TensorBoard is not installed: the CSV has the same numbers."""
+    try:
+        return EventLog(folder, resumed_at)
+    except ImportError:
+        return None

@@ -1,0 +1,87 @@
+"""What is known of the episodes that ended."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from frobs_train.logs.recorder import FinishedEpisodes
+
+Arrays = Mapping[str, np.ndarray[Any, Any]]
+
+
+class EpisodeStatistics:
+    """Gathers finished episodes: those since the last row of the log, and the last 100."""
+
+    def __init__(self) -> None:
+        self._since: list[FinishedEpisodes] = []
+        self.recent_rewards: deque[float] = deque(maxlen=100)
+        self.recent_lengths: deque[int] = deque(maxlen=100)
+        self.recent_successes: deque[float] = deque(maxlen=100)
+
+    def add(self, finished: FinishedEpisodes) -> None:
+        """Take the episodes of a step."""
+        self._since.append(finished)
+        self.recent_rewards.extend(finished.rewards.tolist())
+        self.recent_lengths.extend(finished.lengths.tolist())
+        if finished.successes is not None:
+            self.recent_successes.extend(finished.successes.tolist())
+
+    def take_row(self, terms: Sequence[str]) -> dict[str, float | None]:
+        """Return the means over the episodes since the last call; None where there were none.
+
+        Args:
+            terms: Names of the reward terms, so that their columns stand before the first episode has ended.
+        """
+        episodes, self._since = self._since, []
+        row: dict[str, float | None] = {"episode/count": sum(len(item.env_ids) for item in episodes)}
+        row["episode/reward"] = _mean([item.rewards for item in episodes])
+        row["episode/length"] = _mean([item.lengths.astype(np.float64) for item in episodes])
+        row["episode/success"] = _mean([item.successes for item in episodes if item.successes is not None])
+        for name in terms:
+            row[f"reward/{name}"] = _mean([item.terms[name] for item in episodes if name in item.terms])
+        return row
+
+    def snapshot(self) -> dict[str, np.ndarray[Any, Any]]:
+        """Return everything as arrays."""
+        arrays: dict[str, np.ndarray[Any, Any]] = {
+            "recent/rewards": np.array(self.recent_rewards, np.float64),
+            "recent/lengths": np.array(self.recent_lengths, np.int64),
+            "recent/successes": np.array(self.recent_successes, np.float64),
+        }
+        if self._since:
+            arrays["since/env_ids"] = np.concatenate([item.env_ids for item in self._since])
+            arrays["since/rewards"] = np.concatenate([item.rewards for item in self._since])
+            arrays["since/lengths"] = np.concatenate([item.lengths for item in self._since])
+            successes = [item.successes for item in self._since if item.successes is not None]
+            if successes:
+                arrays["since/successes"] = np.concatenate(successes)
+            for name in dict.fromkeys(name for item in self._since for name in item.terms):
+                parts = [item.terms[name] for item in self._since if name in item.terms]
+                arrays[f"since/terms/{name}"] = np.concatenate(parts)
+        return arrays
+
+    def restore(self, arrays: Arrays) -> None:
+        """Return to a snapshot."""
+        self.recent_rewards = deque(arrays["recent/rewards"].tolist(), maxlen=100)
+        self.recent_lengths = deque(arrays["recent/lengths"].tolist(), maxlen=100)
+        self.recent_successes = deque(arrays["recent/successes"].tolist(), maxlen=100)
+        self._since = []
+        if "since/env_ids" in arrays:
+            prefix = "since/terms/"
+            self._since.append(
+                FinishedEpisodes(
+                    env_ids=arrays["since/env_ids"],
+                    rewards=arrays["since/rewards"],
+                    lengths=arrays["since/lengths"],
+                    successes=arrays.get("since/successes"),
+                    terms={key.removeprefix(prefix): arrays[key] for key in arrays if key.startswith(prefix)},
+                )
+            )
+
+
+def _mean(parts: list[np.ndarray[tuple[int], np.dtype[np.float64]]]) -> float | None:
+    return float(np.concatenate(parts).mean()) if parts else None

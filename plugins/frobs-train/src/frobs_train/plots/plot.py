@@ -1,0 +1,234 @@
+"""Plots of runs: success, reward and reward terms over environment steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import RunError
+from frobs_core.files import write_aside
+from frobs_train.comparison.groups import group_runs
+from frobs_train.logs.progress import STEPS, read_progress
+from frobs_train.plots.figures import COLORS, FAINT, INK, dress, make_figure
+from frobs_train.runs.run import Run
+
+
+@dataclass(frozen=True)
+class _Curves:
+    """The log of one run; every column (rows,), smoothed columns beside the raw ones."""
+
+    run: Run
+    columns: dict[str, Floats]
+
+    def __getitem__(self, name: str) -> Floats:
+        missing = np.full(len(self.columns[STEPS]), np.nan)
+        return self.columns.get(name, missing)
+
+    def smooth(self, name: str) -> Floats:
+        return smooth(self[name], self["episode/count"])
+
+
+def plot_runs(runs: Sequence[Run], path: Path | str | None = None) -> Path:
+    """Draw learning curve and reward terms of runs as one PNG.
+
+    Runs that differ in nothing but their seed share a colour: a bold mean in a band from the
+    lowest to the highest.
+
+    Args:
+        runs: At least one.
+        path: The file; None: ``plots/learning_curve.png`` in the folder of a single run, ``learning_curves.png``
+            beside the first of several.
+
+    Returns:
+        The file.
+
+    Raises:
+        RunError: matplotlib is not installed, there is no run, or a run has no log yet.
+    """
+    curves = [_read(run) for run in runs]
+    if not curves:
+        raise RunError("there is no run to plot; name at least one run folder.")
+    groups = _groups(curves)
+    terms = _terms(curves[0]) if len(groups) == 1 else []
+    panels = [panel for panel, wanted in ((_success, _has(curves, "episode/success")), (_reward, True)) if wanted]
+    figure = make_figure(5.2 * (len(panels) + bool(terms)), 4.2)
+    axes = figure.subplots(1, len(panels) + bool(terms), squeeze=False)[0]
+    for axis, draw in zip(axes, panels, strict=False):
+        _dress(axis)
+        draw(axis, groups)
+    if terms:
+        _dress(axes[-1])
+        _draw_terms(axes[-1], next(iter(groups.values())), terms)
+    if len(groups) > 1:
+        axes[0].legend(frameon=False, fontsize=9, labelcolor=INK)
+    figure.suptitle(_title(groups), x=0.01, ha="left", fontsize=13, fontweight="bold", color=INK)
+
+    target = Path(path) if path is not None else _default_path(runs)
+    write_aside(target, lambda aside: figure.savefig(aside, format="png"))
+    return target
+
+
+def smooth(values: Floats, weights: Floats, window: float = 0.04) -> Floats:
+    """Return a moving mean over a share of the rows, weighted; NaNs do not count.
+
+    Args:
+        values: (rows,)
+        weights: (rows,)
+        window: Share of the rows, in (0, 1].
+
+    Returns:
+        (rows,): NaN where the window holds no number.
+    """
+    half = int(window * len(values) / 2)
+    valid = np.isfinite(values)
+    weight = np.where(valid, np.nan_to_num(weights), 0.0)
+    sums = np.concatenate([[0.0], np.cumsum(np.where(valid, values, 0.0) * weight)])
+    counts = np.concatenate([[0.0], np.cumsum(weight)])
+    rows = np.arange(len(values))
+    first, last = np.maximum(rows - half, 0), np.minimum(rows + half + 1, len(values))
+    count = counts[last] - counts[first]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(count > 0, (sums[last] - sums[first]) / count, np.nan)
+
+
+def _read(run: Run) -> _Curves:
+    try:
+        columns = read_progress(run.path / "progress.csv")
+    except FileNotFoundError:
+        columns = {}
+    if not columns.get(STEPS):
+        raise RunError(f"{run.path} has no rows in its progress.csv yet; plot it once it has trained a while.")
+    return _Curves(run, {name: np.array(values) for name, values in columns.items()})
+
+
+def _groups(curves: Sequence[_Curves]) -> dict[str, list[_Curves]]:
+    """Gather runs that differ in nothing but the seed."""
+    by_path = {curve.run.path: curve for curve in curves}
+    groups = group_runs([curve.run for curve in curves])
+    return {label: [by_path[run.path] for run in members] for label, members in groups.items()}
+
+
+def _title(groups: dict[str, list[_Curves]]) -> str:
+    if len(groups) > 1:
+        return f"{sum(len(members) for members in groups.values())} runs"
+    name, members = next(iter(groups.items()))
+    seeds = ", ".join(str(member.run.config.seed) for member in members)
+    return f"{name} · seed{'s' if len(members) > 1 else ''} {seeds}"
+
+
+def _success(axis: Any, groups: dict[str, list[_Curves]]) -> None:
+    axis.set_title("Success at the end of the episode", loc="left", fontsize=10, color=INK)
+    axis.set_ylim(-2, 102)
+    axis.yaxis.set_major_formatter(lambda value, _: f"{value:.0f} %")
+    axis.axhline(95, color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)))
+    for color, (name, members) in zip(_colors(groups), groups.items(), strict=True):
+        _draw(axis, members, "episode/success", color, name, 100.0)
+        _draw_evaluations(axis, members, "evaluation/success", color, 100.0)
+        for member in members:
+            _mark_evaluation(axis, member, color, len(groups) == len(members) == 1)
+
+
+def _reward(axis: Any, groups: dict[str, list[_Curves]]) -> None:
+    axis.set_title("Reward of an episode", loc="left", fontsize=10, color=INK)
+    for color, (name, members) in zip(_colors(groups), groups.items(), strict=True):
+        _draw(axis, members, "episode/reward", color, name)
+        _draw_evaluations(axis, members, "evaluation/reward", color)
+
+
+def _draw_terms(axis: Any, members: Sequence[_Curves], terms: Sequence[str]) -> None:
+    axis.set_title("Reward terms of an episode", loc="left", fontsize=10, color=INK)
+    for color, term in zip(_colors(terms), terms, strict=True):
+        _draw(axis, members, f"reward/{term}", color, term.replace("_", " "))
+    axis.legend(frameon=False, fontsize=9, labelcolor=INK)
+
+
+def _draw(axis: Any, members: Sequence[_Curves], name: str, color: str, label: str, scale: float = 1.0) -> None:
+    """Draw one run with its raw values behind, or several as mean and band."""
+    if len(members) == 1:
+        axis.plot(members[0][STEPS], scale * members[0][name], color=color, alpha=0.25, linewidth=0.8)
+        smooth = members[0].smooth(name)
+        known = np.isfinite(smooth)  # no episode ended in the other rows
+        axis.plot(members[0][STEPS][known], scale * smooth[known], color=color, linewidth=2.0, label=label)
+        return
+    steps = np.unique(np.concatenate([member[STEPS] for member in members]))
+    steps = steps[steps <= min(member[STEPS][-1] for member in members)]
+    rows = np.stack([_at(steps, member, name) for member in members])  # (runs, steps)
+    axis.fill_between(steps, scale * rows.min(0), scale * rows.max(0), color=color, alpha=0.18, linewidth=0)
+    axis.plot(steps, scale * rows.mean(0), color=color, linewidth=2.0, label=label)
+
+
+def _draw_evaluations(axis: Any, members: Sequence[_Curves], name: str, color: str, scale: float = 1.0) -> None:
+    """Draw what the evaluations during a training found, of the policy's mode: small rings."""
+    for member in members:
+        known = np.isfinite(member[name])
+        if not known.any():
+            continue
+        axis.plot(
+            member[STEPS][known], scale * member[name][known], linestyle="none", marker="o", markersize=3.5,
+            markerfacecolor="white", markeredgecolor=color, markeredgewidth=1.0, zorder=4, clip_on=False,
+        )  # fmt: skip
+
+
+def _at(steps: Floats, member: _Curves, name: str) -> Floats:
+    values = member.smooth(name)
+    valid = np.isfinite(values)
+    if not valid.any():
+        return np.full(len(steps), np.nan)
+    return np.interp(steps, member[STEPS][valid], values[valid], left=np.nan)
+
+
+def _mark_evaluation(axis: Any, member: _Curves, color: str, annotate: bool) -> None:
+    """Mark what the deterministic policy reached on new episodes."""
+    found = [result for result in member.run.evaluations() if result.get("success_rate") is not None]
+    if not found:
+        return
+    latest = max(found, key=lambda result: (result["steps"], result["episodes"]))
+    rate, interval = 100.0 * latest["success_rate"], latest["success_interval"]
+    error = [[rate - 100.0 * interval[0]], [100.0 * interval[1] - rate]]
+    axis.errorbar(
+        [latest["steps"]], [rate], yerr=error, fmt="o", color=color, markersize=6,
+        markeredgecolor="white", markeredgewidth=1.2, capsize=3, zorder=5, clip_on=False,
+    )  # fmt: skip
+    if annotate:
+        text = f"{rate:.1f} % of {latest['episodes']}\nnew episodes"
+        axis.annotate(
+            text, (latest["steps"], rate), xytext=(-8, -14), textcoords="offset points", ha="right", va="top",
+            fontsize=9, color=color,
+        )  # fmt: skip
+
+
+def _dress(axis: Any) -> None:
+    dress(axis, x_label="environment steps")
+    axis.xaxis.set_major_formatter(lambda value, _: count_text(value))
+    axis.margins(x=0.02)
+
+
+def count_text(value: float) -> str:
+    """Return a number of steps as people say it: ``"300 k"``, ``"1.5 M"``."""
+    for size, unit in ((1e6, " M"), (1e3, " k")):
+        if abs(value) >= size:
+            return f"{value / size:.3g}{unit}"
+    return f"{value:.3g}"
+
+
+def _colors(items: Any) -> list[str]:
+    return [COLORS[index % len(COLORS)] for index in range(len(items))]
+
+
+def _has(curves: Sequence[_Curves], name: str) -> bool:
+    return any(bool(np.isfinite(curve[name]).any()) for curve in curves)
+
+
+def _terms(curve: _Curves) -> list[str]:
+    return [name.removeprefix("reward/") for name in curve.columns if name.startswith("reward/")]
+
+
+def _default_path(runs: Sequence[Run]) -> Path:
+    if len(runs) == 1:
+        return runs[0].path / "plots" / "learning_curve.png"
+    return runs[0].path.parent / "learning_curves.png"

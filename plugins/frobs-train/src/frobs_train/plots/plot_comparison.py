@@ -1,0 +1,138 @@
+"""The picture of a comparison: learning curves with their bands, and what the groups reached in the end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from frobs_core.files import write_aside
+from frobs_train.comparison.compare import Comparison, Group
+from frobs_train.plots.figures import COLORS, FAINT, INK, dress, make_figure
+from frobs_train.plots.plot import count_text
+
+_TITLES = {"success": "Success", "reward": "Reward of an episode"}
+_COLUMNS = 3
+_PANEL = (5.4, 3.6)  # [inch] of one environment's curves
+_ROW = 0.36  # [inch] of one group in the lower part
+
+
+def plot_comparison(found: Comparison, path: Path | str) -> Path:
+    """Draw a comparison as a PNG.
+
+    Above, a panel for each environment: the interquartile mean over seeds in its 95 % band. Below, for each group what
+    its seeds reached in the end (dots), their interquartile mean (line) and its 95 % interval (band).
+
+    Args:
+        found: From :func:`frobs_train.comparison.compare`.
+        path: The file.
+
+    Returns:
+        The file.
+
+    Raises:
+        RunError: matplotlib is not installed.
+    """
+    environments = _by_environment(found)
+    columns = min(len(environments), 2 if len(environments) == 4 else _COLUMNS)
+    rows = -(-len(environments) // columns)
+    below = 1.0 + _ROW * (len(found.groups) + len(environments) * (len(environments) > 1))
+    width = max(8.0, columns * _PANEL[0])
+    figure = make_figure(width, 0.5 + rows * _PANEL[1] + below)
+    upper, lower = figure.subfigures(2, 1, height_ratios=[rows * _PANEL[1], below], hspace=0.04)
+    names = dict.fromkeys(group.name for group in found.groups)  # one colour for one name in every environment
+    colors = {name: COLORS[index % len(COLORS)] for index, name in enumerate(names)}
+    axes = upper.subplots(rows, columns, squeeze=False).flatten()
+    for axis, (environment, members) in zip(axes, environments.items(), strict=False):
+        title = f"{_TITLES[found.metric]} during training" if len(environments) == 1 else environment
+        _draw_curves(axis, found, members, colors, title)
+    for axis in axes[len(environments) :]:
+        axis.set_visible(False)
+    _draw_finals(lower.subplots(), found, environments, colors)
+    words = (
+        f"{_TITLES[found.metric]} in the end: each seed (dot), interquartile mean (line) and its 95 % interval (band)"
+    )
+    lower.suptitle(words, x=0.01, ha="left", fontsize=10, color=INK)
+    figure.suptitle(_title(found, list(environments)), x=0.01, ha="left", fontsize=13, fontweight="bold", color=INK)
+    target = Path(path)
+    write_aside(target, lambda aside: figure.savefig(aside, format="png"))
+    return target
+
+
+def _by_environment(found: Comparison) -> dict[str, list[Group]]:
+    environments: dict[str, list[Group]] = {}
+    for group in found.groups:
+        environments.setdefault(group.environment, []).append(group)
+    return environments
+
+
+def _title(found: Comparison, environments: Sequence[str]) -> str:
+    runs = sum(len(group.runs) for group in found.groups)
+    where = environments[0] if len(environments) == 1 else f"{len(environments)} environments"
+    groups = f" in {len(found.groups)} groups" if len(found.groups) > 1 else ""
+    return f"{where} · {runs} run{'s' if runs > 1 else ''}{groups}"
+
+
+def _draw_curves(axis: Any, found: Comparison, groups: Sequence[Group], colors: dict[str, str], title: str) -> None:
+    dress(axis, title, "environment steps")
+    axis.xaxis.set_major_formatter(lambda value, _: count_text(value))
+    axis.margins(x=0.02)
+    if found.metric == "success":
+        axis.set_ylim(-2, 102)
+        axis.yaxis.set_major_formatter(lambda value, _: f"{value:.0f} %")
+    scale = _scale(found)
+    if found.threshold is not None:
+        axis.axhline(scale * found.threshold, color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
+    for group in groups:
+        curve, color = group.curve, colors[group.name]
+        if len(group.runs) > 1:
+            axis.fill_between(curve.steps, scale * curve.low, scale * curve.high, color=color, alpha=0.18, linewidth=0)
+        axis.plot(curve.steps, scale * curve.middle, color=color, linewidth=2.0)
+
+
+def _draw_finals(axis: Any, found: Comparison, environments: dict[str, list[Group]], colors: dict[str, str]) -> None:
+    """Draw one row for each group, under the name of its environment where there are several."""
+    dress(axis)
+    scale, row = _scale(found), 0
+    ticks: list[tuple[int, str, str]] = []
+    for environment, members in environments.items():
+        if len(environments) > 1:
+            ticks.append((row, environment, FAINT))
+            row += 1
+        for group in members:
+            ticks.append((row, _name(group), colors[group.name]))
+            _draw_final(axis, group, row, scale, colors[group.name])
+            row += 1
+    axis.set_ylim(row - 0.4, -0.6)
+    axis.set_yticks([place for place, _, _ in ticks], [name for _, name, _ in ticks])
+    for label, (_, _, color) in zip(axis.get_yticklabels(), ticks, strict=True):
+        label.set_color(color)  # so that they are the legend of the curves, too
+    axis.grid(visible=False, axis="y")
+    if found.metric == "success":
+        least = min(score.final for group in found.groups for score in group.runs)
+        start = min(80.0, 10.0 * (scale * min(least, found.threshold or 0.0) // 10.0))
+        axis.set_xlim(start - 0.02 * (100.0 - start), 100.0 + 0.02 * (100.0 - start))
+        axis.xaxis.set_major_formatter(lambda value, _: f"{value:.0f} %")
+        axis.axvline(scale * (found.threshold or 0.0), color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
+
+
+def _draw_final(axis: Any, group: Group, row: int, scale: float, color: str) -> None:
+    final = group.final
+    if final.low is not None and final.high is not None:
+        axis.plot([scale * final.low, scale * final.high], [row, row], color=color, linewidth=7, alpha=0.25,
+                  solid_capstyle="butt", zorder=2)  # fmt: skip
+    axis.plot([score.final * scale for score in group.runs], [row] * len(group.runs), linestyle="", marker="o",
+              markersize=4.5, color=color, markeredgecolor="white", markeredgewidth=0.7, zorder=4, clip_on=False)  # fmt: skip
+    axis.plot([scale * final.value] * 2, [row - 0.3, row + 0.3], color=color, linewidth=2.5, zorder=3, clip_on=False)
+    value = f"{scale * final.value:.1f} %" if scale != 1.0 else f"{final.value:.3g}"
+    axis.annotate(value, (1.0, row), xycoords=("axes fraction", "data"), xytext=(10, 0), textcoords="offset points",
+                  ha="left", va="center", fontsize=9, color=color, annotation_clip=False)  # fmt: skip
+
+
+def _name(group: Group) -> str:
+    seeds = f"{len(group.runs)} seed{'s' if len(group.runs) > 1 else ''}"
+    return f"{group.name}  ({seeds})"
+
+
+def _scale(found: Comparison) -> float:
+    return 100.0 if found.metric == "success" else 1.0

@@ -1,0 +1,179 @@
+"""Checkpoints: folders that are complete or not there."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from frobs_core.errors import CheckpointError
+from frobs_core.files import sync
+from frobs_train.runs import checksums
+
+_NAME = re.compile(r"^step_(\d+)$")
+_ASIDE = re.compile(r"^\.(step_\d+|best)\.(\d+|old)$")
+_BEST = "best"
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A checkpoint that was written completely.
+
+    Attributes:
+        path: Its folder.
+        steps: Environment steps at which it was written.
+    """
+
+    path: Path
+    steps: int
+
+    def verify(self) -> None:
+        """Check that nothing in it has changed.
+
+        Raises:
+            CheckpointError: A file is missing, damaged or new.
+        """
+        checksums.verify(self.path)
+
+
+def list_checkpoints(folder: Path) -> list[Checkpoint]:
+    """Return the complete checkpoints of a folder, oldest first; the best is not among them."""
+    if not folder.is_dir():
+        return []
+    named = ((path, _NAME.match(path.name)) for path in folder.iterdir())
+    found = [Checkpoint(path, int(match[1])) for path, match in named if match and (path / checksums.NAME).is_file()]
+    return sorted(found, key=lambda checkpoint: checkpoint.steps)
+
+
+def newest_checkpoint(folder: Path) -> tuple[Checkpoint, list[str]]:
+    """Return the newest checkpoint that is undamaged, and one line for each damaged one that is newer.
+
+    Raises:
+        CheckpointError: There is none.
+    """
+    damaged = []
+    for checkpoint in reversed(list_checkpoints(folder)):
+        try:
+            checkpoint.verify()
+        except CheckpointError as error:
+            damaged.append(str(error))
+        else:
+            return checkpoint, damaged
+    reason = "; ".join(damaged) if damaged else "none was written"
+    raise CheckpointError(f"{folder} holds no usable checkpoint: {reason}; train again.")
+
+
+def write_checkpoint(
+    folder: Path, steps: int, save: Callable[[Path], None], keep: int, previous: Checkpoint | None = None
+) -> Checkpoint:
+    """Write a checkpoint beside its place and rename it into it, then remove the oldest.
+
+    Args:
+        folder: Of all checkpoints.
+        steps: Environment steps so far.
+        save: Writes into the empty folder that it is given.
+        keep: How many stay.
+        previous: Whose files may be linked to, rather than written again.
+
+    Raises:
+        CheckpointError: It cannot be written; those before are intact, and nothing of it is left.
+    """
+    final = folder / f"step_{steps:09d}"
+    _write(final, save, None if previous is None else previous.path)
+    for old in list_checkpoints(folder)[:-keep]:
+        _remove(old.path)
+    return Checkpoint(final, steps)
+
+
+def write_best(folder: Path, save: Callable[[Path], None]) -> Path:
+    """Write the checkpoint ``best``, in the place of the one before.
+
+    Raises:
+        CheckpointError: It cannot be written; the one before is intact.
+    """
+    _write(folder / _BEST, save, None)
+    return folder / _BEST
+
+
+def clean(folder: Path, beyond: int | None = None) -> list[Path]:
+    """Remove what a process that was killed has left, and set aside what lies beyond a checkpoint.
+
+    Only for who holds the run's lock.
+
+    Args:
+        folder: Of all checkpoints.
+        beyond: Checkpoints of more steps would be taken for newer ones than those to come: they are renamed.
+
+    Returns:
+        The checkpoints beyond, by their new names.
+    """
+    if not folder.is_dir():
+        return []
+    if (folder / f".{_BEST}.old").is_dir() and not (folder / _BEST).exists():
+        os.replace(folder / f".{_BEST}.old", folder / _BEST)
+    renamed = []
+    for path in sorted(folder.iterdir()):
+        match = _NAME.match(path.name)
+        if _ASIDE.match(path.name) or (match and not (path / checksums.NAME).is_file()):
+            shutil.rmtree(path, ignore_errors=True)
+        elif match and beyond is not None and int(match[1]) > beyond:
+            target = path.with_name(f"damaged_{path.name}")
+            shutil.rmtree(target, ignore_errors=True)
+            os.replace(path, target)
+            renamed.append(target)
+    return renamed
+
+
+def _write(final: Path, save: Callable[[Path], None], previous: Path | None) -> None:
+    folder = final.parent
+    aside, old = folder / f".{final.name}.{os.getpid()}", folder / f".{final.name}.old"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        shutil.rmtree(aside, ignore_errors=True)
+        aside.mkdir()
+        save(aside)
+        files = sorted(path for path in aside.rglob("*") if path.is_file())
+        listed = checksums.write_checksums(aside, files, previous)
+        for path in [*files, listed, *(path for path in aside.rglob("*") if path.is_dir()), aside]:
+            sync(path)
+        if final.exists():  # the best so far, or written by a run that was continued from before it
+            shutil.rmtree(old, ignore_errors=True)
+            os.replace(final, old)
+        os.replace(aside, final)
+        sync(folder)
+    except BaseException as error:
+        shutil.rmtree(aside, ignore_errors=True)
+        if old.is_dir() and not final.exists():
+            os.replace(old, final)
+        if isinstance(error, Exception):
+            raise CheckpointError(_reason(final, error)) from error
+        raise
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def _remove(path: Path) -> None:
+    """Remove a checkpoint; a kill leaves all of it, or nothing that would be taken for one."""
+    aside = path.with_name(f".{path.name}.old")
+    shutil.rmtree(aside, ignore_errors=True)
+    try:
+        os.replace(path, aside)
+    except OSError:  # it stays, and the next one tries again
+        return
+    shutil.rmtree(aside, ignore_errors=True)
+
+
+def _reason(path: Path, error: Exception) -> str:
+    text = f"checkpoint {path} cannot be written: {error}"
+    existing = next((parent for parent in path.parents if parent.exists()), Path())
+    try:
+        free = shutil.disk_usage(existing).free / 2**20
+        text += f"; {free:.1f} MiB are free there"
+    except OSError:
+        pass
+    return (
+        f"{text}. Free some space, or copy the run to where there is some; earlier checkpoints are intact: "
+        "'frobs resume RUN' continues from the newest."
+    )

@@ -1,0 +1,67 @@
+"""What to do with a run folder that is there already."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import count
+from pathlib import Path
+
+from frobs_core.errors import ConfigurationError, RunError, nearest
+from frobs_train.configuration.config import RunConfig
+from frobs_train.errors import RunExistsError
+from frobs_train.runs.lock import RunLock
+from frobs_train.runs.run import Run, is_run
+from frobs_train.training.monitor import Progress
+from frobs_train.training.resume import resume
+
+ON_EXISTING = ("error", "increment", "overwrite", "resume")
+"""What may be done with it."""
+
+
+def settle_existing(path: Path, on_existing: str) -> Path:
+    """Return the folder to use; nothing is changed yet.
+
+    Args:
+        path: The folder that was asked for.
+        on_existing: One of :data:`ON_EXISTING`.
+
+    Raises:
+        ConfigurationError: It is none of them.
+        RunExistsError: The folder exists, and that is an error.
+        RunError: It is no run, and would have to be removed or continued.
+        RunBusyError: Another process trains in it, and it would have to be removed.
+    """
+    if on_existing not in ON_EXISTING:
+        raise ConfigurationError(
+            f"on_existing = '{on_existing}'. Did you mean '{nearest(on_existing, ON_EXISTING) or 'error'}'? "
+            f"Available: {', '.join(ON_EXISTING)}."
+        )
+    if not path.exists():
+        return path
+    if on_existing == "error":
+        raise RunExistsError(path)
+    if on_existing == "increment":
+        return next(other for number in count(2) if not (other := path.with_name(f"{path.name}_{number}")).exists())
+    if not is_run(path):
+        raise RunError(f"{path} is no run: it holds no config.yaml and versions.json; remove it yourself.")
+    if on_existing == "overwrite":
+        with RunLock(path):  # nobody trains in it
+            pass
+    return path
+
+
+def resume_existing(path: Path, config: RunConfig, on_progress: Callable[[Progress], bool | None] | None) -> Run:
+    """Continue a run that was made from the same configuration; more steps extend it.
+
+    Raises:
+        RunError: It was made from another configuration; the keys are named.
+    """
+    run = Run.open(path)
+    new, old = config.model_dump(), run.config.model_dump()
+    if config.seed is None:
+        new["seed"] = old["seed"]
+    different = [key for key in new if key != "steps" and new[key] != old[key]]
+    if different:
+        told = "; ".join(f"{key}: {old[key]} there, {new[key]} now" for key in different)
+        raise RunError(f"{path} is a run of another configuration ({told}); choose another --run-dir.")
+    return resume(run, steps=config.steps if config.steps != run.config.steps else None, on_progress=on_progress)

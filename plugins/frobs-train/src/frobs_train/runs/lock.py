@@ -1,0 +1,128 @@
+"""One process for each run folder: a lock of the operating system, which ends with the process that holds it."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import json
+import os
+import socket
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from frobs_core.errors import RunError
+from frobs_train.errors import RunBusyError
+
+NAME = ".lock"
+"""The file in the run folder that is locked; it says which process holds it."""
+
+_UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL)
+
+
+class RunLock:
+    """Holds a run folder for this process, as a context manager.
+
+    Where neither the machine nor the file system knows locks, the process that the file names decides: one that lives
+    holds the folder.
+
+    Args:
+        path: The run folder.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._descriptor: int | None = None
+
+    def __enter__(self) -> Self:
+        """Take the lock.
+
+        Raises:
+            RunBusyError: Another process holds it.
+            RunError: The folder cannot be written.
+        """
+        try:
+            descriptor = os.open(self._path / NAME, os.O_RDWR | os.O_CREAT, 0o644)
+        except OSError as error:
+            raise RunError(
+                f"the run folder {self._path} cannot be written: {error.strerror}; "
+                "make it writable, or copy it to where you may write."
+            ) from error
+        try:
+            holder = _read(descriptor)
+            if not (_lock(descriptor) if _has_locks(descriptor) else not _alive(holder)):
+                raise RunBusyError(self._path, *holder)
+            # A full disk is no reason to refuse: the lock holds without its text.
+            with contextlib.suppress(OSError):
+                _write(descriptor, json.dumps({"pid": os.getpid(), "host": socket.gethostname()}))
+        except BaseException:
+            os.close(descriptor)
+            raise
+        self._descriptor = descriptor
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        """Release it; the file stays, for removing it could take it from another process."""
+        if self._descriptor is not None:
+            with contextlib.suppress(OSError):
+                os.ftruncate(self._descriptor, 0)
+            os.close(self._descriptor)
+            self._descriptor = None
+
+
+def _has_locks(descriptor: int) -> bool:
+    try:
+        import fcntl
+    except ImportError:  # no POSIX
+        return False
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError as error:
+        if error.errno in _UNSUPPORTED:
+            return False
+        raise
+    return True
+
+
+def _lock(descriptor: int) -> bool:
+    import fcntl
+
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
+def _read(descriptor: int) -> tuple[int | None, str | None]:
+    """Return process and machine that the file names."""
+    try:
+        holder = json.loads(os.pread(descriptor, 4096, 0) or b"{}")
+        return int(holder["pid"]), str(holder["host"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None, None
+
+
+def _write(descriptor: int, text: str) -> None:
+    os.ftruncate(descriptor, 0)
+    os.pwrite(descriptor, text.encode(), 0)
+
+
+def _alive(holder: tuple[int | None, str | None]) -> bool:
+    """Tell whether a process lives; one on another machine is taken to."""
+    pid, host = holder
+    if pid is None or pid == os.getpid():
+        return False
+    if host != socket.gethostname():
+        return True
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return True

@@ -1,0 +1,99 @@
+"""A trained model in a file of its own, in the place of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+import gymnasium as gym
+
+from frobs_core import plugins
+from frobs_core.errors import ConfigurationError
+from frobs_core.specs import AlgorithmRecord
+from frobs_core.validation import validate
+from frobs_core.yaml import merge
+from frobs_train.configuration.config import RunConfig, algorithm_record
+from frobs_train.configuration.resolve import read_setting
+from frobs_train.runs.run import Run
+
+if TYPE_CHECKING:
+    from frobs_core.interfaces.algorithm import Algorithm
+
+
+class ModelFile(Run):
+    """A file that an algorithm's own library wrote: it acts, and that is all that there is of a run.
+
+    Args:
+        file: The file; which algorithms read it, its suffix tells.
+        environment: Gymnasium ID in which it acts.
+        algorithm: Name of the algorithm; None: the file tells.
+        settings: ``"environment_kwargs.controller=joint_position"``, ``"seed=3"``, ``"wrappers=[…]"``: keys of
+            :class:`frobs_train.RunConfig` and YAML values.
+        trust: Open the file also where that executes what it holds.
+
+    Attributes:
+        path: The file.
+
+    Raises:
+        ConfigurationError: No algorithm reads such files, or a setting cannot be used.
+        UnknownNameError: No algorithm has the name.
+    """
+
+    def __init__(
+        self,
+        file: Path | str,
+        environment: str,
+        algorithm: str | None = None,
+        settings: Sequence[str] = (),
+        trust: bool = False,
+    ) -> None:
+        path = Path(file)
+        self._algorithm = algorithm
+        self._trust = trust
+        self._opener = _opener(path, algorithm)
+        given = merge({"environment": environment, "seed": 0}, *(read_setting(setting) for setting in settings))
+        super().__init__(path, validate(RunConfig, given, "a model file"))
+
+    def load_policy(self, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> tuple[Algorithm, int]:
+        """Open the file for an environment.
+
+        Args:
+            observation_space: Of one environment.
+            action_space: Of the same.
+
+        Returns:
+            What acts: it has the spaces and ``predict`` of an algorithm; and the steps that it had trained for.
+
+        Raises:
+            CheckpointError: The file is missing or damaged.
+            UntrustedFileError: It can only be opened by executing it.
+            RunError: The environment is not like the one of the training.
+        """
+        module, _, function = self._opener.partition(":")
+        opener = getattr(import_module(module), function)
+        return cast(
+            "tuple[Algorithm, int]",
+            opener(self.path, observation_space, action_space, self._algorithm, self._trust),
+        )
+
+
+def _opener(file: Path, algorithm: str | None) -> str:
+    """Return the function that opens a file, as its algorithm's record names it."""
+    records = cast("Mapping[str, AlgorithmRecord]", plugins.records("algorithm"))
+    if algorithm is not None:
+        record = algorithm_record(algorithm)
+        records = {record.name: record}
+    found = {
+        record.model_files[file.suffix]: name for name, record in records.items() if file.suffix in record.model_files
+    }
+    if len(found) == 1:
+        return next(iter(found))
+    if found:
+        raise ConfigurationError(
+            f"{file}: which algorithm is it of? Say it with --algorithm: {', '.join(found.values())}, …"
+        )
+    suffixes = sorted({suffix for record in records.values() for suffix in record.model_files})
+    owner = f"algorithm '{algorithm}' reads" if algorithm else "the installed algorithms read"
+    raise ConfigurationError(f"{file}: {owner} model files that end in {', '.join(suffixes) or '… none at all'}.")

@@ -1,0 +1,67 @@
+"""The policy that a run has learned."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+import gymnasium as gym
+
+from frobs_core.errors import CheckpointError, RunError
+from frobs_core.interfaces.algorithm import Algorithm
+from frobs_train.configuration.config import algorithm_record
+from frobs_train.export.bundle_run import BundleRun
+from frobs_train.runs.model_file import ModelFile
+from frobs_train.runs.run import Run
+
+_log = logging.getLogger("frobs")
+
+
+def load_policy(
+    run: Run, observation_space: gym.Space[Any], action_space: gym.Space[Any], checkpoint: str | int = "newest"
+) -> tuple[Algorithm, int]:
+    """Load a checkpoint for prediction.
+
+    Args:
+        run: The run; it may be training. Or a bundle or a model file in the place of one.
+        observation_space: Of one environment that the policy is to act in.
+        action_space: Of the same.
+        checkpoint: ``"newest"`` that is undamaged, ``"best"``, or its environment steps.
+
+    Returns:
+        The algorithm, and the environment steps that it had trained for.
+
+    Raises:
+        CheckpointError: The checkpoint is not there, or none is usable.
+        RunError: The environment's spaces are not those of the training.
+    """
+    if isinstance(run, BundleRun | ModelFile):
+        if checkpoint != "newest":
+            what = "policy bundle" if isinstance(run, BundleRun) else "model file"
+            raise RunError(f"{run.path} is a {what}, which holds one policy; leave out --checkpoint.")
+        return run.load_policy(observation_space, action_space)
+    algorithm, steps = _load(run, checkpoint)
+    for what, trained, now in (
+        ("observation", algorithm.observation_space, observation_space),
+        ("action", algorithm.action_space, action_space),
+    ):
+        if trained != now:
+            raise RunError(
+                f"{run.path}: the policy was trained with {what} space {trained}, and the environment has {now}; "
+                "use the environment's keywords of the training."
+            )
+    return algorithm, steps
+
+
+def _load(run: Run, which: str | int, attempts: int = 3) -> tuple[Algorithm, int]:
+    """Load a checkpoint; a training may take it away meanwhile, when there are newer ones."""
+    checkpoint, damaged = run.find_checkpoint(which)
+    for line in damaged:
+        _log.warning("%s The one before is used.", line)
+    try:
+        algorithm: Algorithm = algorithm_record(run.config.algorithm).load().load(checkpoint.path / "algorithm")
+    except CheckpointError:
+        if checkpoint.path.exists() or attempts == 1:
+            raise
+        return _load(run, which, attempts - 1)
+    return algorithm, checkpoint.steps

@@ -1,0 +1,174 @@
+"""A run: one training, and the folder that holds all of it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from frobs_core.errors import CheckpointError, RunError
+from frobs_core.files import write_json, write_text
+from frobs_core.validation import validate
+from frobs_core.yaml import dump_yaml, load_yaml
+from frobs_train.configuration.config import RunConfig
+from frobs_train.errors import RunExistsError
+from frobs_train.runs.checkpoints import Checkpoint, list_checkpoints, newest_checkpoint
+from frobs_train.runs.state import read_best
+from frobs_train.runs.versions import versions
+from frobs_train.training.seeds import RunSeeds, draw_seed, spread_seed
+from frobs_train.training.threads import decide_threads
+
+
+class Run:
+    """A run folder.
+
+    ::
+
+        config.yaml      the resolved configuration
+        .lock            which process trains
+        versions.json    of Python, the core, the plugins and the libraries
+        progress.csv     a row for each iteration
+        tensorboard/     the same as events
+        checkpoints/     step_…, each complete, and best
+        evaluations/     what `frobs evaluate` found, as JSON
+        plots/           learning curve and reward terms
+        video.mp4
+
+    Made by :meth:`create` or :meth:`open`.
+
+    Attributes:
+        path: The folder.
+        config: The resolved configuration; its seed is never None.
+    """
+
+    def __init__(self, path: Path, config: RunConfig) -> None:
+        self.path = path
+        self.config = config
+
+    @classmethod
+    def create(cls, path: Path, config: RunConfig, *, replace: bool = False) -> Run:
+        """Make a new run folder: complete, or not there.
+
+        Args:
+            path: The folder; it must not exist.
+            config: Resolved; a missing seed is drawn.
+            replace: A run that is there is removed for it.
+
+        Raises:
+            RunExistsError: The folder exists.
+            RunError: It cannot be made.
+        """
+        if config.seed is None:
+            config = config.model_copy(update={"seed": draw_seed()})
+        if path.exists() and not (replace and is_run(path)):
+            raise RunExistsError(path)
+        aside = path.with_name(f".{path.name}.{os.getpid()}")
+        old = path.with_name(f".{path.name}.{os.getpid()}.old")
+        try:
+            shutil.rmtree(aside, ignore_errors=True)  # of a process of this number that was killed
+            aside.mkdir(parents=True)
+        except OSError as error:
+            raise RunError(f"the run folder {path} cannot be made: {error.strerror}; choose another.") from error
+        try:
+            write_json(aside / "versions.json", {**versions(), "threads": decide_threads(config).to_dict()})
+            write_text(aside / "config.yaml", dump_yaml(config.model_dump()))
+            if path.exists():
+                os.replace(path, old)
+            os.rename(aside, path)
+        except OSError as error:
+            if old.exists():
+                os.replace(old, path)
+            elif path.exists():  # somebody else was quicker
+                raise RunExistsError(path) from error
+            raise RunError(f"the run folder {path} cannot be written: {error}; free some space.") from error
+        finally:
+            shutil.rmtree(aside, ignore_errors=True)
+        shutil.rmtree(old, ignore_errors=True)
+        return cls(path, config)
+
+    @classmethod
+    def open(cls, path: Path | str) -> Run:
+        """Open a run folder.
+
+        Raises:
+            RunError: The folder is none.
+            ConfigFileError: Its configuration is damaged.
+        """
+        path = Path(path)
+        if not (path / "config.yaml").is_file():
+            what = "holds no config.yaml" if path.is_dir() else "is no folder"
+            raise RunError(f"{path} {what}; name a run folder, as 'frobs train' prints it at its end.")
+        return cls(path, validate(RunConfig, load_yaml(path / "config.yaml"), "a run"))
+
+    @property
+    def seeds(self) -> RunSeeds:
+        """The seeds that the run's seed was spread into."""
+        assert self.config.seed is not None
+        return spread_seed(self.config.seed)
+
+    @property
+    def checkpoints(self) -> list[Checkpoint]:
+        """The complete checkpoints, oldest first."""
+        return list_checkpoints(self.path / "checkpoints")
+
+    def newest_checkpoint(self) -> tuple[Checkpoint, list[str]]:
+        """Return the newest undamaged checkpoint, and one line for each damaged one that is newer.
+
+        Raises:
+            CheckpointError: There is none.
+        """
+        return newest_checkpoint(self.path / "checkpoints")
+
+    def find_checkpoint(self, which: str | int = "newest") -> tuple[Checkpoint, list[str]]:
+        """Return a checkpoint to predict with, and one line for each damaged one that is newer.
+
+        Args:
+            which: ``"newest"`` that is undamaged, ``"best"`` of the evaluations during the training, or its
+                environment steps.
+
+        Raises:
+            CheckpointError: It is not there, or damaged.
+        """
+        if which == "newest":
+            return self.newest_checkpoint()
+        found = {str(item.steps): item for item in self.checkpoints}
+        best = self.path / "checkpoints" / "best"
+        if (best / "checksums.json").is_file():
+            found["best"] = Checkpoint(best, read_best(best)[0])
+        chosen = found.get(str(which))
+        if chosen is None:
+            raise CheckpointError(f"{self.path} has no checkpoint '{which}'. Available: newest, {', '.join(found)}.")
+        chosen.verify()
+        return chosen, []
+
+    def extend(self, steps: int) -> Run:
+        """Return the run with other steps in all, in its folder too.
+
+        Raises:
+            RunError: The configuration cannot be written.
+        """
+        config = self.config.model_copy(update={"steps": steps})
+        try:
+            write_text(self.path / "config.yaml", dump_yaml(config.model_dump()))
+        except OSError as error:
+            raise RunError(f"{self.path / 'config.yaml'} cannot be written: {error.strerror}.") from error
+        return Run(self.path, config)
+
+    def evaluations(self) -> list[dict[str, Any]]:
+        """Return what ``evaluations/`` holds, in the order of the names."""
+        import json
+
+        return [json.loads(path.read_text("utf-8")) for path in sorted((self.path / "evaluations").glob("*.json"))]
+
+
+def is_run(path: Path) -> bool:
+    """Tell a run's folder."""
+    return (path / "config.yaml").is_file() and (path / "versions.json").is_file()
+
+
+def default_run_dir(config: RunConfig) -> Path:
+    """Return ``runs/<ID>/<algorithm>_seed<seed>``, or with the time where no seed was chosen."""
+    ending = datetime.now().strftime("%Y%m%d-%H%M%S") if config.seed is None else f"seed{config.seed}"
+    return Path("runs") / config.environment.rpartition(":")[2] / f"{config.algorithm}_{ending}"

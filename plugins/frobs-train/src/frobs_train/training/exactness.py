@@ -1,0 +1,67 @@
+"""Whether a training that is continued from a checkpoint equals one that never stopped."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+
+from frobs_core import plugins, registry
+from frobs_core.capabilities import Level
+from frobs_train.configuration.config import RunConfig
+
+_STATELESS = ("RescaleAction", "ClipAction", "TransformAction", "FlattenObservation", "FilterObservation",
+              "RescaleObservation", "ReshapeObservation", "ResizeObservation", "GrayscaleObservation",
+              "DtypeObservation", "TransformObservation", "ClipReward", "TransformReward")  # fmt: skip
+"""Gymnasium's own wrappers that remember nothing."""
+
+
+def has_snapshot(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) -> bool:
+    """Tell whether a checkpoint can hold the environment's state, exactly or nearly."""
+    base = env.unwrapped
+    return hasattr(base, "snapshot") and hasattr(base, "restore") and _level(config) is not Level.UNSUPPORTED
+
+
+def why_not_exact(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) -> str | None:
+    """Return why a continued training may differ from an uninterrupted one; None: it equals it.
+
+    Args:
+        config: Of the run.
+        env: The training's.
+    """
+    if not has_snapshot(config, env):
+        how = ", stepped one by one," if hasattr(env.unwrapped, "envs") else ""
+        return f"{config.environment}{how} has no snapshot: its episodes begin anew"
+    if _level(config) is not Level.EXACT:
+        return f"the simulator of {config.environment} restores its state approximately"
+    silent = [type(wrapper).__name__ for wrapper in _wrappers(env) if not _tells(wrapper)]
+    if silent:
+        return f"what {', '.join(silent)} remembers is not saved: give it snapshot() and restore()"
+    return None
+
+
+def _level(config: RunConfig) -> Level:
+    """Return how well the simulator restores its state; exact where it is not one of ours."""
+    known = registry.environments().get(config.environment.removeprefix("frobs_core:"))
+    if known is None:
+        return Level.EXACT
+    simulator = config.environment_kwargs.get("simulator", known[1].simulator)
+    record: Any = plugins.get_record("simulator", simulator)
+    level: Level = record.capabilities.get("snapshot", Level.UNSUPPORTED)
+    return level
+
+
+def _wrappers(env: gym.vector.VectorEnv[Any, Any, Any]) -> list[gym.vector.VectorEnv[Any, Any, Any]]:
+    found: list[gym.vector.VectorEnv[Any, Any, Any]] = []
+    while isinstance(env, gym.vector.VectorWrapper):
+        found.append(env)
+        env = env.env
+    return found
+
+
+def _tells(wrapper: object) -> bool:
+    """Tell whether a wrapper saves what it remembers, or remembers nothing."""
+    cls = type(wrapper)
+    if hasattr(cls, "snapshot") and hasattr(cls, "restore"):
+        return True
+    return cls.__module__.startswith("gymnasium.") and cls.__name__ in _STATELESS

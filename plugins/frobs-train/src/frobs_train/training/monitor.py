@@ -1,0 +1,225 @@
+"""What a run does while an algorithm trains: log, tell, evaluate, keep checkpoints."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from frobs_train.logs.progress import STEPS, ProgressLog
+from frobs_train.logs.recorder import EpisodeRecorder
+from frobs_train.logs.statistics import EpisodeStatistics
+from frobs_train.runs.checkpoints import Checkpoint, write_checkpoint
+from frobs_train.runs.run import Run
+from frobs_train.runs.state import RunState, write_arrays
+from frobs_train.training.callbacks import TrainingCallback
+from frobs_train.training.interrupts import Interrupts
+from frobs_train.training.periodic_evaluation import TrainingEvaluation
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a training is.
+
+    Attributes:
+        steps: Environment steps so far.
+        total_steps: Environment steps in all.
+        elapsed: [s] of training, what was done before an interruption included.
+        steps_per_second: Since the start.
+        seconds_left: [s] estimated.
+        reward: Mean over the last 100 episodes; None before the first ends.
+        length: Mean over the last 100 episodes [control steps].
+        success: Mean over the last 100 episodes; None where the environment does not say.
+        evaluation: Success, or reward where the environment does not say, of the last evaluation; None: there was none.
+    """
+
+    steps: int
+    total_steps: int
+    elapsed: float
+    steps_per_second: float
+    seconds_left: float
+    reward: float | None
+    length: float | None
+    success: float | None
+    evaluation: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parts:
+    """What a monitor works with.
+
+    Attributes:
+        env: What is trained on.
+        episodes: What the environment's recorder fills.
+        log: Where rows go.
+        interrupts: Say when to stop.
+        snapshots: Whether the environment's snapshot becomes part of checkpoints.
+        exact: Whether it is all that the environment is made of.
+        evaluation: Evaluates during the training; None: nobody does.
+        callbacks: Of the configuration.
+        tell: Called with the progress after each row; False ends the training.
+    """
+
+    env: EpisodeRecorder
+    episodes: EpisodeStatistics
+    log: ProgressLog
+    interrupts: Interrupts
+    snapshots: bool
+    exact: bool
+    evaluation: TrainingEvaluation | None = None
+    callbacks: Sequence[TrainingCallback] = ()
+    tell: Callable[[Progress], bool | None] | None = None
+
+
+class RunMonitor:
+    """Implements :class:`frobs_core.interfaces.TrainingMonitor` for a run folder.
+
+    Args:
+        run: The run.
+        parts: What it works with.
+        state: Where the run stands; None: at its beginning.
+        checkpoint: That it continues from; None: it begins.
+
+    Attributes:
+        steps: Environment steps at the last row.
+        checkpoint: The newest; None: there is none.
+        stopped: Why the training ends before its steps are taken; None: it does not.
+    """
+
+    def __init__(
+        self, run: Run, parts: Parts, state: RunState | None = None, checkpoint: Checkpoint | None = None
+    ) -> None:
+        config = run.config
+        self._run = run
+        self._parts = parts
+        self._every = config.checkpoint_every or max(1, config.steps // 10)
+        self._log_every = config.log_every or max(1, config.steps // 500)
+        self._evaluate_every = math.inf if parts.evaluation is None else (config.evaluate_every or math.inf)
+        self._metrics: dict[str, float] = {} if state is None else dict(state.metrics)
+        self._early = False
+        self._start = time.perf_counter() - (0.0 if state is None else state.elapsed)
+        self.checkpoint = checkpoint
+        self.stopped: str | None = None
+        self.steps = 0 if state is None else state.steps
+        self._plan(self.steps)
+
+    def _plan(self, steps: int) -> None:
+        """Say when the next row, checkpoint and evaluation are due: a function of the steps alone."""
+        self._next_row = (steps // self._log_every + 1) * self._log_every
+        self._next_checkpoint = (steps // self._every + 1) * self._every
+        self._next_evaluation = (steps // self._evaluate_every + 1) * self._evaluate_every
+        self._next = min(self._next_row, self._next_checkpoint, self._next_evaluation)
+
+    def is_due(self, steps: int) -> bool:
+        """Return whether a row, an evaluation or a checkpoint is due, or somebody wants the training to stop."""
+        if steps >= self._next:
+            return True
+        if self._parts.interrupts.requested is None:
+            return False
+        self._early = True
+        return True
+
+    def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
+        """Write a row and tell the progress; evaluate, if it is time.
+
+        Where nothing but an interruption was the reason to ask, no row is written, so that the log is that of a
+        training that never stopped: what was told is kept for the row to come.
+        """
+        self._metrics.update(metrics)
+        early, self._early = self._early, False
+        if not early:
+            self._write_row(steps)
+        return self.stopped is None and self._parts.interrupts.requested is None
+
+    def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
+        """Write a checkpoint if one is due, or if the training stops here."""
+        stopping = self.stopped is not None or self._parts.interrupts.requested is not None
+        if stopping or steps >= self._next_checkpoint:
+            self.write_checkpoint(steps, save)
+            self._next_checkpoint = (steps // self._every + 1) * self._every
+            self._next = min(self._next_row, self._next_checkpoint, self._next_evaluation)
+
+    def finish(self, save: Callable[[Path, Path | None], None]) -> None:
+        """Write the last checkpoint, unless the training has just written it."""
+        if self.checkpoint is None or self.checkpoint.steps != self.steps:
+            self.write_checkpoint(self.steps, save)
+
+    def write_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
+        """Write a checkpoint now: ``algorithm/``, ``run.json``, ``run.npz``, and ``environment.npz``.
+
+        Raises:
+            CheckpointError: It cannot be written; those before are intact.
+        """
+        parts = self._parts
+        previous = None if self.checkpoint is None else self.checkpoint.path / "algorithm"
+        state = RunState(
+            steps=steps,
+            elapsed=time.perf_counter() - self._start,
+            metrics=self._metrics,
+            stopped=self.stopped,
+            exact=parts.exact,
+        )
+
+        def write(folder: Path) -> None:
+            (folder / "algorithm").mkdir()
+            save(folder / "algorithm", previous)
+            snapshot = parts.env.snapshot() if parts.snapshots else None
+            if snapshot is not None:
+                write_arrays(folder / "environment.npz", snapshot)
+            state.write(folder, parts.episodes.snapshot())
+
+        parts.log.sync()
+        keep = self._run.config.keep_checkpoints
+        self.checkpoint = write_checkpoint(self._run.path / "checkpoints", steps, write, keep, self.checkpoint)
+        self.steps = steps
+        for callback in parts.callbacks:
+            callback.on_checkpoint(self.checkpoint)
+
+    def _write_row(self, steps: int) -> None:
+        parts = self._parts
+        evaluated: Mapping[str, float] = {}
+        if parts.evaluation is not None and steps >= self._next_evaluation:
+            evaluated = parts.evaluation.evaluate(steps)
+            self.stopped = parts.evaluation.why_stop()
+        self.steps = steps
+        elapsed = time.perf_counter() - self._start
+        rate = steps / elapsed
+        row: dict[str, float | None] = {
+            "time/elapsed": elapsed,
+            "time/steps_per_second": rate,
+            STEPS: steps,
+            **parts.episodes.take_row(parts.env.term_names),
+            **self._metrics,
+            **evaluated,
+        }
+        self._metrics = {}
+        # A checkpoint that is due is offered next, and plans what comes after it.
+        self._next_row = (steps // self._log_every + 1) * self._log_every
+        self._next_evaluation = (steps // self._evaluate_every + 1) * self._evaluate_every
+        self._next = min(self._next_row, self._next_checkpoint, self._next_evaluation)
+        parts.log.write(row)
+        progress = self._progress(steps, elapsed, rate)
+        if parts.tell is not None and parts.tell(progress) is False:
+            self.stopped = "whoever is told the progress ended it"
+        for callback in parts.callbacks:
+            if callback.on_progress(progress, row) is False:
+                self.stopped = f"the callback {type(callback).__name__} ended it"
+
+    def _progress(self, steps: int, elapsed: float, rate: float) -> Progress:
+        total = self._run.config.steps
+        recent, evaluation = self._parts.episodes, self._parts.evaluation
+        return Progress(
+            steps=steps,
+            total_steps=total,
+            elapsed=elapsed,
+            steps_per_second=rate,
+            seconds_left=max(0, total - steps) / rate,
+            reward=float(np.mean(recent.recent_rewards)) if recent.recent_rewards else None,
+            length=float(np.mean(recent.recent_lengths)) if recent.recent_lengths else None,
+            success=float(np.mean(recent.recent_successes)) if recent.recent_successes else None,
+            evaluation=None if evaluation is None else evaluation.latest,
+        )

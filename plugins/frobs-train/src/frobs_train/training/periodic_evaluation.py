@@ -1,0 +1,92 @@
+"""Evaluating while a run trains, and keeping the best policy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.errors import CheckpointError
+from frobs_core.interfaces.algorithm import Algorithm
+from frobs_train.environments import make_vector_env
+from frobs_train.evaluation.evaluate import usual_num_envs
+from frobs_train.evaluation.playing import play_episodes
+from frobs_train.runs import checkpoints
+from frobs_train.runs.run import Run
+from frobs_train.runs.state import read_best, write_best
+
+
+class TrainingEvaluation:
+    """Plays the same episodes each time, in environments of its own, with the policy's mode.
+
+    So that nothing of the training changes: no environment, and no random number.
+
+    Args:
+        run: The run.
+        algorithm: That learns.
+
+    Attributes:
+        latest: Success of the last evaluation, or reward where the environment does not say; None: there was none.
+    """
+
+    def __init__(self, run: Run, algorithm: Algorithm) -> None:
+        self._run = run
+        self._algorithm = algorithm
+        self._env: gym.vector.VectorEnv[Any, Any, Any] | None = None
+        self._success: float | None = None
+        self._best = _best_so_far(run)
+        self.latest: float | None = None
+
+    def evaluate(self, steps: int) -> dict[str, float]:
+        """Evaluate, keep the policy if it is the best so far, and return columns of the log.
+
+        Raises:
+            CheckpointError: The best policy cannot be written.
+        """
+        config = self._run.config
+        if self._env is None:
+            count = usual_num_envs(config, config.evaluation_episodes)
+            self._env = make_vector_env(config.environment, count, config.keywords(randomize=False), config.wrappers)
+        seed = self._run.seeds.validation
+        found = play_episodes(self._env, self._algorithm, config.evaluation_episodes, seed)
+        self._success = float(np.mean(found.successes)) if found.successes else None
+        reward = float(np.mean(found.rewards))
+        self.latest = reward if self._success is None else self._success
+        rank = (0.0 if self._success is None else self._success, reward)
+        if self._best is None or rank > self._best:
+            self._keep(steps, rank)
+            self._best = rank
+        row = {} if self._success is None else {"evaluation/success": self._success}
+        return {**row, "evaluation/reward": reward, "evaluation/length": float(np.mean(found.lengths))}
+
+    def why_stop(self) -> str | None:
+        """Return why the training has reached its end; None: it has not."""
+        wanted = self._run.config.stop_at_success
+        if wanted is None or self._success is None or self._success < wanted:
+            return None
+        return f"an evaluation found {100 * self._success:.1f} % success; stop_at_success is {100 * wanted:.1f} %"
+
+    def close(self) -> None:
+        """Close the environments; twice is harmless."""
+        if self._env is not None:
+            self._env.close()
+            self._env = None
+
+    def _keep(self, steps: int, rank: tuple[float, float]) -> None:
+        def save(folder: Path) -> None:
+            (folder / "algorithm").mkdir()
+            self._algorithm.save_policy(folder / "algorithm")
+            write_best(folder, steps, rank)
+
+        checkpoints.write_best(self._run.path / "checkpoints", save)
+
+
+def _best_so_far(run: Run) -> tuple[float, float] | None:
+    """Return the rank of the policy that is kept: a run that is continued from before it must not lose it."""
+    try:
+        checkpoint, _ = run.find_checkpoint("best")
+        return read_best(checkpoint.path)[1]
+    except CheckpointError:
+        return None

@@ -1,0 +1,157 @@
+"""What beginning and continuing a training have in common."""
+
+from __future__ import annotations
+
+import logging
+import traceback
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+
+from frobs_core.errors import ConfigurationError, RunError
+from frobs_core.interfaces.algorithm import Algorithm
+from frobs_core.specs import AlgorithmRecord
+from frobs_train.configuration.config import RunConfig
+from frobs_train.environments import make_vector_env
+from frobs_train.errors import TrainingError
+from frobs_train.logs.progress import ProgressLog
+from frobs_train.logs.recorder import EpisodeRecorder
+from frobs_train.logs.statistics import EpisodeStatistics
+from frobs_train.runs.checkpoints import Checkpoint
+from frobs_train.runs.run import Run
+from frobs_train.runs.state import RunState
+from frobs_train.training.callbacks import TrainingCallback
+from frobs_train.training.exactness import has_snapshot, why_not_exact
+from frobs_train.training.interrupts import Interrupts, TrainingInterrupt
+from frobs_train.training.monitor import Parts, Progress, RunMonitor
+from frobs_train.training.periodic_evaluation import TrainingEvaluation
+from frobs_train.training.threads import decide_threads
+
+_log = logging.getLogger("frobs")
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a training starts.
+
+    Attributes:
+        state: Where the run stands; None: at its beginning.
+        checkpoint: That it continues from; None: there is none.
+    """
+
+    state: RunState | None = None
+    checkpoint: Checkpoint | None = None
+
+
+def make_training_env(config: RunConfig) -> gym.vector.VectorEnv[Any, Any, Any]:
+    """Make the environments that a run trains on, with their share of the processors.
+
+    Raises:
+        UnknownNameError: No such ID.
+        ConfigurationError: The environment cannot be built with these keywords.
+    """
+    keywords = config.keywords()
+    simulator = decide_threads(config).simulator
+    if simulator is not None:
+        keywords["num_threads"] = simulator
+    return make_vector_env(config.environment, config.num_envs, keywords, config.wrappers)
+
+
+def check_action_space(record: AlgorithmRecord, environment: str, space: gym.Space[Any]) -> None:
+    """Refuse an action space that the algorithm cannot act in.
+
+    Raises:
+        ConfigurationError: It cannot.
+    """
+    if type(space).__name__ not in record.action_spaces:
+        raise ConfigurationError(
+            f"algorithm '{record.name}' cannot act in {environment}: its action space is {type(space).__name__}, "
+            f"and '{record.name}' acts in {', '.join(record.action_spaces)}; choose another algorithm or controller."
+        )
+
+
+def run_training(
+    run: Run,
+    env: EpisodeRecorder,
+    episodes: EpisodeStatistics,
+    algorithm: Algorithm,
+    start: Start,
+    callbacks: Sequence[TrainingCallback],
+    tell: Callable[[Progress], bool | None] | None,
+) -> None:
+    """Train to the end, or to where somebody or something stops it.
+
+    Args:
+        run: The run, locked.
+        env: The environments.
+        episodes: What they fill.
+        algorithm: New, or loaded.
+        start: Where it starts.
+        callbacks: Those of the configuration.
+        tell: Called with the progress after each row.
+
+    Raises:
+        TrainingInterrupt: Ctrl-C or SIGTERM came; what it takes to continue is written.
+        TrainingError: The environment or the algorithm raised.
+        CheckpointError: A checkpoint cannot be written.
+        RunError: The log cannot be written.
+    """
+    steps = 0 if start.state is None else start.state.steps
+    env.steps = steps
+    with ExitStack() as stack:
+        interrupts = stack.enter_context(Interrupts())
+        log = stack.enter_context(ProgressLog(run.path, None if start.checkpoint is None else steps))
+        evaluation = None
+        if run.config.evaluate_every is not None:
+            evaluation = TrainingEvaluation(run, algorithm)
+            stack.callback(evaluation.close)
+        parts = Parts(
+            env=env,
+            episodes=episodes,
+            log=log,
+            interrupts=interrupts,
+            snapshots=has_snapshot(run.config, env),
+            exact=why_not_exact(run.config, env.env) is None,
+            evaluation=evaluation,
+            callbacks=callbacks,
+            tell=tell,
+        )
+        monitor = RunMonitor(run, parts, start.state, start.checkpoint)
+        try:
+            for callback in callbacks:
+                callback.on_start(run, steps)
+            algorithm.train(run.config.steps, monitor)
+            monitor.finish(algorithm.save)
+        except RunError:
+            raise
+        except KeyboardInterrupt:
+            raise _interrupt(run.path, monitor, interrupts) from None
+        except Exception as error:
+            raise TrainingError(run.path, env.steps, _cause(error), _resumable(monitor)) from error
+        if interrupts.requested is not None:
+            raise _interrupt(run.path, monitor, interrupts)
+        if monitor.stopped is not None:
+            _log.warning("The training ended after %s steps: %s.", f"{monitor.steps:,}", monitor.stopped)
+        for callback in callbacks:
+            callback.on_end(run, monitor.steps)
+
+
+def _interrupt(path: Path, monitor: RunMonitor, interrupts: Interrupts) -> TrainingInterrupt:
+    import signal
+
+    return TrainingInterrupt(path, _resumable(monitor), interrupts.requested or signal.SIGINT)
+
+
+def _resumable(monitor: RunMonitor) -> int | None:
+    return None if monitor.checkpoint is None else monitor.checkpoint.steps
+
+
+def _cause(error: Exception) -> str:
+    """Say in one line what was raised, and where."""
+    frames = traceback.extract_tb(error.__traceback__)
+    where = f" ({frames[-1].filename}:{frames[-1].lineno})" if frames else ""
+    return f"{type(error).__name__}: {str(error).rstrip('.')}{where}"

@@ -1,0 +1,75 @@
+"""Training."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from frobs_train.configuration.config import RunConfig, algorithm_record, resolve_algorithm_config
+from frobs_train.logs.recorder import EpisodeRecorder
+from frobs_train.logs.statistics import EpisodeStatistics
+from frobs_train.runs.existing import resume_existing, settle_existing
+from frobs_train.runs.lock import RunLock
+from frobs_train.runs.run import Run, default_run_dir
+from frobs_train.training.callbacks import build_callbacks
+from frobs_train.training.monitor import Progress
+from frobs_train.training.seeds import draw_seed, spread_seed
+from frobs_train.training.session import Start, check_action_space, make_training_env, run_training
+
+
+def train(
+    config: RunConfig,
+    run_dir: Path | str | None = None,
+    on_progress: Callable[[Progress], bool | None] | None = None,
+    *,
+    on_existing: str = "error",
+) -> Run:
+    """Train, and write one folder.
+
+    The folder is made once everything else stands, so that bad input leaves nothing behind. Ctrl-C and SIGTERM, where
+    this is the main thread, stop the training at the next moment from which it can continue exactly: a checkpoint is
+    written first. For algorithms that collect whole rollouts, that is the end of the one under way.
+
+    Args:
+        config: See :func:`frobs_train.resolve_config`.
+        run_dir: The folder; None: ``runs/<ID>/<algorithm>_seed<seed>``, or with the time where no seed was chosen.
+        on_progress: Called after each row of the log; where it returns False, the training ends with a checkpoint.
+        on_existing: What to do with a folder that is there: ``"error"``; ``"increment"``: write ``name_2``, ``name_3``,
+            …; ``"overwrite"``: remove it, if it is a run; ``"resume"``: continue it, if it is a run of this
+            configuration.
+
+    Returns:
+        The run, with at least one checkpoint.
+
+    Raises:
+        RunExistsError: The folder exists.
+        RunBusyError: Another process trains in it.
+        UnknownNameError: No such environment ID or algorithm.
+        ConfigurationError: A setting or keyword cannot be used, or the algorithm cannot act in the environment.
+        CheckpointError: A checkpoint cannot be written.
+        TrainingError: The environment or the algorithm raised.
+        TrainingInterrupt: Ctrl-C or SIGTERM came.
+    """
+    path = settle_existing(Path(run_dir) if run_dir is not None else default_run_dir(config), on_existing)
+    record = algorithm_record(config.algorithm)
+    settings = resolve_algorithm_config(record, config.algorithm_config)
+    config = config.model_copy(update={"algorithm_config": settings})
+    if on_existing == "resume" and path.exists():
+        return resume_existing(path, config, on_progress)
+    seed = draw_seed() if config.seed is None else config.seed
+    config = config.model_copy(update={"seed": seed})
+    seeds = spread_seed(seed)
+    env = make_training_env(config)
+    try:
+        check_action_space(record, config.environment, env.single_action_space)
+        env.reset(seed=seeds.environment)
+        episodes = EpisodeStatistics()
+        recorder = EpisodeRecorder(env, episodes.add)
+        algorithm = record.load()(recorder, settings, seeds.algorithm)
+        callbacks = build_callbacks(config.callbacks)
+        run = Run.create(path, config, replace=on_existing == "overwrite")
+        with RunLock(run.path):
+            run_training(run, recorder, episodes, algorithm, Start(), callbacks, on_progress)
+    finally:
+        env.close()
+    return run

@@ -1,0 +1,142 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameError, UnknownParameterError
+from frobs_train import resolve_config
+
+REACH = "frobs/Irb120Reach-v0"
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "config.yaml"
+    path.write_text(
+        "environment: Pendulum-v1\nsteps: 2000\nalgorithm_config:\n  gamma: 0.9\n  n_steps: 16\n"
+        "controllers:\n  tcp_delta_position:\n    steps: 3000\n"
+    )
+    return path
+
+
+def test_defaults_of_the_algorithm_are_filled_in() -> None:
+    config = resolve_config("Pendulum-v1")
+    assert config.algorithm == "ppo"
+    assert config.algorithm_config["clip_range"] == 0.2
+    assert config.algorithm_config["torch_threads"] == 1
+    assert config.algorithm_config["policy_kwargs"]["net_arch"] == [64, 64]
+
+
+def test_what_is_resolved_stays_as_it_is() -> None:
+    config = resolve_config("Pendulum-v1", settings=["algorithm_config.learning_rate=lin_3e-4"])
+    again = resolve_config("Pendulum-v1", flags={"algorithm_config": config.algorithm_config})
+    assert again == config
+
+
+def test_tuned_settings_are_below_everything_else() -> None:
+    tuned = resolve_config(REACH)
+    assert tuned.num_envs > 8
+    assert tuned.algorithm_config["policy_kwargs"]["activation_fn"] == "elu"
+    changed = resolve_config(f"frobs_core:{REACH}", flags={"num_envs": 3}, settings=["algorithm_config.gamma=0.5"])
+    assert changed.num_envs == 3
+    assert changed.algorithm_config == {**tuned.algorithm_config, "gamma": 0.5}
+
+
+def test_a_controller_picks_its_section_of_the_tuned_file() -> None:
+    joint, tool = resolve_config(REACH), resolve_config(REACH, flags={"controller": "tcp_delta_position"})
+    assert tool.environment_kwargs == {"controller": "tcp_delta_position"}
+    assert tool.steps < joint.steps
+    assert tool.algorithm_config["policy_kwargs"]["activation_fn"] == "elu"
+    assert (
+        tool.algorithm_config["policy_kwargs"]["net_arch"]
+        == [64, 64]
+        != joint.algorithm_config["policy_kwargs"]["net_arch"]
+    )
+
+
+def test_settings_win_over_flags_and_flags_over_the_file(file: Path) -> None:
+    config = resolve_config(file=file, flags={"steps": 4000, "seed": None}, settings=["steps=5000"])
+    assert (config.environment, config.steps, config.seed) == ("Pendulum-v1", 5000, None)
+    assert resolve_config(file=file, flags={"steps": 4000}).steps == 4000
+    assert resolve_config(file=file).algorithm_config["n_steps"] == 16
+
+
+def test_a_file_may_have_sections_for_controllers(file: Path) -> None:
+    assert resolve_config(file=file).steps == 2000
+    assert resolve_config(file=file, settings=["environment_kwargs.controller=tcp_delta_position"]).steps == 3000
+
+
+def test_a_robot_file_is_found_again_from_any_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "arm.urdf").touch()
+    monkeypatch.chdir(tmp_path)
+    named = resolve_config(REACH, flags={"robot": "irb120", "tcp": "tool0"}).environment_kwargs
+    assert named == {"robot": "irb120", "tcp": "tool0"}
+    assert resolve_config(REACH, flags={"robot": "arm.urdf"}).environment_kwargs == {
+        "robot": str(tmp_path / "arm.urdf")
+    }
+
+
+def test_a_setting_deep_inside_is_set() -> None:
+    config = resolve_config("Pendulum-v1", settings=["algorithm_config.policy_kwargs.net_arch=[8, 8]"])
+    assert config.algorithm_config["policy_kwargs"]["net_arch"] == [8, 8]
+
+
+def test_a_configuration_is_frozen() -> None:
+    with pytest.raises(ValidationError):
+        resolve_config("Pendulum-v1").steps = 3  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        pytest.param("stepz: 3\n", r"bad\.yaml:1: the run configuration takes no parameter 'stepz'.*'steps'", id="key"),
+        pytest.param("steps: -5\n", r"bad\.yaml:1: .*steps = -5: .*greater than or equal to 1", id="negative steps"),
+        pytest.param(
+            "steps: 5\nalgorithm_config:\n  n_step: 3\n",
+            r"bad\.yaml:3: algorithm 'ppo' .*'n_step'.*'n_steps'",
+            id="ppo",
+        ),
+        pytest.param(
+            "algorithm_config:\n  policy_kwargs:\n    net_ark: [3]\n", r"bad\.yaml:3: .*'net_ark'.*'net_arch'", id="net"
+        ),
+        pytest.param("algorithm_config:\n  gamma: 2\n", r"bad\.yaml:2: algorithm 'ppo': gamma = 2", id="value"),
+        pytest.param("algorithm_config:\n  learning_rate: lin_x\n", r"bad\.yaml:2: .*'lin_'", id="schedule"),
+        pytest.param("algorithm_config: 3\n", r"bad\.yaml:1: .*algorithm_config = 3", id="no mapping"),
+        pytest.param("controllers: 3\n", r"bad\.yaml:1: 'controllers' must hold", id="sections"),
+    ],
+)
+def test_a_mistake_in_a_file_is_named_with_its_line(text: str, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "bad.yaml"
+    path.write_text(text)
+    with pytest.raises(ConfigFileError, match=message):
+        resolve_config("Pendulum-v1", file=path)
+
+
+@pytest.mark.parametrize(
+    ("setting", "error", "message"),
+    [
+        ("stepz=3", UnknownParameterError, "Did you mean 'steps'"),
+        ("algorithm_config.n_step=3", UnknownParameterError, "Did you mean 'n_steps'"),
+        ("algorithm_config.policy_kwargs.activation=relu", UnknownParameterError, "Did you mean 'activation_fn'"),
+        ("steps", ConfigurationError, "write it as key=value"),
+        ("=3", ConfigurationError, "write it as key=value"),
+        ("steps.deeper=3", ConfigurationError, "steps = "),
+        ("steps=[1", ConfigFileError, "not valid YAML"),
+        ("algorithm_config.policy_kwargs.activation_fn=softplus", ConfigurationError, "'relu'"),
+    ],
+)
+def test_a_mistake_in_a_setting_is_named(setting: str, error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        resolve_config("Pendulum-v1", settings=[setting])
+
+
+def test_an_unknown_algorithm_names_the_nearest() -> None:
+    with pytest.raises(UnknownNameError, match="Did you mean 'ppo'"):
+        resolve_config("Pendulum-v1", flags={"algorithm": "pppo"})
+
+
+def test_an_environment_is_needed() -> None:
+    with pytest.raises(ConfigurationError, match="environment: Field required"):
+        resolve_config()

@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frobs_core.errors import RunError
+from frobs_train import Run, RunConfig, plot_runs
+from frobs_train.logs.progress import STEPS, ProgressLog
+from frobs_train.plots.plot import smooth
+
+
+def size(path: Path) -> tuple[int, int]:
+    data = path.read_bytes()
+    assert data.startswith(b"\x89PNG")
+    return int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")
+
+
+def make(path: Path, seed: int, rows: int = 10, success: bool = True, **config: object) -> Run:
+    run = Run.create(path, RunConfig(environment="X-v0", seed=seed, **config))  # type: ignore[arg-type]
+    with ProgressLog(path) as log:
+        for row in range(rows):
+            log.write(
+                {
+                    STEPS: 100 * (row + 1),
+                    "episode/count": 2,
+                    "episode/reward": float(row + seed),
+                    "episode/success": 0.1 * row if success else None,
+                    "reward/distance": -1.0 if success else None,
+                }
+            )
+    return run
+
+
+def test_success_reward_and_terms_stand_side_by_side(trained: Run, tmp_path: Path) -> None:
+    width, height = size(plot_runs([trained], tmp_path / "plots" / "curve.png"))
+    assert width > 3 * height
+
+
+def test_a_plot_of_one_run_goes_into_its_folder(tmp_path: Path) -> None:
+    run = make(tmp_path / "a", 0)
+    assert plot_runs([run]) == run.path / "plots" / "learning_curve.png"
+
+
+def test_seeds_are_drawn_as_a_band_and_others_beside_it(tmp_path: Path) -> None:
+    runs = [make(tmp_path / str(seed), seed, rows=5 + seed) for seed in range(3)]
+    runs += [make(tmp_path / "other", 0, num_envs=3)]
+    assert plot_runs(runs) == tmp_path / "learning_curves.png"
+
+
+def test_a_run_without_success_is_drawn_without(tmp_path: Path) -> None:
+    run = make(tmp_path / "a", 0, success=False)
+    plot_runs([run], tmp_path / "a.png")
+
+
+def test_a_run_without_rows_is_named(tmp_path: Path) -> None:
+    run = make(tmp_path / "a", 0, rows=0)
+    with pytest.raises(RunError, match=r"no rows in its progress\.csv"):
+        plot_runs([run])
+    with pytest.raises(RunError, match="name at least one"):
+        plot_runs([])
+
+
+def test_smoothing_weighs_and_leaves_out_what_is_missing() -> None:
+    values, weights = np.array([0.0, 1.0, np.nan, 3.0]), np.array([1.0, 3.0, 5.0, 1.0])
+    np.testing.assert_allclose(smooth(values, weights, window=0.5), [0.75, 0.75, 1.5, 3.0])
+    np.testing.assert_array_equal(smooth(values, weights, window=0.01), values)

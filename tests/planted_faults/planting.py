@@ -1,0 +1,165 @@
+"""Planting a fault in the source of a module, and asking the kit, in a process that is forked for it.
+
+The module itself is not touched: the process that is forked imports a changed copy of it, before anything has imported
+the sound one.
+"""
+
+from __future__ import annotations
+
+import importlib.abc
+import importlib.machinery
+import importlib.util
+import json
+import os
+import select
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from frobs_devkit.testing import Check, check_controller, check_env, check_robot, check_simulator, check_task
+
+ROOT = Path(__file__).parents[2]
+SECONDS = 300.0
+"""After which a process is ended: a fault that makes a check hang is caught by it."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A change of one module.
+
+    Attributes:
+        name: What is wrong.
+        module: That is changed.
+        source: Its text with the fault.
+        where: Line, and what stood there and stands there now.
+    """
+
+    name: str
+    module: str
+    source: str
+    where: str
+
+
+def source_of(module: str) -> str:
+    """Return the text of a module, without importing it."""
+    return path_of(module).read_text("utf-8")
+
+
+def path_of(module: str) -> Path:
+    """Return the file of a module, without importing it."""
+    package, _, name = module.rpartition(".")
+    folder = "frobs_core" if package == "frobs_core" else f"plugins/{package.replace('_', '-')}/src/{package}"
+    return ROOT / folder / f"{name}.py"
+
+
+def replaced(name: str, module: str, old: str, new: str) -> Fault:
+    """Return a fault that is written by hand: a text that stands once in the module, and another in its place."""
+    source = source_of(module)
+    assert source.count(old) == 1, f"{name}: '{old}' stands {source.count(old)} times in {module}"
+    line = source[: source.index(old)].count("\n") + 1
+    return Fault(name, module, source.replace(old, new), f"line {line}: `{_short(old)}` → `{_short(new)}`")
+
+
+def checks_for(module: str) -> Iterator[Check]:
+    """Yield what the kit asks of what a module is part of: the quick first, and what needs no picture."""
+    package, _, name = module.rpartition(".")
+    if package == "frobs_sim_mujoco":
+        yield from _without_pictures(check_simulator("mujoco"))
+        yield from check_robot("irb120", ["mujoco"])
+    elif package == "frobs_controllers":
+        yield from check_controller(name)
+        yield from check_controller(name, robot=None if name == "differential_drive" else "irb120")
+    if package == "frobs_tasks_reach" or name == "flat_observation":
+        task = {"goal": "reach_goal", "dynamic": "reach_dynamic", "motion": "reach_dynamic"}.get(name, "reach")
+        yield from check_task(task)
+        if task == "reach_goal":
+            yield from check_task(task, reward_type="dense")
+        if name == "terms":  # which all of them share
+            yield from check_task("reach_goal")
+    else:
+        yield from _without_pictures(check_env("frobs/Irb120Reach-v0", **_controller(package, name)))
+
+
+def ask(fault: Fault) -> str | None:
+    """Return the name of the first check that catches a fault, ``"import"`` or ``"hangs"``; None: it survives."""
+    assert fault.module not in sys.modules, f"{fault.module} is imported already; nothing could be planted in it"
+    reader, writer = os.pipe()
+    child = os.fork()
+    if not child:
+        os.close(reader)
+        _child(fault, writer)
+    os.close(writer)
+    deadline, told = time.monotonic() + SECONDS, b""
+    while time.monotonic() < deadline:
+        if select.select([reader], [], [], max(0.0, deadline - time.monotonic()))[0]:
+            part = os.read(reader, 4096)
+            told += part
+            if not part:
+                break
+    os.close(reader)
+    os.kill(child, signal.SIGKILL) if time.monotonic() >= deadline else None
+    os.waitpid(child, 0)
+    if time.monotonic() >= deadline:
+        return "hangs"
+    answer = json.loads(told) if told else "crash"
+    return answer if answer is None else str(answer)
+
+
+def _child(fault: Fault, writer: int) -> None:
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    os.dup2(null, 2)
+    answer: str | None = "import"
+    try:
+        sys.meta_path.insert(0, _Planter(fault))
+        answer = _first_failure(checks_for(fault.module))
+    finally:
+        os.write(writer, json.dumps(answer).encode())
+        os._exit(0)
+
+
+def _first_failure(checks: Iterator[Check]) -> str | None:
+    from frobs_devkit.testing import run_checks
+    from frobs_devkit.testing.environment import vector
+
+    vector.STEPS = 110  # the first end of an episode, and some steps of the next
+    for check in checks:
+        if run_checks([check]).failed:
+            return check.name
+    return None
+
+
+def _without_pictures(checks: list[Check]) -> Iterator[Check]:
+    slow = ("cameras_see", "pictures_are_true", "render_draws", "stable_baselines3_checker", "fresh_process")
+    yield from (check for check in checks if check.name not in slow)
+
+
+def _controller(package: str, name: str) -> dict[str, str]:
+    return {"controller": name} if package == "frobs_controllers" and name != "differential_drive" else {}
+
+
+def _short(text: str) -> str:
+    return " ".join(text.split())[:100]
+
+
+class _Planter(importlib.abc.MetaPathFinder, importlib.abc.Loader):
+    """Imports the changed source in the place of one module."""
+
+    def __init__(self, fault: Fault) -> None:
+        self._fault = fault
+        self.exec_module: Callable[..., None] = self._execute  # type: ignore[method-assign]
+
+    def find_spec(self, name: str, path: object, target: object = None) -> importlib.machinery.ModuleSpec | None:
+        """Answer for that module alone."""
+        if name != self._fault.module:
+            return None
+        return importlib.util.spec_from_loader(name, self, origin=str(path_of(name)))
+
+    def create_module(self, spec: importlib.machinery.ModuleSpec) -> None:
+        """Leave it to Python."""
+
+    def _execute(self, module: object) -> None:
+        exec(compile(self._fault.source, f"{self._fault.module} (changed)", "exec"), vars(module))

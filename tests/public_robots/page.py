@@ -1,0 +1,113 @@
+"""Write ``docs/reference/model-survey.md``: what became of every robot, on every installed simulator."""
+
+from __future__ import annotations
+
+import sys
+from importlib.metadata import version
+from multiprocessing import get_context
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from compare import TOLERANCE, Result, compare
+from corpus import files
+from free_motion import SECONDS, Motion, free_motion
+from free_motion import TOLERANCE as APART
+
+PAGE = Path(__file__).parents[2] / "docs" / "reference" / "model-survey.md"
+PAIR = ("mujoco", "pybullet")
+"""The simulators whose free motion is compared."""
+PACKAGES = ("example-robot-data", "pybullet", "pin", "trimesh", "mujoco")
+
+
+def main() -> None:
+    """Compare all, each file in a process for itself, and write the page."""
+    simulators = sorted(PAIR)
+    with get_context("spawn").Pool(maxtasksperchild=1) as pool:
+        found = pool.map(examine, list(files().items()), chunksize=1)
+    results = {name: result for name, result, _ in found}
+    motions = {name: motion for name, _, motion in found if motion is not None}
+    PAGE.write_text(page(results, motions, simulators), encoding="utf-8")
+
+
+def examine(item: tuple[str, Path]) -> tuple[str, dict[str, Result], Motion | None]:
+    """Return what became of a file on each simulator, and how alike it moves where all have built it."""
+    name, file = item
+    results = {simulator: compare(file, simulator) for simulator in sorted(PAIR)}
+    motion = None if any(result.refused for result in results.values()) else free_motion(file, PAIR)
+    return name, results, motion
+
+
+def page(results: dict[str, dict[str, Result]], motions: dict[str, Motion], simulators: list[str]) -> str:
+    """Return the page."""
+    built = {name: found for name, found in results.items() if not found[simulators[0]].refused}
+    refused = {name: found for name, found in results.items() if name not in built}
+    versions = ", ".join(f"{package} {version(package)}" for package in PACKAGES)
+    text = f"""# Survey of model files
+
+Every URDF of the PyPI packages example-robot-data and pybullet (its `pybullet_data`) that has a joint that moves:
+{len(results)} files, of which {len(built)} are built and {len(refused)} are refused. Each that is built is compared with
+its file, which Pinocchio and trimesh read without FRobs: names, types, axes and limits of joints, what mimics what, mass,
+centre of mass and inertia of each link, the box around what collides
+(of PyBullet, which tells it with margins only, roughly), and forward kinematics at 20 postures.
+*Differences* counts what is not as the file says it by more than {TOLERANCE:g}; each of them obeys the
+{{doc}}`rule </explanation/model-files>` that stands beside it, and a test fails if one does not. *Kinematics* is the largest
+distance [m] of any link from where Pinocchio has it.
+
+*Motion* is how far apart the joints are on {PAIR[0]} and on {PAIR[1]}, at most, in % of the step, while each joint steps by
+0.2 rad or 20 mm (or less, where its limits are near) with the gains that nobody chose and its links colliding as loaded, for
+{SECONDS:g} s; of robots with many joints, every eighth together. Where it is above {APART:g} %, what parts them stands
+beside it; the motion is the same where that is taken away, or a test fails.
+Contacts are an engine's own, and a drive's damping is computed as if nothing touched the robot
+({{doc}}`/how-to/pybullet`).
+
+Written by `python tests/public_robots/page.py` with {versions}.
+
+"""
+    heads = ["file", "links", "joints", "differences", "by the rules"]
+    rows = [
+        [*_row(name, found[simulators[0]]), *(_kinematics(found[s]) for s in simulators), _motion(motions.get(name))]
+        for name, found in built.items()
+    ]
+    text += _table([*heads, *(f"kinematics: {simulator}" for simulator in simulators), "motion"], rows)
+    text += "\n## Refused\n\n"
+    text += _table(
+        ["file", "reason"], [[f"`{name}`", _reason(found[simulators[0]])] for name, found in refused.items()]
+    )
+    return text
+
+
+def _row(name: str, result: Result) -> list[str]:
+    model = result.model
+    rules = sorted({note.rule for note in model.notes})
+    joints = f"{len(model.joint_names)}"
+    if followers := sum(joint.mimic is not None for joint in model.joints):
+        joints += f" + {followers} that mimic"
+    return [f"`{name}`", str(len(model.links)), joints, str(len(result.differences)), ", ".join(rules)]
+
+
+def _kinematics(result: Result) -> str:
+    return result.kinematics_note or f"{result.kinematics:.0e}" if not result.refused else f"refused: {_reason(result)}"
+
+
+def _motion(motion: Motion | None) -> str:
+    if motion is None or not motion.where:
+        return ""
+    if motion.difference <= APART:
+        return f"{motion.difference:.0e} %"
+    return f"{motion.difference:.0f} %: {' and '.join(motion.causes) or 'not understood'}"
+
+
+def _reason(result: Result) -> str:
+    """Return a reason without the folders of this machine."""
+    words = result.refused.split(" Looked in: ")[0].split(": looked for ")[0].split()
+    return " ".join(word for word in words if not word.startswith("/")).replace("<", "&lt;").replace("|", "\\|")
+
+
+def _table(heads: list[str], rows: list[list[str]]) -> str:
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+if __name__ == "__main__":
+    main()
