@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import os
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 from typing import Annotated, Any
@@ -36,7 +37,7 @@ class LazyCommand(TyperCommand):
         Raises:
             CommandImportError: Its function cannot be imported.
         """
-        if not self.record.loads_plugins:
+        if not self.record.loads_plugins and "frobs_core" not in sys.modules:  # importing it would load them
             os.environ["FROBS_NO_PLUGINS"] = "1"
         try:
             function = self.record.load()
