@@ -57,6 +57,7 @@ def _key() -> str:
         if spec is None or spec.origin is None:
             raise RosNotFoundError(f"no module '{module}' is installed on this machine", (f"python3-{module}",))
         sources += Path(spec.origin).parent.glob("*.py")
+    # The last three parts of a path: package, kind and name of a definition.
     return _digest((path.relative_to(path.parents[2]).as_posix(), path.read_bytes()) for path in sources)[:16]
 
 
