@@ -9,6 +9,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
+from frobs_core.cache import write_aside
 from frobs_core.errors import SimulationError
 from frobs_sim_gazebo.installation import Installation
 
@@ -49,9 +50,7 @@ def stored_world(installation: Installation) -> Path:
     path = installation.store / f"frobs-{hashlib.sha256(text).hexdigest()[:16]}.world"
     if not path.exists():
         try:
-            aside = path.with_suffix(f".{os.getpid()}")
-            aside.write_bytes(text)
-            aside.replace(path)
+            write_aside(path, lambda aside: aside.write_bytes(text))
         except OSError as error:
             raise SimulationError(f"the world cannot be written to {path}: {error}") from error
     return path
