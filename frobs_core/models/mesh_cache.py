@@ -13,7 +13,7 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from frobs_core.cache import cache_folder, write_aside
+from frobs_core.files import cache_folder, write_aside
 
 _VERSION = b"1"  # of the parser: what it makes of a file is part of the key
 _MATERIALS = re.compile(rb"^\s*mtllib\s+(.+?)\s*$", re.MULTILINE)
@@ -81,4 +81,4 @@ class MeshCache:
                 np.savez(file, rgba=np.array(colours, float), **arrays)
 
         with contextlib.suppress(OSError):
-            write_aside(self.file, write)
+            write_aside(self.file, write, durable=False)

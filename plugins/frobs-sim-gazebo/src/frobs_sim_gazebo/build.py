@@ -9,8 +9,8 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from frobs_core.cache import write_aside
 from frobs_core.errors import SimulationError
+from frobs_core.files import write_aside
 from frobs_sim_gazebo.installation import Installation
 
 _SOURCES = Path(__file__).with_name("world_plugin")
@@ -50,7 +50,7 @@ def stored_world(installation: Installation) -> Path:
     path = installation.store / f"frobs-{hashlib.sha256(text).hexdigest()[:16]}.world"
     if not path.exists():
         try:
-            write_aside(path, lambda aside: aside.write_bytes(text))
+            write_aside(path, lambda aside: aside.write_bytes(text), durable=False)
         except OSError as error:
             raise SimulationError(f"the world cannot be written to {path}: {error}") from error
     return path

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from frobs_core.cache import write_aside
 from frobs_core.errors import ModelFileError, SimulationError
+from frobs_core.files import write_aside
 from frobs_core.models import Mesh
 from frobs_core.models.meshes import MeshPart, joined, read_mesh, scaled, write_stl
 from frobs_sim_gazebo.installation import Installation
@@ -59,7 +59,7 @@ class MeshFiles:
 
         if not path.exists():
             try:
-                write_aside(path, write)
+                write_aside(path, write, durable=False)
             except OSError as error:
                 raise SimulationError(f"a mesh cannot be written for Gazebo: {error}") from error
         return f"file://{self._installation.inside(path)}"

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 
-from frobs_core.cache import cache_folder, write_aside
+from frobs_core.files import cache_folder, write_aside
 from frobs_ros.environment import make_findable
 from frobs_ros.errors import RosError, RosNotFoundError
 from frobs_ros.log import LOG
@@ -86,7 +86,7 @@ def _store(files: Mapping[str, str], folder: Path) -> None:
     for name, content in [*contents.items(), (_DIGEST, _digest(contents.items()).encode())]:
         path = folder / name
         if not path.is_file() or path.read_bytes() != content:
-            write_aside(path, lambda aside, content=content: aside.write_bytes(content))
+            write_aside(path, lambda aside, content=content: aside.write_bytes(content), durable=False)
 
 
 def _store_temporarily(files: Mapping[str, str], folder: Path, reason: OSError) -> Path:

@@ -1,4 +1,4 @@
-"""The user's cache: where it is, and that files in it are whole."""
+"""Files are whole at any moment, and the cache is below the home."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core.cache import cache_folder, write_aside
+from frobs_core.files import cache_folder, write_aside
 
 
 def test_the_variable_names_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
