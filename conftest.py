@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+pytest_plugins = ["frobs_devkit.testing.fixtures"]
+
 _EVERY = 4
 
 
