@@ -69,7 +69,8 @@ def _group() -> typer.Typer:
 def _family(word: str, module: ModuleType) -> typer.Typer:
     family, callback = _group(), getattr(module, word)
     for member, function in module.COMMANDS.items():
-        family.command(member, help=_help(function))(function)
+        settings = getattr(function, "context_settings", None)  # of Click, for a command that parses in its own way
+        family.command(member, help=_help(function), context_settings=settings)(function)
     family.callback(invoke_without_command=True, help=_help(callback))(callback)
     return family
 

@@ -7,16 +7,14 @@ from typing import Any
 
 import typer
 
-from frobs_ros.cli.link import link
 from frobs_ros.cli.run import run
 from frobs_ros.cli.serve import serve
 
 
 def ros(context: typer.Context) -> None:
-    """Work with ROS 1: its modules in a virtual environment, simulations behind the names of Gazebo, policies on robots.
+    """Work with ROS 1: any simulation with Gazebo's topics and services, trained policies as nodes.
 
     Example:
-        $ frobs ros link
         $ frobs ros serve --robot irb120 --simulator mujoco
         $ frobs ros run reach.frobs --controller arm_controller
         $ frobs ros COMMAND --help
@@ -25,5 +23,5 @@ def ros(context: typer.Context) -> None:
         typer.echo(context.get_help())
 
 
-COMMANDS: Mapping[str, Callable[..., Any]] = {"link": link, "run": run, "serve": serve}
+COMMANDS: Mapping[str, Callable[..., Any]] = {"run": run, "serve": serve}
 """Word, then what it does."""
