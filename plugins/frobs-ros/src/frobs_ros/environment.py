@@ -11,6 +11,7 @@ import os
 import sys
 from collections.abc import Mapping, MutableMapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from urllib.parse import urlparse
 
@@ -81,6 +82,7 @@ def links_to_ros() -> dict[str, Path]:
     return links_to_modules([installation.modules, SYSTEM / "lib" / "python3" / "dist-packages"])
 
 
+@cache
 def use_ros() -> None:
     """Make ``import rospy`` and the message packages work in this process; calling it again costs nothing.
 
@@ -90,8 +92,6 @@ def use_ros() -> None:
     Raises:
         RosNotFoundError: ROS is not installed, or not for this Python; the message names the Debian packages.
     """
-    if "rospy" in sys.modules and _Used.done:
-        return
     sys.path.append(str(make_overlay(links_to_ros())))
     set_variables(os.environ)
     try:
@@ -104,13 +104,6 @@ def use_ros() -> None:
             "pip install 'frobs-ros[ros]'"
         ) from error
     sys.path.append(str(make_overlay(links_to_messages())))
-    _Used.done = True
-
-
-class _Used:
-    """Whether :func:`use_ros` has done its work."""
-
-    done = False
 
 
 def set_variables(environment: MutableMapping[str, str]) -> None:
