@@ -28,4 +28,4 @@ BUILT_IN: Mapping[str, Mapping[str, str]] = {
 }
 """The distribution of each name, by kind."""
 
-COMMANDS = {"migrate": "frobs-rl-compat", "ros": "frobs-ros"}
+COMMANDS = {"migrate": "frobs-rl-compat", "ros": "frobs-ros", "legacy": "frobs-rl-compat"}

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from frobs_ros.errors import RosNotFoundError
-from frobs_ros.messages import PACKAGES, cache, message_folder, use_messages
+from frobs_ros.messages import PACKAGES, cache, message_folder
 
 # From public releases of gazebo_ros 2.9 and ros_control 0.20, and of control_msgs 1.5.
 CHECKSUMS = {
@@ -110,15 +110,6 @@ def test_every_package_can_be_imported_beside_ros(ros: None) -> None:
 
     assert SpawnModel._request_class().model_xml == ""
     assert FollowJointTrajectoryAction().action_goal.goal.trajectory.points == []
-
-
-def test_packages_are_appended_to_the_path_once(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "path", list(sys.path))
-    use_messages()
-    use_messages()
-    assert sys.path.count(str(message_folder())) == 1
-    assert sys.path[-1] == str(message_folder())
-    assert message_folder().parent == own_cache
 
 
 def test_a_full_cache_is_used_without_generating_and_quickly(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -54,6 +54,10 @@ class FrobsGroup(TyperGroup):
             print_note(f"interrupted{f': {interrupt}' if str(interrupt) else ''}")
             raise typer.Exit(getattr(interrupt, "exit_code", INTERRUPTED)) from None
 
+    def passes_options_on(self, args: Sequence[str]) -> bool:
+        """Return whether a command line ends with the options of another program."""
+        return False
+
     def main(self, args: Sequence[str] | None = None, *positional: Any, **keywords: Any) -> NoReturn:
         """Run a command and exit the process."""
         given = list(sys.argv[1:] if args is None else args)
@@ -61,8 +65,10 @@ class FrobsGroup(TyperGroup):
         keywords["standalone_mode"] = False
         _accept_any_encoding()
         try:
-            # --debug may stand anywhere on the line, so that it can be added to the end of one that failed.
-            result = super().main([arg for arg in given if arg != "--debug"], *positional, **keywords)
+            # --debug is accepted anywhere, so that it can be appended to a line that failed.
+            if not self.passes_options_on(given):
+                given = [arg for arg in given if arg != "--debug"]
+            result = super().main(given, *positional, **keywords)
             sys.stdout.flush()  # a reader that has gone shows now, not while the interpreter shuts down
             code = result if isinstance(result, int) else 0
         except BrokenPipeError:

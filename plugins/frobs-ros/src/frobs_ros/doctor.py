@@ -84,7 +84,7 @@ class RosReport:
         python: The version of this Python.
         master_uri: Where the master is, or should be.
         master_answers: Whether one does.
-        linked: Whether ``import rospy`` works without FRobs's help.
+        linked: Whether plain Python can import rospy.
         parts: Each part.
         missing: The Debian packages that bring what is missing.
         advice: What to do, a line each.
@@ -122,7 +122,7 @@ def examine_ros() -> RosReport:
     if missing:
         advice.append(f"To have all of it: apt-get install {' '.join(missing)}")
     if usable and not linked:
-        advice.append("'import rospy' works inside of FRobs alone; for scripts of your own: frobs ros link")
+        advice.append("Plain Python cannot import rospy here; start scripts by 'frobs legacy run' (frobs-rl-compat)")
     advice.append(f"A ROS master {'answers' if answers else 'does not answer'} at {master_uri()}")
     return RosReport(
         usable=usable,

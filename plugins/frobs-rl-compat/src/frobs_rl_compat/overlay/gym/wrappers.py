@@ -1,4 +1,4 @@
-"""Gymnasium's wrappers by name, answering in the old manner."""
+"""Gymnasium's wrappers by name, with old gym's API."""
 
 from collections.abc import Callable
 from functools import partial
@@ -9,7 +9,7 @@ def __getattr__(name: str) -> Callable[..., Any]:
     import gymnasium.wrappers
 
     if name.startswith("_") or not hasattr(gymnasium.wrappers, name):
-        raise AttributeError(f"neither this last-resort 'gym' nor Gymnasium has a wrapper '{name}'.")
+        raise AttributeError(f"neither the 'gym' of 'frobs legacy run' nor Gymnasium has a wrapper '{name}'.")
     return partial(_wrap, getattr(gymnasium.wrappers, name))
 
 

@@ -1,6 +1,6 @@
-"""A last resort for packages that import ``gym`` where no real one is installed: gym 0.21's names over Gymnasium.
+"""The ``gym`` of 'frobs legacy run': gym 0.21's names and API over Gymnasium.
 
-``reset`` returns the observation, ``step`` four values. It is part of frobs-rl-compat, and gives way to a real ``gym``.
+``reset`` returns the observation, ``step`` four values.
 """
 
 from gym import envs, error, logger, spaces, utils, wrappers
@@ -30,6 +30,5 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     raise AttributeError(
-        f"this 'gym' is the last resort of frobs-rl-compat and has no '{name}'; import gymnasium, or install the gym that "
-        "the package was written for."
+        f"this 'gym' is the one of 'frobs legacy run' and has no '{name}'; let the package import gymnasium instead."
     )

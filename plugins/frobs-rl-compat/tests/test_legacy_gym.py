@@ -1,11 +1,6 @@
-"""The last-resort ``gym``: its names, and that it gives way to a real one."""
+"""The ``gym`` of ``frobs legacy run``: its names and its API."""
 
 from __future__ import annotations
-
-import os
-import subprocess
-import sys
-import textwrap
 
 import gym
 import gymnasium
@@ -44,7 +39,7 @@ ID = "FrobsTestWalk-v0"
 register(id=ID, entry_point=Walk, max_episode_steps=5, kwargs={"length": 100})
 
 
-def test_make_answers_in_the_old_manner():
+def test_make_returns_an_environment_of_four_values():
     env = gym.make(ID)
     assert env.reset().shape == (1,)
     steps = [env.step(1) for _ in range(5)]
@@ -56,7 +51,7 @@ def test_make_answers_in_the_old_manner():
     env.close()
 
 
-def test_gymnasium_makes_the_same_id_in_its_own_manner():
+def test_gymnasium_makes_the_same_id_with_five_values():
     env = gymnasium.make(ID, length=2)
     observation, info = env.reset(seed=0)
     assert observation.shape == (1,)
@@ -69,7 +64,7 @@ def test_gymnasium_makes_the_same_id_in_its_own_manner():
     env.close()
 
 
-def test_gymnasiums_own_ids_answer_in_the_old_manner_too():
+def test_gymnasiums_own_ids_have_four_values_too():
     env = gym.make("CartPole-v1")
     env.seed(1)
     first = env.reset()
@@ -116,48 +111,6 @@ def test_gymnasiums_wrappers_are_there_by_name():
         _ = gym.wrappers.Monitored
 
 
-def test_what_is_missing_is_said():
-    with pytest.raises(AttributeError, match=r"last resort .*'vector_of_things'"):
+def test_a_missing_name_is_reported():
+    with pytest.raises(AttributeError, match=r"frobs legacy run.*'vector_of_things'"):
         _ = gym.vector_of_things
-
-
-REAL = "__version__ = '0.21.0'\nREAL = True\n"
-ASK = "import gym; print(hasattr(gym, 'REAL'), gym.__version__)"
-
-
-def answer(code: str, **environment: str) -> str:
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", code],
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return done.stdout.strip()
-
-
-def test_a_real_gym_on_the_path_wins(tmp_path):
-    (tmp_path / "gym").mkdir()
-    (tmp_path / "gym" / "__init__.py").write_text(REAL)
-    assert answer(ASK, PYTHONPATH=str(tmp_path)) == "True 0.21.0"
-    assert answer(ASK) == "False 0.21.0"
-
-
-def test_a_real_gym_that_a_later_finder_knows_wins(tmp_path):
-    (tmp_path / "gym.py").write_text(REAL)
-    code = f"""
-        import sys
-        from importlib.machinery import PathFinder
-        class Later:
-            @staticmethod
-            def find_spec(name, path=None, target=None):
-                return PathFinder.find_spec(name, [{str(tmp_path)!r}]) if name == "gym" else None
-        sys.meta_path.append(Later)
-        {ASK}
-    """
-    assert answer(textwrap.dedent(code)) == "True 0.21.0"
-
-
-def test_the_start_of_python_imports_neither_gym_nor_frobs_rl():
-    code = "import sys; print([n for n in ('gym', 'gymnasium', 'numpy', 'frobs_rl', 'frobs_core') if n in sys.modules])"
-    assert answer(code) == "[]"
