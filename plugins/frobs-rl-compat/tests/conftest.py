@@ -30,7 +30,7 @@ def legacy_run() -> list[str]:
         if os.environ.get("FROBS_REQUIRE_ROS") == "1":
             pytest.fail(str(error))
         pytest.skip(str(error))
-    return [sys.executable, "-m", "frobs_core.cli", "legacy", "run"]
+    return [sys.executable, "-m", "frobs_cli", "legacy", "run"]
 
 
 def _alone() -> list[str]:

@@ -102,9 +102,9 @@ def test_an_unknown_program_is_an_error(legacy_run):
 
 def test_without_ros_the_error_names_the_packages_before_the_script_starts(script):
     code = (
-        "import pathlib; from frobs_ros import environment; from frobs_core.cli.app import app\n"
+        "import pathlib; from frobs_ros import environment; from frobs_cli.program import program\n"
         "environment.SYSTEM = environment.DISTRIBUTION = pathlib.Path('/nowhere')\n"
-        f"app(['legacy', 'run', {str(script('print(1)'))!r}])"
+        f"program()(['legacy', 'run', {str(script('print(1)'))!r}])"
     )
     done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True)
     if done.returncode == 0:

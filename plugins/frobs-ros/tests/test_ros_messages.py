@@ -167,20 +167,11 @@ def test_several_processes_may_fill_the_cache_at_once(own_cache: Path) -> None:
 
 
 @pytest.mark.parametrize("home", ["/proc/1/no-such-folder", "/dev/null"])  # root cannot write there either
-def test_without_a_writable_home_a_temporary_folder_serves_and_one_message_says_so(
-    home: str, ros: None, tmp_path: Path
-) -> None:
-    code = f"{GENERATE}; {GENERATE}; from frobs_ros.environment import use_ros; use_ros(); import gazebo_msgs.srv"
-    process = start(code, XDG_CACHE_HOME="", HOME=home, TMPDIR=str(tmp_path))
-    out, err = process.communicate(timeout=60.0)
-    assert process.returncode == 0, err
-    first, second = out.split()
-    assert first == second
-    assert Path(first).parent == tmp_path
-    assert err.count("cannot be stored") == 1
-    assert f"{home}/.cache/frobs/messages" in err
-    assert "Set XDG_CACHE_HOME" in err
-    assert list(tmp_path.iterdir()) == []  # deleted at exit
+def test_without_a_writable_home_the_error_says_what_to_set(home: str, ros: None) -> None:
+    process = start(GENERATE, XDG_CACHE_HOME="", HOME=home)
+    _, err = process.communicate(timeout=60.0)
+    assert process.returncode == 1
+    assert "set XDG_CACHE_HOME to a folder" in err.splitlines()[-1]
 
 
 def test_a_read_only_cache_that_is_full_needs_no_writing(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:

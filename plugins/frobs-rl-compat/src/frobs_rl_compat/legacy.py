@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from frobs_ros.environment import links_to_ros, use_ros
 from frobs_core.files import cache_folder
+from frobs_ros.environment import links_to_ros, use_ros
 from frobs_ros.overlay import links_to_messages, make_overlay
 
 _HERE = Path(__file__).parent

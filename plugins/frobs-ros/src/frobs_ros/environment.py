@@ -83,6 +83,18 @@ def links_to_ros() -> dict[str, Path]:
 
 
 @cache
+def link_modules() -> str:
+    """Append links to ROS's modules to ``sys.path``, and return their folder; every other module comes first.
+
+    Raises:
+        RosNotFoundError: ROS is not installed; the message names the Debian packages.
+    """
+    folder = str(make_overlay(links_to_ros()))
+    sys.path.append(folder)
+    return folder
+
+
+@cache
 def use_ros() -> None:
     """Make ``import rospy`` and the message packages work in this process; calling it again costs nothing.
 
@@ -91,13 +103,15 @@ def use_ros() -> None:
 
     Raises:
         RosNotFoundError: ROS is not installed, or not for this Python; the message names the Debian packages.
+        RosError: The message packages cannot be stored.
     """
-    sys.path.append(str(make_overlay(links_to_ros())))
+    folder = link_modules()
     set_variables(os.environ)
     try:
         importlib.import_module("rospy")
     except ImportError as error:
-        sys.path.pop()
+        sys.path.remove(folder)
+        link_modules.cache_clear()
         version = f"{sys.version_info.major}.{sys.version_info.minor}"
         raise RosNotFoundError(
             f"'import rospy' fails in Python {version}: {error}. If a module of Python is missing: "

@@ -18,7 +18,6 @@ from pathlib import Path
 
 from frobs_core.files import cache_folder
 from frobs_ros.errors import RosNotFoundError
-from frobs_ros.messages import message_folder
 
 LIBRARIES = frozenset(
     [
@@ -112,6 +111,8 @@ def links_to_modules(folders: Sequence[Path]) -> dict[str, Path]:
 
 def links_to_messages() -> dict[str, Path]:
     """Return links to FRobs's own message packages that the environment does not have; generating them needs genpy."""
+    from frobs_ros.messages import message_folder  # which imports frobs_ros.environment, and that this module
+
     folders = [path.parent for path in message_folder().glob("*/__init__.py")]
     return {folder.name: folder for folder in folders if not environment_has(folder.name)}
 
