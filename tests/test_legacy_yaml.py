@@ -6,7 +6,7 @@ import pytest
 
 from frobs_core.errors import ConfigFileError, ConfigurationError
 from frobs_core.legacy_yaml import read_values
-from frobs_core.parameters import positive
+from frobs_core.validation import positive
 
 
 def read(folder: Path, *texts: str, **keywords: object) -> dict[str, object]:

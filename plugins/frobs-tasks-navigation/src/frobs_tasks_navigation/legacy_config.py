@@ -9,7 +9,7 @@ from typing import Any
 
 from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.legacy_yaml import Readers, read_values
-from frobs_core.parameters import finite, non_negative, positive
+from frobs_core.validation import finite, non_negative, positive
 
 WORLDS: Mapping[str, str] = {"maze": "kobuki_maze", "dynamic": "kobuki_dynamic", "empty": "kobuki_empty"}
 """FRobs_RL's worlds, with the key under which a task's file has everything."""

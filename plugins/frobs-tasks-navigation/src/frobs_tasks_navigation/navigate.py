@@ -15,9 +15,9 @@ from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.flat_observation import FlatObservation, ObservationTerm
 from frobs_core.interfaces import Controller, Marker, RobotHandle, Scene, Simulation, Snapshot, Task
 from frobs_core.interfaces.task import Observation
-from frobs_core.parameters import boolean, finite, non_negative, positive
 from frobs_core.random import RandomSource
 from frobs_core.sensors import Sensors
+from frobs_core.validation import boolean, finite, non_negative, positive
 from frobs_tasks_navigation import terms
 from frobs_tasks_navigation.boxes import MovingBoxes
 from frobs_tasks_navigation.course import Course

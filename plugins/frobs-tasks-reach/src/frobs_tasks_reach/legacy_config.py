@@ -9,7 +9,7 @@ from typing import Any
 
 from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.legacy_yaml import Readers, read_values
-from frobs_core.parameters import boolean, finite, non_negative, number_list, positive
+from frobs_core.validation import boolean, finite, non_negative, number_list, positive
 
 PROFILES: Mapping[str, str] = {
     "irb120": "irb120",
