@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from frobs_core.cli.output import console, plain, print_line, print_table, print_title
+from frobs_core.cli.output import console, print_line, print_table, print_title
+from frobs_core.plain import plain
 
 _HEADINGS = {
     "max_episode_steps": "max steps",

@@ -15,6 +15,7 @@ import numpy as np
 from frobs_core import plugins
 from frobs_core.capabilities import Level
 from frobs_core.errors import ConfigurationError
+from frobs_core.plain import plain
 from frobs_core.runs.config import RunConfig
 from frobs_core.runs.environments import find_spec, make_vector_env
 from frobs_core.runs.files import write_json
@@ -23,7 +24,6 @@ from frobs_core.runs.policy import load_policy
 from frobs_core.runs.run import Run
 from frobs_core.runs.seeds import spread_seed
 from frobs_core.specs import SimulatorRecord
-from frobs_core.yaml import plain
 
 _log = logging.getLogger("frobs")
 
@@ -109,7 +109,7 @@ def evaluate(
         if value < least:
             raise ConfigurationError(f"{name} = {value}: it must be at least {least}.")
     kwargs = config.keywords(simulator=simulator, randomize=randomize)
-    randomized = plain(kwargs.get("randomize"))
+    randomized = plain(kwargs.get("randomize"), for_yaml=True)
     env = make_vector_env(config.environment, min(num_envs, episodes), kwargs, config.wrappers)
     try:
         policy, steps = load_policy(run, env.single_observation_space, env.single_action_space, checkpoint)
