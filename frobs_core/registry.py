@@ -93,9 +93,9 @@ def find_environment(id: str) -> tuple[TaskRecord, EnvironmentRecord]:
     if bare in table.clashes:
         raise_clash(bare, table.clashes[bare])
     if bare not in table.environments:
-        raise UnknownNameError(
-            "environment ID", bare, table.environments, [*collection.failures(), *table.problems.values()]
-        )
+        why_not = [*collection.failures(), *table.problems.values()]
+        hint = collection.install_hint("environment", bare)
+        raise UnknownNameError("environment ID", bare, table.environments, why_not, hint)
     return table.environments[bare]
 
 

@@ -22,9 +22,6 @@ from frobs_core.errors import PluginError
 GROUP = "frobs.commands"
 HEADING = "From plugins"
 
-HOMES = {"migrate": "pip install frobs-rl-compat", "ros": "pip install frobs-ros"}
-"""Word, then what installs it: said to those who ask for a command of this project that is not installed."""
-
 
 @dataclass(frozen=True)
 class Extension:

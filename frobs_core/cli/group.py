@@ -13,9 +13,9 @@ import gymnasium as gym
 import typer
 from typer.core import TyperGroup
 
-from frobs_core.cli.extensions import HOMES
 from frobs_core.cli.output import print_error, print_note
 from frobs_core.errors import FrobsError, UnknownNameError
+from frobs_core.plugins.known import install_command
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -37,7 +37,7 @@ class FrobsGroup(TyperGroup):
             UnknownNameError: There is none; the nearest is named.
         """
         if args and not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
-            hint = HOMES.get(args[0], "") if ctx.parent is None else ""
+            hint = install_command("command", ".".join([*_words(ctx), args[0]]))
             raise UnknownNameError("command", args[0], self.list_commands(ctx), install_hint=hint)
         return super().resolve_command(ctx, args)
 
@@ -71,6 +71,11 @@ class FrobsGroup(TyperGroup):
         except typer.Abort:
             code = INTERRUPTED
         sys.exit(code)
+
+
+def _words(context: Any) -> list[str]:
+    """Return the words between ``frobs`` and the command that is being looked up."""
+    return [] if context.parent is None else [*_words(context.parent), context.info_name]
 
 
 def _line(error: Exception) -> str:

@@ -132,7 +132,9 @@ def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
         yield lambda: describe_run(Path(wanted))
     if not found:
         names = {known for kind in KINDS for known in plugins.records(kind)} | set(catalogue.environments())
-        raise UnknownNameError("record, environment ID or run", name, names, catalogue.problems())
+        hints = (plugins.active().install_hint(kind, name) for kind in (*KINDS, "environment"))
+        hint = next(filter(None, hints), "")
+        raise UnknownNameError("record, environment ID or run", name, names, catalogue.problems(), hint)
 
 
 def _is_id(name: str) -> bool:

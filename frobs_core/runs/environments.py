@@ -37,7 +37,8 @@ def find_spec(environment: str) -> gym.envs.registration.EnvSpec:
         similar = nearest(name, gym.registry)
         ours = [known for known in gym.registry if known.startswith("frobs/")]
         why_not = [*plugins.active().failures(), *registry.problems().values()]
-        raise UnknownNameError("environment ID", name, {*ours, *([similar] if similar else [])}, why_not)
+        hint = plugins.active().install_hint("environment", name)
+        raise UnknownNameError("environment ID", name, {*ours, *([similar] if similar else [])}, why_not, hint)
     return spec
 
 
