@@ -12,7 +12,6 @@ from frobs_core.rotations import matrix_from_quat, multiply_components, rotate_c
 
 Vector: TypeAlias = tuple[float, float, float]
 Quat: TypeAlias = tuple[float, float, float, float]
-Rows: TypeAlias = tuple[Vector, Vector, Vector]
 
 IDENTITY: tuple[Vector, Quat] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 

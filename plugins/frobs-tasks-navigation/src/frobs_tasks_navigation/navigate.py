@@ -26,8 +26,6 @@ from frobs_tasks_navigation.given import checked_goal, checked_start
 from frobs_tasks_navigation.observation import OBSERVABLE, observation_terms
 from frobs_tasks_navigation.scenery import build_scene
 
-_ANYWHERE = 1e4  # [m] that no robot gets away in an episode
-
 
 @dataclass
 class Step:
@@ -307,12 +305,6 @@ class Navigate(Task):
     def _failed(self) -> Mask:
         failed = self._step.outside if self.area_ends else np.zeros_like(self._step.outside)
         return failed | self._step.bumped if self.collision_ends else failed
-
-    def _observed_area(self) -> tuple[Floats, Floats]:
-        """Return lowest and highest corner (2,) [m] of where the robot can be."""
-        if self.area_ends or self.plan.walls.pieces:  # which keep it inside
-            return self._low, self._high
-        return self._low - _ANYWHERE, self._high + _ANYWHERE
 
     def _locate(self) -> None:
         pos, quat = self._robot.base_pose
