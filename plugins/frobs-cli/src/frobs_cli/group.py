@@ -38,12 +38,10 @@ class FrobsGroup(TyperGroup):
         """
         if args and not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
             from frobs_core.errors import UnknownNameError
-            from frobs_core.plugins.built_in import COMMANDS
+            from frobs_core.plugins.known import install_command
 
-            hint = COMMANDS.get(args[0], "") if ctx.parent is None else ""
-            raise UnknownNameError(
-                "command", args[0], self.list_commands(ctx), install_hint=f"pip install {hint}" if hint else ""
-            )
+            hint = install_command("command", " ".join([*_words(ctx), args[0]]))
+            raise UnknownNameError("command", args[0], self.list_commands(ctx), install_hint=hint)
         return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
@@ -90,6 +88,11 @@ def _reported() -> tuple[type[Exception], ...]:
     """Return the classes of errors that are the user's to fix; any other exception is a bug."""
     imported = [getattr(sys.modules[module], name) for module, name in _ERRORS if module in sys.modules]
     return (typer.TyperException, OSError, *imported)
+
+
+def _words(context: Any) -> list[str]:
+    """Return the words between ``frobs`` and the command that is being looked up."""
+    return [] if context.parent is None else [*_words(context.parent), context.info_name]
 
 
 def _line(error: Exception) -> str:

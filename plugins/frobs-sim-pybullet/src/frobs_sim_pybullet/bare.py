@@ -8,7 +8,7 @@ from frobs_core.arrays import Floats
 from frobs_core.interfaces import Snapshot
 from frobs_sim_pybullet.block import Block
 from frobs_sim_pybullet.bullet import pybullet as p
-from frobs_sim_pybullet.law import solver
+from frobs_sim_pybullet.law import solve
 
 if TYPE_CHECKING:
     from frobs_sim_pybullet.simulation import PybulletSimulation
@@ -52,7 +52,7 @@ class BarePybullet:
         robot, h = self._robot, self._h
         body, joints, client = robot.body, robot.joints, robot.client
         twin, dynamics, zeros = robot.twin, robot.dynamics.client, [0.0] * len(robot.joints)
-        solve, torque = solver(len(joints)), p.TORQUE_CONTROL
+        torque = p.TORQUE_CONTROL
         command, stiffness, dampings, passive = self._controls
         rows = list(zip(command, stiffness, dampings, self._limits, passive, strict=True))
         for _ in range(decimation * self._count):

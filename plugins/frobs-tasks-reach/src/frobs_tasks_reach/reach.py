@@ -23,8 +23,8 @@ from frobs_core.interfaces import (
 )
 from frobs_core.interfaces.task import Observation
 from frobs_core.models import longest_reach
-from frobs_core.parameters import box, finite, number_list, numbers, positive
 from frobs_core.random import RandomSource
+from frobs_core.validation import box, finite, number_list, numbers, positive
 from frobs_tasks_reach import terms
 from frobs_tasks_reach.given import checked_goal, checked_joint_positions
 from frobs_tasks_reach.keep_out import Foot

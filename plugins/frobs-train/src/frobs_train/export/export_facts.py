@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import re
 import subprocess
 from collections.abc import Mapping
@@ -19,6 +18,7 @@ from frobs_core.compose import parameter_defaults
 from frobs_core.errors import ConfigurationError, PluginError
 from frobs_core.interfaces import RobotHandle
 from frobs_core.models import JointType, fingerprint
+from frobs_core.plain import plain
 from frobs_deploy.spaces import space_to_json
 from frobs_train.configuration.command import training_command
 from frobs_train.configuration.config import RunConfig
@@ -252,21 +252,6 @@ def _space(space: gym.Space[Any]) -> dict[str, Any]:
         raise ConfigurationError(f"a policy with the space {space} cannot be exported.")
     assert space.dtype is not None
     return space_to_json(type(space).__name__, space.shape or (), np.dtype(space.dtype), low, high)
-
-
-def plain(value: Any) -> Any:
-    """Return ``value`` in the types of JSON; a number that is not finite becomes null, an unknown object its text."""
-    if value is None or isinstance(value, (bool, int, str)):
-        return value
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, (np.generic, np.ndarray)):
-        return plain(value.tolist())
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(item) for item in value]
-    return str(value)
 
 
 def _commit(folder: Path) -> dict[str, Any] | None:
