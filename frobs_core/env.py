@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from operator import methodcaller
-from typing import Any, NamedTuple
+from typing import Any, TypeAlias
 
 import gymnasium as gym
 import numpy as np
@@ -19,23 +19,9 @@ from frobs_core.interfaces import Controller, GoalTask, Snapshot, Task
 from frobs_core.interfaces.task import Observation
 from frobs_core.random import RandomSource
 
-
-class StepResult(NamedTuple):
-    """The result of a control step, with a row for each environment.
-
-    Attributes:
-        observation: (num_envs, …) float32, never written again.
-        reward: (num_envs,), valid until the next step.
-        terminated: (num_envs,) bool, valid until the next step; None: no episode ended.
-        diverged: (num_envs,) bool, where the engine failed; None: nowhere.
-        info: (num_envs,) each, valid until the next step.
-    """
-
-    observation: Observation
-    reward: Floats
-    terminated: Mask | None
-    diverged: Mask | None
-    info: dict[str, np.ndarray[Any, Any]]
+StepResult: TypeAlias = tuple[Observation, Floats, Mask | None, Mask | None, dict[str, Any]]
+"""Observation (num_envs, …); reward (num_envs,); which episodes terminated, (num_envs,) bool or None; where the engine
+failed, (num_envs,) bool or None; info by name, (num_envs,) each. All but the observation are valid until the next step."""
 
 
 class Loop:
@@ -60,9 +46,12 @@ class Loop:
         # Optional parts of a step are resolved here, so that a step neither asks for them nor calls empty methods.
         self._act = _unchanged if randomization is None else randomization.act
         self._degrade = _unchanged if randomization is None else randomization.observe
-        self._is_terminated = _call_if_overridden(parts.task, Task, "is_terminated", None)
-        self._controller_info = _call_if_overridden(parts.controller, Controller, "info", {})
-        self._term_keys, self._controller_keys = _Keys("frobs/reward/"), _Keys("frobs/")
+        self._is_terminated = methodcaller("is_terminated") if _overrides(parts.task, Task, "is_terminated") else _never
+        self._reports: list[tuple[Any, Callable[[Any], Any], _Keys]] = [
+            (parts.task, methodcaller("reward_terms"), _Keys("frobs/reward/"))
+        ]
+        if _overrides(parts.controller, Controller, "info"):
+            self._reports.append((parts.controller, methodcaller("info"), _Keys("frobs/")))
 
     def begin(self, mask: Mask | None, options: Mapping[str, Any]) -> Observation:
         """Begin an episode in the environments of ``mask``, and observe all environments."""
@@ -90,12 +79,11 @@ class Loop:
         observation = self._degrade(rng, task.observe(rng))
         reward = task.reward()
         terminated = self._is_terminated(task)
-        info: dict[str, np.ndarray[Any, Any]] = {"is_success": task.is_success()}
-        for name, values in task.reward_terms().items():  # those of the reward, so after it
-            info[self._term_keys[name]] = values
-        for name, values in self._controller_info(self.controller).items():
-            info[self._controller_keys[name]] = values
-        return StepResult(observation, reward, terminated, self.simulation.diverged, info)
+        info = {"is_success": task.is_success()}
+        for part, report, keys in self._reports:  # after the reward, whose terms are among them
+            for name, values in report(part).items():
+                info[keys[name]] = values
+        return observation, reward, terminated, self.simulation.diverged, info
 
     def snapshot(self) -> Snapshot:
         """Return the complete state of all parts."""
@@ -134,11 +122,13 @@ def _unchanged(rng: RandomSource, values: Any) -> Any:
     return values
 
 
-def _call_if_overridden(part: object, base: type, method: str, otherwise: Any) -> Callable[[Any], Any]:
-    """Return a call of a part's method, or of a constant if its class inherits the empty method of ``base``."""
-    if getattr(type(part), method) is getattr(base, method):
-        return lambda part: otherwise
-    return methodcaller(method)
+def _never(task: Task) -> None:
+    return None
+
+
+def _overrides(part: object, base: type, method: str) -> bool:
+    """Return whether a part's class has a method of its own in place of the empty one of ``base``."""
+    return getattr(type(part), method) is not getattr(base, method)
 
 
 class RobotEnv(gym.Env[Any, Any]):
@@ -226,8 +216,9 @@ class RobotEnv(gym.Env[Any, Any]):
         if not self._running:
             raise ResetNeededError("no episode is running; call reset() first.")
         # An invalid action raises before anything has changed, the random numbers included.
-        observation, rewards, ends, failures, infos = self._loop.step(self._checked(action))
-        info: dict[str, Any] = {name: values.item() for name, values in infos.items()}
+        observation, rewards, ends, failures, info = self._loop.step(self._checked(action))
+        for name, values in info.items():
+            info[name] = values.item()
         info["is_success"] = float(info["is_success"])
         reward: float = rewards.item()
         terminated = ends is not None and ends.item()
