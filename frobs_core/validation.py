@@ -93,6 +93,29 @@ def non_negative(name: str, value: Any, unit: str = "") -> float:
     return float(value)
 
 
+def whole_number(name: str, value: Any, lowest: int = 0) -> int:
+    """Return a parameter that must be a whole number of at least ``lowest``.
+
+    Raises:
+        ConfigurationError: It is not.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < lowest:
+        raise ConfigurationError(f"{name} is {value!r}; it must be a whole number of at least {lowest}.")
+    return int(value)
+
+
+def choice(name: str, value: Any, choices: Iterable[str]) -> str:
+    """Return a parameter that must be one of some names.
+
+    Raises:
+        ConfigurationError: It is not.
+    """
+    known = list(choices)
+    if value not in known:
+        raise ConfigurationError(f"{name} is {value!r}; it must be one of {', '.join(map(repr, known))}.")
+    return str(value)
+
+
 def boolean(name: str, value: Any) -> bool:
     """Return a parameter that must be true or false.
 

@@ -44,9 +44,8 @@ def built_plugin(installation: Installation) -> Path:
     return folder
 
 
-def stored_world(installation: Installation) -> Path:
-    """Return the file of the empty world that servers start with, where they see it."""
-    text = (_SOURCES / _WORLD).read_bytes()
+def stored_world(installation: Installation, text: bytes) -> Path:
+    """Return a file with the text of a world, where servers see it."""
     path = installation.store / f"frobs-{hashlib.sha256(text).hexdigest()[:16]}.world"
     if not path.exists():
         try:

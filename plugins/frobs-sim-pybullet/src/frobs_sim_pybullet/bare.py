@@ -32,7 +32,7 @@ class BarePybullet:
     def __init__(self, simulation: PybulletSimulation) -> None:
         placements, name = dict(simulation.placements), next(iter(simulation.placements))
         arrays = {key: value[:1].copy() for key, value in simulation.arrays.items()}
-        self._block = Block(placements, simulation.scene, simulation.physics_timestep, arrays, [0])
+        self._block = Block(placements, simulation.scene, simulation.engine, arrays, [0])
         self._world = self._block.worlds[0]
         self._robot = self._world.robots[name]
         self._count = simulation.num_envs

@@ -238,7 +238,7 @@ class Navigate(Task):
 
     def observe(self, rng: RandomSource) -> Observation:
         """Return (num_envs, k) float32: the terms that ``observation`` names, side by side, in SI units."""
-        return self._observation.read()
+        return self._observation.values.astype(np.float32)
 
     def observation_columns(self) -> Mapping[str, slice]:
         """Return where the terms of the observation stand."""
