@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.errors import ParameterValueError
+from frobs_core.errors import ConfigurationError, ParameterValueError
 from frobs_core.interfaces import Robot
 from frobs_core.specs import ControllerRecord, SimulatorRecord, TaskRecord
 
@@ -145,8 +145,8 @@ def _plain(name: str, value: Any) -> Any:
     try:
         json.dumps(plain)
     except TypeError as error:
-        raise ParameterValueError(
-            name, value, f"made of names, numbers, strings, lists and dictionaries ({error})"
+        raise ConfigurationError(
+            f"the keyword '{name}' has no plain form: {error}; use names, numbers, strings, lists and dictionaries."
         ) from error
     return plain
 
