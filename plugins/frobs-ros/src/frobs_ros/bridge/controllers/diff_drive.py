@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from frobs_core.interfaces import CommandMode
+from frobs_ros.bridge.component import Stamps
 from frobs_ros.bridge.controllers.controller import Controller, listed
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.part import Stamps
 from frobs_ros.bridge.wheels import Base, Driver, odometry
 from frobs_ros.bridge.world import NANO, World
 from frobs_ros.errors import ControllerError

@@ -11,10 +11,10 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.interfaces import CommandMode
 from frobs_core.models import JointType
+from frobs_ros.bridge.component import Stamps
 from frobs_ros.bridge.controllers.controller import Controller, listed
 from frobs_ros.bridge.controllers.pid import Pid
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.part import Stamps
 from frobs_ros.bridge.world import World
 
 LOG = logging.getLogger("frobs.bridge")

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from frobs_ros.bridge.component import Stamps
 from frobs_ros.bridge.controllers.controller import Controller
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.part import Stamps
 from frobs_ros.bridge.world import World
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.errors import FrobsError, UnknownNameError
 from frobs_core.interfaces import CommandMode
+from frobs_ros.bridge.component import Stamps
 from frobs_ros.bridge.controllers.action import start_action_server
 from frobs_ros.bridge.controllers.controller import Controller, listed
 from frobs_ros.bridge.controllers.goal import Points, read_points
@@ -19,7 +20,6 @@ from frobs_ros.bridge.controllers.pid import Pid
 from frobs_ros.bridge.controllers.spline import Spline
 from frobs_ros.bridge.controllers.tolerances import Tolerances
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.part import Stamps
 from frobs_ros.bridge.world import NANO, World
 
 LOG = logging.getLogger("frobs.bridge")

@@ -7,9 +7,9 @@ import math
 from frobs_core.errors import UnknownNameError
 from frobs_core.interfaces import CommandMode
 from frobs_core.rotations import quat_conjugate
+from frobs_ros.bridge.component import Component, Stamps
 from frobs_ros.bridge.extras import Plugin
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.part import Part, Stamps
 from frobs_ros.bridge.wheels import Base, Driver, odometry
 from frobs_ros.bridge.world import NANO, World
 from frobs_ros.errors import GazeboElementError
@@ -129,7 +129,7 @@ def _base(
     )
 
 
-class Drive(Part):
+class Drive(Component):
     """Drives on two wheels.
 
     Args:
