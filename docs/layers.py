@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
-_OBJECT = re.compile(r"(\w+)((\.\w+)+|(\.\w+)*:[\w./]+)")
-"""A module or object as a string: ``"frobs_train.cli.train:train"``."""
+_OBJECT = re.compile(r"(\w+)(\.\w+)*:[\w./]+")
+"""An object or file in a module, as a string: ``"frobs_train.cli.train:train"``."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def distributions() -> dict[str, Distribution]:
 def imports(distribution: Distribution) -> dict[str, set[str]]:
     """Return each top-level package that a distribution imports, with the places, ``"file:line"``.
 
-    Imports inside functions count, and so do modules and objects that are named in strings.
+    Imports inside functions count, and so do ``import_module("…")`` and objects in strings, ``"module:object"``.
     """
     ours = {package.name for other in distributions().values() for package in other.packages}
     places = defaultdict(set)

@@ -32,10 +32,6 @@ ALLOWED = {
 }
 """What each distribution may import; the first pattern that matches counts."""
 
-NAMED_ONLY = {CLI: {DEPLOY}}
-"""Distributions that appear in strings without being imported: the command line reports ``DeployError`` in one line if
-another module has imported its class."""
-
 REQUIRED_ONLY = {"frobs-rl-compat": {"frobs-tasks-legacy"}}
 """Required without an import: packages for FRobs_RL use its tasks by ID."""
 
@@ -85,9 +81,7 @@ def each_distribution(request: pytest.FixtureRequest) -> Distribution:
 
 
 def test_a_distribution_imports_only_lower_layers(distribution: Distribution) -> None:
-    forbidden = (
-        imported_distributions(distribution) - allowed(distribution.name) - NAMED_ONLY.get(distribution.name, set())
-    )
+    forbidden = imported_distributions(distribution) - allowed(distribution.name)
     places = {name: sorted(imports(distribution).get(name.replace("-", "_"), ())) for name in sorted(forbidden)}
     assert not forbidden, f"{distribution.name} must not import {places}"
 
@@ -95,9 +89,8 @@ def test_a_distribution_imports_only_lower_layers(distribution: Distribution) ->
 def test_a_distribution_requires_what_it_imports_of_frobs(distribution: Distribution) -> None:
     if not distribution.packages:
         pytest.skip("the meta-package has no code")
-    imported = imported_distributions(distribution) - NAMED_ONLY.get(distribution.name, set())
     required = distribution.requirements() & set(distributions())
-    assert required == imported | REQUIRED_ONLY.get(distribution.name, set())
+    assert required == imported_distributions(distribution) | REQUIRED_ONLY.get(distribution.name, set())
 
 
 def test_the_meta_package_requires_every_distribution() -> None:
