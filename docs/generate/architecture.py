@@ -6,8 +6,8 @@ from html import escape
 
 from layers import distributions, imported_distributions
 
-_WIDTH, _HEIGHT = 132, 66
-_COLUMN, _ROW, _MARGIN = 148, 112, 22
+_WIDTH, _HEIGHT = 104, 66
+_COLUMN, _ROW, _MARGIN = 112, 104, 20
 _TITLE = "Distributions of FRobs in layers; an arrow points from a distribution to one that it imports"
 
 _KINDS = {
@@ -21,23 +21,28 @@ _KINDS = {
 
 _COLUMNS = {
     "frobs-deploy": 0,
-    "frobs-cli": 1,
-    "simulators": 2,
-    "robots": 3,
-    "tasks": 4,
-    "controllers": 5,
-    "algorithms": 6,
+    "frobs-train": 0,
+    "frobs-devkit": 0,
+    "frobs-ros": 1,
+    "frobs-core": 2,
+    "frobs-cli": 2,
+    "simulators": 3,
+    "robots": 4,
+    "tasks": 5,
+    "frobs-tasks-legacy": 5,
+    "controllers": 6,
+    "frobs-rl-compat": 6,
+    "algorithms": 7,
 }
-_COLUMNS |= {"frobs-core": 1, "frobs-train": 0, "frobs-ros": 1, "frobs-tasks-legacy": 4}
-_COLUMNS |= {"frobs-devkit": 0, "frobs-rl-compat": 5}
-"""Column of each box. The rows follow from the imports."""
-_SPANS = {"frobs-core": 6}
+"""Column of each box; boxes that are not listed share a further one. The rows follow from the imports."""
+
+_SPANS = {"frobs-deploy": 2, "frobs-core": 6}
 """Boxes that are several columns wide."""
 
 _STYLE = """
     text { font-family: system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif; fill: #22272e; }
-    .name { font-size: 14px; font-weight: 600; }
-    .note { font-size: 11.5px; fill: #57606a; }
+    .name { font-size: 13px; font-weight: 600; }
+    .note { font-size: 11px; fill: #57606a; }
     .ground { fill: #f6f8fa; }
     .box { fill: #ffffff; stroke: #d0d7de; stroke-width: 1.5; }
     .core { fill: #fff4ec; stroke: #e8590c; stroke-width: 2; }
@@ -154,9 +159,15 @@ def _drawn(box: Box, rows: int) -> list[str]:
     x, y = _corner(box, rows)
     style = "core" if box.name == "frobs-core" else "box"
     lines = [f'  <rect class="{style}" x="{x:g}" y="{y:g}" width="{box.width:g}" height="{_HEIGHT}" rx="9"/>']
-    notes = [member.removeprefix("frobs-") for member in box.members if member != box.name]
+    notes = [_short(member) for member in box.members if member != box.name]
     top = y + (_HEIGHT + 10) / 2 - 7.5 * len(notes)
-    lines.append(f'  <text class="name" x="{x + 10:g}" y="{top:g}">{escape(box.name)}</text>')
+    lines.append(f'  <text class="name" x="{x + 9:g}" y="{top:g}">{escape(_short(box.name))}</text>')
     for i, note in enumerate(notes):
-        lines.append(f'  <text class="note" x="{x + 10:g}" y="{top + 15 * (i + 1):g}">{escape(note)}</text>')
+        lines.append(f'  <text class="note" x="{x + 9:g}" y="{top + 15 * (i + 1):g}">{escape(note)}</text>')
     return lines
+
+
+def _short(name: str) -> str:
+    """Return a name without ``frobs-``, and only its last word if it is long."""
+    short = name.removeprefix("frobs-")
+    return short if len(short) <= 16 or " " in short else f"…-{short.rpartition('-')[2]}"
