@@ -7,6 +7,7 @@ from importlib import import_module
 
 from layers import ROOT, distributions
 
+from generate import errors
 from generate.rst import directive, escape, heading, label, table, toctree
 
 _CORE_ELSEWHERE = {"errors", "hookspecs", "specs"}
@@ -70,7 +71,12 @@ def _page(name: str) -> str:
     module = import_module(name)
     if "__getattr__" in vars(module):
         return heading(name) + directive("automodule", name, no_members="") + _lazy(name)
-    options = {"members": "", **({"imported_members": ""} if hasattr(module, "__path__") else {})}
+    options = {"members": ""}
+    if hasattr(module, "__path__"):
+        elsewhere = (
+            [error.__name__ for error in errors.classes(f"{name}.errors")] if f"{name}.errors" in errors.MODULES else []
+        )
+        options |= {"imported_members": ""} | ({"exclude_members": ", ".join(elsewhere)} if elsewhere else {})
     return heading(name) + directive("automodule", name, **options)
 
 

@@ -29,7 +29,7 @@ def template_folder() -> Path:
         if (folder / "cookiecutter.json").is_file():
             return folder
     raise ConfigurationError(
-        "the templates of frobs-core are missing; install it anew: pip install --force-reinstall frobs-core"
+        "the templates of frobs-devkit are missing; reinstall it: pip install --force-reinstall frobs-devkit"
     )
 
 
