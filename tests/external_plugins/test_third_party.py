@@ -16,6 +16,9 @@ from clean import HERE, PLUGINS, ROOT, Environment, build_wheels
 sys.path.insert(0, str(ROOT / "docs"))
 from generate import api
 
+PUBLIC = {module for modules in api.MODULES.values() for module in modules}
+PUBLIC |= {f"frobs_core.{name}" for name in ("errors", "hookspecs", "specs")}
+
 WORDS = {
     "acme-sim-ideal": (),
     "acme-robot-scara": (),
@@ -36,8 +39,7 @@ def imports(path: Path) -> Iterator[tuple[str, str]]:
 
 def is_public(module: str, name: str) -> bool:
     """Return whether the documentation's reference lists a name of a module."""
-    package, _, part = module.partition(".")
-    if package != "frobs_core" or part not in {*api.modules(), "errors", "hookspecs", "specs"} or name.startswith("_"):
+    if module not in PUBLIC or name.startswith("_"):
         return False
     found = importlib.import_module(module)
     return name in (found.__all__ if hasattr(found, "__all__") else _defined(Path(found.__file__ or "")))

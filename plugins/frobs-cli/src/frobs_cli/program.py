@@ -36,8 +36,6 @@ class LazyCommand(TyperCommand):
         Raises:
             CommandImportError: Its function cannot be imported.
         """
-        if not self.record.loads_plugins:
-            os.environ["FROBS_NO_PLUGINS"] = "1"
         try:
             function = self.record.load()
         except Exception as error:
@@ -50,6 +48,8 @@ class LazyCommand(TyperCommand):
 
     def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
         """Import the command and parse its arguments."""
+        if not self.record.loads_plugins:
+            os.environ["FROBS_NO_PLUGINS"] = "1"
         return self.loaded.make_context(info_name, args, parent=parent, **extra)
 
 
