@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import os
 from collections import Counter
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+
+pytest_plugins = ["frobs_devkit.testing.fixtures"]
 
 _EVERY = 4
 
@@ -46,3 +49,24 @@ def real_gazebo() -> Any:
         if os.environ.get("FROBS_REQUIRE_GAZEBO") == "1":
             pytest.fail(f"FROBS_REQUIRE_GAZEBO=1, and {error}", pytrace=False)
         pytest.skip(str(error))
+
+
+@pytest.fixture
+def make() -> Iterator[Callable[..., Any]]:
+    """Make environments and close them at the end: with ``num_envs`` a native vector environment, else a single one."""
+    import gymnasium as gym
+
+    import frobs_core  # noqa: F401 - registers the IDs
+
+    made: list[Any] = []
+
+    def build(id: str, num_envs: int | None = None, **parameters: Any) -> Any:
+        if num_envs is None:
+            made.append(gym.make(id, **parameters))
+        else:
+            made.append(gym.make_vec(id, num_envs=num_envs, vectorization_mode="vector_entry_point", **parameters))
+        return made[-1]
+
+    yield build
+    for env in made:
+        env.close()

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from frobs_core import plugins
 from frobs_core.capabilities import Level, check_capabilities
+from frobs_core.config import KEYWORDS, EnvConfig
 from frobs_core.errors import ConfigurationError, InvalidTimestepError, UnknownParameterError
 from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Simulation, Task
 from frobs_core.models import load_model
@@ -37,76 +38,69 @@ class Parts:
     randomization: Randomization | None = None
 
 
-def compose(
-    *,
-    num_envs: int,
-    task: str | TaskRecord,
-    robot: str | Robot,
-    controller: str | ControllerRecord,
-    simulator: str | SimulatorRecord,
-    reward_type: str | None,
-    control_timestep: float | None,
-    physics_timestep: float | None,
-    controller_kwargs: Mapping[str, Any],
-    robot_args: Mapping[str, str],
-    package_paths: Mapping[str, str],
-    home: Mapping[str, float],
-    tcp: str | None,
-    sensors: Mapping[str, Any] | None,
-    num_threads: int,
-    randomize: Mapping[str, Any] | None,
-    task_parameters: Mapping[str, Any],
-) -> Parts:
-    """Build and bind the parts of an environment; the arguments are those of :class:`frobs_core.env.RobotEnv`.
+def compose(config: EnvConfig, num_envs: int) -> Parts:
+    """Build and bind the parts of an environment.
+
+    Args:
+        config: The environment's keywords.
+        num_envs: ≥ 1.
 
     Raises:
         UnknownNameError: No plugin offers one of the names.
-        UnknownParameterError: The task or the controller does not take a keyword.
-        CapabilityError: The simulator lacks what the task, the controller or the randomisation needs.
+        UnknownParameterError: The task, the controller or the simulator does not accept a keyword.
+        CapabilityError: The simulator does not support what the task, the controller or the randomization needs.
         ConfigurationError: A value cannot be used.
     """
     if num_envs < 1:
         raise ConfigurationError(f"num_envs is {num_envs}; it must be at least 1.")
-    simulator_record = _record(SimulatorRecord, "simulator", simulator)
-    task_record = _record(TaskRecord, "task", task)
-    controller_record = _record(ControllerRecord, "controller", controller)
-    simulator, task, controller = simulator_record.name, task_record.name, controller_record.name
-    settings = read_settings(randomize)
+    simulator = _record(SimulatorRecord, "simulator", config.simulator)
+    task = _record(TaskRecord, "task", config.task)
+    controller = _record(ControllerRecord, "controller", config.controller)
+    settings = read_settings(config.randomize)
     needs: dict[str, Mapping[str, Level]] = {
-        f"task '{task}'": task_record.needs,
-        f"controller '{controller}'": controller_record.needs,
+        f"task '{task.name}'": task.needs,
+        f"controller '{controller.name}'": controller.needs,
     }
     for name in () if settings is None else dict.fromkeys(item.parameter for item in settings.items):
         if name in CAPABILITY:
             needs[f"randomize.{name}"] = {CAPABILITY[name]: Level.APPROXIMATE}
-    check_capabilities(simulator, simulator_record.capabilities, needs)
-    the_task: Task = build(f"task '{task}'", task_record.load(), task_parameters)
-    the_controller: Controller = build(f"controller '{controller}'", controller_record.load(), controller_kwargs)
-    the_task.reward_type = _reward_type(task, the_task, reward_type)
+    check_capabilities(simulator.name, simulator.capabilities, needs)
+    the_task: Task = build(f"task '{task.name}'", task.load(), config.task_parameters, KEYWORDS)
+    the_controller: Controller = build(f"controller '{controller.name}'", controller.load(), config.controller_kwargs)
+    the_task.reward_type = _reward_type(task.name, the_task, config.reward_type)
 
-    if control_timestep is None:
-        control_timestep = controller_record.control_timestep
-    control = the_task.control_timestep if control_timestep is None else control_timestep
-    physics = the_task.physics_timestep if physics_timestep is None else physics_timestep
+    control, physics = config.control_timestep, config.physics_timestep
+    if control is None:
+        control = controller.control_timestep
+    control = the_task.control_timestep if control is None else control
+    physics = the_task.physics_timestep if physics is None else physics
     decimation = count_physics_steps(control, physics)
 
     scene = the_task.scene()
     description = describe(
-        robot, tcp=tcp, robot_args=robot_args, package_paths=package_paths, home=home, sensors=sensors
+        config.robot,
+        tcp=config.tcp,
+        robot_args=config.robot_args,
+        package_paths=config.package_paths,
+        home=config.home,
+        sensors=config.sensors,
     )
     model = load_model(description.model, xacro_args=description.xacro_args, package_paths=description.package_paths)
     placement = Placement(
         robot=description, model=model, pose=scene.robot_pose, command_mode=the_controller.command_mode
     )
     robots = {"robot": placement, **scene.robots}
-    if simulator_record.capabilities.get("contacts", Level.UNSUPPORTED) != Level.UNSUPPORTED:
+    if simulator.capabilities.get("contacts", Level.UNSUPPORTED) != Level.UNSUPPORTED:
         scene = with_contacts(scene, robots)
-    simulation: Simulation = simulator_record.load()(
+    engine = simulator.load()
+    check_parameters(f"simulator '{simulator.name}'", config.simulator_kwargs, simulator_defaults(engine))
+    simulation: Simulation = engine(
         robots,
         scene,
         num_envs=num_envs,
         physics_timestep=physics,
-        num_threads=num_threads,
+        num_threads=config.num_threads,
+        **config.simulator_kwargs,
     )
     try:
         handle = simulation.robots["robot"]
@@ -127,28 +121,43 @@ def _record(cls: type[_Record], kind: str, part: str | _Record) -> _Record:
     return record
 
 
-def build(owner: str, cls: type[Any], parameters: Mapping[str, Any]) -> Any:
+def build(owner: str, cls: type[Any], parameters: Mapping[str, Any], others: Iterable[str] = ()) -> Any:
     """Construct an implementation from the keywords that users gave.
 
     Args:
-        owner: For the message: ``"task 'reach'"``.
-        cls: Its class; the keyword-only arguments of its constructor are what may be given.
+        owner: Name for error messages: ``"task 'reach'"``.
+        cls: Class whose keyword-only constructor arguments are the accepted keywords.
         parameters: The keywords.
+        others: Further names that an error may suggest.
 
     Raises:
-        UnknownParameterError: The constructor does not take a keyword.
+        UnknownParameterError: The constructor does not accept a keyword.
     """
-    known = parameter_defaults(cls)
-    for name in parameters:
-        if name not in known:
-            raise UnknownParameterError(owner, name, known)
+    check_parameters(owner, parameters, parameter_defaults(cls), others)
     return cls(**parameters)
+
+
+def check_parameters(owner: str, given: Iterable[str], known: Iterable[str], others: Iterable[str] = ()) -> None:
+    """Check the names of keywords; the arguments are those of :func:`build`.
+
+    Raises:
+        UnknownParameterError: A given name is not known.
+    """
+    for name in given:
+        if name not in known:
+            raise UnknownParameterError(owner, name, {*known, *others})
 
 
 def parameter_defaults(cls: type[Any]) -> dict[str, Any]:
     """Return the keywords that a constructor takes, with their defaults."""
     found = inspect.signature(cls).parameters.values()
     return {p.name: p.default for p in found if p.kind is inspect.Parameter.KEYWORD_ONLY}
+
+
+def simulator_defaults(cls: type[Simulation]) -> dict[str, Any]:
+    """Return the keywords of a simulator that ``simulator_kwargs`` may hold, with their defaults."""
+    given_by_environment = parameter_defaults(Simulation)
+    return {name: default for name, default in parameter_defaults(cls).items() if name not in given_by_environment}
 
 
 def count_physics_steps(control_timestep: float, physics_timestep: float) -> int:

@@ -1,118 +1,174 @@
-"""The single environment: a robot, its controller and a task on a simulator, behind Gymnasium's interface."""
+"""One control step, and the single environment that takes it behind Gymnasium's interface."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from operator import methodcaller
+from typing import Any, TypeAlias
 
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.arrays import Action
-from frobs_core.compose import compose
+from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.compose import Parts, compose
+from frobs_core.config import RENDER_MODES, EnvConfig
 from frobs_core.errors import ResetNeededError
-from frobs_core.interfaces import GoalTask, Robot, Snapshot
+from frobs_core.inputs import batch_options, invalid_action
+from frobs_core.interfaces import Controller, GoalTask, Snapshot, Task
 from frobs_core.interfaces.task import Observation
-from frobs_core.loop import RENDER_MODES, Loop, check_render_mode
-from frobs_core.specs import ControllerRecord, SimulatorRecord, TaskRecord
+from frobs_core.random import RandomSource
+
+StepResult: TypeAlias = tuple[Observation, Floats, Mask | None, Mask | None, dict[str, Any]]
+"""Observation (num_envs, …); reward (num_envs,); which episodes terminated, (num_envs,) bool or None; where the engine
+failed, (num_envs,) bool or None; info by name, (num_envs,) each. All but the observation are valid until the next step."""
+
+
+class Loop:
+    """Steps and episodes of ``num_envs`` environments at once; the single environment is a batch of one.
+
+    Args:
+        parts: Bound to each other.
+        num_envs: ≥ 1.
+
+    Attributes:
+        rng: The source of all random numbers.
+        discrete: Whether the actions are not those of a Box.
+    """
+
+    def __init__(self, parts: Parts, num_envs: int) -> None:
+        self.simulation, self.robot = parts.simulation, parts.robot
+        self.controller, self.task = parts.controller, parts.task
+        self.randomization = randomization = parts.randomization
+        self.decimation, self.num_envs = parts.decimation, num_envs
+        self.rng = RandomSource(num_envs)
+        self.discrete = not isinstance(parts.controller.action_space, gym.spaces.Box)
+        # Optional parts of a step are resolved here, so that a step neither asks for them nor calls empty methods.
+        self._act = _unchanged if randomization is None else randomization.act
+        self._degrade = _unchanged if randomization is None else randomization.observe
+        self._is_terminated = methodcaller("is_terminated") if _overrides(parts.task, Task, "is_terminated") else _never
+        self._reports: list[tuple[Any, Callable[[Any], Any], _Keys]] = [
+            (parts.task, methodcaller("reward_terms"), _Keys("frobs/reward/"))
+        ]
+        if _overrides(parts.controller, Controller, "info"):
+            self._reports.append((parts.controller, methodcaller("info"), _Keys("frobs/")))
+
+    def begin(self, mask: Mask | None, options: Mapping[str, Any]) -> Observation:
+        """Begin an episode in the environments of ``mask``, and observe all environments."""
+        self.rng.begin_episode(mask)
+        if self.randomization is not None:
+            self.randomization.begin_physics(self.rng, mask)
+        self.simulation.reset(mask)
+        self.task.reset(mask, self.rng, options)
+        self.controller.reset(mask)
+        observation = self.task.observe(self.rng)
+        return observation if self.randomization is None else self.randomization.begin(self.rng, observation, mask)
+
+    def step(self, actions: Action) -> StepResult:
+        """Advance by one control step.
+
+        Args:
+            actions: (num_envs, …), checked.
+        """
+        rng, task = self.rng, self.task
+        rng.clock += 1
+        command = self.controller.apply(actions)
+        self.robot.command(self._act(rng, command))
+        self.simulation.step(self.decimation)
+        task.advance(rng)  # measures once; what follows only reads
+        observation = self._degrade(rng, task.observe(rng))
+        reward = task.reward()
+        terminated = self._is_terminated(task)
+        info = {"is_success": task.is_success()}
+        for part, report, keys in self._reports:  # after the reward, whose terms are among them
+            for name, values in report(part).items():
+                info[keys[name]] = values
+        return observation, reward, terminated, self.simulation.diverged, info
+
+    def snapshot(self) -> Snapshot:
+        """Return the complete state of all parts."""
+        return {
+            f"{name}/{key}": array for name, part in self._stateful().items() for key, array in part.snapshot().items()
+        }
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return all parts to a snapshot."""
+        for name, part in self._stateful().items():
+            start = f"{name}/"
+            part.restore({key.removeprefix(start): array for key, array in snapshot.items() if key.startswith(start)})
+
+    def _stateful(self) -> dict[str, Any]:
+        parts = {"simulation": self.simulation, "task": self.task, "controller": self.controller, "random": self.rng}
+        return parts if self.randomization is None else {**parts, "randomization": self.randomization}
+
+
+class _Keys(dict[str, str]):
+    """Keys of the info by the name of what they hold, each made once.
+
+    Args:
+        prefix: Start of the keys.
+    """
+
+    def __init__(self, prefix: str) -> None:
+        super().__init__()
+        self._prefix = prefix
+
+    def __missing__(self, name: str) -> str:
+        self[name] = key = self._prefix + name
+        return key
+
+
+def _unchanged(rng: RandomSource, values: Any) -> Any:
+    return values
+
+
+def _never(task: Task) -> None:
+    return None
+
+
+def _overrides(part: object, base: type, method: str) -> bool:
+    """Return whether a part's class has a method of its own in place of the empty one of ``base``."""
+    return getattr(type(part), method) is not getattr(base, method)
 
 
 class RobotEnv(gym.Env[Any, Any]):
     """One robot with one task.
 
-    ``info`` holds ``is_success`` (0.0 or 1.0) and ``frobs/reward/<term>`` in every step, what the controller tells
-    (``frobs/…``), and ``frobs/diverged`` when the engine gave the state up; the episode is then truncated.
+    ``info`` holds ``is_success`` (0.0 or 1.0) and ``frobs/reward/<term>`` in every step, what the controller reports
+    (``frobs/…``), and ``frobs/diverged`` if the engine failed; the episode is then truncated.
 
     Args:
-        task: Name of the task, or a record that is not installed yet.
-        robot: Name of the robot, path of a URDF, xacro or MJCF file, or a description.
-        controller: Name of the controller, or a record.
-        simulator: Name of the simulator, or a record.
-        reward_type: One of the task's; None: its first.
-        render_mode: ``"rgb_array"``, ``"human"`` or None.
-        camera: Of the pictures; None: the scene's first.
-        render_size: (height, width) of the pictures [pixels].
-        control_timestep: Between two actions [s]; None: the controller's own, if it has one, or the task's.
-        physics_timestep: Of one engine step [s]; None: the task's own.
-        controller_kwargs: Keywords of the controller.
-        robot_args: Arguments of the robot's xacro file.
-        package_paths: Folders of the ROS packages that the robot's file names, by package name.
-        home: Rest configuration by joint name [rad or m]; what is left out is the robot's own.
-        tcp: Link that the task talks about; None: the robot's own.
-        sensors: What is other about the robot's sensors, by name: ``{"lidar": {"rays": 36, "noise": 0.01}}``; see
-            :mod:`frobs_core.sensors`.
-        num_threads: For the engine; 0: one for each processor.
-        randomize: What differs between environments and episodes; see :mod:`frobs_core.randomization`.
-        task_parameters: Keywords of the task.
+        keywords: Those of :class:`frobs_core.config.EnvConfig`; others are keywords of the task.
 
     Attributes:
-        randomization: What is randomised, with the values in force; None: nothing.
+        config: The keywords.
+        randomization: What is randomized, with the current values; None: nothing.
 
     Raises:
         UnknownNameError: No plugin offers one of the names.
-        UnknownParameterError: The task or the controller does not take a keyword.
-        CapabilityError: The simulator lacks what the task, the controller or the randomisation needs.
+        UnknownParameterError: The task, the controller or the simulator does not accept a keyword.
+        CapabilityError: The simulator does not support what the task, the controller or the randomization needs.
         ConfigurationError: A value cannot be used.
     """
 
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES)}  # noqa: RUF012 - as Gymnasium declares it
 
-    def __init__(
-        self,
-        *,
-        task: str | TaskRecord,
-        robot: str | Robot,
-        controller: str | ControllerRecord,
-        simulator: str | SimulatorRecord = "mujoco",
-        reward_type: str | None = None,
-        render_mode: str | None = None,
-        camera: str | None = None,
-        render_size: tuple[int, int] = (480, 640),
-        control_timestep: float | None = None,
-        physics_timestep: float | None = None,
-        controller_kwargs: Mapping[str, Any] | None = None,
-        robot_args: Mapping[str, str] | None = None,
-        package_paths: Mapping[str, str] | None = None,
-        home: Mapping[str, float] | None = None,
-        tcp: str | None = None,
-        sensors: Mapping[str, Any] | None = None,
-        num_threads: int = 0,
-        randomize: Mapping[str, Any] | None = None,
-        **task_parameters: Any,
-    ) -> None:
-        check_render_mode(render_mode)
-        parts = compose(
-            num_envs=1,
-            task=task,
-            robot=robot,
-            controller=controller,
-            simulator=simulator,
-            reward_type=reward_type,
-            control_timestep=control_timestep,
-            physics_timestep=physics_timestep,
-            controller_kwargs=controller_kwargs or {},
-            robot_args=robot_args or {},
-            package_paths=package_paths or {},
-            home=home or {},
-            tcp=tcp,
-            sensors=sensors,
-            num_threads=num_threads,
-            randomize=randomize,
-            task_parameters=task_parameters,
-        )
+    def __init__(self, **keywords: Any) -> None:
+        self.config = config = EnvConfig.from_dict(keywords)
+        parts = compose(config, 1)
         self._loop = Loop(parts, 1)
         self.simulation, self.robot = parts.simulation, parts.robot
         self.controller, self.task = parts.controller, parts.task
         self.randomization = parts.randomization
         self.control_timestep, self.decimation = parts.control_timestep, parts.decimation
         self.action_space = parts.controller.action_space
-        self.observation_space = parts.task.observation_space
-        self.render_mode, self._camera, self._render_size = render_mode, camera, render_size
-        self.metadata = {"render_modes": list(RENDER_MODES), "render_fps": round(1.0 / parts.control_timestep)}
-        self._seeded = False
-        self._running = False
         self._action_shape = self.action_space.shape
+        self.observation_space = parts.task.observation_space
+        self.render_mode = config.render_mode
+        self.metadata = {"render_modes": list(RENDER_MODES), "render_fps": round(1.0 / parts.control_timestep)}
+        self._seeded = self._running = False
+        self._checked = self._check_discrete if self._loop.discrete else self._check_box
+        self._row = _rows_of if isinstance(parts.task.observation_space, gym.spaces.Dict) else _row_of
         if isinstance(parts.task, GoalTask):
             self.compute_reward = parts.task.compute_reward  # where hindsight replay looks for it
 
@@ -120,38 +176,35 @@ class RobotEnv(gym.Env[Any, Any]):
         """Begin an episode.
 
         Args:
-            seed: All that the environment draws from now on depends on it; None: the next episode of the last seed.
+            seed: Determines every later random number; None: the next episode of the last seed.
             options: Those of the task's ``reset_options``: ``{"goal": (3,), "joint_positions": (dof,)}``.
 
         Returns:
             observation, info
 
         Raises:
-            UnknownParameterError: The task understands no such option.
+            UnknownParameterError: The task has no such option.
             ConfigurationError: An option cannot be used.
         """
-        spread = self._loop.options(options)
+        batched = batch_options(options, self.task.reset_options, 1)
         super().reset(seed=seed)
         if seed is not None or not self._seeded:
             self._loop.rng.seed([self.np_random_seed])
             self._seeded = True
-        observation = self._loop.begin(None, spread)
+        observation = self._loop.begin(None, batched)
         self._running = True
         if self.render_mode == "human":
             self.simulation.open_viewer()
-        return _row(observation), self._told()
-
-    def _told(self) -> dict[str, Any]:
-        """Return what the info of a reset tells."""
-        if self.randomization is None:
-            return {}
-        return {"frobs/randomization": {name: values[0] for name, values in self.randomization.values.items()}}
+        info = {}
+        if self.randomization is not None:
+            info["frobs/randomization"] = {name: values[0] for name, values in self.randomization.values.items()}
+        return self._row(observation), info
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Advance by one control step.
 
         Args:
-            action: In the action space; a Box's is clipped to it.
+            action: In the action space; actions of a Box are clipped to it.
 
         Returns:
             observation, reward, terminated, truncated, info
@@ -162,49 +215,38 @@ class RobotEnv(gym.Env[Any, Any]):
         """
         if not self._running:
             raise ResetNeededError("no episode is running; call reset() first.")
-        loop, task = self._loop, self.task
-        checked = self._check(action)  # first of all: a step that is refused is none, not even for the random numbers
-        loop.rng.begin_step()
-        command = self.controller.apply(checked)
-        if self.randomization is not None:
-            command = self.randomization.act(loop.rng, command)
-        self.robot.command(command)
-        self.simulation.step(self.decimation)
-        task.advance(loop.rng)
-        observation = task.observe(loop.rng)
-        if self.randomization is not None:
-            observation = self.randomization.observe(loop.rng, observation)
-        reward: float = task.reward().item()
-        ends = task.is_terminated()
+        # An invalid action raises before anything has changed, the random numbers included.
+        observation, rewards, ends, failures, info = self._loop.step(self._checked(action))
+        for name, values in info.items():
+            info[name] = values.item()
+        info["is_success"] = float(info["is_success"])
+        reward: float = rewards.item()
         terminated = ends is not None and ends.item()
-        info: dict[str, Any] = {"is_success": float(task.is_success().item())}
-        for term, values in task.reward_terms().items():
-            info[loop.key(term)] = values.item()
-        if loop.controller_tells:
-            info |= {f"frobs/{name}": values.item() for name, values in self.controller.info().items()}
-        diverged = self.simulation.diverged is not None
+        diverged = failures is not None
         if diverged:
             info["frobs/diverged"] = True
             reward = 0.0
         if terminated or diverged:
             self._running = False
-        return _row(observation), reward, terminated, diverged, info
+        return self._row(observation), reward, terminated, diverged, info
 
-    def _check(self, action: Any) -> Action:
-        if self._loop.discrete:
-            if not self.action_space.contains(action):
-                self._loop.fail_action(action, self.action_space)
-            return np.asarray(action, np.int64)[None]
+    def _check_box(self, action: Any) -> Action:
         array = np.asarray(action, np.float64)
-        if array.shape != self._action_shape or not array.dot(array) < math.inf:  # one number tells of all
-            self._loop.fail_action(action, self.action_space)
+        if array.shape != self._action_shape or not array.dot(array) < math.inf:  # one number for all elements
+            raise invalid_action(action, self.action_space)
         return array[None]
 
+    def _check_discrete(self, action: Any) -> Action:
+        if not self.action_space.contains(action):
+            raise invalid_action(action, self.action_space)
+        return np.asarray(action, np.int64)[None]
+
     def render(self) -> Any:
-        """Return a picture, (height, width, 3) uint8, if ``render_mode`` is ``"rgb_array"``."""
+        """Return an image, (height, width, 3) uint8, if ``render_mode`` is ``"rgb_array"``."""
         if self.render_mode != "rgb_array":
             return None
-        return self._loop.render(None, self._camera, self._render_size)[0]
+        config = self.config
+        return self.simulation.render(None, config.camera, config.render_size, "rgb", self.task.markers())[0]
 
     def snapshot(self) -> Snapshot:
         """Return the complete state of the environment (not of the wrappers around it)."""
@@ -216,13 +258,14 @@ class RobotEnv(gym.Env[Any, Any]):
         self._running, self._seeded = bool(snapshot["running"][0]), True
 
     def close(self) -> None:
-        """Release the simulation; twice is harmless."""
+        """Release the simulation; calling it again has no effect."""
         self._running = False
         self.simulation.close()
 
 
-def _row(observation: Observation) -> Any:
-    """Return the only row of a batched observation."""
-    if isinstance(observation, dict):
-        return {key: values[0] for key, values in observation.items()}
+def _row_of(observation: Any) -> Any:
     return observation[0]
+
+
+def _rows_of(observation: Any) -> Any:
+    return {key: values[0] for key, values in observation.items()}

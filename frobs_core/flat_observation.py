@@ -8,7 +8,6 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-import numpy.typing as npt
 
 from frobs_core.arrays import Floats
 
@@ -31,7 +30,9 @@ class ObservationTerm:
 
 
 class FlatObservation:
-    """A buffer for the terms of all environments, side by side: they are written in place and read with one copy.
+    """A buffer that holds the terms of all environments side by side.
+
+    Terms are written in place; an observation is a float32 copy of the buffer.
 
     Args:
         num_envs: ≥ 1.
@@ -63,10 +64,6 @@ class FlatObservation:
     def view(self, name: str) -> Floats:
         """Return the columns of a term, (num_envs, k) float64: what is written there is observed."""
         return self.values[:, self.columns[name]]
-
-    def read(self) -> npt.NDArray[np.float32]:
-        """Return the observation, (num_envs, k) float32, an array of its own."""
-        return self.values.astype(np.float32)
 
     def describe(self) -> list[dict[str, Any]]:
         """Return a row for each term: name, first and last column, unit and suggested scale."""

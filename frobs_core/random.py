@@ -67,15 +67,19 @@ class RandomSource:
 
     Args:
         num_envs: ≥ 1.
+
+    Attributes:
+        clock: Steps so far, in whichever episode; the environment adds 1 at the start of each step.
     """
 
     def __init__(self, num_envs: int) -> None:
         self.num_envs = num_envs
+        self.clock = 0
         self._seeds: Words = np.zeros(num_envs, np.uint64)
         self._episodes: Words = np.zeros(num_envs, np.uint64)
-        self._clock = 0  # steps counted, whichever episode they belong to
         self._begun: Words = np.zeros(num_envs, np.uint64)  # the clock when the episode began
-        self._draws: dict[str, Words] = {}
+        self._draws: dict[str, Words] = {}  # how often each stream was drawn in the step of the next line
+        self._drawn_at = 0
         self._keys: dict[str, Words] = {}
 
     def seed(self, seeds: Sequence[int] | Words, mask: Mask | None = None) -> None:
@@ -96,15 +100,9 @@ class RandomSource:
         """Count an episode, and start at step 0 of it."""
         rows = slice(None) if mask is None else mask
         self._episodes[rows] = (self._episodes[rows] + 1) & _LOW
-        self._begun[rows] = self._clock
+        self._begun[rows] = self.clock
         for draws in self._draws.values():
             draws[rows] = 0
-
-    def begin_step(self) -> None:
-        """Count a step of every environment."""
-        self._clock += 1
-        if self._draws:
-            self._draws.clear()
 
     def uniform(
         self,
@@ -160,7 +158,7 @@ class RandomSource:
     @property
     def steps(self) -> Words:
         """(num_envs,) the step of its episode that each environment is in, 0 at the reset."""
-        return np.uint64(self._clock) - self._begun
+        return np.uint64(self.clock) - self._begun
 
     def snapshot(self) -> dict[str, npt.NDArray[np.uint64]]:
         """Return the complete state between two steps."""
@@ -169,8 +167,8 @@ class RandomSource:
     def restore(self, snapshot: dict[str, npt.NDArray[np.uint64]]) -> None:
         """Return to a snapshot."""
         self._seeds[:], self._episodes[:] = snapshot["seeds"], snapshot["episodes"]
-        self._clock = int(snapshot["steps"].max(initial=0))
-        self._begun[:] = np.uint64(self._clock) - snapshot["steps"]
+        self.clock = int(snapshot["steps"].max(initial=0))
+        self._begun[:] = np.uint64(self.clock) - snapshot["steps"]
         self._draws.clear()
         self._keys.clear()
 
@@ -185,6 +183,9 @@ class RandomSource:
     def _unit(self, stream: str, shape: tuple[int, ...], mask: Mask | None) -> Floats:
         """Draw from [0, 1) with 53 bits; (n, *shape)."""
         rows = slice(None) if mask is None else mask
+        if self._drawn_at != self.clock:
+            self._draws.clear()
+            self._drawn_at = self.clock
         if stream not in self._draws:
             self._draws[stream] = np.zeros(self.num_envs, np.uint64)
         draws, steps, episodes = self._draws[stream][rows], self.steps[rows], self._episodes[rows]

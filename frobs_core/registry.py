@@ -21,6 +21,7 @@ from gymnasium.envs.registration import EnvSpec, get_env_id, parse_env_id
 
 from frobs_core import plugins
 from frobs_core.errors import AmbiguousNameError, ConfigurationError, PluginError, RunError, UnknownNameError, nearest
+from frobs_core.plain import is_plain
 from frobs_core.plugins.collection import Plugins, warn
 from frobs_core.plugins.discovery import normalize
 from frobs_core.plugins.report import PluginReport
@@ -95,9 +96,9 @@ def find_environment(id: str) -> tuple[TaskRecord, EnvironmentRecord]:
     if bare in table.clashes:
         raise_clash(bare, table.clashes[bare])
     if bare not in table.environments:
-        raise UnknownNameError(
-            "environment ID", bare, table.environments, [*collection.failures(), *table.problems.values()]
-        )
+        why_not = [*collection.failures(), *table.problems.values()]
+        hint = collection.install_hint("environment", bare)
+        raise UnknownNameError("environment ID", bare, table.environments, why_not, hint)
     return table.environments[bare]
 
 
@@ -130,7 +131,8 @@ def find_spec(id: str) -> EnvSpec:
         similar = nearest(name, gym.registry)
         ours = [known for known in gym.registry if known.startswith("frobs/")]
         why_not = [*plugins.active().failures(), *problems().values()]
-        raise UnknownNameError("environment ID", name, {*ours, *([similar] if similar else [])}, why_not)
+        hint = plugins.active().install_hint("environment", name)
+        raise UnknownNameError("environment ID", name, {*ours, *([similar] if similar else [])}, why_not, hint)
     return spec
 
 
@@ -261,22 +263,13 @@ def _problem(environment: EnvironmentRecord) -> str:
     if not isinstance(environment.parameters, Mapping):
         return "its parameters are no mapping"
     for name, value in environment.parameters.items():
-        if not _is_plain(value):
+        if not is_plain(value):
             return (
                 f"parameter '{name}' is a {type(value).__name__}; numbers, strings, lists and dictionaries can travel"
             )
         if name in ("task", "robot", "controller", "simulator"):
             return f"parameter '{name}' is a field of the record"
     return ""
-
-
-def _is_plain(value: object) -> bool:
-    """Return whether Gymnasium can compare, copy, pickle and write a value as JSON."""
-    if isinstance(value, dict):
-        return all(isinstance(key, str) and _is_plain(item) for key, item in value.items())
-    if isinstance(value, (list, tuple)):
-        return all(_is_plain(item) for item in value)
-    return value is None or type(value) in (bool, int, float, str)
 
 
 def _qualified(id: str, distribution: str) -> str:

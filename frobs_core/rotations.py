@@ -6,10 +6,14 @@ functions and sums over the last axis are used.
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 import numpy.typing as npt
 
 from frobs_core.arrays import Floats
+
+Number = TypeVar("Number", float, Floats)
 
 
 def quat_multiply(first: npt.ArrayLike, second: npt.ArrayLike) -> Floats:
@@ -22,17 +26,7 @@ def quat_multiply(first: npt.ArrayLike, second: npt.ArrayLike) -> Floats:
     Returns:
         (…, 4)
     """
-    w1, x1, y1, z1 = _columns(first)
-    w2, x2, y2, z2 = _columns(second)
-    return np.stack(
-        [
-            w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
-            w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
-            w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
-            w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
-        ],
-        axis=-1,
-    )
+    return np.stack(multiply_components(*_columns(first), *_columns(second)), axis=-1)
 
 
 def quat_conjugate(quat_wxyz: npt.ArrayLike) -> Floats:
@@ -51,9 +45,48 @@ def quat_rotate(quat_wxyz: npt.ArrayLike, vector: npt.ArrayLike) -> Floats:
     Returns:
         (…, 3)
     """
-    quat, vector = np.asarray(quat_wxyz, float), np.asarray(vector, float)
-    twice = 2.0 * np.cross(quat[..., 1:], vector)
-    return vector + quat[..., :1] * twice + np.cross(quat[..., 1:], twice)
+    return np.stack(rotate_components(*_columns(quat_wxyz), *_columns(vector)), axis=-1)
+
+
+def multiply_components(
+    w1: Number, x1: Number, y1: Number, z1: Number, w2: Number, x2: Number, y2: Number, z2: Number
+) -> tuple[Number, Number, Number, Number]:
+    """Return w, x, y, z of the product of two quaternions; floats are faster than arrays for a single one.
+
+    Args:
+        w1: (…) scalar part of the first quaternion.
+        x1: (…) first component of its vector part.
+        y1: (…)
+        z1: (…)
+        w2: (…) scalar part of the second quaternion.
+        x2: (…)
+        y2: (…)
+        z2: (…)
+    """
+    return (
+        w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
+        w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
+        w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
+        w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
+    )
+
+
+def rotate_components(
+    w: Number, x: Number, y: Number, z: Number, a: Number, b: Number, c: Number
+) -> tuple[Number, Number, Number]:
+    """Rotate the vector (a, b, c) by a unit quaternion; floats are faster than arrays for a single one.
+
+    Args:
+        w: (…) scalar part of the quaternion.
+        x: (…) first component of its vector part.
+        y: (…)
+        z: (…)
+        a: (…) first component of the vector.
+        b: (…)
+        c: (…)
+    """
+    p, q, r = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+    return a + w * p + (y * r - z * q), b + w * q + (z * p - x * r), c + w * r + (x * q - y * p)
 
 
 def quat_from_rpy(rpy: npt.ArrayLike) -> Floats:

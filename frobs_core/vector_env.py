@@ -17,11 +17,12 @@ from gymnasium.vector.utils import batch_space
 
 from frobs_core.arrays import Action, Mask
 from frobs_core.compose import compose
+from frobs_core.config import RENDER_MODES, EnvConfig
+from frobs_core.env import Loop
 from frobs_core.errors import ConfigurationError, ResetNeededError
-from frobs_core.interfaces import Robot, Snapshot
+from frobs_core.inputs import batch_options, invalid_action
+from frobs_core.interfaces import Snapshot
 from frobs_core.interfaces.task import Observation
-from frobs_core.loop import RENDER_MODES, Loop, check_render_mode
-from frobs_core.specs import ControllerRecord, SimulatorRecord, TaskRecord
 
 
 class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
@@ -35,9 +36,10 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         num_envs: ≥ 1.
         max_episode_steps: Control steps before truncation; None: never.
         autoreset_mode: Same-step, next-step or disabled.
-        keywords: Those of :class:`frobs_core.env.RobotEnv`.
+        keywords: Those of :class:`frobs_core.config.EnvConfig`; others are keywords of the task.
 
     Attributes:
+        config: The keywords.
         final_observation: After a step in which episodes ended: (num_envs, …), rows valid where they ended.
         randomization: What is randomised, with the values in force; None: nothing.
     """
@@ -48,48 +50,12 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self,
         num_envs: int = 1,
         *,
-        task: str | TaskRecord,
-        robot: str | Robot,
-        controller: str | ControllerRecord,
-        simulator: str | SimulatorRecord = "mujoco",
         max_episode_steps: int | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
-        reward_type: str | None = None,
-        render_mode: str | None = None,
-        camera: str | None = None,
-        render_size: tuple[int, int] = (480, 640),
-        control_timestep: float | None = None,
-        physics_timestep: float | None = None,
-        controller_kwargs: Mapping[str, Any] | None = None,
-        robot_args: Mapping[str, str] | None = None,
-        package_paths: Mapping[str, str] | None = None,
-        home: Mapping[str, float] | None = None,
-        tcp: str | None = None,
-        sensors: Mapping[str, Any] | None = None,
-        num_threads: int = 0,
-        randomize: Mapping[str, Any] | None = None,
-        **task_parameters: Any,
+        **keywords: Any,
     ) -> None:
-        check_render_mode(render_mode)
-        parts = compose(
-            num_envs=num_envs,
-            task=task,
-            robot=robot,
-            controller=controller,
-            simulator=simulator,
-            reward_type=reward_type,
-            control_timestep=control_timestep,
-            physics_timestep=physics_timestep,
-            controller_kwargs=controller_kwargs or {},
-            robot_args=robot_args or {},
-            package_paths=package_paths or {},
-            home=home or {},
-            tcp=tcp,
-            sensors=sensors,
-            num_threads=num_threads,
-            randomize=randomize,
-            task_parameters=task_parameters,
-        )
+        self.config = config = EnvConfig.from_dict(keywords)
+        parts = compose(config, num_envs)
         self._loop = Loop(parts, num_envs)
         self.simulation, self.robot = parts.simulation, parts.robot
         self.controller, self.task = parts.controller, parts.task
@@ -100,7 +66,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self.single_observation_space = parts.task.observation_space
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.render_mode, self._camera, self._render_size = render_mode, camera, render_size
+        self.render_mode = config.render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {
             "render_modes": list(RENDER_MODES),
@@ -114,6 +80,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self._none = np.zeros(num_envs, np.bool_)
         self._all = np.ones(num_envs, np.bool_)
         self._seeded = False
+        self._checked = self._check_discrete if self._loop.discrete else self._check_box
 
     def reset(
         self,
@@ -141,9 +108,9 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
             mask = np.asarray(mask)
             if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
                 raise ConfigurationError(f"reset_mask must be ({self.num_envs},) bool with a True in it, not {mask}.")
-        spread = self._loop.options(given)
+        batched = batch_options(given, self.task.reset_options, self.num_envs)
         self._seed(seed, mask)
-        observation = self._loop.begin(mask, spread)
+        observation = self._loop.begin(mask, batched)
         rows = slice(None) if mask is None else mask
         self._elapsed[rows] = 0
         self._ended[rows] = False
@@ -198,25 +165,15 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         if waiting is not None and (self.autoreset_mode is not AutoresetMode.NEXT_STEP or not self._seeded):
             which = np.flatnonzero(waiting).tolist()
             raise ResetNeededError(f"no episode is running in environments {which[:8]}; call reset() first.")
-        loop, task = self._loop, self.task
-        checked = self._check(actions)  # first of all: a step that is refused is none, not even for the random numbers
-        loop.rng.begin_step()
-        command = self.controller.apply(checked)
-        if self.randomization is not None:
-            command = self.randomization.act(loop.rng, command)
-        self.robot.command(command)
-        self.simulation.step(self.decimation)
+        # Invalid actions raise before anything has changed, the random numbers included.
+        observation, rewards, ends, diverged, infos = self._loop.step(self._checked(actions))
         self._elapsed += 1
-        task.advance(loop.rng)
-        observation = task.observe(loop.rng)
-        if self.randomization is not None:
-            observation = self.randomization.observe(loop.rng, observation)
-        reward = task.reward().copy()
-        ends = task.is_terminated()
+        reward = rewards.copy()
         terminated = self._none.copy() if ends is None else ends.copy()
         truncated = self._elapsed >= self.max_episode_steps
-        info = self._info()
-        diverged = self.simulation.diverged
+        info: dict[str, Any] = {"is_success": infos.pop("is_success").astype(np.float64), "_is_success": self._all}
+        for name, values in infos.items():
+            info[name], info["_" + name] = values.copy(), self._all
         if diverged is not None:
             truncated |= diverged
             reward[diverged] = 0.0
@@ -248,32 +205,25 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         assert isinstance(fresh, np.ndarray)
         return _merge(observation, fresh, mask)
 
-    def _info(self) -> dict[str, Any]:
-        task, key = self.task, self._loop.key
-        info: dict[str, Any] = {"is_success": task.is_success().astype(np.float64), "_is_success": self._all}
-        for term, values in task.reward_terms().items():
-            info[key(term)], info["_" + key(term)] = values.copy(), self._all
-        if self._loop.controller_tells:
-            for name, values in self.controller.info().items():
-                info[f"frobs/{name}"], info[f"_frobs/{name}"] = values.copy(), self._all
-        return info
+    def _check_box(self, actions: Any) -> Action:
+        array = np.asarray(actions, np.float64)
+        # A product would be faster than isfinite, but its threads would compete with the engine's.
+        if array.shape != self.action_space.shape or not np.isfinite(array).all():
+            raise invalid_action(actions, self.action_space)
+        return array
 
-    def _check(self, actions: Any) -> Action:
-        array = np.asarray(actions, np.int64 if self._loop.discrete else np.float64)
-        if array.shape != self.action_space.shape:
-            self._loop.fail_action(actions, self.action_space)
-        if self._loop.discrete:
-            if not self.action_space.contains(array):
-                self._loop.fail_action(actions, self.action_space)
-        elif not np.isfinite(array).all():  # a product would be quicker, but its threads would stay in the engine's way
-            self._loop.fail_action(actions, self.action_space)
+    def _check_discrete(self, actions: Any) -> Action:
+        array = np.asarray(actions, np.int64)
+        if array.shape != self.action_space.shape or not self.action_space.contains(array):
+            raise invalid_action(actions, self.action_space)
         return array
 
     def render(self) -> tuple[Any, ...] | None:
         """Return a picture of each environment, (height, width, 3) uint8, if ``render_mode`` is ``"rgb_array"``."""
         if self.render_mode != "rgb_array":
             return None
-        return tuple(self._loop.render(None, self._camera, self._render_size))
+        config = self.config
+        return tuple(self.simulation.render(None, config.camera, config.render_size, "rgb", self.task.markers()))
 
     def snapshot(self) -> Snapshot:
         """Return the complete state: restored, the environment continues exactly, where the simulator can."""

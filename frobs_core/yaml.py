@@ -11,6 +11,7 @@ import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from frobs_core.errors import ConfigFileError
+from frobs_core.plain import plain
 
 MAX_VALUES = 100_000
 """Most values that a file may hold once its aliases are written out."""
@@ -236,18 +237,9 @@ def find_origin(mapping: Mapping[str, Any], keys: Iterable[str | int]) -> tuple[
     return found
 
 
-def plain(value: Any) -> Any:
-    """Return the value with plain dictionaries and lists, for writing it to a file."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(item) for item in value]
-    return value
-
-
 def dump_yaml(mapping: Mapping[str, Any]) -> str:
     """Return YAML text that :func:`load_yaml` reads back."""
-    text: str = yaml.dump(plain(mapping), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
+    text: str = yaml.dump(plain(mapping, for_yaml=True), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
     return text
 
 

@@ -1,10 +1,14 @@
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
 import pytest
 from pydantic import BaseModel, ConfigDict, Field
 
 from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownParameterError
-from frobs_core.validation import validate
+from frobs_core.validation import boolean, box, finite, non_negative, number_list, numbers, positive, validate
 from frobs_core.yaml import load_yaml_text, merge
 
 
@@ -70,3 +74,33 @@ def test_a_key_that_overrides_a_file_is_not_blamed_on_it() -> None:
     settings = merge(load_yaml_text("steps: 1\n", "x.yaml"), {"steps": "many"})
     with pytest.raises(ConfigurationError, match=r"^thing: steps = 'many'"):
         validate(Outer, settings, "thing")
+
+
+@pytest.mark.parametrize(
+    ("check", "good", "bad"),
+    [
+        (finite, -2, (np.nan, np.inf, "2", True, None)),
+        (positive, 0.1, (0.0, -1.0)),
+        (non_negative, 0.0, (-0.1,)),
+        (boolean, np.True_, (1, "true", None)),
+        (number_list, [1, 2.5], ((), 3.0, "12", [1, "2"])),
+    ],
+)
+def test_what_cannot_be_used_is_refused_by_name(
+    check: Callable[[str, Any], Any], good: Any, bad: tuple[Any, ...]
+) -> None:
+    check("tolerance", good)
+    for value in bad:
+        with pytest.raises(ConfigurationError, match="tolerance"):
+            check("tolerance", value)
+
+
+def test_a_box_has_its_corners_in_order() -> None:
+    low, high = box("low", (0, 0, 0), "high", (1, 2, 3))
+    assert (high - low).tolist() == [1.0, 2.0, 3.0]
+    with pytest.raises(ConfigurationError, match=r"low \(0, 3, 0\) must be below high \(1, 2, 3\)"):
+        box("low", (0, 3, 0), "high", (1, 2, 3))
+
+
+def test_vectors_are_shown_briefly() -> None:
+    assert numbers(np.array([0.5, -0.25, 1.0])) == "(0.5, -0.25, 1)"

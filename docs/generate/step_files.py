@@ -1,5 +1,6 @@
 """The files of FRobs that a step runs, traced while the documentation is built."""
 
+import ast
 import sys
 from pathlib import Path
 from types import FrameType
@@ -30,7 +31,14 @@ def fragment() -> str:
     """Return the list as Markdown, for a page to include."""
     files = traced_files()
     lines = [f"One step of `{ID}` in MuJoCo runs code in {len(files)} files of FRobs, wrappers not counted:", ""]
-    return "\n".join([*lines, *(f"- `{path}`" for path in files), ""])
+    lines += ["| file | contents |", "|---|---|"]
+    return "\n".join([*lines, *(f"| `{path}` | {_summary(path)} |" for path in files), ""])
+
+
+def _summary(path: Path) -> str:
+    """Return the first line of a module's docstring."""
+    text = ast.get_docstring(ast.parse((ROOT / path).read_text("utf-8"))) or ""
+    return text.partition("\n")[0].replace("``", "`").replace("|", "\\|")
 
 
 def _files_of(function: Any) -> list[Path]:

@@ -256,6 +256,9 @@ class BareEngine(Protocol):
 class Simulation(ABC):
     """``num_envs`` copies of robots and a scene.
 
+    Further keyword-only parameters of a constructor are options of the simulator. Users give them to the environment as
+    ``simulator_kwargs``, and ``frobs show`` lists them with the text of the class's docstring.
+
     Args:
         robots: By name; the environment's own is ``"robot"``.
         scene: Everything else. (Its ``robots`` have been merged into the first argument.)

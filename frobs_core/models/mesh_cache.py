@@ -6,13 +6,14 @@ import contextlib
 import hashlib
 import os
 import re
-import tempfile
 import zipfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
+
+from frobs_core.files import cache_folder, write_aside
 
 _VERSION = b"1"  # of the parser: what it makes of a file is part of the key
 _MATERIALS = re.compile(rb"^\s*mtllib\s+(.+?)\s*$", re.MULTILINE)
@@ -29,13 +30,6 @@ class _Part(Protocol):
 
 
 P = TypeVar("P", bound=_Part)
-
-
-def cache_folder() -> Path:
-    """Return the folder of the cache: ``frobs/meshes`` in ``$XDG_CACHE_HOME``, else in ``~/.cache``."""
-    home = os.environ.get("XDG_CACHE_HOME", "")
-    base = Path(home) if os.path.isabs(home) else Path.home() / ".cache"
-    return base / "frobs" / "meshes"
 
 
 class MeshCache:
@@ -56,7 +50,7 @@ class MeshCache:
         for name in pattern.findall(data) if pattern else ():
             with contextlib.suppress(OSError, ValueError):
                 key.update(b"\0" + (path.parent / os.fsdecode(name)).read_bytes())
-        self.file = cache_folder() / f"{key.hexdigest()}.npz"
+        self.file = cache_folder("meshes") / f"{key.hexdigest()}.npz"
 
     def load(self, part: Callable[[Any, Any, Any], P]) -> tuple[P, ...] | None:
         """Return the parts that are stored, or None: there are none, or they are damaged."""
@@ -81,13 +75,10 @@ class MeshCache:
         for i, part in enumerate(parts):
             arrays |= {f"vertices{i}": part.vertices, f"faces{i}": part.faces}
             colours.append([np.nan] * 4 if part.rgba is None else part.rgba)
+
+        def write(aside: Path) -> None:
+            with aside.open("wb") as file:
+                np.savez(file, rgba=np.array(colours, float), **arrays)
+
         with contextlib.suppress(OSError):
-            self.file.parent.mkdir(parents=True, exist_ok=True)
-            handle, aside = tempfile.mkstemp(dir=self.file.parent, suffix=".part")
-            try:
-                with os.fdopen(handle, "wb") as file:
-                    np.savez(file, rgba=np.array(colours, float), **arrays)
-                os.replace(aside, self.file)
-            except BaseException:
-                Path(aside).unlink(missing_ok=True)
-                raise
+            write_aside(self.file, write, durable=False)

@@ -2,6 +2,7 @@
 
     discovery.py    reads the entry points of the installed distributions; imports nothing
     loading.py      imports one plugin, calls its hooks, checks its records
+    known.py        which distribution of this project offers which names
     report.py       what became of it
     requirements.py what a distribution says that it needs, the versions of the core among it
     probe.py        imports one in a process of its own (child.py), with a time limit

@@ -17,8 +17,8 @@ from types import MappingProxyType
 
 from frobs_core._version import __version__
 from frobs_core.errors import AmbiguousNameError, PluginError, PluginLoadError, UnknownNameError, nearest
-from frobs_core.plugins.built_in import BUILT_IN
 from frobs_core.plugins.discovery import Candidate, find_candidates, match_disabled, normalize
+from frobs_core.plugins.known import install_command, known
 from frobs_core.plugins.loading import import_plugin, read_records
 from frobs_core.plugins.report import PluginReport, environment_ids
 from frobs_core.plugins.requirements import core_versions, is_made_for
@@ -113,11 +113,23 @@ class Plugins:
         if len(offers) > 1:
             raise AmbiguousNameError(kind, bare, [report.origin for report in offers.values()])
         if not offers:
-            package = BUILT_IN[kind].get(bare, "")
-            there = any(normalize(report.distribution) == package for report in self.reports())
-            hint = f"pip install {package}" if package and not there else ""
-            raise UnknownNameError(kind, name, self.records(kind), self.failures(), hint)
+            raise UnknownNameError(kind, name, self.records(kind), self.failures(), self.install_hint(kind, bare))
         return next(iter(offers.values()))
+
+    def install_hint(self, kind: str, name: str) -> str:
+        """Return the command that installs a name of this project.
+
+        Args:
+            kind: A kind of record, or ``"environment"``.
+            name: Name of the record, or the ID.
+
+        Returns:
+            The command; an empty string if the name is unknown, or if a plugin of its distribution is installed.
+        """
+        package = known().get(kind, {}).get(name, "")
+        if any(normalize(report.distribution) == package for report in self.reports()):
+            return ""
+        return install_command(kind, name)
 
     def failures(self) -> tuple[str, ...]:
         """Return a line for each plugin that is not loaded: its name, distribution, version and cause."""

@@ -6,9 +6,6 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-CORE = "frobs-core"
-"""The distribution whose versions plugins declare that they are made for."""
-
 _CORE_LINE = re.compile(r"^\s*frobs[-_.]core(?![\w.-])\s*(?:\[[^\]]*\])?\s*\(?([^;)]*)\)?", re.IGNORECASE)
 
 

@@ -19,10 +19,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from frobs_core.errors import ConfigFileError, UnknownParameterError
+from frobs_core.plain import plain
 from frobs_core.randomization.distribution import Distribution, Shape
 from frobs_core.randomization.reading import Problem, read_distribution, read_schedule, read_steps, read_targets
 from frobs_core.randomization.schedule import Schedule, When
-from frobs_core.yaml import find_origin, plain
+from frobs_core.yaml import find_origin
 
 CAPABILITY: Mapping[str, str] = {
     "mass": "randomize_mass",
@@ -116,7 +117,7 @@ def read_settings(given: Mapping[str, Any] | None) -> Settings | None:
         error = problem.as_error()
         origin = find_origin(given, problem.keys) if isinstance(given, Mapping) else None
         raise (ConfigFileError(*origin, str(error)) if origin else error) from None
-    return Settings(plain(given), tuple(items))
+    return Settings(plain(given, for_yaml=True), tuple(items))
 
 
 def _read_physical(parameter: str, entry: Any) -> list[Setting]:

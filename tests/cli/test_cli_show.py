@@ -73,6 +73,15 @@ def test_a_simulator_shows_every_capability(facts: Facts) -> None:
     assert [row["capability"] for row in found["capabilities"]] == list(CAPABILITIES)
 
 
+def test_a_simulator_shows_its_options_and_nothing_that_the_environment_sets(facts: Facts) -> None:
+    [found] = facts("show", "simulator:mujoco")
+    rows = {row["name"]: row["help"] for row in found["parameters"]}
+    assert rows["solver"].startswith("Constraint solver")
+    assert {"cone", "impratio", "iterations", "tolerance"} < rows.keys()
+    assert not rows.keys() & {"robots", "scene", "num_envs", "physics_timestep", "num_threads"}
+    assert all(rows.values())
+
+
 def test_an_environment_shows_the_defaults_that_hold_for_it(facts: Facts) -> None:
     [found] = facts("show", "frobs/Irb120ReachLegacy-v0")
     [full_range] = [row for row in found["controller_parameters"] if row["name"] == "full_range"]

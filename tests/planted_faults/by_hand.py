@@ -11,7 +11,8 @@ _CONTACTS = "frobs_sim_mujoco.contacts"
 _DELTA, _JOINTS = "frobs_controllers.joint_delta_position", "frobs_controllers.joint_position"
 _VELOCITY, _DRIVE = "frobs_controllers.joint_velocity", "frobs_controllers.differential_drive"
 _REACH, _GOAL, _SAMPLING = "frobs_tasks_reach.reach", "frobs_tasks_reach.goal", "frobs_tasks_reach.sampling"
-_OBSERVATION, _MOTION = "frobs_core.flat_observation", "frobs_tasks_reach.motion"
+_START, _MOTION = "frobs_tasks_reach.start", "frobs_tasks_reach.motion"
+_OBSERVATION = "frobs_core.flat_observation"
 _VECTOR = "frobs_core.vector_env"
 
 _TABLE = (
@@ -81,14 +82,16 @@ _TABLE = (
      "return distance + precision", "return distance + precision - 1e-9 * precision.mean()"),
     ("an observation that is never measured", _REACH,
      '"""Measure where the tool is."""\n        self._measure()', '"""Measure where the tool is."""'),
-    ("a given start ignored", _REACH, "if given is not None:\n            robot.write", "if False:\n            robot.write"),
+    ("a given start ignored", _START, "if given is not None:\n            robot.write", "if False:\n            robot.write"),
     ("a goal that the snapshot does not bring back", _REACH,
      'self._observation.values[:] = snapshot["observation"]', "pass"),
-    ("shared observation memory", _OBSERVATION,
-     "return self.values.astype(np.float32)",
-     "self._kept = getattr(self, '_kept', self.values.astype(np.float32))\n"
-     "        self._kept[...] = self.values\n        return self._kept"),
-    ("observations in double precision", _OBSERVATION, "return self.values.astype(np.float32)", "return self.values.copy()"),
+    ("shared observation memory", _REACH,
+     "return self._observation.values.astype(np.float32)",
+     "values = self._observation.values\n"
+     "        self._kept = getattr(self, '_kept', values.astype(np.float32))\n"
+     "        self._kept[...] = values\n        return self._kept"),
+    ("observations in double precision", _REACH,
+     "return self._observation.values.astype(np.float32)", "return self._observation.values.copy()"),
     ("columns that overlap", _OBSERVATION, "slice(start, start + len(term.low))\n            start +=",
      "slice(max(start - 1, 0), start + len(term.low))\n            start +="),
     ("a reward of goals that are not those of the step", _GOAL,

@@ -22,7 +22,7 @@ FILES = (
     "frobs_controllers.tcp_delta_position",
     "frobs_tasks_reach.reach",
     "frobs_tasks_reach.goal",
-    "frobs_tasks_reach.terms",
+    "frobs_tasks_reach.start",
     "frobs_tasks_reach.motion",
     "frobs_core.flat_observation",
 )

@@ -12,7 +12,7 @@ REASONS: dict[tuple[str, str], str] = {
     ): "a parameter that is out of range is accepted; the kit gives none but those of the record",
     (
         "frobs_tasks_reach.goal",
-        "line 91",
+        "line 90",
     ): "the reward's term has another name, and the same value; what terms are called is the task's own",
     (
         "frobs_controllers.joint_position",
@@ -23,12 +23,12 @@ REASONS: dict[tuple[str, str], str] = {
         "separation",
     ): f"it turns faster or slower than its action says; {_MEANING} `test_differential_drive.py`",
     (
-        "frobs_tasks_reach.terms",
+        "frobs_tasks_reach.reach",
         "b * z - c * y",
     ): "what a column of the observation means is the task's own; `test_reach_terms.py` compares it with a rotation",
     (
         "frobs_tasks_reach.motion",
-        "line 46",
+        "line 45",
     ): "the goals move along other paths of the same kind; how they move is the task's own, held by `test_reach_dynamic.py`",
     (
         "frobs_sim_mujoco.simulation",

@@ -4,7 +4,6 @@ import pytest
 
 from frobs_core import plugins as installed
 from frobs_core.errors import AmbiguousNameError, UnknownNameError
-from frobs_core.plugins.built_in import BUILT_IN
 
 
 def two_arms(site):
@@ -102,13 +101,6 @@ def test_an_unknown_name_gets_the_nearest_and_what_failed_to_load(site):
 def test_a_built_in_that_is_not_installed_says_how_to_install_it(site, kind, name, package):
     with pytest.raises(UnknownNameError, match=f"To install it: pip install {package}"):
         site.plugins().get_record(kind, name)
-
-
-def test_every_built_in_that_is_installed_is_known_with_its_distribution():
-    for kind, packages in BUILT_IN.items():
-        for name in installed.records(kind):
-            if name in packages:
-                assert installed.get_report(kind, name).distribution == packages[name]
 
 
 def test_an_installed_but_broken_built_in_is_not_to_be_installed_again(site):

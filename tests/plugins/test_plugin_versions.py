@@ -64,6 +64,9 @@ def test_ranges_end_or_do_not():
 @pytest.mark.parametrize("path", PROJECTS, ids=lambda path: path.parent.name)
 def test_our_own_plugins_are_made_for_this_core(path):
     versions = core_versions(tomllib.loads(path.read_text())["project"]["dependencies"])
+    if path.parent.name == "frobs-deploy":
+        assert versions == ""  # runs without the core
+        return
     assert has_upper_bound(versions)
     assert is_made_for(versions, __version__)
 

@@ -50,7 +50,7 @@ class World:
 
     def step(self, times: int = 1) -> None:
         for _ in range(times):
-            self.rng.begin_step()
+            self.rng.clock += 1
             self.simulation.step(4)
             self.sensors.advance(self.rng)
 

@@ -128,7 +128,7 @@ def test_joint_effort_scales_to_the_limits(fake_arm, fake_cart, bound):
 
 @pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf, "0.1", True, None], ids=repr)
 def test_steps_must_be_positive_and_finite(value):
-    with pytest.raises(ConfigurationError, match="joint_delta_position: max_delta must be a finite number above 0"):
+    with pytest.raises(ConfigurationError, match=r"joint_delta_position: max_delta is .*; it must be"):
         JointDeltaPosition(max_delta=value)
 
 
@@ -141,5 +141,5 @@ def test_own_limits_must_be_positive_and_finite(value):
 
 
 def test_full_range_must_be_a_flag():
-    with pytest.raises(ConfigurationError, match="full_range must be True or False"):
+    with pytest.raises(ConfigurationError, match=r"full_range is .*; it must be true or false"):
         JointDeltaPosition(full_range="yes")

@@ -135,7 +135,7 @@ def test_no_joint_is_asked_to_go_faster_than_its_limit(fake_arm, bound):
 @pytest.mark.parametrize("name", ["max_delta", "damping"])
 @pytest.mark.parametrize("value", [0.0, -0.1, np.nan, np.inf, "1 cm"], ids=repr)
 def test_parameters_must_be_positive_and_finite(make, name, value):
-    with pytest.raises(ConfigurationError, match=f"{name} must be a finite number above 0"):
+    with pytest.raises(ConfigurationError, match=rf"{name} is .*; it must be"):
         make(**{name: value})
 
 

@@ -11,9 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import frobs_core
+import frobs_deploy
 
-ROOT = Path(frobs_core.__file__).parents[1]
+PACKAGE = Path(frobs_deploy.__file__).parent
+DISTRIBUTION = PACKAGE.parents[1]
+ROOT = DISTRIBUTION.parents[1]
 
 ACT = """
 import sys
@@ -27,7 +29,7 @@ print(*sorted({name.partition('.')[0] for name in sys.modules}))
 
 @pytest.fixture
 def bare(tmp_path: Path) -> Path:
-    """A folder of packages: NumPy, onnxruntime with what it needs, and the core, as links."""
+    """A folder of packages: NumPy, onnxruntime with what it needs, and frobs_deploy, as links."""
     folder = tmp_path / "packages"
     folder.mkdir()
     names = {"numpy", "onnxruntime", "flatbuffers", "protobuf", "packaging"}
@@ -37,7 +39,7 @@ def bare(tmp_path: Path) -> Path:
     base = Path(str(distribution("numpy").locate_file("")))
     for top in tops - {"__pycache__"}:
         (folder / top).symlink_to(base / top)
-    (folder / "frobs_core").symlink_to(ROOT / "frobs_core")
+    (folder / "frobs_deploy").symlink_to(PACKAGE)
     return folder
 
 
@@ -53,20 +55,21 @@ def test_a_bundle_runs_without_torch_gymnasium_and_the_rest(bare: Path, arm: Pat
     assert done.stderr == ""
     action, modules = done.stdout.splitlines()
     np.testing.assert_array_equal(np.array(eval(action)), [0.25, -0.5])
-    absent = {"torch", "gymnasium", "pluggy", "pydantic", "yaml", "onnx", "stable_baselines3", "typer", "xacro"}
+    absent = {
+        "torch",
+        "gymnasium",
+        "frobs_core",
+        "pluggy",
+        "pydantic",
+        "yaml",
+        "onnx",
+        "stable_baselines3",
+        "typer",
+        "xacro",
+    }
     assert absent & set(modules.split()) == set()
     for name in absent:
         assert python(bare, "-c", f"import {name}").returncode != 0
-
-
-def test_a_model_file_can_be_compared_there_too(bare: Path, tmp_path: Path) -> None:
-    code = (
-        "from frobs_core.models import fingerprint, load_model; import sys; print(fingerprint(load_model(sys.argv[1])))"
-    )
-    urdf = tmp_path / "one.urdf"
-    urdf.write_text("<robot name='one'><link name='a'/></robot>")
-    done = python(bare, "-c", code, str(urdf))
-    assert (done.stderr, len(done.stdout)) == ("", 65)
 
 
 def test_the_module_says_what_a_bundle_is_for(bare: Path, arm: Path) -> None:
@@ -85,7 +88,9 @@ def test_the_module_says_what_a_bundle_is_for(bare: Path, arm: Path) -> None:
 def test_without_onnxruntime_the_error_says_what_to_install(bare: Path, arm: Path) -> None:
     (bare / "onnxruntime").unlink()
     done = python(bare, "-m", "frobs_deploy", str(arm))
-    assert done.stderr == "error: running a policy bundle needs onnxruntime; install with: pip install onnxruntime.\n"
+    assert (
+        done.stderr == "error: running a policy bundle needs onnxruntime; install it with 'pip install onnxruntime'.\n"
+    )
 
 
 @pytest.mark.slow
@@ -98,7 +103,7 @@ def test_a_bundle_runs_in_a_virtual_environment_of_its_own(arm: Path, tmp_path: 
     )
     if done.returncode:
         pytest.skip(f"pip cannot install here: {done.stderr.strip().splitlines()[-1]}")
-    subprocess.run([*pip, "--no-deps", ROOT], check=True)
+    subprocess.run([*pip, "--no-deps", DISTRIBUTION], check=True)
     ran = subprocess.run([interpreter, "-c", ACT, arm], capture_output=True, text=True, cwd=tmp_path)
     assert ran.stderr == ""
     assert ran.stdout.splitlines()[0] == "[0.25, -0.5]"

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from bundles import JOINTS, ROBOT, manifest, space, write, write_choosing, write_summing
 
-from frobs_core.errors import ConfigurationError
 from frobs_deploy import Policy
-from frobs_deploy.errors import BundleError, BundleMismatchError
+from frobs_deploy.errors import BundleError, BundleMismatchError, PolicyArgumentError
 
 
 def observation(*numbers: float) -> Any:
@@ -102,7 +101,7 @@ def test_a_recurrent_policy_remembers_until_it_is_reset(tmp_path: Path) -> None:
     assert policy.act(batch).ravel().tolist() == [2, 30]
     with pytest.raises(BundleMismatchError, match=r"3 observations came after 2; call reset\(\)"):
         policy.act(np.zeros((3, 1), np.float32))
-    with pytest.raises(ConfigurationError, match="mask must be bool"):
+    with pytest.raises(PolicyArgumentError, match="mask must be bool"):
         policy.reset(np.array([True]))
 
 
@@ -138,7 +137,7 @@ def test_a_policy_without_a_robot_takes_none(tmp_path: Path) -> None:
         Policy(path, joint_names=JOINTS)
 
 
-def test_the_model_file_is_read_and_compared(tmp_path: Path) -> None:
+def test_the_fingerprint_of_a_model_file_is_compared(tmp_path: Path) -> None:
     from frobs_core.models import fingerprint, load_model
 
     urdf = tmp_path / "arm.urdf"
@@ -152,15 +151,20 @@ def test_the_model_file_is_read_and_compared(tmp_path: Path) -> None:
     urdf.write_text(text)
     robot = {**manifest()["robot"], "fingerprint": fingerprint(load_model(urdf))}
     path = write(tmp_path / "own.frobs", robot=robot)
-    assert Policy(path, robot=urdf)
+    assert Policy(path, robot=fingerprint(load_model(urdf)))
     urdf.write_text(text.replace("<robot name='arm'>", "<robot name='other'> <!-- the same -->\n"))
-    assert Policy(path, robot=str(urdf))
+    assert Policy(path, robot=fingerprint(load_model(urdf)))
     urdf.write_text(text.replace("velocity='2'", "velocity='2.5'"))
-    with pytest.raises(BundleMismatchError, match=r"arm\.urdf is not the robot of the training"):
-        Policy(path, robot=urdf)
+    with pytest.raises(BundleMismatchError, match="is not the robot of the training"):
+        Policy(path, robot=fingerprint(load_model(urdf)))
     urdf.write_text(text.replace("elbow", "wrist"))
     with pytest.raises(BundleMismatchError, match="the joints are shoulder, wrist"):
-        Policy(path, robot=urdf)
+        Policy(path, joint_names=load_model(urdf).joint_names)
+
+
+def test_a_path_in_place_of_a_fingerprint_is_rejected(arm: Path) -> None:
+    with pytest.raises(PolicyArgumentError, match="not a fingerprint of 64"):
+        Policy(arm, robot="arm.urdf")
 
 
 def test_a_change_per_step_is_limited(arm: Path) -> None:
@@ -194,15 +198,15 @@ def test_the_limit_can_be_that_of_the_joints(arm: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, [0.1], [0.1, -0.1], "fast"])
 def test_a_limit_that_makes_no_sense_is_refused(value: Any, arm: Path, tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="max_change="):
+    with pytest.raises(PolicyArgumentError, match="max_change="):
         Policy(arm, max_change=value)
-    with pytest.raises(ConfigurationError, match="which have no distance"):
+    with pytest.raises(PolicyArgumentError, match="which have no distance"):
         Policy(write_choosing(tmp_path / "choice.frobs"), max_change=0.1)
 
 
 @pytest.mark.parametrize("value", [[0.0], [math.nan, 0.0], np.zeros((2, 3))])
 def test_a_previous_action_that_makes_no_sense_is_refused(value: Any, arm: Path) -> None:
-    with pytest.raises(ConfigurationError, match="previous_action"):
+    with pytest.raises(PolicyArgumentError, match="previous_action"):
         Policy(arm).reset(previous_action=np.array(value))
 
 

@@ -12,16 +12,25 @@ from pathlib import Path
 
 import pytest
 
-from frobs_ros.environment import find_ros
+import frobs_rl_compat
+from frobs_ros.environment import use_ros
+from frobs_ros.errors import RosNotFoundError
 
 _LIMIT = 900  # [s] for a script
 
+sys.path.append(str(Path(frobs_rl_compat.__file__).parent / "overlay"))  # the gym of 'frobs legacy run'
 
-def _missing() -> str:
-    if find_ros() is None:
-        return "ROS is not installed"
-    done = subprocess.run([sys.executable, "-c", "import rospy"], capture_output=True, text=True)
-    return "" if done.returncode == 0 else f"import rospy fails: {done.stderr.strip().splitlines()[-1]}"
+
+@pytest.fixture
+def legacy_run() -> list[str]:
+    """The words of ``frobs legacy run``; skip where there is no ROS, or fail where FROBS_REQUIRE_ROS says so."""
+    try:
+        use_ros()
+    except RosNotFoundError as error:
+        if os.environ.get("FROBS_REQUIRE_ROS") == "1":
+            pytest.fail(str(error))
+        pytest.skip(str(error))
+    return [sys.executable, "-m", "frobs_cli", "legacy", "run"]
 
 
 def _alone() -> list[str]:
@@ -46,13 +55,8 @@ def backend(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture
-def run_package(tmp_path: Path) -> Callable[..., Callable[..., str]]:
+def run_package(tmp_path: Path, legacy_run: list[str]) -> Callable[..., Callable[..., str]]:
     """Copy a package, and return what runs its scripts and returns their output."""
-    missing = _missing()
-    if missing and os.environ.get("FROBS_REQUIRE_ROS") == "1":
-        pytest.fail(f"{missing}, and FROBS_REQUIRE_ROS is set")
-    if missing:
-        pytest.skip(missing)
     alone = _alone()
 
     def prepare(package: Path, backend: str) -> Callable[..., str]:
@@ -74,7 +78,7 @@ def run_package(tmp_path: Path) -> Callable[..., Callable[..., str]]:
 
         def run(script: str, *arguments: str) -> str:
             done = subprocess.run(
-                [*alone, sys.executable, str(folder / "scripts" / script), *arguments],
+                [*alone, *legacy_run, str(folder / "scripts" / script), *arguments],
                 env=environment,
                 cwd=tmp_path,
                 capture_output=True,

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import gym
@@ -16,12 +13,13 @@ import pytest
 import frobs_algos_sb3.frobs_rl
 import frobs_core.wrappers
 import frobs_rl
+import frobs_ros.robot_basic_env
+from frobs_rl.envs.robot_BasicEnv import RobotBasicEnv
 from frobs_rl.models.basic_model import BasicModel
 from frobs_rl.models.td3 import TD3
 from frobs_rl.wrappers.NormalizeActionWrapper import NormalizeActionWrapper
 from frobs_rl.wrappers.NormalizeObservationWrapper import NormalizeObservationWrapper
 from frobs_rl.wrappers.TimeLimitWrapper import TimeLimitWrapper
-from frobs_rl_compat.manner import manner_of
 
 SHARE = Path(frobs_rl.__file__).parent
 TD3_YAML = Path(__file__).parent / "old_gym_package" / "config" / "td3.yaml"
@@ -50,37 +48,29 @@ def test_the_default_files_are_those_of_the_algorithms(name):
     assert (SHARE / "config" / original.name).read_bytes() == original.read_bytes()
 
 
-def test_the_ros_package_is_found_by_whoever_python_starts():
-    code = "import os; print(os.environ['ROS_PACKAGE_PATH'])"
-    environment = {**os.environ, "ROS_PACKAGE_PATH": "/somewhere/else"}
-    paths = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
-    assert paths.stdout.strip().split(os.pathsep) == ["/somewhere/else", str(SHARE)]
-    assert (SHARE / "package.xml").is_file()
-
-
-def make(manner: str):
-    if manner == "gym":
+def make(library: str):
+    if library == "gym":
         return gym.make("Pendulum-v1", max_episode_steps=10)
     return gymnasium.make("Pendulum-v1", max_episode_steps=10)
 
 
-@pytest.mark.parametrize(("manner", "values"), [("gym", 4), ("gymnasium", 5)])
-def test_wrappers_answer_as_what_they_wrap(manner, values):
-    env = TimeLimitWrapper(NormalizeObservationWrapper(NormalizeActionWrapper(make(manner))), max_steps=3)
+@pytest.mark.parametrize(("library", "values"), [("gym", 4), ("gymnasium", 5)])
+def test_wrappers_keep_the_api_of_what_they_wrap(library, values):
+    env = TimeLimitWrapper(NormalizeObservationWrapper(NormalizeActionWrapper(make(library))), max_steps=3)
     first = env.reset()
-    assert isinstance(first, np.ndarray) is (manner == "gym")
+    assert isinstance(first, np.ndarray) is (library == "gym")
     steps = [env.step(env.action_space.sample()) for _ in range(3)]
     assert {len(step) for step in steps} == {values}
-    assert steps[-1][2] is (manner == "gym")
+    assert steps[-1][2] is (library == "gym")
     assert steps[-1][-1]["time_limit_reached"] is True
     assert steps[-1][-1]["is_success"] == 0.0
     assert env.max_torque == 2.0
     env.close()
 
 
-@pytest.mark.parametrize("manner", ["gym", "gymnasium"])
-def test_a_td3_script_of_the_documentation_trains_saves_loads_and_predicts(manner, tmp_path):
-    env = TimeLimitWrapper(NormalizeObservationWrapper(NormalizeActionWrapper(make(manner))), max_steps=10)
+@pytest.mark.parametrize("library", ["gym", "gymnasium"])
+def test_a_td3_script_of_the_documentation_trains_saves_loads_and_predicts(library, tmp_path):
+    env = TimeLimitWrapper(NormalizeObservationWrapper(NormalizeActionWrapper(make(library))), max_steps=10)
     env.reset()
     save_path, log_path = str(tmp_path) + "/models/td3/", str(tmp_path) + "/logs/td3/"
     model = TD3(env, save_path, log_path, config_file_pkg=None, config_filename=str(TD3_YAML))
@@ -88,10 +78,10 @@ def test_a_td3_script_of_the_documentation_trains_saves_loads_and_predicts(manne
     model.save_model()
     assert model.model.num_timesteps == 60
     trained = TD3.load_trained(save_path + "trained_model")
-    observation = env.reset() if manner == "gym" else env.reset()[0]
+    observation = env.reset() if library == "gym" else env.reset()[0]
     action, _ = trained.predict(observation, deterministic=True)
     answer = env.step(action)
-    assert len(answer) == (4 if manner == "gym" else 5)
+    assert len(answer) == (4 if library == "gym" else 5)
     model.close_env()
 
 
@@ -131,51 +121,36 @@ def test_the_templates_have_both_names_of_the_documentation():
     assert gymnasium.spec("CustomTaskEnv-v0").max_episode_steps == 10000
 
 
-@pytest.mark.parametrize("name", ["gym", "gymnasium"])
-def test_a_robots_environment_has_the_manner_that_its_file_imports(name, tmp_path, monkeypatch):
-    (tmp_path / f"robot_{name}.py").write_text(
-        f"from {name} import spaces\nfrom frobs_rl.envs import robot_BasicEnv\n"
-        "class Robot(robot_BasicEnv.RobotBasicEnv):\n    pass\n"
-    )
-    monkeypatch.syspath_prepend(str(tmp_path))
-    made = object.__new__(importlib.import_module(f"robot_{name}").Robot)  # its constructor would want ROS
-    assert manner_of(made).value == name
+class Still(RobotBasicEnv):
+    """A robot without ROS: only the values that ``reset`` and ``step`` return are looked at."""
+
+    action_space = observation_space = gymnasium.spaces.Box(-1.0, 1.0, (1,), np.float32)
+
+    def __init__(self):
+        self.info = {}
 
 
-WITHOUT_ROS = """
-from pathlib import Path
-from frobs_ros import environment
-
-environment.SYSTEM = environment.DISTRIBUTION = Path("/nowhere")
-"""
-
-
-@pytest.mark.parametrize(
-    ("module", "told"),
-    [
-        ("rospy", "it is not installed for this Python. Install it with 'apt-get install ros-core"),
-        ("sensor_msgs.msg", "'frobs doctor ros' says"),
-        ("moveit_commander", "MoveIt is not installed, and nothing stands in for it"),
-        ("moveit_commander.conversions", "frobs migrate PATH"),
-    ],
-)
-def test_what_a_package_imports_and_is_missing_says_what_to_do(module, told):
-    code = WITHOUT_ROS + f"import {module}"
-    done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True)
-    last = done.stderr.strip().splitlines()[-1]
-    top = module.partition(".")[0]
-    if done.returncode == 0:
-        pytest.skip(f"{top} is installed in this environment")
-    assert last.startswith(f"ModuleNotFoundError: No module named '{top}': ")
-    assert told in last
+@pytest.fixture
+def fake_ros(monkeypatch):
+    """Let the class that speaks to ROS return fixed values."""
+    base = frobs_ros.robot_basic_env.RobotBasicEnv
+    monkeypatch.setattr(base, "reset", lambda self, *, seed=None, options=None: (np.zeros(1, np.float32), {}))
+    monkeypatch.setattr(base, "step", lambda self, action: (np.zeros(1, np.float32), 1.0, False, True, {}))
 
 
-def test_who_only_asks_for_a_missing_module_is_told_that_it_is_not_there():
-    code = WITHOUT_ROS + (
-        "import importlib.util\n"
-        "print(importlib.util.find_spec('moveit_msgs'))\n"
-        "try:\n    import moveit_msgs\nexcept ImportError as error:\n    print(error.name)\n"
-        "import frobs_rl.common.ros_gazebo, frobs_rl.envs.robot_BasicEnv"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["None", "moveit_msgs"]
+def test_a_class_of_frobs_rl_returns_four_values_and_takes_a_seed(fake_ros):
+    env = Still()
+    assert isinstance(env.reset(seed=1), np.ndarray)
+    assert env.seed(3) == [3]
+    assert env.step(None)[1:] == (1.0, True, {"TimeLimit.truncated": True})
+
+
+@pytest.mark.parametrize(("library", "values"), [(gym, 4), (gymnasium, 5)], ids=["gym", "gymnasium"])
+@pytest.mark.parametrize("registered", [gym, gymnasium], ids=["gym", "gymnasium"])
+def test_make_decides_how_many_values_whoever_registered_the_class(fake_ros, library, registered, values):
+    id = f"Still-{registered.__name__}-v0"
+    if id not in gymnasium.registry:
+        registered.register(id=id, entry_point=Still)
+    env = NormalizeActionWrapper(library.make(id))
+    assert isinstance(env.reset(), tuple) is (values == 5)
+    assert len(env.step(np.zeros(1, np.float32))) == values

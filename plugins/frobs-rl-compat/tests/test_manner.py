@@ -1,17 +1,13 @@
-"""Environments of both manners, and the way from each to the other."""
+"""Environments of old gym's API and of Gymnasium's, and the wrappers from each to the other."""
 
 from __future__ import annotations
-
-import sys
-import textwrap
 
 import gymnasium
 import numpy as np
 import pytest
 
 from frobs_core.errors import ConfigurationError
-from frobs_rl_compat.manner import Manner, manner_of, to_gymnasium
-from frobs_rl_compat.named_imports import imported_names, manner_by_imports, manner_of_gym
+from frobs_rl_compat.manner import has_gym_api, to_gymnasium
 from frobs_rl_compat.old_gym.core import Env, to_gym
 
 BOX = gymnasium.spaces.Box(-1.0, 1.0, (2,), np.float32)
@@ -49,12 +45,12 @@ class NewCounter(gymnasium.Env):
         return np.zeros(2, np.float32), 1.0, False, self.count == self.truncates_at, {}
 
 
-def test_an_environment_of_the_other_manner_is_wrapped_and_one_of_the_same_is_not():
+def test_only_an_environment_of_the_other_api_is_wrapped():
     old, new = OldCounter(), NewCounter()
     assert to_gym(old) is old
     assert to_gymnasium(new) is new
-    assert manner_of(to_gymnasium(old)) is Manner.GYMNASIUM
-    assert manner_of(to_gym(new)) is Manner.GYM
+    assert not has_gym_api(to_gymnasium(old))
+    assert has_gym_api(to_gym(new))
     assert to_gym(new).unwrapped is new
 
 
@@ -100,7 +96,7 @@ def test_attributes_can_be_read_through_wrappers():
         _ = env.nothing
 
 
-def test_an_environment_that_answers_in_neither_manner_is_named():
+def test_an_environment_of_neither_api_is_named():
     class Broken(OldCounter):
         def step(self, action):
             return None, 0.0, False
@@ -111,66 +107,11 @@ def test_an_environment_that_answers_in_neither_manner_is_named():
         env.step(None)
 
 
-MODULES = {
-    "old": ("from gym import spaces\nclass Made: pass", Manner.GYM),
-    "old_register": ("from gym.envs.registration import register\nclass Made: pass", Manner.GYM),
-    "old_inside": ("def f():\n    import gym.spaces\nclass Made: pass", Manner.GYM),
-    "new": ("import gymnasium as gym\nclass Made: pass", Manner.GYMNASIUM),
-    "both": (
-        "try:\n    import gymnasium as gym\nexcept ImportError:\n    import gym\nclass Made: pass",
-        Manner.GYMNASIUM,
-    ),
-    "neither": ("class Made: pass", Manner.GYMNASIUM),
-}
-
-
-@pytest.fixture
-def make_module(tmp_path, monkeypatch):
-    monkeypatch.syspath_prepend(str(tmp_path))
-    made = []
-
-    def make(name: str, text: str):
-        (tmp_path / f"{name}.py").write_text(textwrap.dedent(text))
-        made.append(name)
-        return __import__(name)
-
-    yield make
-    for name in made:
-        sys.modules.pop(name, None)
-
-
-@pytest.mark.parametrize("name", MODULES)
-def test_the_manner_goes_by_the_name_that_a_file_imports(make_module, name):
-    text, manner = MODULES[name]
-    assert manner_by_imports(make_module(f"manner_{name}", text).Made) is manner
-
-
-def test_a_file_that_imports_neither_leaves_it_to_the_class_that_it_inherits(make_module):
-    make_module("manner_robot", "from gym import spaces\nclass Robot: pass")
-    task = make_module("manner_task", "from manner_robot import Robot\nclass Task(Robot): pass")
-    assert manner_by_imports(task.Task) is Manner.GYM
-    newer = make_module("manner_newer", "import gymnasium\nfrom manner_robot import Robot\nclass Task(Robot): pass")
-    assert manner_by_imports(newer.Task) is Manner.GYMNASIUM
-
-
-def test_a_module_without_a_file_is_judged_by_what_it_holds():
-    module = type(sys)("typed_in")
-    exec("from gym.envs.registration import make\nimport gym", vars(module))
-    assert "gym" in imported_names(module)
-
-
-def test_a_real_gym_of_0_26_has_five_values():
-    module = type(sys)("gym")
-    for version, manner in (("0.21.0", Manner.GYM), ("0.25.2", Manner.GYM), ("0.26.2", Manner.GYMNASIUM)):
-        module.__version__ = version
-        assert manner_of_gym(module) is manner
-
-
-def test_environments_of_a_real_gym_are_refused_with_the_way_out():
+def test_an_environment_of_a_real_gym_is_rejected_with_advice():
     real = type("TimeLimit", (), {"__module__": "gym.wrappers.time_limit"})()
-    with pytest.raises(ConfigurationError, match=r"TimeLimit.*pip uninstall gym"):
+    with pytest.raises(ConfigurationError, match=r"TimeLimit.*frobs legacy run"):
         to_gymnasium(real)
     mixed = NewCounter()
     mixed.action_space = type("Box", (), {"__module__": "gym.spaces.box"})()
-    with pytest.raises(ConfigurationError, match=r"NewCounter.*pip uninstall gym"):
+    with pytest.raises(ConfigurationError, match=r"NewCounter.*frobs legacy run"):
         to_gymnasium(mixed)

@@ -3,7 +3,6 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -33,16 +32,6 @@ def test_the_doctors_facts_are_json(ros: None) -> None:
     done = frobs("doctor", "ros", "--json")
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["usable"] is True
-
-
-def test_links_are_made_and_taken_away_by_the_command(ros: None, tmp_path: Path) -> None:
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", tmp_path / "venv"], check=True)
-    done = frobs("ros", "link", "--venv", str(tmp_path / "venv"))
-    assert "modules of" in done.stdout
-    assert "no longer linked" in frobs("ros", "link", "--venv", str(tmp_path / "venv"), "--undo").stdout
-    wrong = frobs("ros", "link", "--venv", str(tmp_path))
-    assert wrong.returncode == 2
-    assert "is no virtual environment" in wrong.stderr
 
 
 def test_a_part_that_is_missing_is_named_with_its_package(ros: None, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,32 +2,73 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from importlib.machinery import PathFinder
 from pathlib import Path
 
 import pytest
 
-from frobs_core.errors import ConfigurationError
-from frobs_ros import environment, finder
+from frobs_core.files import cache_folder
 from frobs_ros.environment import child_variables, find_ros, set_variables
 from frobs_ros.errors import RosNotFoundError
-from frobs_ros.link import link_modules, site_packages, unlink_modules
+from frobs_ros.overlay import links_to_modules, make_overlay
 
 
 def folder_of_debian(tmp_path: Path) -> Path:
     """A folder like Debian's: modules of ROS among others."""
-    for file in ("rospy/__init__.py", "my_msgs/msg/__init__.py", "numpy/__init__.py", "rospkg/__init__.py", "yaml.py"):
+    for file in (
+        *("roslib/__init__.py", "my_msgs/__init__.py", "my_msgs/msg/__init__.py", "gnupg.py"),
+        *("numpy/__init__.py", "yaml.py"),
+    ):
         path = tmp_path / file
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("")
     return tmp_path
 
 
-def test_only_modules_of_ros_are_found_in_the_systems_folder(tmp_path: Path) -> None:
-    found = finder.RosFinder([folder_of_debian(tmp_path)])
-    assert all(found.find_spec(name) is not None for name in ("rospy", "my_msgs", "rospkg"))
-    assert all(found.find_spec(name) is None for name in ("numpy", "yaml", "rospy.core", "roslib"))
-    assert finder.modules_of_ros(tmp_path) == ["my_msgs", "rospy"]
+def test_an_overlay_links_to_modules_of_ros_and_to_what_they_import(tmp_path: Path) -> None:
+    folder = folder_of_debian(tmp_path)
+    links = links_to_modules([folder, tmp_path / "none"])
+    assert {"roslib": folder / "roslib", "my_msgs": folder / "my_msgs", "gnupg.py": folder / "gnupg.py"} == links
+
+
+def test_modules_that_the_environment_has_are_not_linked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = folder_of_debian(tmp_path)
+    (tmp_path / "mine" / "my_msgs").mkdir(parents=True)
+    (tmp_path / "mine" / "my_msgs" / "__init__.py").touch()
+    monkeypatch.syspath_prepend(str(tmp_path / "mine"))
+    assert "my_msgs" not in links_to_modules([folder])
+    assert "roslib" in links_to_modules([folder])
+
+
+def test_processes_that_make_the_same_overlay_at_once_share_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    links = {f"module_{i}": Path("/nowhere") / str(i) for i in range(50)}
+    with ThreadPoolExecutor(8) as pool:
+        made = set(pool.map(lambda _: make_overlay(links), range(32)))
+    assert len(made) == 1
+    assert {path.name: path.readlink() for path in made.pop().iterdir()} == links
+    assert len(list(cache_folder("ros").iterdir())) == 1
+    assert make_overlay({}) != make_overlay(links)
+
+
+def test_a_cache_that_cannot_be_written_is_an_error_with_advice(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "frobs").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    with pytest.raises(RosNotFoundError, match=r"Not a directory.*XDG_CACHE_HOME"):
+        make_overlay({})
+
+
+def test_overlays_stand_behind_everything_else_and_no_finder_is_installed(ros: None) -> None:
+    code = (
+        "import sys; before = sys.path[:], sys.meta_path[:]; from frobs_ros.environment import use_ros; use_ros()\n"
+        "use_ros(); print(sys.path[:-2] == before[0] and sys.meta_path == before[1])\n"
+        "import gazebo_msgs.msg"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "True"
 
 
 def test_the_environments_own_numpy_stays_in_front(ros: None) -> None:
@@ -83,51 +124,6 @@ def test_programs_of_ros_get_the_systems_python_first(monkeypatch: pytest.Monkey
     variables = child_variables()
     assert variables["PATH"].endswith("/usr/bin:/bin:/home/me/.pyenv/shims:/opt/tool")
     assert "VIRTUAL_ENV" not in variables
-
-
-@pytest.fixture
-def venv(tmp_path: Path) -> Path:
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", tmp_path / "venv"], check=True)
-    return tmp_path / "venv"
-
-
-def test_links_make_rospy_importable_in_a_virtual_environment_and_nothing_else(ros: None, venv: Path) -> None:
-    site = site_packages(venv)
-    before = {path.name for path in site.iterdir()}
-    links = link_modules(site)
-    assert link_modules(site) == links  # again is harmless
-    assert "rospy" in links.modules
-    assert "numpy" not in links.modules + links.borrowed
-    code = """
-import importlib.util, sys, unittest.mock
-sys.modules["yaml"] = sys.modules["numpy"] = unittest.mock.MagicMock()  # which this empty environment lacks, and ROS imports
-import rospy, std_msgs.msg
-print(*map(importlib.util.find_spec, ("apt", "apt_pkg", "tf2_ros")), sep="|")
-"""
-    done = subprocess.run([venv / "bin" / "python", "-I", "-c", code], capture_output=True, text=True, check=False)
-    assert done.stdout.startswith("None|None|"), done.stderr
-    assert unlink_modules(site)
-    assert not unlink_modules(site)
-    assert {path.name for path in site.iterdir()} == before
-
-
-def test_only_virtual_environments_are_linked_into(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="it has no pyvenv"):
-        site_packages(tmp_path)
-
-
-def test_where_ros_is_not_there_is_nothing_to_link(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    if PathFinder.find_spec("rospy") is not None:
-        pytest.skip("rospy is installed in this environment itself")
-    from frobs_ros import link
-
-    for module in (environment, link):
-        monkeypatch.setattr(module, "DISTRIBUTION", tmp_path)
-        monkeypatch.setattr(module, "SYSTEM", tmp_path)
-    monkeypatch.setattr(link, "find_ros", lambda: None)
-    with pytest.raises(RosNotFoundError, match="apt-get install"):
-        link_modules(tmp_path)
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_ros_is_found_where_it_is(ros: None) -> None:

@@ -1,21 +1,20 @@
-"""The message packages: current, and the ones that others speak."""
+"""The message packages: the types that other nodes use, and the cache that stores their Python code."""
 
 from __future__ import annotations
 
-import filecmp
 import os
 import re
-import runpy
+import shutil
 import subprocess
 import sys
+import time
 from importlib import import_module
 from pathlib import Path
 
 import pytest
 
-from frobs_ros.messages import FOLDER, PACKAGES
-
-TOOL = Path(__file__).resolve().parents[1] / "tools" / "generate_messages.py"
+from frobs_ros.errors import RosNotFoundError
+from frobs_ros.messages import PACKAGES, cache, message_folder
 
 # From public releases of gazebo_ros 2.9 and ros_control 0.20, and of control_msgs 1.5.
 CHECKSUMS = {
@@ -53,32 +52,53 @@ CHECKSUMS = {
 }
 
 
+GENERATE = "from frobs_ros.messages import message_folder; print(message_folder())"
+DAMAGES = {
+    "truncated": lambda path: path.write_bytes(path.read_bytes()[:1000]),
+    "empty": lambda path: path.write_bytes(b""),
+    "missing": Path.unlink,
+}
+
+
+@pytest.fixture
+def own_cache(ros: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty cache; the folder that contains one folder for each key."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path / "cache" / "frobs" / "messages"
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    found = [path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc"]
+    return {str(path.relative_to(folder)): path.read_bytes() for path in found}
+
+
+def start(code: str, **variables: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-c", code]
+    environment = {**os.environ, **variables}
+    return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
 @pytest.mark.parametrize(("name", "checksum"), CHECKSUMS.items(), ids=CHECKSUMS)
-def test_message_has_the_public_checksum(name: str, checksum: str) -> None:
-    package, kind = name.split("/")
-    folder = "msg" if (FOLDER / package / "msg" / f"_{kind}.py").exists() else "srv"
-    # Of a service: the class of its name comes last in the file, after request and response.
-    found = re.findall(r"^  _md5sum = ['\"](\w+)['\"]", (FOLDER / package / folder / f"_{kind}.py").read_text(), re.M)
-    assert found[-1] == checksum
+def test_message_has_the_published_checksum(name: str, checksum: str, ros: None) -> None:
+    package, short = name.split("/")
+    (file,) = message_folder().glob(f"{package}/*/_{short}.py")
+    # The class of a service is the last one in its file, after its request and response.
+    assert re.findall(r"^  _md5sum = ['\"](\w+)['\"]", file.read_text(), re.M)[-1] == checksum
 
 
-def test_generated_messages_are_current(tmp_path: Path, ros: None) -> None:
-    tool = runpy.run_path(str(TOOL))
-    tool["main"](tmp_path)
-    made = sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*.py"))
-    kept = sorted(str(path.relative_to(FOLDER)) for path in FOLDER.rglob("*.py"))
-    assert made == kept
-    same, differ, errors = filecmp.cmpfiles(tmp_path, FOLDER, made, shallow=False)
-    assert (differ, errors) == ([], [])
-    assert len(same) > 80
-
-
-def test_packages_are_all_there_are() -> None:
-    assert sorted(path.name for path in FOLDER.iterdir() if path.name != "__pycache__") == list(PACKAGES)
+def test_every_definition_becomes_a_module(ros: None) -> None:
+    definitions = [path.relative_to(cache.DEFINITIONS) for path in cache.DEFINITIONS.rglob("*.*")]
+    folder = message_folder()
+    assert sorted(path.name for path in folder.iterdir() if path.is_dir()) == list(PACKAGES)
+    assert len(definitions) > 50
+    for path in definitions:
+        package, kind, file = path.parts
+        module = f"{package}/msg/_{path.stem}Action.py" if kind == "action" else f"{package}/{kind}/_{path.stem}.py"
+        assert (folder / module).is_file(), file
 
 
 def test_importing_the_package_imports_no_ros() -> None:
-    code = "import sys, frobs_ros.messages; sys.exit(any(m in sys.modules for m in ('rospy', 'genpy')))"
+    code = "import sys, frobs_ros.messages; sys.exit(any(m in sys.modules for m in ('rospy', 'genpy', 'genmsg')))"
     assert subprocess.run([sys.executable, "-c", code], env=dict(os.environ), check=False).returncode == 0
 
 
@@ -90,3 +110,92 @@ def test_every_package_can_be_imported_beside_ros(ros: None) -> None:
 
     assert SpawnModel._request_class().model_xml == ""
     assert FollowJointTrajectoryAction().action_goal.goal.trajectory.points == []
+
+
+def test_a_full_cache_is_used_without_generating_and_quickly(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = contents(message_folder())
+    monkeypatch.setattr(cache, "generate", lambda _: pytest.fail("generated again"))
+    durations = []
+    for _ in range(5):
+        begin = time.process_time()
+        folder = message_folder()
+        durations.append(time.process_time() - begin)
+    assert min(durations) < 0.02  # [s]
+    assert contents(folder) == before
+
+
+def test_another_definition_is_another_folder(own_cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = message_folder()
+    changed = tmp_path / "messages" / "definitions"
+    shutil.copytree(cache.DEFINITIONS, changed)
+    with (changed / "frobs_msgs" / "srv" / "StepWorld.srv").open("a") as file:
+        file.write("uint8 another_field\n")
+    monkeypatch.setattr(cache, "DEFINITIONS", changed)
+    second = message_folder()
+    assert sorted(own_cache.iterdir()) == sorted([first, second])
+    assert "another_field" in (second / "frobs_msgs" / "srv" / "_StepWorld.py").read_text()
+    assert "another_field" not in (first / "frobs_msgs" / "srv" / "_StepWorld.py").read_text()
+
+
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
+@pytest.mark.parametrize("name", ["gazebo_msgs/msg/_ModelState.py", "control_msgs/msg/__init__.py", "sha256"])
+def test_a_damaged_cache_is_repaired(name: str, damage: object, own_cache: Path) -> None:
+    whole = contents(message_folder())
+    (file,) = own_cache.glob(f"*/{name}")
+    damage(file)  # type: ignore[operator]
+    assert contents(message_folder()) == whole
+
+
+def test_a_file_that_was_not_generated_is_removed(own_cache: Path) -> None:
+    folder = message_folder()
+    whole = contents(folder)
+    (folder / "gazebo_msgs" / "msg" / "_Foreign.py").write_text("raise SystemExit")
+    assert contents(message_folder()) == whole
+
+
+def test_several_processes_may_fill_the_cache_at_once(own_cache: Path) -> None:
+    code = f"{GENERATE}; from frobs_ros.environment import use_ros; use_ros(); import gazebo_msgs.srv, control_msgs.msg"
+    running = [start(code, PYTHONHASHSEED=str(seed)) for seed in range(3)]
+    outputs = [process.communicate(timeout=60.0) for process in running]
+    assert [process.returncode for process in running] == [0, 0, 0], outputs
+    (folder,) = own_cache.iterdir()
+    assert [out.strip() for out, _ in outputs] == [str(folder)] * 3
+    assert not list(own_cache.rglob("*.part"))
+    together = contents(folder)
+    shutil.rmtree(folder)
+    assert contents(message_folder()) == together
+
+
+@pytest.mark.parametrize("home", ["/proc/1/no-such-folder", "/dev/null"])  # root cannot write there either
+def test_without_a_writable_home_the_error_says_what_to_set(home: str, ros: None) -> None:
+    process = start(GENERATE, XDG_CACHE_HOME="", HOME=home)
+    _, err = process.communicate(timeout=60.0)
+    assert process.returncode == 1
+    assert "set XDG_CACHE_HOME to a folder" in err.splitlines()[-1]
+
+
+def test_a_read_only_cache_that_is_full_needs_no_writing(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = message_folder()
+    monkeypatch.setattr(cache, "write_aside", lambda *_: pytest.fail("written"))
+    assert message_folder() == folder
+
+
+@pytest.mark.parametrize("module", ["genpy", "genmsg"])
+def test_without_the_generator_the_error_names_its_debian_package(
+    module: str, own_cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = cache.find_spec
+    monkeypatch.setattr(cache, "find_spec", lambda name: None if name == module else found(name))
+    with pytest.raises(RosNotFoundError, match=rf"no module '{module}' .*apt-get install python3-{module}'"):
+        message_folder()
+
+
+def test_without_a_message_package_the_error_names_its_debian_package(
+    own_cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from frobs_ros.messages import generator
+
+    found = generator.find_spec
+    monkeypatch.setattr(generator, "find_spec", lambda name: None if name == "actionlib_msgs" else found(name))
+    with pytest.raises(RosNotFoundError, match=r"no module 'actionlib_msgs' .*apt-get install python3-actionlib-msgs'"):
+        message_folder()

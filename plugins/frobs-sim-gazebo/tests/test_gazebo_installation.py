@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import subprocess
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
 from frobs_core.errors import ConfigurationError, SimulationError
 from frobs_core.interfaces import Contact, Scene
 from frobs_sim_gazebo.installation import find_gazebo, tool
+from frobs_sim_gazebo.options import world_text
 from frobs_sim_gazebo.simulation import GazeboSimulation
 
 
@@ -48,3 +50,14 @@ def test_the_script_leaves_folders_alone_that_hold_something_else(tmp_path: Path
 def test_the_script_is_sound_shell_and_names_no_host() -> None:
     subprocess.run(["sh", "-n", str(tool())], check=True)
     assert "://" not in tool().read_text()
+
+
+def test_engine_options_change_the_world_file_and_nothing_else() -> None:
+    unchanged = world_text(solver=None, cfm=None)
+    assert unchanged == world_text()
+    changed = ElementTree.fromstring(world_text(solver="quick", iterations=20, cone="elliptic", cfm=0.01))
+    found = {name: changed.findtext(f"world/physics/ode/{name}") for name in ("solver/type", "solver/iters")}
+    assert found == {"solver/type": "quick", "solver/iters": "20"}
+    assert changed.findtext("world/physics/ode/solver/friction_model") == "cone_model"
+    assert changed.findtext("world/physics/ode/constraints/cfm") == "0.01"
+    assert changed.findtext("world/physics/ode/constraints/erp") == "0.8"

@@ -191,7 +191,7 @@ def test_rays_measure_what_mujocos_do(tmp_path: Path) -> None:
 
 def test_the_drive_law_holds_in_closed_form_for_every_way_that_it_is_computed() -> None:
     from frobs_sim_pybullet.general_law import GeneralLaw
-    from frobs_sim_pybullet.law import Constants, law
+    from frobs_sim_pybullet.law import law
 
     rng = np.random.default_rng(0)
     h = 0.002
@@ -209,9 +209,9 @@ def test_the_drive_law_holds_in_closed_form_for_every_way_that_it_is_computed() 
         right = -bias
         right[offset:] += applied - damping * v
         acceleration = np.linalg.solve(mass + np.diag(full), right)
-        constants = Constants(*(x.tolist() for x in (kp, kd, limit, damping, armature + h * damping, h * kd)))
+        constants = np.stack([kp, kd, limit, damping, armature + h * damping, h * kd], axis=1).tolist()
         given = (q.tolist(), v.tolist(), (kp * command).tolist(), constants, mass.tolist(), bias.tolist())
-        for way in (law(offset, count), GeneralLaw(offset, count, None, armature.tolist(), ())):
+        for way in (law, GeneralLaw(offset, count, None, armature.tolist(), ())):
             torques, efforts = way(*given)
             assert efforts == pytest.approx(applied, abs=1e-12)
             assert torques == pytest.approx((mass @ acceleration + bias)[offset:], abs=1e-9)

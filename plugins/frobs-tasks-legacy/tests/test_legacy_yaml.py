@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from frobs_core.errors import ConfigFileError, ConfigurationError
-from frobs_core.parameters import positive
+from frobs_core.validation import positive
 from frobs_tasks_legacy.yaml import read_values
 
 

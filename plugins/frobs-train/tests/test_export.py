@@ -89,7 +89,7 @@ def test_the_reference_explains_every_key_of_the_bundle(exported: Export) -> Non
         said["training"].pop(where)
     said["export"].pop("versions")
     said["environment"].pop("parameters")  # explained on the page of the ID
-    page = (Path(__file__).parents[2] / "docs" / "reference" / "bundle.md").read_text("utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "reference" / "bundle.md").read_text("utf-8")
     explained = set(re.findall(r"`([\w.]+)`", page))
     assert sorted(keys(said) - explained) == []
 
@@ -98,7 +98,7 @@ def test_the_bundle_acts_as_the_trainers_policy_in_the_environment(reach: Run, e
     env = make_env(REACH, reach.config.environment_kwargs)
     policy = Policy(
         exported.path,
-        robot="frobs_robots_abb:models/irb120.urdf.xacro",
+        robot=fingerprint(env.unwrapped.robot.model),
         joint_names=env.unwrapped.robot.joint_names,  # type: ignore[attr-defined]
         control_timestep=env.unwrapped.control_timestep,  # type: ignore[attr-defined]
     )

@@ -99,7 +99,9 @@ def test_an_existing_folder_is_refused_before_anything_is_written(tmp_path: Path
         pytest.param(
             {"environment": "FrobsTests/Lime-v0"}, UnknownNameError, "Did you mean 'FrobsTests/Line-v0'", id="ID"
         ),
-        pytest.param({"environment": "nowhere:X-v0"}, ConfigurationError, "module 'nowhere' is missing", id="module"),
+        pytest.param(
+            {"environment": "nowhere:X-v0"}, ConfigurationError, "module 'nowhere' cannot be imported", id="module"
+        ),
         pytest.param(
             {"environment_kwargs": {"wdth": 2}}, ConfigurationError, "cannot be built with wdth=2", id="keyword"
         ),

@@ -33,6 +33,7 @@ class Command:
         heading: Heading in ``frobs --help``.
         loads_plugins: Whether plugins may be loaded while it runs. ``frobs doctor plugins`` examines plugins that may
             hang or crash, so it must not load them.
+        passes_options_on: Whether options after its first argument belong to a program that it starts.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Command:
     function: str = ""
     heading: str = "From plugins"
     loads_plugins: bool = True
+    passes_options_on: bool = False
 
     def load(self) -> Any:
         """Import and return the function.

@@ -9,6 +9,7 @@ from frobs_cli.catalogue import source_of
 from frobs_cli.describe_robot import describe_robot
 from frobs_cli.parameters import parameters
 from frobs_core.capabilities import CAPABILITIES, Level
+from frobs_core.compose import simulator_defaults
 from frobs_core.errors import PluginError
 from frobs_core.specs import AlgorithmRecord, ControllerRecord, Record, SimulatorRecord, TaskRecord
 
@@ -59,6 +60,12 @@ def _algorithm(record: AlgorithmRecord) -> dict[str, Any]:
     return {"action_spaces": list(record.action_spaces), "tuned_for": sorted(record.tuned)}
 
 
+def simulator_facts(cls: Any) -> dict[str, Any]:
+    """Return what a simulator's class says: its parameters, which ``simulator_kwargs`` may hold."""
+    accepted = simulator_defaults(cls)
+    return {"parameters": [row for row in parameters(cls) if row["name"] in accepted]}
+
+
 def controller_facts(cls: Any) -> dict[str, Any]:
     """Return what a controller's class says: its command and its parameters."""
     return {"command": str(getattr(cls, "command_mode", "")), "parameters": parameters(cls)}
@@ -86,7 +93,7 @@ def _nothing(_: Any) -> dict[str, Any]:
 
 
 _DESCRIBERS: Mapping[str, tuple[Callable[[Any], dict[str, Any]], Callable[[Any], dict[str, Any]]]] = {
-    "simulator": (_simulator, _nothing),
+    "simulator": (_simulator, simulator_facts),
     "robot": (_nothing, describe_robot),
     "controller": (_controller, controller_facts),
     "task": (_task, task_facts),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from frobs_cli.output import console, plain, print_line, print_table, print_title
+from frobs_cli.output import console, print_line, print_table, print_title
 
 _HEADINGS = {
     "max_episode_steps": "max steps",
@@ -45,6 +45,8 @@ def heading(key: str) -> str:
 
 def text(value: Any) -> str:
     """Return a value as people read it, which is nearly YAML: numbers with as many digits as they mean."""
+    from frobs_core.plain import plain
+
     value = plain(value)
     if value is None:
         return "–"

@@ -38,12 +38,10 @@ class FrobsGroup(TyperGroup):
         """
         if args and not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
             from frobs_core.errors import UnknownNameError
-            from frobs_core.plugins.built_in import COMMANDS
+            from frobs_core.plugins.known import install_command
 
-            hint = COMMANDS.get(args[0], "") if ctx.parent is None else ""
-            raise UnknownNameError(
-                "command", args[0], self.list_commands(ctx), install_hint=f"pip install {hint}" if hint else ""
-            )
+            hint = install_command("command", " ".join([*_words(ctx), args[0]]))
+            raise UnknownNameError("command", args[0], self.list_commands(ctx), install_hint=hint)
         return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
@@ -54,6 +52,10 @@ class FrobsGroup(TyperGroup):
             print_note(f"interrupted{f': {interrupt}' if str(interrupt) else ''}")
             raise typer.Exit(getattr(interrupt, "exit_code", INTERRUPTED)) from None
 
+    def passes_options_on(self, args: Sequence[str]) -> bool:
+        """Return whether a command line ends with the options of another program."""
+        return False
+
     def main(self, args: Sequence[str] | None = None, *positional: Any, **keywords: Any) -> NoReturn:
         """Run a command and exit the process."""
         given = list(sys.argv[1:] if args is None else args)
@@ -61,8 +63,10 @@ class FrobsGroup(TyperGroup):
         keywords["standalone_mode"] = False
         _accept_any_encoding()
         try:
-            # --debug may stand anywhere on the line, so that it can be added to the end of one that failed.
-            result = super().main([arg for arg in given if arg != "--debug"], *positional, **keywords)
+            # --debug is accepted anywhere, so that it can be appended to a line that failed.
+            if not self.passes_options_on(given):
+                given = [arg for arg in given if arg != "--debug"]
+            result = super().main(given, *positional, **keywords)
             sys.stdout.flush()  # a reader that has gone shows now, not while the interpreter shuts down
             code = result if isinstance(result, int) else 0
         except BrokenPipeError:
@@ -84,6 +88,11 @@ def _reported() -> tuple[type[Exception], ...]:
     """Return the classes of errors that are the user's to fix; any other exception is a bug."""
     imported = [getattr(sys.modules[module], name) for module, name in _ERRORS if module in sys.modules]
     return (typer.TyperException, OSError, *imported)
+
+
+def _words(context: Any) -> list[str]:
+    """Return the words between ``frobs`` and the command that is being looked up."""
+    return [] if context.parent is None else [*_words(context.parent), context.info_name]
 
 
 def _line(error: Exception) -> str:

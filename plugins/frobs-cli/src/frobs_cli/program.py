@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import inspect
 import os
-from collections.abc import Callable, Iterator, Mapping
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Annotated, Any
 
@@ -40,15 +41,16 @@ class LazyCommand(TyperCommand):
             function = self.record.load()
         except Exception as error:
             raise CommandImportError(self.record, error) from error
-        app = typer.Typer(add_completion=False, context_settings=_SETTINGS, rich_markup_mode="rich")
-        app.command(self.name, help=help_text(function))(function)
+        settings = {**_SETTINGS, "allow_interspersed_args": not self.record.passes_options_on}
+        app = typer.Typer(add_completion=False, rich_markup_mode="rich")
+        app.command(self.name, help=help_text(function), context_settings=settings)(function)
         command = typer.main.get_command(app)
         assert isinstance(command, TyperCommand)
         return command
 
     def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
         """Import the command and parse its arguments."""
-        if not self.record.loads_plugins:
+        if not self.record.loads_plugins and "frobs_core" not in sys.modules:  # importing it would load them
             os.environ["FROBS_NO_PLUGINS"] = "1"
         return self.loaded.make_context(info_name, args, parent=parent, **extra)
 
@@ -93,6 +95,7 @@ class _Program(FrobsGroup):
     def __init__(self, *args: Any, **keywords: Any) -> None:
         super().__init__(*args, **keywords)
         records, self._problems = installed_commands()
+        self._passing_on = [record.name.split() for record in records.values() if record.passes_options_on]
         order = {heading: i for i, heading in enumerate(HEADINGS)}
         for record in sorted(
             records.values(), key=lambda record: (record.name.count(" "), order.get(record.heading, len(order)))
@@ -107,6 +110,10 @@ class _Program(FrobsGroup):
     def _subgroup(self, name: str) -> TyperGroup | None:
         found = self.commands.get(name)
         return found if isinstance(found, TyperGroup) else None
+
+    def passes_options_on(self, args: Sequence[str]) -> bool:
+        """Return whether a command line ends with the options of another program."""
+        return any(list(args[: len(words)]) == words for words in self._passing_on)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help, and report tables of commands that cannot be read."""

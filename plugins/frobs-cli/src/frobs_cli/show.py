@@ -135,7 +135,9 @@ def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
             yield lambda provider=provider: {**provider.describe(wanted)}  # type: ignore[misc]
     if not found:
         names = {known for kind in KINDS for known in plugins.records(kind)} | set(catalogue.environments())
-        raise UnknownNameError("record or environment ID", name, names, catalogue.problems())
+        hints = (plugins.active().install_hint(kind, name) for kind in (*KINDS, "environment"))
+        hint = next(filter(None, hints), "")
+        raise UnknownNameError("record or environment ID", name, names, catalogue.problems(), hint)
 
 
 def _is_id(name: str) -> bool:

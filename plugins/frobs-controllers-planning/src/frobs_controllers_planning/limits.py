@@ -10,6 +10,7 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.models import RobotModel
+from frobs_core.validation import non_negative, positive
 
 SECONDS_TO_FULL_SPEED = 0.5
 """[s] in which a joint gets to its velocity limit where nobody says how fast it may accelerate: no URDF does."""
@@ -69,11 +70,11 @@ def number(name: str, value: object, unit: str, *, largest: float = math.inf, ze
     Raises:
         ConfigurationError: It is no finite number in (0, largest], or [0, largest].
     """
-    right = isinstance(value, int | float | np.number) and not isinstance(value, bool) and math.isfinite(value)
-    if right and (value > 0.0 or (zero and value == 0.0)) and value <= largest:
-        return float(value)
-    interval = f"{'[' if zero else '('}0, {'∞)' if math.isinf(largest) else f'{largest:g}]'}"
-    raise ConfigurationError(f"trajectory: {name} must be a number in {interval} [{unit}], not {value!r}.")
+    name = f"trajectory: {name}"
+    found = non_negative(name, value, unit) if zero else positive(name, value, unit)
+    if found > largest:
+        raise ConfigurationError(f"{name} is {value}; it must be at most {largest:g} [{unit}].")
+    return found
 
 
 def whole(name: str, value: object) -> int:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import gymnasium as gym
 import numpy as np
 
-from frobs_controllers.parameters import positive, rows
+from frobs_controllers.parameters import rows
 from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
+from frobs_core.validation import positive
 
 _OWNER = "differential_drive"
 
@@ -37,7 +38,7 @@ class DifferentialDrive(Controller):
         max_angular_acceleration: float | None = None,
     ) -> None:
         def checked(name: str, value: float | None, unit: str) -> float | None:
-            return None if value is None else positive(_OWNER, name, value, unit)
+            return None if value is None else positive(f"{_OWNER}: {name}", value, unit)
 
         self.max_linear_velocity = checked("max_linear_velocity", max_linear_velocity, "m/s")
         self.max_angular_velocity = checked("max_angular_velocity", max_angular_velocity, "rad/s")
@@ -56,13 +57,13 @@ class DifferentialDrive(Controller):
                 f"{_OWNER}: the robot '{robot.robot.name}' describes no differential drive; "
                 "give its Robot a differential_drive=DifferentialDrive(…), or choose another controller."
             )
-        radius = positive(_OWNER, "the robot's wheel_radius", drive.wheel_radius, "m")
-        separation = positive(_OWNER, "the robot's separation", drive.separation, "m")
+        radius = positive(f"{_OWNER}: the robot's wheel_radius", drive.wheel_radius, "m")
+        separation = positive(f"{_OWNER}: the robot's separation", drive.separation, "m")
         linear = self.max_linear_velocity or positive(
-            _OWNER, "the robot's max_linear_velocity", drive.max_linear_velocity, "m/s"
+            f"{_OWNER}: the robot's max_linear_velocity", drive.max_linear_velocity, "m/s"
         )
         angular = self.max_angular_velocity or positive(
-            _OWNER, "the robot's max_angular_velocity", drive.max_angular_velocity, "rad/s"
+            f"{_OWNER}: the robot's max_angular_velocity", drive.max_angular_velocity, "rad/s"
         )
         shape = (robot.num_envs, robot.dof)
         self._per_linear, self._per_angular = np.zeros(shape), np.zeros(shape)  # wheel velocity per body velocity
@@ -102,7 +103,7 @@ class DifferentialDrive(Controller):
             return given
         if of_the_robot is None:
             return float("inf")
-        return positive(_OWNER, f"the robot's max_{which}_acceleration", of_the_robot, unit)
+        return positive(f"{_OWNER}: the robot's max_{which}_acceleration", of_the_robot, unit)
 
     def reset(self, mask: Mask | None) -> None:
         """Stand still."""

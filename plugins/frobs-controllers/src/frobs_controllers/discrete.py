@@ -8,13 +8,13 @@ from typing import Any, cast
 import gymnasium as gym
 import numpy as np
 
-from frobs_controllers.parameters import positive
 from frobs_core import plugins
 from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.compose import build
 from frobs_core.errors import ConfigurationError, InvalidActionError
 from frobs_core.interfaces import Controller, RobotHandle, Snapshot
 from frobs_core.specs import ControllerRecord
+from frobs_core.validation import positive
 
 
 class Discrete(Controller):
@@ -39,7 +39,7 @@ class Discrete(Controller):
         magnitude: float = 1.0,
         controller_kwargs: Mapping[str, Any] | None = None,
     ) -> None:
-        self.magnitude = positive("discrete", "magnitude", magnitude, "1")
+        self.magnitude = positive("discrete: magnitude", magnitude, "1")
         if self.magnitude > 1.0:
             raise ConfigurationError(f"discrete: magnitude must be in (0, 1], not {magnitude!r}.")
         if not isinstance(controller, str | ControllerRecord):

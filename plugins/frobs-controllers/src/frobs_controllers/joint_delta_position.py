@@ -5,9 +5,10 @@ from __future__ import annotations
 import gymnasium as gym
 import numpy as np
 
-from frobs_controllers.parameters import flag, position_range, positive, rows
+from frobs_controllers.parameters import position_range, rows
 from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
+from frobs_core.validation import boolean, positive
 
 
 class JointDeltaPosition(Controller):
@@ -27,8 +28,8 @@ class JointDeltaPosition(Controller):
     command_mode = CommandMode.POSITION
 
     def __init__(self, *, max_delta: float = 0.15, full_range: bool = False) -> None:
-        self.max_delta = positive("joint_delta_position", "max_delta", max_delta, "rad or m")
-        self.full_range = flag("joint_delta_position", "full_range", full_range)
+        self.max_delta = positive("joint_delta_position: max_delta", max_delta, "rad or m")
+        self.full_range = boolean("joint_delta_position: full_range", full_range)
 
     def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
         """Prepare for a robot.

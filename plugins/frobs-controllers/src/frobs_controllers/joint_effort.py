@@ -5,9 +5,10 @@ from __future__ import annotations
 import gymnasium as gym
 import numpy as np
 
-from frobs_controllers.parameters import positive, scale
+from frobs_controllers.parameters import scale
 from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.interfaces import CommandMode, Controller, RobotHandle
+from frobs_core.validation import positive
 
 
 class JointEffort(Controller):
@@ -21,7 +22,7 @@ class JointEffort(Controller):
 
     def __init__(self, *, max_effort: float | None = None) -> None:
         if max_effort is not None:
-            max_effort = positive("joint_effort", "max_effort", max_effort, "N·m or N")
+            max_effort = positive("joint_effort: max_effort", max_effort, "N·m or N")
         self.max_effort = max_effort
 
     def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:

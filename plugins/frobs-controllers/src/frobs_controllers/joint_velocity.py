@@ -5,9 +5,10 @@ from __future__ import annotations
 import gymnasium as gym
 import numpy as np
 
-from frobs_controllers.parameters import positive, scale
+from frobs_controllers.parameters import scale
 from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.interfaces import CommandMode, Controller, RobotHandle
+from frobs_core.validation import positive
 
 
 class JointVelocity(Controller):
@@ -23,7 +24,7 @@ class JointVelocity(Controller):
 
     def __init__(self, *, max_velocity: float | None = None) -> None:
         if max_velocity is not None:
-            max_velocity = positive("joint_velocity", "max_velocity", max_velocity, "rad/s or m/s")
+            max_velocity = positive("joint_velocity: max_velocity", max_velocity, "rad/s or m/s")
         self.max_velocity = max_velocity
 
     def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:

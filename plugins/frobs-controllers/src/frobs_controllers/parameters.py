@@ -1,8 +1,6 @@
-"""Checks of what users give, and what several controllers read from a robot."""
+"""What several controllers read from a robot."""
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 
@@ -10,51 +8,6 @@ from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import RobotHandle
 from frobs_core.models.model import JointType
-
-
-def positive(owner: str, name: str, value: float, unit: str) -> float:
-    """Return a parameter as a float.
-
-    Args:
-        owner: The controller's name, for the message.
-        name: The parameter's.
-        value: What the user gave.
-        unit: For the message.
-
-    Raises:
-        ConfigurationError: It is no number, not finite, or not above 0.
-    """
-    number = _number(value)
-    if number is None or not number > 0.0:
-        raise ConfigurationError(f"{owner}: {name} must be a finite number above 0 [{unit}], not {value!r}.")
-    return number
-
-
-def not_negative(owner: str, name: str, value: float, unit: str) -> float:
-    """Return a parameter that may also be 0 as a float; the arguments are those of :func:`positive`."""
-    number = _number(value)
-    if number is None or not number >= 0.0:
-        raise ConfigurationError(f"{owner}: {name} must be a finite number of at least 0 [{unit}], not {value!r}.")
-    return number
-
-
-def flag(owner: str, name: str, value: bool) -> bool:
-    """Return a parameter that is True or False.
-
-    Raises:
-        ConfigurationError: It is something else.
-    """
-    if not isinstance(value, bool | np.bool_):
-        raise ConfigurationError(f"{owner}: {name} must be True or False, not {value!r}.")
-    return bool(value)
-
-
-def _number(value: object) -> float | None:
-    """Return a finite float, or None; a bool is no number, and neither is text that reads like one."""
-    if isinstance(value, bool | np.bool_) or not isinstance(value, int | float | np.number):
-        return None
-    number = float(value)
-    return number if math.isfinite(number) else None
 
 
 def rows(mask: Mask | None) -> slice | Mask:

@@ -6,11 +6,12 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_controllers.inverse_kinematics import DampedLeastSquares
-from frobs_controllers.parameters import not_negative, positive, rows
+from frobs_controllers.parameters import rows
 from frobs_controllers.rotations import quat_between, quat_from_rotation_vector, quat_multiply
 from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
+from frobs_core.validation import non_negative, positive
 
 _OWNER = "tcp_delta_pose"
 
@@ -36,12 +37,12 @@ class TcpDeltaPose(Controller):
     def __init__(
         self, *, max_delta: float = 0.05, max_rotation: float = 0.15, damping: float = 0.1, posture_gain: float = 0.02
     ) -> None:
-        self.max_delta = positive(_OWNER, "max_delta", max_delta, "m")
-        self.max_rotation = positive(_OWNER, "max_rotation", max_rotation, "rad")
+        self.max_delta = positive(f"{_OWNER}: max_delta", max_delta, "m")
+        self.max_rotation = positive(f"{_OWNER}: max_rotation", max_rotation, "rad")
         if self.max_rotation > 1.0:  # two of them on each axis must stay short of half a turn
             raise ConfigurationError(f"{_OWNER}: max_rotation must be in (0, 1] rad, not {max_rotation!r}.")
-        self.damping = positive(_OWNER, "damping", damping, "m/rad")
-        self.posture_gain = not_negative(_OWNER, "posture_gain", posture_gain, "1")
+        self.damping = positive(f"{_OWNER}: damping", damping, "m/rad")
+        self.posture_gain = non_negative(f"{_OWNER}: posture_gain", posture_gain, "1")
         if self.posture_gain >= 1.0:
             raise ConfigurationError(f"{_OWNER}: posture_gain must be in [0, 1), not {posture_gain!r}.")
 

@@ -6,10 +6,11 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_controllers.inverse_kinematics import DampedLeastSquares
-from frobs_controllers.parameters import not_negative, positive, rows
+from frobs_controllers.parameters import rows
 from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
+from frobs_core.validation import non_negative, positive
 
 _OWNER = "tcp_delta_position"
 
@@ -32,9 +33,9 @@ class TcpDeltaPosition(Controller):
     command_mode = CommandMode.POSITION
 
     def __init__(self, *, max_delta: float = 0.05, damping: float = 0.1, posture_gain: float = 0.02) -> None:
-        self.max_delta = positive(_OWNER, "max_delta", max_delta, "m")
-        self.damping = positive(_OWNER, "damping", damping, "m/rad")
-        self.posture_gain = not_negative(_OWNER, "posture_gain", posture_gain, "1")
+        self.max_delta = positive(f"{_OWNER}: max_delta", max_delta, "m")
+        self.damping = positive(f"{_OWNER}: damping", damping, "m/rad")
+        self.posture_gain = non_negative(f"{_OWNER}: posture_gain", posture_gain, "1")
         if self.posture_gain >= 1.0:
             raise ConfigurationError(f"{_OWNER}: posture_gain must be in [0, 1), not {posture_gain!r}.")
 

@@ -52,9 +52,9 @@ class AnyShapePasses(RobotEnv):
 
 
 class RefusalMoves(RobotEnv):
-    def _check(self, action: Any) -> Any:
+    def _check_box(self, action: Any) -> Any:
         self.simulation.step(1)
-        return super()._check(action)
+        return super()._check_box(action)
 
 
 class OptionIgnored(RobotEnv):

@@ -1,14 +1,12 @@
-"""What lies behind the import names of FRobs_RL.
+"""The implementation behind the import names of FRobs_RL.
 
-    manner.py         the two manners in which environments answer, and the way from each to the other
-    named_imports.py  which of them a class has: by the name that its file imports
-    wrapping.py       wrappers that answer as what they wrap
-    models.py         algorithms that train on both
-    ros.py            ROS, where it is installed
-    old_gym/          what the last-resort ``gym`` is made of
-    last_resort/      that ``gym``, found where no real one is installed
-    startup.py        what every start of Python does: makes it and the ROS package ``frobs_rl`` findable
-    migrate/          from a package of FRobs_RL to a plugin: ``frobs migrate``
+legacy.py    the environment variables with which old packages run: ``frobs legacy``
+overlay/     the package ``gym`` that they import
+old_gym/     its implementation
+manner.py    old gym's API and Gymnasium's, and wrappers from each to the other
+wrapping.py  wrappers that keep the API of what they wrap
+models.py    algorithms that train on both
+migrate/     makes a plugin of a package of FRobs_RL: ``frobs migrate``
 
-Nothing is imported here: each start of Python passes by.
+Importing this package imports nothing else.
 """

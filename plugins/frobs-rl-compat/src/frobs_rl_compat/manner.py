@@ -1,8 +1,8 @@
-"""The two manners in which environments answer, and the way from each to the other.
+"""The two APIs of environments, and wrappers from each to the other.
 
-Gymnasium's ``reset`` returns an observation and an info, and ``step`` five values; in the manner of old gym it is the
-observation alone, and four, ``done`` in the place of ``terminated`` and ``truncated``. Which of them an environment has is
-its attribute ``frobs_manner``; what has none is Gymnasium's.
+In Gymnasium's, ``reset`` returns observation and info, and ``step`` five values. In old gym's, ``reset`` returns the
+observation, and ``step`` four values: ``done`` replaces ``terminated`` and ``truncated``. The class of an environment
+decides which API it has: those with the attribute ``has_gym_api`` set to True have old gym's.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import Iterator
-from enum import Enum
 from typing import Any
 
 import gymnasium
@@ -18,31 +17,16 @@ import gymnasium
 from frobs_core.errors import ConfigurationError
 
 TRUNCATED = "TimeLimit.truncated"
-"""Old gym's word for ``truncated``, in the info of an episode's last step."""
+"""Key of old gym for ``truncated``, in the info of an episode's last step."""
 
 
-class Manner(Enum):
-    """How an environment answers; the value is the name that a package of it imports."""
-
-    GYM = "gym"
-    GYMNASIUM = "gymnasium"
+def has_gym_api(env: Any) -> bool:
+    """Return whether an environment has old gym's API: ``step`` returns four values."""
+    return getattr(env, "has_gym_api", False) is True
 
 
-def manner_of(env: Any) -> Manner:
-    """Return in which manner an environment answers."""
-    found = getattr(env, "frobs_manner", Manner.GYMNASIUM)
-    return found if isinstance(found, Manner) else Manner.GYMNASIUM
-
-
-def answer_reset(manner: Manner, answer: tuple[Any, dict[str, Any]]) -> Any:
-    """Return what ``reset`` answers in a manner, given Gymnasium's answer."""
-    return answer[0] if manner is Manner.GYM else answer
-
-
-def answer_step(manner: Manner, answer: tuple[Any, Any, bool, bool, dict[str, Any]]) -> Any:
-    """Return what ``step`` answers in a manner, given Gymnasium's answer."""
-    if manner is Manner.GYMNASIUM:
-        return answer
+def to_four_values(answer: tuple[Any, Any, bool, bool, dict[str, Any]]) -> tuple[Any, Any, bool, dict[str, Any]]:
+    """Return what ``step`` returns in old gym's API, given Gymnasium's five values."""
     observation, reward, terminated, truncated, info = answer
     if truncated:
         info = {**info, TRUNCATED: not terminated}
@@ -50,24 +34,24 @@ def answer_step(manner: Manner, answer: tuple[Any, Any, bool, bool, dict[str, An
 
 
 def understand_reset(answer: Any) -> tuple[Any, dict[str, Any]]:
-    """Return Gymnasium's answer to ``reset``, given the answer in either manner."""
+    """Return observation and info, given what ``reset`` of either API returned."""
     if isinstance(answer, tuple) and len(answer) == 2 and isinstance(answer[1], dict):
         return answer
     return answer, {}
 
 
 def understand_step(env: Any, answer: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-    """Return Gymnasium's answer to ``step``, given the answer in either manner.
+    """Return Gymnasium's five values, given what ``step`` of either API returned.
 
     Raises:
-        ConfigurationError: It is neither four values nor five.
+        ConfigurationError: It returned neither four nor five values.
     """
     if isinstance(answer, tuple) and len(answer) == 5:
         return answer
     if not isinstance(answer, tuple) or len(answer) != 4:
         shown = f"{len(answer)} values" if isinstance(answer, tuple) else type(answer).__name__
         raise ConfigurationError(
-            f"{env}: step() returned {shown}; return observation, reward, done, info, or in the manner of Gymnasium "
+            f"{env}: step() returned {shown}; return observation, reward, done, info, or as in Gymnasium "
             "observation, reward, terminated, truncated, info."
         )
     observation, reward, done, info = answer
@@ -76,29 +60,29 @@ def understand_step(env: Any, answer: Any) -> tuple[Any, Any, bool, bool, dict[s
 
 
 def to_gymnasium(env: Any) -> Any:
-    """Return an environment that answers in Gymnasium's manner: the same one, where it does.
+    """Return an environment with Gymnasium's API: the same one if it has it already.
 
     Raises:
-        ConfigurationError: It, or one of its spaces, is of a real ``gym``, whose classes are not Gymnasium's.
+        ConfigurationError: The environment, or one of its spaces, is of a real ``gym``, whose classes are not Gymnasium's.
     """
     spaces = [getattr(env, name, None) for name in ("action_space", "observation_space")]
     if any(_is_of_real_gym(part) for part in (env, *spaces)):
         version = getattr(sys.modules.get("gym"), "__version__", "")
         raise ConfigurationError(
-            f"{type(env).__name__} is made with gym {version}, which is installed here and is not Gymnasium: "
-            "'pip uninstall gym', and 'import gym' finds the one of frobs-rl-compat; or let the package import gymnasium."
+            f"{type(env).__name__} is made with gym {version}, which is not compatible with Gymnasium. Start the script by "
+            "'frobs legacy run', which replaces gym, or let the package import gymnasium."
         )
-    return FiveValues(env) if manner_of(env) is Manner.GYM else env
+    return FiveValues(env) if has_gym_api(env) else env
 
 
 class FiveValues(gymnasium.Wrapper[Any, Any, Any, Any]):
-    """An environment in the manner of old gym, for those who speak Gymnasium's.
+    """An environment of old gym's API with Gymnasium's.
 
     Args:
         env: The environment. It may take ``seed`` in ``reset``, have a method ``seed``, or neither.
     """
 
-    frobs_manner = Manner.GYMNASIUM
+    has_gym_api = False
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; a seed that the environment has no place for is not used."""
@@ -109,7 +93,7 @@ class FiveValues(gymnasium.Wrapper[Any, Any, Any, Any]):
         return understand_reset(self.env.reset(**keywords))
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        """Act: five values."""
+        """Act; returns five values."""
         return understand_step(self.env, self.env.step(action))
 
     def __getattr__(self, name: str) -> Any:

@@ -1,4 +1,4 @@
-"""FRobs_RL's algorithms train on environments of both manners."""
+"""FRobs_RL's algorithms train on environments of both APIs."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import Any
 from frobs_rl_compat.manner import to_gymnasium
 
 
-class TakesBothManners:
-    """Gives an algorithm its environment in Gymnasium's manner, whatever it answers to others.
+class AcceptsBothApis:
+    """Mixin for an algorithm: trains on environments of old gym's API and of Gymnasium's.
 
     Args:
         env: An environment, a vector environment of stable-baselines3, or None where a model is opened for predictions.
-        *args: Of the algorithm.
-        **kwargs: Of the algorithm.
+        *args: Positional arguments of the algorithm.
+        **kwargs: Keyword arguments of the algorithm.
     """
 
     def __init__(self, env: Any, *args: Any, **kwargs: Any) -> None:

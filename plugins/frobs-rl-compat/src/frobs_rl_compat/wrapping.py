@@ -1,32 +1,34 @@
-"""FRobs_RL's wrappers answer as what they wrap."""
+"""FRobs_RL's wrappers keep the API of the environment that they wrap."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from frobs_rl_compat.manner import answer_reset, answer_step, forwarded, manner_of, to_gymnasium
+from frobs_rl_compat.manner import forwarded, has_gym_api, to_four_values, to_gymnasium
 
 
-class AnswersAsWrapped:
-    """Makes a wrapper of Gymnasium one for both manners: it works in Gymnasium's, and answers in that of what it wraps.
+class KeepsApi:
+    """Mixin for a wrapper of Gymnasium: wraps environments of both APIs, and has the API of what it wraps.
 
     Args:
         env: The environment. Its attributes can be read through the wrapper.
-        *args: Of the wrapper.
-        **kwargs: Of the wrapper.
+        *args: Positional arguments of the wrapper.
+        **kwargs: Keyword arguments of the wrapper.
     """
 
     def __init__(self, env: Any, *args: Any, **kwargs: Any) -> None:
-        self.frobs_manner = manner_of(env)
+        self.has_gym_api = has_gym_api(env)
         super().__init__(to_gymnasium(env), *args, **kwargs)
 
     def reset(self, **kwargs: Any) -> Any:
         """Begin an episode."""
-        return answer_reset(self.frobs_manner, super().reset(**kwargs))  # type: ignore[misc]
+        observation, info = super().reset(**kwargs)  # type: ignore[misc]
+        return observation if self.has_gym_api else (observation, info)
 
     def step(self, action: Any) -> Any:
         """Act."""
-        return answer_step(self.frobs_manner, super().step(action))  # type: ignore[misc]
+        answer = super().step(action)  # type: ignore[misc]
+        return to_four_values(answer) if self.has_gym_api else answer
 
     def __getattr__(self, name: str) -> Any:
         return forwarded(self, name)

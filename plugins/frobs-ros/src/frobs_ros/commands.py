@@ -8,11 +8,6 @@ COMMANDS = (
         summary="Work with ROS 1: simulations that act as Gazebo, and policies on robots.",
     ),
     Command(
-        name="ros link",
-        summary="Link the Python modules of ROS into a virtual environment.",
-        function="frobs_ros.cli.link:link",
-    ),
-    Command(
         name="ros serve",
         summary="Run a simulation behind the topics and services of Gazebo.",
         function="frobs_ros.cli.serve:serve",

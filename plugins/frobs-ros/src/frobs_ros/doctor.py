@@ -20,6 +20,7 @@ MODULES = (
     ("rospy", "python3-rospy", "nodes in Python", True),
     ("rosgraph", "python3-rosgraph", "the master's interface", True),
     ("genpy", "python3-genpy", "messages in Python", True),
+    ("genmsg", "python3-genmsg", "definitions of messages", True),
     ("rosparam", "python3-rosparam", "YAML files to parameters", True),
     ("std_msgs", "python3-std-msgs", "messages", True),
     ("std_srvs", "python3-std-srvs", "services that take nothing", True),
@@ -30,7 +31,7 @@ MODULES = (
     ("tf2_msgs", "python3-tf2-msgs", "frames of a robot's links", True),
     ("nav_msgs", "python3-nav-msgs", "odometry", False),
     ("actionlib", "python3-actionlib", "actions of trajectory controllers", False),
-    ("actionlib_msgs", "python3-actionlib-msgs", "the same", False),
+    ("actionlib_msgs", "python3-actionlib-msgs", "goals and states of actions", True),
     ("tf2_ros", "python3-tf2-ros", "frames", False),
     ("diagnostic_msgs", "python3-diagnostic-msgs", "messages of tools", False),
 )
@@ -83,7 +84,7 @@ class RosReport:
         python: The version of this Python.
         master_uri: Where the master is, or should be.
         master_answers: Whether one does.
-        linked: Whether ``import rospy`` works without FRobs's help.
+        linked: Whether plain Python can import rospy.
         parts: Each part.
         missing: The Debian packages that bring what is missing.
         advice: What to do, a line each.
@@ -101,7 +102,7 @@ class RosReport:
 
 
 def examine_ros() -> RosReport:
-    """Look at all parts of ROS; nothing is changed, and nothing started."""
+    """Look at all parts of ROS. Starts nothing, and writes nothing but the cache of message packages."""
     from importlib.machinery import PathFinder
 
     from frobs_ros.master import is_online, master_uri
@@ -121,7 +122,7 @@ def examine_ros() -> RosReport:
     if missing:
         advice.append(f"To have all of it: apt-get install {' '.join(missing)}")
     if usable and not linked:
-        advice.append("'import rospy' works inside of FRobs alone; for scripts of your own: frobs ros link")
+        advice.append("Plain Python cannot import rospy here; start scripts by 'frobs legacy run' (frobs-rl-compat)")
     advice.append(f"A ROS master {'answers' if answers else 'does not answer'} at {master_uri()}")
     return RosReport(
         usable=usable,

@@ -1,6 +1,6 @@
 """Finds ROS 1 on this machine, and makes its Python modules importable without anything else of the system's.
 
-Nothing here imports ROS until :func:`use_ros` is called, and a machine without ROS loses nothing else.
+Nothing here imports ROS or changes this process until :func:`use_ros` is called.
 """
 
 from __future__ import annotations
@@ -11,11 +11,12 @@ import os
 import sys
 from collections.abc import Mapping, MutableMapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from urllib.parse import urlparse
 
-from frobs_ros import finder
 from frobs_ros.errors import RosNotFoundError
+from frobs_ros.overlay import links_to_messages, links_to_modules, make_overlay
 
 DISTRIBUTION = Path("/opt/ros/noetic")
 SYSTEM = Path("/usr")
@@ -69,47 +70,54 @@ def _prefix(modules: Path) -> Path:
     return modules
 
 
-def make_findable() -> RosInstallation | None:
-    """Let Python find ROS's modules, and set the variables that they need; returns where ROS is, None without it."""
-    installation = find_ros()
-    if installation is not None:
-        finder.install([installation.modules, SYSTEM / "lib" / "python3" / "dist-packages"])
-        set_variables(os.environ)
-    return installation
-
-
-def use_ros() -> None:
-    """Make ``import rospy`` and the message packages work; calling it again costs nothing.
-
-    What is importable already is used. Else ROS's modules, and they alone, are taken from where ROS is installed.
-    Environment variables that ROS needs and nobody has set are set: see :func:`set_variables`.
+def links_to_ros() -> dict[str, Path]:
+    """Return links to ROS's modules that this Python cannot import, and to those that they import.
 
     Raises:
-        RosNotFoundError: ROS is not installed, or not for this Python; says which packages to install.
+        RosNotFoundError: ROS is not installed; the message names the Debian packages.
     """
-    if "rospy" in sys.modules and _Used.done:
-        return
-    installation = make_findable()
+    installation = find_ros()
     if installation is None:
         raise RosNotFoundError("no module 'rospy' is installed on this machine", PACKAGES)
+    return links_to_modules([installation.modules, SYSTEM / "lib" / "python3" / "dist-packages"])
+
+
+@cache
+def link_modules() -> str:
+    """Append links to ROS's modules to ``sys.path``, and return their folder; every other module comes first.
+
+    Raises:
+        RosNotFoundError: ROS is not installed; the message names the Debian packages.
+    """
+    folder = str(make_overlay(links_to_ros()))
+    sys.path.append(folder)
+    return folder
+
+
+@cache
+def use_ros() -> None:
+    """Make ``import rospy`` and the message packages work in this process; calling it again costs nothing.
+
+    Links to the modules that are missing are appended to ``sys.path``: every other module comes first. Environment
+    variables that ROS needs and nobody has set are set; see :func:`set_variables`.
+
+    Raises:
+        RosNotFoundError: ROS is not installed, or not for this Python; the message names the Debian packages.
+        RosError: The message packages cannot be stored.
+    """
+    folder = link_modules()
+    set_variables(os.environ)
     try:
         importlib.import_module("rospy")
     except ImportError as error:
+        sys.path.remove(folder)
+        link_modules.cache_clear()
         version = f"{sys.version_info.major}.{sys.version_info.minor}"
         raise RosNotFoundError(
-            f"'import rospy' from {installation.modules} fails in Python {version}: {error}. If a module of Python is "
-            "missing: pip install 'frobs-ros[ros]'"
+            f"'import rospy' fails in Python {version}: {error}. If a module of Python is missing: "
+            "pip install 'frobs-ros[ros]'"
         ) from error
-    from frobs_ros.messages import use_messages
-
-    use_messages()
-    _Used.done = True
-
-
-class _Used:
-    """Whether :func:`use_ros` has done its work."""
-
-    done = False
+    sys.path.append(str(make_overlay(links_to_messages())))
 
 
 def set_variables(environment: MutableMapping[str, str]) -> None:

@@ -151,7 +151,7 @@ class Mirror:
 
     def observe(self, state: State) -> Any:
         """Return what the policy is to see: the observation of its task, at what the robot measures."""
-        self._rng.begin_step()
+        self._rng.clock += 1
         self._follow(state)
         self.env.task.advance(self._rng)
         observation = self.env.task.observe(self._rng)

@@ -10,6 +10,7 @@ import subprocess
 from pathlib import Path
 
 from frobs_core.errors import SimulationError
+from frobs_core.files import write_aside
 from frobs_sim_gazebo.installation import Installation
 
 _SOURCES = Path(__file__).with_name("world_plugin")
@@ -43,15 +44,12 @@ def built_plugin(installation: Installation) -> Path:
     return folder
 
 
-def stored_world(installation: Installation) -> Path:
-    """Return the file of the empty world that servers start with, where they see it."""
-    text = (_SOURCES / _WORLD).read_bytes()
+def stored_world(installation: Installation, text: bytes) -> Path:
+    """Return a file with the text of a world, where servers see it."""
     path = installation.store / f"frobs-{hashlib.sha256(text).hexdigest()[:16]}.world"
     if not path.exists():
         try:
-            aside = path.with_suffix(f".{os.getpid()}")
-            aside.write_bytes(text)
-            aside.replace(path)
+            write_aside(path, lambda aside: aside.write_bytes(text), durable=False)
         except OSError as error:
             raise SimulationError(f"the world cannot be written to {path}: {error}") from error
     return path

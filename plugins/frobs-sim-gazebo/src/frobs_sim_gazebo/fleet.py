@@ -24,15 +24,16 @@ class Fleet:
 
     Args:
         installation: Of Gazebo.
-        count: How many.
+        count: Number of servers.
+        world: Text of the world file that they start with.
         prepare: Fills a server's world; called in a thread of its own.
 
     Raises:
         SimulationError: One does not start; none is left then.
     """
 
-    def __init__(self, installation: Installation, count: int, prepare: Callable[[Server], None]) -> None:
-        self._installation, self._prepare = installation, prepare
+    def __init__(self, installation: Installation, count: int, world: bytes, prepare: Callable[[Server], None]) -> None:
+        self._installation, self._world, self._prepare = installation, world, prepare
         self._servers: list[Server | None] = [None] * count
         self._lost = [0] * count
         built_plugin(installation)
@@ -61,7 +62,7 @@ class Fleet:
             raise
 
     def _started(self, env: int) -> None:
-        server = Server(self._installation)
+        server = Server(self._installation, self._world)
         self._servers[env] = server  # so that it is closed if another one fails
         self._prepare(server)
 

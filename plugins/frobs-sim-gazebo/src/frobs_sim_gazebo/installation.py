@@ -12,6 +12,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from frobs_core.errors import SimulationError
+from frobs_core.files import cache_folder
 
 ROOT_VARIABLE, NETWORK_VARIABLE = "FROBS_GAZEBO_ROOT", "FROBS_GAZEBO_NETWORK"
 
@@ -25,12 +26,6 @@ _ENVIRONMENT = {
     "GAZEBO_MODEL_DATABASE_URI": "",  # it looks for no models on a network
     "ALSOFT_DRIVERS": "null",  # nor for a loudspeaker, which fills its log
 }
-
-
-def cache_folder() -> Path:
-    """Return ``frobs`` in ``$XDG_CACHE_HOME``, else in ``~/.cache``."""
-    home = os.environ.get("XDG_CACHE_HOME", "")
-    return (Path(home) if os.path.isabs(home) else Path.home() / ".cache") / "frobs"
 
 
 def tool() -> Path:
@@ -55,7 +50,7 @@ class Installation:
     @property
     def store(self) -> Path:
         """Folder for what is built for it, as this process sees it."""
-        return cache_folder() / "gazebo" if self.root is None else self.root / "var" / "cache" / "frobs"
+        return cache_folder("gazebo") if self.root is None else self.root / "var" / "cache" / "frobs"
 
     @property
     def scratch(self) -> Path | None:

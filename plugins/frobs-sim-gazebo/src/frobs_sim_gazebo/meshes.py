@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import os
-import tempfile
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from frobs_core.errors import ModelFileError, SimulationError
+from frobs_core.files import write_aside
 from frobs_core.models import Mesh
 from frobs_core.models.meshes import MeshPart, joined, read_mesh, scaled, write_stl
 from frobs_sim_gazebo.installation import Installation
@@ -53,14 +52,14 @@ class MeshFiles:
             return ""
         key = hashlib.sha256(part.vertices.tobytes() + part.faces.tobytes()).hexdigest()[:32]
         path = self._installation.store / "meshes" / f"{key}.stl"
+
+        def write(aside: Path) -> None:
+            write_stl(part, aside)
+            aside.chmod(0o644)  # also under a strict umask
+
         if not path.exists():
             try:
-                path.parent.mkdir(parents=True, exist_ok=True)
-                handle, aside = tempfile.mkstemp(dir=path.parent, suffix=".part")
-                os.close(handle)
-                write_stl(part, Path(aside))
-                os.chmod(aside, 0o644)
-                os.replace(aside, path)  # so that another process sees all or nothing
+                write_aside(path, write, durable=False)
             except OSError as error:
                 raise SimulationError(f"a mesh cannot be written for Gazebo: {error}") from error
         return f"file://{self._installation.inside(path)}"

@@ -18,6 +18,7 @@ from frobs_core.errors import SimulationError
 from frobs_sim_gazebo.build import built_plugin, stored_world
 from frobs_sim_gazebo.installation import NETWORK_VARIABLE, Installation, find_gazebo
 from frobs_sim_gazebo.launch import NO_NAMESPACE
+from frobs_sim_gazebo.options import world_text
 from frobs_sim_gazebo.protocol import HEADER, Op
 
 TIMEOUT_VARIABLE = "FROBS_GAZEBO_TIMEOUT"
@@ -37,6 +38,7 @@ class Server:
 
     Args:
         installation: Of Gazebo; None: :func:`find_gazebo` finds it.
+        world: Text of the world file; None: the empty world with our settings of the physics engine.
 
     Attributes:
         installation: Of Gazebo.
@@ -47,10 +49,10 @@ class Server:
         ServerError: It does not start.
     """
 
-    def __init__(self, installation: Installation | None = None) -> None:
+    def __init__(self, installation: Installation | None = None, world: bytes | None = None) -> None:
         self.installation = installation or find_gazebo()
         folder = self.installation.inside(built_plugin(self.installation))
-        world = self.installation.inside(stored_world(self.installation))
+        file = self.installation.inside(stored_world(self.installation, world or world_text()))
         self._timeout = float(os.environ.get(TIMEOUT_VARIABLE) or _ANSWER)
         self._waiting_for: deque[str] = deque()
         self._log: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the server
@@ -58,7 +60,7 @@ class Server:
         theirs.setblocking(True)  # what rospy does not leave it: it gives all of its process's sockets a timeout
         try:
             self.process = subprocess.Popen(
-                self.installation.command("gzserver", "--verbose", world),
+                self.installation.command("gzserver", "--verbose", file),
                 env=self.installation.environment(
                     FROBS_GAZEBO_FD=str(theirs.fileno()), GAZEBO_PLUGIN_PATH=folder, **self._master()
                 ),

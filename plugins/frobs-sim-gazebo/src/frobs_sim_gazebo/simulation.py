@@ -17,6 +17,7 @@ from frobs_sim_gazebo.fleet import Fleet, Message
 from frobs_sim_gazebo.installation import find_gazebo
 from frobs_sim_gazebo.layout import Layout
 from frobs_sim_gazebo.meshes import MeshFiles
+from frobs_sim_gazebo.options import world_text
 from frobs_sim_gazebo.protocol import Op
 from frobs_sim_gazebo.robot import GazeboRobot
 from frobs_sim_gazebo.server import Server
@@ -32,7 +33,23 @@ class GazeboSimulation(Simulation):
 
     An environment whose server ends or hangs is reported in the log, shows in :attr:`diverged`, and has a new server
     after its reset; three in a row are a :class:`~frobs_core.errors.SimulationError`. ``num_threads`` means nothing
-    here: servers are processes.
+    here: servers are processes. The options are those of ODE; None means our default.
+
+    Args:
+        robots: By name.
+        scene: Everything else.
+        num_envs: ≥ 1.
+        physics_timestep: [s]
+        num_threads: Ignored.
+        solver: ODE's solver: ``"world"``, direct and the default, or ``"quick"``, iterative.
+        iterations: Iterations of the ``"quick"`` solver in a physics step, ≥ 1.
+        cone: Friction cone: ``"pyramidal"`` or ``"elliptic"``.
+        erp: Share of a constraint's error that is corrected in a physics step.
+        cfm: Constraint force mixing, which softens constraints, ≥ 0.
+
+    Raises:
+        ConfigurationError: The scene is contradictory, or an option is out of range.
+        SimulationError: Gazebo is not installed, or does not start.
     """
 
     render_modalities: ClassVar[Sequence[str]] = ()
@@ -45,7 +62,13 @@ class GazeboSimulation(Simulation):
         num_envs: int,
         physics_timestep: float,
         num_threads: int = 0,
+        solver: str | None = None,
+        iterations: int | None = None,
+        cone: str | None = None,
+        erp: float | None = None,
+        cfm: float | None = None,
     ) -> None:
+        world = world_text(solver=solver, iterations=iterations, cone=cone, erp=erp, cfm=cfm)
         self.num_envs, self.physics_timestep, self.scene, self.placements = num_envs, physics_timestep, scene, robots
         n = num_envs
         # What the scene says wrong is told before it is looked whether Gazebo is here.
@@ -67,7 +90,7 @@ class GazeboSimulation(Simulation):
         self._closed = False
         self.robots = {name: GazeboRobot(self, name, placement) for name, placement in robots.items()}
         self.bodies = {name: GazeboBody(self, name, body) for name, body in scene.bodies.items()}
-        self._fleet = Fleet(installation, n, self._prepare)
+        self._fleet = Fleet(installation, n, world, self._prepare)
         try:
             self.reset()
         except BaseException:

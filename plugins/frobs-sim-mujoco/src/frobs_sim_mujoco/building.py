@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import combinations
+from types import MappingProxyType
 
 import mujoco
 
@@ -12,6 +13,7 @@ from frobs_core.interfaces import Placement, Scene
 from frobs_sim_mujoco.articulation import add_drives, add_robot, attach_mjcf
 from frobs_sim_mujoco.contacts import add_contact
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, set_friction
+from frobs_sim_mujoco.options import Options
 from frobs_sim_mujoco.overlaps import overlaps_at_home
 from frobs_sim_mujoco.scenery import add_body, add_camera, add_floor, light_up
 
@@ -23,6 +25,7 @@ def build_model(
     *,
     visuals: bool,
     overlaps: bool = False,
+    options: Options = MappingProxyType({}),
 ) -> mujoco.MjModel:
     """Compile robots and a scene.
 
@@ -36,6 +39,7 @@ def build_model(
         visuals: Whether robots have what is only drawn. A model without it has the same states, and steps faster.
         overlaps: Whether links that are in each other at home push each other apart. Convex hulls of neighbours often
             are; a robot that begins with them cannot be controlled.
+        options: Fields of ``mjOption`` that differ from MuJoCo's defaults.
 
     Raises:
         ModelFileError: MuJoCo refuses a robot's model.
@@ -45,6 +49,8 @@ def build_model(
     spec.option.timestep = physics_timestep
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.gravity = scene.gravity
+    for field, value in options.items():
+        setattr(spec.option, field, value)
     spec.compiler.degree = False
     spec.compiler.autolimits = False
     spec.compiler.balanceinertia = False

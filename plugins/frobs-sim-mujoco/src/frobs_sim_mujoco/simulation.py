@@ -18,6 +18,7 @@ from frobs_sim_mujoco.body import MujocoBody
 from frobs_sim_mujoco.building import build_model
 from frobs_sim_mujoco.contacts import ContactReader
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, SCENE_GROUP
+from frobs_sim_mujoco.options import read_options
 from frobs_sim_mujoco.overlaps import find_overlaps
 from frobs_sim_mujoco.rendering import Renderer, Viewer
 from frobs_sim_mujoco.robot import MujocoRobot
@@ -94,7 +95,32 @@ class BareMujoco:
 
 
 class MujocoSimulation(Simulation):
-    """``num_envs`` copies of robots and a scene on MuJoCo; see :class:`frobs_core.interfaces.Simulation`."""
+    """``num_envs`` copies of robots and a scene on MuJoCo; see :class:`frobs_core.interfaces.Simulation`.
+
+    The solver's options are those of MuJoCo's ``mjOption``; None means MuJoCo's default.
+
+    Args:
+        robots: By name.
+        scene: Everything else.
+        num_envs: ≥ 1.
+        physics_timestep: [s]
+        num_threads: Threads of the batch; 0: one for each processor.
+        solver: Constraint solver: ``"newton"``, ``"cg"`` or ``"pgs"``.
+        cone: Friction cone: ``"pyramidal"`` or ``"elliptic"``.
+        impratio: Ratio of frictional to normal constraint impedance, > 0; for elliptic cones.
+        iterations: Most iterations of the solver in a physics step, ≥ 1.
+        tolerance: Improvement at which the solver stops, ≥ 0.
+        ls_iterations: Most iterations of the solver's line search, ≥ 1.
+        ls_tolerance: Gradient at which the line search stops, ≥ 0.
+        noslip_iterations: Iterations that prevent slip after the solver's own; 0: none.
+        noslip_tolerance: Improvement at which those stop, ≥ 0.
+        ccd_iterations: Most iterations of the collision detection between convex shapes, ≥ 1.
+        ccd_tolerance: Improvement at which the collision detection stops, ≥ 0.
+
+    Raises:
+        ConfigurationError: The scene is contradictory, or an option is out of range.
+        ModelFileError: MuJoCo cannot compile a robot's model.
+    """
 
     def __init__(
         self,
@@ -104,13 +130,37 @@ class MujocoSimulation(Simulation):
         num_envs: int,
         physics_timestep: float,
         num_threads: int = 0,
+        solver: str | None = None,
+        cone: str | None = None,
+        impratio: float | None = None,
+        iterations: int | None = None,
+        tolerance: float | None = None,
+        ls_iterations: int | None = None,
+        ls_tolerance: float | None = None,
+        noslip_iterations: int | None = None,
+        noslip_tolerance: float | None = None,
+        ccd_iterations: int | None = None,
+        ccd_tolerance: float | None = None,
     ) -> None:
+        self._options = read_options(
+            solver=solver,
+            cone=cone,
+            impratio=impratio,
+            iterations=iterations,
+            tolerance=tolerance,
+            ls_iterations=ls_iterations,
+            ls_tolerance=ls_tolerance,
+            noslip_iterations=noslip_iterations,
+            noslip_tolerance=noslip_tolerance,
+            ccd_iterations=ccd_iterations,
+            ccd_tolerance=ccd_tolerance,
+        )
         _leave_no_log_file()
         self.num_envs = num_envs
         self.physics_timestep = physics_timestep
         self.scene = scene
         self._placements = robots
-        self.model = build_model(robots, scene, physics_timestep, visuals=False)
+        self.model = self._build_model()
         # One environment keeps its derived quantities, so that the next step need not compute them again; many would
         # need an MjData each, which costs more memory and time than it saves.
         self.batch = Batch(self.model, num_envs, 1 if num_envs == 1 else num_threads, persistent=num_envs == 1)
@@ -320,7 +370,7 @@ class MujocoSimulation(Simulation):
         """
         if robot not in self.robots:
             raise UnknownNameError("robot of the simulation", robot, self.robots)
-        model = build_model(self._placements, self.scene, self.physics_timestep, visuals=False, overlaps=True)
+        model = self._build_model(overlaps=True)
         return find_overlaps(model, self.batch.state[0], f"{robot}/")
 
     def bare_engine(self) -> BareMujoco:
@@ -336,7 +386,17 @@ class MujocoSimulation(Simulation):
         self._closed = True
 
     def _drawn_model(self) -> mujoco.MjModel:
-        return build_model(self._placements, self.scene, self.physics_timestep, visuals=True)
+        return self._build_model(visuals=True)
+
+    def _build_model(self, *, visuals: bool = False, overlaps: bool = False) -> mujoco.MjModel:
+        return build_model(
+            self._placements,
+            self.scene,
+            self.physics_timestep,
+            visuals=visuals,
+            overlaps=overlaps,
+            options=self._options,
+        )
 
     def mark_stale(self, mask: Mask | None) -> None:
         """Remember that states were written: what derives from them must be computed before it is read."""

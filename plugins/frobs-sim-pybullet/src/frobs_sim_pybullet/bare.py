@@ -8,7 +8,7 @@ from frobs_core.arrays import Floats
 from frobs_core.interfaces import Snapshot
 from frobs_sim_pybullet.block import Block
 from frobs_sim_pybullet.bullet import pybullet as p
-from frobs_sim_pybullet.law import solver
+from frobs_sim_pybullet.law import solve
 
 if TYPE_CHECKING:
     from frobs_sim_pybullet.simulation import PybulletSimulation
@@ -32,7 +32,7 @@ class BarePybullet:
     def __init__(self, simulation: PybulletSimulation) -> None:
         placements, name = dict(simulation.placements), next(iter(simulation.placements))
         arrays = {key: value[:1].copy() for key, value in simulation.arrays.items()}
-        self._block = Block(placements, simulation.scene, simulation.physics_timestep, arrays, [0])
+        self._block = Block(placements, simulation.scene, simulation.engine, arrays, [0])
         self._world = self._block.worlds[0]
         self._robot = self._world.robots[name]
         self._count = simulation.num_envs
@@ -52,7 +52,7 @@ class BarePybullet:
         robot, h = self._robot, self._h
         body, joints, client = robot.body, robot.joints, robot.client
         twin, dynamics, zeros = robot.twin, robot.dynamics.client, [0.0] * len(robot.joints)
-        solve, torque = solver(len(joints)), p.TORQUE_CONTROL
+        torque = p.TORQUE_CONTROL
         command, stiffness, dampings, passive = self._controls
         rows = list(zip(command, stiffness, dampings, self._limits, passive, strict=True))
         for _ in range(decimation * self._count):

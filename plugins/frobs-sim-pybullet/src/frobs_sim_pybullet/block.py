@@ -13,6 +13,7 @@ from frobs_sim_pybullet.editing import EditableWorld
 from frobs_sim_pybullet.engine import Dynamics
 from frobs_sim_pybullet.layout import Arrays, row
 from frobs_sim_pybullet.meshes import MeshFiles
+from frobs_sim_pybullet.options import Engine
 
 
 class Block:
@@ -21,7 +22,7 @@ class Block:
     Args:
         robots: By name.
         scene: Everything else.
-        physics_timestep: [s]
+        engine: Settings of the physics engine.
         arrays: Of all environments.
         ids: Which of them are here.
     """
@@ -30,7 +31,7 @@ class Block:
         self,
         robots: Mapping[str, Placement],
         scene: Scene,
-        physics_timestep: float,
+        engine: Engine,
         arrays: Arrays,
         ids: Sequence[int],
     ) -> None:
@@ -40,7 +41,7 @@ class Block:
         meshes = MeshFiles()
         try:
             for i in self.ids:
-                self.worlds[i] = EditableWorld(robots, scene, physics_timestep, self._dynamics, meshes, row(arrays, i))
+                self.worlds[i] = EditableWorld(robots, scene, engine, self._dynamics, meshes, row(arrays, i))
         except BaseException:
             self.close()
             raise

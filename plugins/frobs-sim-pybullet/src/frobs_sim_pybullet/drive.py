@@ -13,7 +13,7 @@ from frobs_sim_pybullet.articulation import FASTEST, Articulation
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.constraints import Constraints
 from frobs_sim_pybullet.general_law import GeneralLaw
-from frobs_sim_pybullet.law import MOST_WRITTEN_OUT, Constants, Law, law
+from frobs_sim_pybullet.law import LARGEST, Law, law
 from frobs_sim_pybullet.transforms import Quat, Vector, compose, conjugate, cross, invert, rotate
 from frobs_sim_pybullet.urdf import position_range
 
@@ -50,8 +50,8 @@ class Drive:
         self.efforts = [0.0] * self._count
 
     def _choose_law(self) -> Law:
-        if self._simple and self._count and self._size <= MOST_WRITTEN_OUT:
-            return law(self._robot.offset, self._count)
+        if self._simple and self._count and self._size <= LARGEST:
+            return law
         return self._general_law(constrained=self._rubs)
 
     def _general_law(self, *, constrained: bool) -> Law:
@@ -97,7 +97,7 @@ class Drive:
             damping[follower] = self._passive[follower]
         h = self._h
         inertia = [a + h * d for a, d in zip(self._armature, damping, strict=True)]
-        self._constants = Constants(kp, kd, self._limits, damping, inertia, [h * k for k in kd])
+        self._constants = list(zip(kp, kd, self._limits, damping, inertia, [h * k for k in kd], strict=True))
         self._free = self._simple and not (any(kp) or any(kd) or any(inertia))
 
     def push(self, link: str, force: Vector, torque: Vector) -> None:

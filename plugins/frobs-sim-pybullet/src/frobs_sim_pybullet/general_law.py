@@ -1,4 +1,4 @@
-"""The drive law where the written-out one does not do: dry friction, joints at their limits, that follow others, or many."""
+"""The drive law in NumPy, for dry friction, joints beyond their limits, joints that follow others, and many joints."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from frobs_sim_pybullet.law import Constants, Matrix
 
 
 class GeneralLaw:
-    """A law as :func:`frobs_sim_pybullet.law.law` returns them, in NumPy.
+    """A law like :func:`frobs_sim_pybullet.law.law`, in NumPy.
 
     Joints that follow others do so exactly: the equations are those of the independent joints.
 
@@ -52,7 +52,7 @@ class GeneralLaw:
         bias: Sequence[float],
     ) -> tuple[list[float], list[float]]:
         """Return the efforts for Bullet, and those that the drives apply."""
-        kp, kd, limit, damping, inertia, drive_inertia = (np.array(values) for values in constants)
+        kp, kd, limit, damping, inertia, drive_inertia = np.reshape(constants, (-1, 6)).T
         speeds = np.array(v)
         explicit = np.array(command) - kp * np.array(q) - kd * speeds
         saturated = np.abs(explicit) >= limit

@@ -26,6 +26,7 @@ from frobs_core.errors import SimulationError
 from frobs_core.interfaces import Placement, Scene
 from frobs_sim_pybullet.block import Block
 from frobs_sim_pybullet.layout import Layout, arrays
+from frobs_sim_pybullet.options import Engine
 from frobs_sim_pybullet.worker import Failure, work
 
 CONTEXT = multiprocessing.get_context("spawn")  # a fork would inherit locks of threads that it does not have
@@ -55,7 +56,7 @@ class Pool:
     Args:
         robots: By name.
         scene: Everything else.
-        physics_timestep: [s]
+        engine: Settings of the physics engine.
         fields: What the shared arrays are.
         num_envs: Of all blocks.
         buffer: The shared memory.
@@ -70,7 +71,7 @@ class Pool:
         self,
         robots: Mapping[str, Placement],
         scene: Scene,
-        physics_timestep: float,
+        engine: Engine,
         fields: Layout,
         num_envs: int,
         buffer: Any,
@@ -84,7 +85,7 @@ class Pool:
         self._end = weakref.finalize(self, _end, self.processes, self._pipes)
         for number, ids in enumerate(self._ids[1:]):
             here, there = CONTEXT.Pipe()
-            arguments = (there, dict(robots), scene, physics_timestep, fields, num_envs, buffer, ids)
+            arguments = (there, dict(robots), scene, engine, fields, num_envs, buffer, ids)
             process = CONTEXT.Process(target=work, args=arguments, name=f"frobs-pybullet-{number}", daemon=True)
             self._pipes.append(here)
             self.processes.append(process)
@@ -98,7 +99,7 @@ class Pool:
             finally:
                 there.close()  # so that reading ends when the worker does
         try:
-            self._own = Block(robots, scene, physics_timestep, arrays(fields, num_envs, buffer), self._ids[0])
+            self._own = Block(robots, scene, engine, arrays(fields, num_envs, buffer), self._ids[0])
         except BaseException:
             self._end()
             raise

@@ -16,6 +16,7 @@ from frobs_sim_pybullet.bare import BarePybullet
 from frobs_sim_pybullet.block import Block
 from frobs_sim_pybullet.body import PybulletBody
 from frobs_sim_pybullet.contacts import check_cameras, check_contacts
+from frobs_sim_pybullet.options import Engine, read_options
 from frobs_sim_pybullet.overlaps import find_overlaps
 from frobs_sim_pybullet.pool import CONTEXT, Pool, count_workers
 from frobs_sim_pybullet.rendering import Renderer, Viewer
@@ -42,7 +43,24 @@ class PybulletSimulation(Simulation):
     """``num_envs`` copies of robots and a scene on PyBullet; see :class:`frobs_core.interfaces.Simulation`.
 
     With one environment, or ``num_threads=1``, all are in this process; else ``num_threads`` worker processes have a
-    share of them each.
+    share of them each. For the engine's options, None means Bullet's default.
+
+    Args:
+        robots: By name.
+        scene: Everything else.
+        num_envs: ≥ 1.
+        physics_timestep: [s]
+        num_threads: Processes; 0: one for each processor.
+        cone: Friction cone: ``"pyramidal"`` or ``"elliptic"``.
+        iterations: Most iterations of the constraint solver in a physics step, ≥ 1.
+        tolerance: Residual at which the solver stops, ≥ 0.
+        erp: Share of a joint's constraint error that is corrected in a physics step.
+        contact_erp: Share of a contact's penetration that is corrected in a physics step.
+        friction_erp: Share of a friction anchor's error that is corrected in a physics step.
+        cfm: Constraint force mixing, which softens constraints, ≥ 0.
+
+    Raises:
+        ConfigurationError: The scene is contradictory, or an option is out of range.
     """
 
     def __init__(
@@ -53,7 +71,24 @@ class PybulletSimulation(Simulation):
         num_envs: int,
         physics_timestep: float,
         num_threads: int = 0,
+        cone: str | None = None,
+        iterations: int | None = None,
+        tolerance: float | None = None,
+        erp: float | None = None,
+        contact_erp: float | None = None,
+        friction_erp: float | None = None,
+        cfm: float | None = None,
     ) -> None:
+        options = read_options(
+            cone=cone,
+            iterations=iterations,
+            tolerance=tolerance,
+            erp=erp,
+            contact_erp=contact_erp,
+            friction_erp=friction_erp,
+            cfm=cfm,
+        )
+        self.engine = Engine(physics_timestep, options)
         self.num_envs, self.physics_timestep, self.scene = num_envs, physics_timestep, scene
         self.placements = robots
         check_contacts(robots, scene)
@@ -69,9 +104,9 @@ class PybulletSimulation(Simulation):
         self.bodies = {name: PybulletBody(self, name, body) for name, body in scene.bodies.items()}
         self._backend: Block | Pool
         if workers == 1:
-            self._backend = Block(robots, scene, physics_timestep, self.arrays, range(num_envs))
+            self._backend = Block(robots, scene, self.engine, self.arrays, range(num_envs))
         else:
-            self._backend = Pool(robots, scene, physics_timestep, fields, num_envs, buffer, workers)
+            self._backend = Pool(robots, scene, self.engine, fields, num_envs, buffer, workers)
         self.command_rows: dict[str, Floats] = {}
         self.written: dict[tuple[str, str], Floats] = {}
         self._seen: dict[str, Floats] = {}

@@ -8,11 +8,10 @@ from typing import TypeAlias
 import numpy as np
 
 from frobs_core.models import Pose
-from frobs_core.rotations import matrix_from_quat
+from frobs_core.rotations import matrix_from_quat, multiply_components, rotate_components
 
 Vector: TypeAlias = tuple[float, float, float]
 Quat: TypeAlias = tuple[float, float, float, float]
-Rows: TypeAlias = tuple[Vector, Vector, Vector]
 
 IDENTITY: tuple[Vector, Quat] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 
@@ -27,12 +26,8 @@ def multiply(first: Quat, second: Quat) -> Quat:
     """Return the rotation that does ``second``, then ``first``; quat_xyzw."""
     x1, y1, z1, w1 = first
     x2, y2, z2, w2 = second
-    return (
-        w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
-        w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
-        w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
-        w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
-    )
+    w, x, y, z = multiply_components(w1, x1, y1, z1, w2, x2, y2, z2)
+    return x, y, z, w
 
 
 def cross(a: Vector, b: Vector) -> Vector:
@@ -43,10 +38,7 @@ def cross(a: Vector, b: Vector) -> Vector:
 def rotate(quat: Quat, vector: Vector) -> Vector:
     """Rotate a vector by quat_xyzw."""
     x, y, z, w = quat
-    tx, ty, tz = cross((x, y, z), vector)
-    tx, ty, tz = 2.0 * tx, 2.0 * ty, 2.0 * tz
-    cx, cy, cz = cross((x, y, z), (tx, ty, tz))
-    return vector[0] + w * tx + cx, vector[1] + w * ty + cy, vector[2] + w * tz + cz
+    return rotate_components(w, x, y, z, *vector)
 
 
 def conjugate(quat: Quat) -> Quat:

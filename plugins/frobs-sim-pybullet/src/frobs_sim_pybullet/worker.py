@@ -15,6 +15,7 @@ from frobs_core.errors import FrobsError, SimulationError
 from frobs_core.interfaces import Placement, Scene
 from frobs_sim_pybullet.block import Block
 from frobs_sim_pybullet.layout import Layout, arrays
+from frobs_sim_pybullet.options import Engine
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ def work(
     pipe: Connection,
     robots: Mapping[str, Placement],
     scene: Scene,
-    physics_timestep: float,
+    engine: Engine,
     fields: Layout,
     num_envs: int,
     buffer: Any,
@@ -71,7 +72,7 @@ def work(
     block: Block | None = None
     with contextlib.suppress(EOFError, OSError):  # the other end is closed, or gone: nobody is left to tell
         try:
-            block = Block(robots, scene, physics_timestep, arrays(fields, num_envs, buffer), ids)
+            block = Block(robots, scene, engine, arrays(fields, num_envs, buffer), ids)
             pipe.send(None)
         except Exception as error:
             pipe.send(Failure.of(error))

@@ -22,6 +22,7 @@ from frobs_sim_pybullet.frames import Frames
 from frobs_sim_pybullet.layout import Arrays
 from frobs_sim_pybullet.lidar import Collider, Rays
 from frobs_sim_pybullet.meshes import MeshFiles
+from frobs_sim_pybullet.options import Engine
 from frobs_sim_pybullet.shapes import add_body, prepare
 from frobs_sim_pybullet.transforms import Vector
 
@@ -50,7 +51,7 @@ class World:
     Args:
         robots: By name.
         scene: Everything else.
-        physics_timestep: [s]
+        engine: Settings of the physics engine.
         dynamics: Where mass matrices are asked for.
         meshes: Writes mesh files for Bullet.
         row: This environment's row of the arrays that it shares with the simulation.
@@ -60,12 +61,13 @@ class World:
         self,
         robots: Mapping[str, Placement],
         scene: Scene,
-        physics_timestep: float,
+        engine: Engine,
         dynamics: Dynamics,
         meshes: MeshFiles,
         row: Arrays,
     ) -> None:
-        self._placements, self._scene, self._h = robots, scene, physics_timestep
+        self._placements, self._scene = robots, scene
+        self._engine, self._h = engine, engine.timestep
         self._dynamics, self._meshes, self._row = dynamics, meshes, row
         self._time = row["time"]
         self._watched: dict[str, Callable[[], None]] = {}
@@ -80,7 +82,9 @@ class World:
         p.setGravity(*self._scene.gravity, client)
         # Sorted pairs: what was there before a reset or a snapshot then has no influence on what comes after.
         # No slop: contacts that may sink in a little first let bodies fall, then push them harder than they weigh.
-        p.setPhysicsEngineParameter(deterministicOverlappingPairs=1, contactSlop=0.0, physicsClientId=client)
+        p.setPhysicsEngineParameter(
+            deterministicOverlappingPairs=1, contactSlop=0.0, **self._engine.parameters, physicsClientId=client
+        )
         sides: dict[str, Side] = {}
         if self._scene.floor:
             plane = p.createCollisionShape(p.GEOM_PLANE, physicsClientId=client)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameError
-from frobs_tasks_navigation import legacy_config
+from frobs_tasks_legacy.navigation import config as legacy_config
 
 FROBS_RL = """
 kobuki_maze:
@@ -71,7 +71,7 @@ def test_a_world_that_there_is_not_is_refused(make):
 
 @pytest.mark.parametrize("world", legacy_config.WORLDS)
 def test_every_world_has_its_defaults(world):
-    assert (Path(str(files("frobs_tasks_navigation"))) / "legacy_tasks" / f"{world}.yaml").is_file()
+    assert (Path(str(files("frobs_tasks_legacy"))) / "navigation" / "tasks" / f"{world}.yaml").is_file()
     assert set(legacy_config.read(world, None, {})) == set(legacy_config.USED)
 
 

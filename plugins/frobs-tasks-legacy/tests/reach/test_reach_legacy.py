@@ -15,7 +15,7 @@ from frobs_tasks_legacy.reach.velocity import ReachLegacyVelocity
 
 LEGACY = "frobs/Irb120ReachLegacy-v0"
 VELOCITY = "frobs/Irb140ReachVelocityLegacy-v0"
-SHIPPED = Path(str(files("frobs_tasks_reach"))) / "legacy_tasks" / "irb120.yaml"
+SHIPPED = Path(str(files("frobs_tasks_legacy"))) / "reach" / "tasks" / "irb120.yaml"
 IRB140_LOWER = np.array([-3.14159, -1.5708, -4.01426, -3.49066, -2.0071, -6.98132])
 IRB140_UPPER = np.array([3.14159, 1.91986, 0.872665, 3.49066, 2.0071, 6.98132])
 LEGACY_RANGE = (IRB140_UPPER + IRB140_LOWER) / 2, (IRB140_UPPER - IRB140_LOWER) / 2

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import ConfigurationError
-from frobs_core.parameters import numbers
+from frobs_core.validation import numbers
 from frobs_tasks_navigation import terms
 
 

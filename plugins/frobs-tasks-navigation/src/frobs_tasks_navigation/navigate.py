@@ -15,9 +15,9 @@ from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.flat_observation import FlatObservation, ObservationTerm
 from frobs_core.interfaces import Controller, Marker, RobotHandle, Scene, Simulation, Snapshot, Task
 from frobs_core.interfaces.task import Observation
-from frobs_core.parameters import boolean, finite, non_negative, positive
 from frobs_core.random import RandomSource
 from frobs_core.sensors import Sensors
+from frobs_core.validation import boolean, finite, non_negative, positive
 from frobs_tasks_navigation import terms
 from frobs_tasks_navigation.boxes import MovingBoxes
 from frobs_tasks_navigation.course import Course
@@ -25,8 +25,6 @@ from frobs_tasks_navigation.floor_plan import read_floor_plan
 from frobs_tasks_navigation.given import checked_goal, checked_start
 from frobs_tasks_navigation.observation import OBSERVABLE, observation_terms
 from frobs_tasks_navigation.scenery import build_scene
-
-_ANYWHERE = 1e4  # [m] that no robot gets away in an episode
 
 
 @dataclass
@@ -240,7 +238,7 @@ class Navigate(Task):
 
     def observe(self, rng: RandomSource) -> Observation:
         """Return (num_envs, k) float32: the terms that ``observation`` names, side by side, in SI units."""
-        return self._observation.read()
+        return self._observation.values.astype(np.float32)
 
     def observation_columns(self) -> Mapping[str, slice]:
         """Return where the terms of the observation stand."""
@@ -307,12 +305,6 @@ class Navigate(Task):
     def _failed(self) -> Mask:
         failed = self._step.outside if self.area_ends else np.zeros_like(self._step.outside)
         return failed | self._step.bumped if self.collision_ends else failed
-
-    def _observed_area(self) -> tuple[Floats, Floats]:
-        """Return lowest and highest corner (2,) [m] of where the robot can be."""
-        if self.area_ends or self.plan.walls.pieces:  # which keep it inside
-            return self._low, self._high
-        return self._low - _ANYWHERE, self._high + _ANYWHERE
 
     def _locate(self) -> None:
         pos, quat = self._robot.base_pose

@@ -11,8 +11,8 @@ from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError
 from frobs_core.flat_observation import ObservationTerm
 from frobs_core.interfaces import Controller, Simulation, Snapshot
-from frobs_core.parameters import positive
 from frobs_core.random import RandomSource
+from frobs_core.validation import positive
 from frobs_tasks_reach.given import checked_goal
 from frobs_tasks_reach.motion import Oscillation
 from frobs_tasks_reach.reach import Reach

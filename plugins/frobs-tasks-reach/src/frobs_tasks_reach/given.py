@@ -7,7 +7,7 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import RobotHandle
-from frobs_core.parameters import numbers
+from frobs_core.validation import numbers
 from frobs_tasks_reach.sampling import in_box
 
 _ROUNDING = 1e-6  # [rad or m] a joint position may be this far outside of its limits, as float32 rounds

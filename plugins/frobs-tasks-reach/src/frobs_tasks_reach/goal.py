@@ -14,8 +14,7 @@ from frobs_core.flat_observation import ObservationTerm
 from frobs_core.interfaces import Controller, GoalTask, Simulation
 from frobs_core.interfaces.task import Observation
 from frobs_core.random import RandomSource
-from frobs_tasks_reach import terms
-from frobs_tasks_reach.reach import Reach
+from frobs_tasks_reach.reach import Reach, distance, inside, missed
 
 _STATE = ("joint_positions", "joint_velocities", "tcp_position")
 _FASTEST = 2.0
@@ -118,7 +117,7 @@ class ReachGoal(Reach, GoalTask):
 
     def is_success(self) -> Mask:
         """Return where the tool is within the tolerance now, (num_envs,) bool."""
-        return terms.inside(self._distance, self.tolerance)
+        return inside(self._distance, self.tolerance)
 
     def _observation_terms(self) -> dict[str, ObservationTerm]:
         known = super()._observation_terms()
@@ -131,7 +130,7 @@ class ReachGoal(Reach, GoalTask):
         super()._measure()
 
     def _reward(self, distance: Floats) -> Floats:
-        return terms.missed(distance, self.tolerance) if self.reward_type == "sparse" else -distance
+        return missed(distance, self.tolerance) if self.reward_type == "sparse" else -distance
 
     def _compare(self) -> None:
         self._achieved: npt.NDArray[np.float32] = self._tcp.astype(np.float32)
@@ -141,7 +140,7 @@ class ReachGoal(Reach, GoalTask):
 
 def _goal_distance(achieved_goal: npt.ArrayLike, desired_goal: npt.ArrayLike) -> Floats:
     """Return the distance [m] in float64, whatever the goals come as."""
-    return terms.distance(np.asarray(desired_goal, np.float64) - np.asarray(achieved_goal, np.float64))
+    return distance(np.asarray(desired_goal, np.float64) - np.asarray(achieved_goal, np.float64))
 
 
 def _part(space: gym.spaces.Box, columns: slice) -> gym.spaces.Box:

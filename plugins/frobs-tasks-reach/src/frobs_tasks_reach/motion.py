@@ -7,7 +7,6 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.interfaces import Snapshot
 from frobs_core.random import RandomSource
-from frobs_tasks_reach import terms
 
 
 class Oscillation:
@@ -50,7 +49,7 @@ class Oscillation:
 
     def at(self, time: Floats) -> tuple[Floats, Floats]:
         """Return pos (num_envs, 3) [m] and velocity (num_envs, 3) [m/s] at a time (num_envs,) [s]."""
-        offset, velocity = terms.oscillation(time, self._amplitude, self._frequency, self._phase)
+        offset, velocity = oscillation(time, self._amplitude, self._frequency, self._phase)
         return self._centre + offset, velocity
 
     def snapshot(self) -> Snapshot:
@@ -66,3 +65,20 @@ class Oscillation:
         """Return to a snapshot."""
         self._centre[:], self._amplitude[:] = snapshot["goal_centre"], snapshot["goal_amplitude"]
         self._frequency[:], self._phase[:] = snapshot["goal_frequency"], snapshot["goal_phase"]
+
+
+def oscillation(time: Floats, amplitude: Floats, frequency: Floats, phase: Floats) -> tuple[Floats, Floats]:
+    """Return amplitude · sin(2π · frequency · time + phase) and its rate of change.
+
+    Args:
+        time: (...) [s]
+        amplitude: (..., 3) [m]
+        frequency: (..., 3) [Hz]
+        phase: (..., 3) [rad]
+
+    Returns:
+        offset (..., 3) [m] and velocity (..., 3) [m/s].
+    """
+    rate = 2.0 * np.pi * frequency
+    angle = rate * time[..., None] + phase
+    return amplitude * np.sin(angle), amplitude * rate * np.cos(angle)

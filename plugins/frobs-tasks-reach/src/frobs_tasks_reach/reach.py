@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 import gymnasium as gym
 import numpy as np
@@ -19,24 +20,19 @@ from frobs_core.interfaces import (
     Scene,
     Simulation,
     Snapshot,
-    Task,
 )
 from frobs_core.interfaces.task import Observation
-from frobs_core.models import longest_reach
-from frobs_core.parameters import box, finite, number_list, numbers, positive
 from frobs_core.random import RandomSource
-from frobs_tasks_reach import terms
-from frobs_tasks_reach.given import checked_goal, checked_joint_positions
-from frobs_tasks_reach.keep_out import Foot
-from frobs_tasks_reach.sampling import JointSampler, box_of, first_moving_link, in_box
+from frobs_core.validation import finite, positive
+from frobs_tasks_reach.sampling import first_moving_link
+from frobs_tasks_reach.start import EpisodeStart
 
-_FLOOR_CLEARANCE = 0.05  # [m] lowest tool at the start of an episode, so that the arm does not start in the floor
-_FOOT_CLEARANCE = 0.03  # [m] between a goal and the robot's own foot: half the width of a flange
 _LIMIT_MARGIN = 0.1  # share of a joint's range by which drives may overshoot its limits within the observation space
-_SURVEY = 4096  # joint vectors that are tried once, to tell a box out of reach from an unlucky draw
+
+_T = TypeVar("_T", float, Floats)
 
 
-class Reach(Task):
+class Reach(EpisodeStart):
     """Bring the tool centre point to a goal, and hold it there.
 
     A goal is where forward kinematics puts the tool for a random joint vector inside the limits, if that lies in
@@ -87,8 +83,6 @@ class Reach(Task):
     observation_space: gym.spaces.Space[Any]
     observation_terms: Mapping[str, ObservationTerm]
     observation_scale: Floats
-    goal_low: Floats
-    goal_high: Floats
 
     def __init__(
         self,
@@ -100,14 +94,8 @@ class Reach(Task):
         distance_weight: float = 1.0,
         precision_weight: float = 0.5,
     ) -> None:
+        super().__init__(goal_low=goal_low, goal_high=goal_high, initial=initial)
         self.tolerance = positive("tolerance", tolerance)
-        self._given_low = None if goal_low is None else np.array(number_list("goal_low", goal_low, 3))
-        self._given_high = None if goal_high is None else np.array(number_list("goal_high", goal_high, 3))
-        if self._given_low is not None and self._given_high is not None:
-            self._set_box(self._given_low, self._given_high)
-        if initial not in ("home", "random"):
-            raise ConfigurationError(f"initial is '{initial}'; it must be 'home' or 'random'.")
-        self.initial = initial
         self.distance_weight = finite("distance_weight", distance_weight)
         self.precision_weight = finite("precision_weight", precision_weight)
         self.reward_type = self.reward_types[0]
@@ -131,10 +119,7 @@ class Reach(Task):
         self._robot: RobotHandle = simulation.robots["robot"]
         if not self._robot.dof:
             raise ConfigurationError(f"robot '{self._robot.robot.name}' has no actuated joint: it cannot reach.")
-        self._foot = Foot(self._robot)
-        self._sampler = self._make_sampler()
-        self._choose_box()
-        self._start = self._sampler.start() if self.initial == "home" else None
+        self._bind_start(self._robot)
         self._observation = FlatObservation(self._robot.num_envs, self._observation_terms())
         self.observation_space = self._observation.space
         self.observation_terms = self._observation.terms
@@ -150,22 +135,6 @@ class Reach(Task):
         self._distance: Floats = np.zeros(self._robot.num_envs)
         self._reward_terms: dict[str, Floats] = {}
 
-    def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
-        """Place the robot and the goal.
-
-        Args:
-            mask: The environments.
-            rng: Streams ``"joint_positions"`` and ``"goal"``.
-            options: ``joint_positions`` (num_envs, dof) [rad or m] and ``goal`` (num_envs, 3) [m] in the world.
-
-        Raises:
-            ConfigurationError: A given joint position is outside the limits, or a given goal beyond any reach.
-        """
-        rows = slice(None) if mask is None else mask
-        self._place_robot(rows, mask, rng, options.get("joint_positions"))
-        self._place_goal(rows, mask, rng, options.get("goal"))
-        self._measure()
-
     def advance(self, rng: RandomSource) -> None:
         """Measure where the tool is."""
         self._measure()
@@ -176,7 +145,7 @@ class Reach(Task):
         First in the world, and then as the shoulder, the first link that moves, sees it: what the other joints have to
         do looks the same whichever way that link has turned.
         """
-        return self._observation.read()
+        return self._observation.values.astype(np.float32)
 
     def observation_columns(self) -> Mapping[str, slice]:
         """Return where the terms of the observation stand."""
@@ -185,11 +154,11 @@ class Reach(Task):
     def reward(self) -> Floats:
         """Return the reward, (num_envs,)."""
         if self.reward_type == "sparse":
-            outside = terms.missed(self._distance, self.tolerance)
+            outside = missed(self._distance, self.tolerance)
             self._reward_terms = {"outside": outside}
             return outside
         distance = self._distance * -self.distance_weight
-        precision = terms.gaussian(self._distance, self.tolerance) * self.precision_weight
+        precision = gaussian(self._distance, self.tolerance) * self.precision_weight
         self._reward_terms = {self.distance_term: distance, "precision": precision}
         return distance + precision
 
@@ -199,7 +168,7 @@ class Reach(Task):
 
     def is_success(self) -> Mask:
         """Return where the tool is within the tolerance now, (num_envs,) bool."""
-        return terms.inside(self._distance, self.tolerance)
+        return inside(self._distance, self.tolerance)
 
     @property
     def goal(self) -> Floats:
@@ -230,9 +199,6 @@ class Reach(Task):
 
     # -- What tasks built on this one change --
 
-    def _make_sampler(self) -> JointSampler:
-        return JointSampler(self._robot)
-
     def _observation_terms(self) -> dict[str, ObservationTerm]:
         """Return the terms of the observation; ``joint_positions`` and ``goal`` must be among them."""
         robot = self._robot
@@ -260,23 +226,10 @@ class Reach(Task):
 
     def _compare(self) -> None:
         np.subtract(self._goal, self._tcp, out=self._offset)
-        self._distance = terms.distance(self._offset)
+        self._distance = distance(self._offset)
         if self._from_shoulder is not None:
             turned = self._robot.frame_pose(self._shoulder)[1]
-            terms.turn_back(turned, self._offset, out=self._from_shoulder)
-
-    def _draw_goals(self, mask: Mask | None, rng: RandomSource) -> Floats:
-        """Return goals (n, 3) [m] for the environments of the mask."""
-        return self._sampler.draw("goal", rng, mask, self._is_in_box, self._box_text)[1]
-
-    def _place_goal(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
-        self._goal[rows] = (
-            self._draw_goals(mask, rng) if given is None else checked_goal(given[rows], *self._goal_bounds())
-        )
-
-    def _goal_excursion(self) -> float:
-        """Return how far from where it is put a goal may go along an axis [m]."""
-        return 0.0
+            turn_back(turned, self._offset, out=self._from_shoulder)
 
     # -- Parts --
 
@@ -286,56 +239,75 @@ class Reach(Task):
             return self._observation.view(name)
         return np.zeros((self._robot.num_envs, 3))
 
-    def _place_robot(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
-        robot = self._robot
-        if given is not None:
-            robot.write_joint_state(checked_joint_positions(given[rows], self._robot), mask=mask)
-        elif self.initial == "random":
-            what = f"initial joint positions with the tool at least {_FLOOR_CLEARANCE} m above the floor"
-            robot.write_joint_state(
-                self._sampler.draw("joint_positions", rng, mask, _is_above_floor, what)[0], mask=mask
-            )
-        elif self._start is not None:
-            robot.write_joint_state(np.tile(self._start, (len(self._distance[rows]), 1)), mask=mask)
-        # else home is where the simulation's reset has put it
 
-    def _is_in_box(self, positions: Floats) -> Mask:
-        return in_box(positions, self.goal_low, self.goal_high) & self._foot.is_clear(positions, _FOOT_CLEARANCE)
-
-    def _set_box(self, low: Floats, high: Floats) -> None:
-        self.goal_low, self.goal_high = box("goal_low", low, "goal_high", high)
-        self._box_text = f"goal box {numbers(self.goal_low)} to {numbers(self.goal_high)} m"
-
-    def _choose_box(self) -> None:
-        """Take the goal box that was given, else the one that suits the arm; check that the arm reaches it."""
-        reached = self._sampler.survey(_SURVEY)
-        if self._given_low is None or self._given_high is None:
-            low, high = box_of(reached)
-            self._set_box(
-                low if self._given_low is None else self._given_low,
-                high if self._given_high is None else self._given_high,
-            )
-        if self._is_in_box(reached).any():
-            return
-        raise ConfigurationError(
-            f"robot '{self._robot.robot.name}' reaches nothing of the {self._box_text}: its tool "
-            f"'{self._robot.tcp}' moves between {numbers(reached.min(axis=0))} and {numbers(reached.max(axis=0))} m "
-            f"({_SURVEY} random joint vectors were tried); choose goal_low and goal_high inside of that."
-        )
-
-    def _reach_box(self) -> tuple[Floats, Floats]:
-        """Return corners (3,) [m] in the world that the tool never leaves; infinite if the base can move."""
-        if self._robot.robot.base != "fixed":
-            return np.full(3, -np.inf), np.full(3, np.inf)
-        reach = 1.01 * longest_reach(self._robot.model, self._robot.frame_name("tcp"))
-        base = self._robot.base_pose[0][0]
-        return base - reach, base + reach
-
-    def _goal_bounds(self) -> tuple[Floats, Floats]:
-        """Return corners (3,) [m] in the world of all that a goal may be: the goal box, and all within reach."""
-        low, high = self._reach_box()
-        return np.minimum(self.goal_low, low), np.maximum(self.goal_high, high)
+# The terms: pure functions. A row of a batch gets the bits that it would get alone, in any memory layout, because all
+# of them are elementwise. For a single row, Python's own floats are faster; they round alike.
 
 
-def _is_above_floor(positions: Floats) -> Mask:
-    return positions[..., 2] >= _FLOOR_CLEARANCE
+def distance(offset: Floats) -> Floats:
+    """Return the length of vectors.
+
+    Args:
+        offset: (..., 3) [m]
+
+    Returns:
+        (...) [m]
+    """
+    if offset.shape == (1, 3):
+        ((x, y, z),) = offset.tolist()
+        return np.array([math.sqrt(x * x + y * y + z * z)])
+    x, y, z = np.moveaxis(offset, -1, 0)
+    return np.asarray(np.sqrt(x * x + y * y + z * z))
+
+
+def turn_back(quat_wxyz: Floats, vector: Floats, out: Floats) -> None:
+    """Write vectors as a frame sees them that is turned.
+
+    Args:
+        quat_wxyz: (n, 4) the frame's orientation.
+        vector: (n, 3) in the frame that the orientation refers to.
+        out: (n, 3) in the turned frame.
+    """
+    if len(vector) == 1:
+        out[0] = _turned_back(*quat_wxyz[0].tolist(), *vector[0].tolist())
+    else:
+        out[:, 0], out[:, 1], out[:, 2] = _turned_back(*quat_wxyz.T, *vector.T)
+
+
+def _turned_back(w: _T, x: _T, y: _T, z: _T, a: _T, b: _T, c: _T) -> tuple[_T, _T, _T]:
+    p, q, r = b * z - c * y, c * x - a * z, a * y - b * x  # vector × axis, which turns back
+    p, q, r = p + p, q + q, r + r
+    return a + (w * p + (q * z - r * y)), b + (w * q + (r * x - p * z)), c + (w * r + (p * y - q * x))
+
+
+def gaussian(distance: Floats, width: float) -> Floats:
+    """Return exp(−(distance / width)²), in (0, 1]: 1 at the goal, 0.37 at one width from it.
+
+    Args:
+        distance: (...) [m]
+        width: [m]
+    """
+    return np.exp(distance * distance * (-1.0 / (width * width)))
+
+
+def inside(distance: Floats, tolerance: float) -> Mask:
+    """Return where a distance is at most the tolerance.
+
+    Args:
+        distance: (...) [m]
+        tolerance: [m]
+
+    Returns:
+        (...) bool.
+    """
+    return distance <= tolerance
+
+
+def missed(distance: Floats, tolerance: float) -> Floats:
+    """Return the sparse reward: 0 where a distance is at most the tolerance, else −1.
+
+    Args:
+        distance: (...) [m]
+        tolerance: [m]
+    """
+    return np.where(distance <= tolerance, 0.0, -1.0)

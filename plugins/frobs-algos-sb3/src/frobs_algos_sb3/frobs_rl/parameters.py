@@ -12,7 +12,8 @@ from typing import Any
 
 from frobs_algos_sb3.frobs_rl.settings import ROOT
 from frobs_core.errors import ConfigFileError
-from frobs_core.yaml import load_yaml, plain
+from frobs_core.plain import plain
+from frobs_core.yaml import load_yaml
 
 SERVERS = "frobs.parameter_servers"
 
@@ -33,7 +34,7 @@ def load_parameters(path: Path, ns: str) -> Mapping[str, Any]:
     mapping = load_yaml(path)
     server = parameter_server()
     if server is not None and isinstance(mapping.get(ROOT), Mapping):
-        server.set_param(_name(ns), plain(mapping[ROOT]))
+        server.set_param(_name(ns), plain(mapping[ROOT], for_yaml=True))
     return mapping
 
 
@@ -55,7 +56,7 @@ def current_parameters(mapping: Mapping[str, Any], ns: str) -> Mapping[str, Any]
             f"the parameter server, {_name(ns)}", None, "the parameters are gone; build the model anew."
         )
     now = server.get_param(_name(ns))
-    return mapping if now == plain(mapping[ROOT]) else {ROOT: now}
+    return mapping if now == plain(mapping[ROOT], for_yaml=True) else {ROOT: now}
 
 
 def parameter_server() -> Any:

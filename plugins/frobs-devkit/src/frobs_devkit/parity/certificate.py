@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,10 +15,11 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.errors import ConfigurationError
 from frobs_core.files import write_aside, write_json, write_text
+from frobs_core.plain import plain
 from frobs_devkit.parity.actions import ActionFile
 from frobs_devkit.parity.draw import draw
 from frobs_devkit.parity.report import markdown
-from frobs_devkit.parity.result import Comparison, Measurement, Status
+from frobs_devkit.parity.result import Measurement, Status
 
 FORMAT = 1
 """Raised when what ``certificate.json`` holds changes its meaning."""
@@ -79,7 +79,7 @@ class Certificate:
                     "title": measurement.title,
                     "summary": measurement.summary,
                     "status": str(measurement.status),
-                    "comparisons": [_plain(comparison) for comparison in measurement.comparisons],
+                    "comparisons": plain(measurement.comparisons),
                     "facts": dict(measurement.facts),
                     "picture": f"{measurement.name}.png" if measurement.panels else None,
                 }
@@ -135,14 +135,6 @@ def curves(measurements: Sequence[Measurement]) -> dict[str, Floats]:
         for p, panel in enumerate(measurement.panels)
         for line in panel.lines
     }
-
-
-def _plain(comparison: Comparison) -> dict[str, Any]:
-    values = {field.name: getattr(comparison, field.name) for field in fields(comparison)}
-    values["status"] = str(comparison.status)
-    for name in ("error", "tolerance"):
-        values[name] = values[name] if math.isfinite(values[name]) else None
-    return values
 
 
 def _pictures_of(path: Path) -> set[str]:

@@ -6,11 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from frobs_core.arrays import Floats
 from frobs_core.models import Joint, JointType, RobotModel, home_positions
-from frobs_core.models.bounds import shapes_points
 
 _QUARTER = math.pi / 2.0  # [rad] either way, for a joint that turns freely
 _SLIDE = 0.5  # [m] either way, for a joint that slides without limits
@@ -87,19 +84,6 @@ def choose_shots(model: RobotModel, home: Mapping[str, float], most: int) -> Sho
 
 def _free(joint: Joint) -> bool:
     return not (math.isfinite(joint.limits.lower) and math.isfinite(joint.limits.upper))
-
-
-def _is_round(model: RobotModel, joint: Joint) -> bool:
-    """Tell a wheel, which looks the same however it is turned."""
-    link = next(link for link in model.links if link.name == joint.child)
-    points, axis = shapes_points(link.visuals or link.collisions), np.array(joint.axis)
-    if joint.type is JointType.PRISMATIC or any(other.parent == joint.child for other in model.joints):
-        return False
-    if not len(points):
-        return True
-    across = points - (points @ axis)[:, None] * axis  # (n, 3) from the axis
-    middle = (across.min(axis=0) + across.max(axis=0)) / 2.0
-    return bool(np.linalg.norm(middle) < 0.25 * np.linalg.norm(across, axis=1).max())
 
 
 def _ends(joint: Joint) -> tuple[float, float]:

@@ -1,10 +1,10 @@
 """Advantage actor-critic."""
 
 from frobs_algos_sb3.frobs_rl import A2C as _A2C
-from frobs_rl_compat.models import TakesBothManners
+from frobs_rl_compat.models import AcceptsBothApis
 
 __all__ = ["A2C"]
 
 
-class A2C(TakesBothManners, _A2C):
+class A2C(AcceptsBothApis, _A2C):
     """Advantage actor-critic: :class:`frobs_algos_sb3.frobs_rl.A2C`."""

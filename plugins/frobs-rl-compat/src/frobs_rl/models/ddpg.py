@@ -1,10 +1,10 @@
 """Deep deterministic policy gradient."""
 
 from frobs_algos_sb3.frobs_rl import DDPG as _DDPG
-from frobs_rl_compat.models import TakesBothManners
+from frobs_rl_compat.models import AcceptsBothApis
 
 __all__ = ["DDPG"]
 
 
-class DDPG(TakesBothManners, _DDPG):
+class DDPG(AcceptsBothApis, _DDPG):
     """Deep deterministic policy gradient: :class:`frobs_algos_sb3.frobs_rl.DDPG`."""

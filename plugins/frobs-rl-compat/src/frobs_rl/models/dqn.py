@@ -1,10 +1,10 @@
 """Deep Q network."""
 
 from frobs_algos_sb3.frobs_rl import DQN as _DQN
-from frobs_rl_compat.models import TakesBothManners
+from frobs_rl_compat.models import AcceptsBothApis
 
 __all__ = ["DQN"]
 
 
-class DQN(TakesBothManners, _DQN):
+class DQN(AcceptsBothApis, _DQN):
     """Deep Q network: :class:`frobs_algos_sb3.frobs_rl.DQN`."""

@@ -1,10 +1,10 @@
 """Proximal policy optimization."""
 
 from frobs_algos_sb3.frobs_rl import PPO as _PPO
-from frobs_rl_compat.models import TakesBothManners
+from frobs_rl_compat.models import AcceptsBothApis
 
 __all__ = ["PPO"]
 
 
-class PPO(TakesBothManners, _PPO):
+class PPO(AcceptsBothApis, _PPO):
     """Proximal policy optimization: :class:`frobs_algos_sb3.frobs_rl.PPO`."""

@@ -1,10 +1,10 @@
 """Twin delayed deep deterministic policy gradient."""
 
 from frobs_algos_sb3.frobs_rl import TD3 as _TD3
-from frobs_rl_compat.models import TakesBothManners
+from frobs_rl_compat.models import AcceptsBothApis
 
 __all__ = ["TD3"]
 
 
-class TD3(TakesBothManners, _TD3):
+class TD3(AcceptsBothApis, _TD3):
     """Twin delayed deep deterministic policy gradient: :class:`frobs_algos_sb3.frobs_rl.TD3`."""

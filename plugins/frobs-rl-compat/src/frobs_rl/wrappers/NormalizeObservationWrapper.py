@@ -1,13 +1,13 @@
 """Observations in [−1, 1]."""
 
 from frobs_core.wrappers import NormalizeObservationWrapper as _NormalizeObservationWrapper
-from frobs_rl_compat.wrapping import AnswersAsWrapped
+from frobs_rl_compat.wrapping import KeepsApi
 
 __all__ = ["NormalizeObservWrapper", "NormalizeObservationWrapper"]
 
 
-class NormalizeObservationWrapper(AnswersAsWrapped, _NormalizeObservationWrapper):
-    """:class:`frobs_core.wrappers.NormalizeObservationWrapper`, over environments of either manner."""
+class NormalizeObservationWrapper(KeepsApi, _NormalizeObservationWrapper):
+    """:class:`frobs_core.wrappers.NormalizeObservationWrapper`, for environments of both APIs."""
 
 
 NormalizeObservWrapper = NormalizeObservationWrapper  # FRobs_RL's documentation has both names

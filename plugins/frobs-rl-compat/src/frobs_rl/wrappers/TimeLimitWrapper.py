@@ -1,10 +1,10 @@
 """A limit of steps per episode."""
 
 from frobs_core.wrappers import TimeLimitWrapper as _TimeLimitWrapper
-from frobs_rl_compat.wrapping import AnswersAsWrapped
+from frobs_rl_compat.wrapping import KeepsApi
 
 __all__ = ["TimeLimitWrapper"]
 
 
-class TimeLimitWrapper(AnswersAsWrapped, _TimeLimitWrapper):
-    """:class:`frobs_core.wrappers.TimeLimitWrapper`, over environments of either manner."""
+class TimeLimitWrapper(KeepsApi, _TimeLimitWrapper):
+    """:class:`frobs_core.wrappers.TimeLimitWrapper`, for environments of both APIs."""

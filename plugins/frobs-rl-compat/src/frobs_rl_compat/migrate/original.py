@@ -8,7 +8,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from frobs_core.yaml import plain
+from frobs_core.plain import plain
 from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.report import Migration
 from frobs_rl_compat.migrate.yaml_files import literal
@@ -37,7 +37,7 @@ def write_original(package: OldPackage, folder: Path, made: Migration) -> None:
     parts += [f"{text}\n" for text in spaces]
     for path, mapping in package.yaml.numbers.items():
         shown = path.relative_to(package.folder).as_posix()
-        parts.append(f"\n{_constant(path.stem)} = {literal(plain(mapping))}  # {shown}\n")
+        parts.append(f"\n{_constant(path.stem)} = {literal(plain(mapping, for_yaml=True))}  # {shown}\n")
         made.carry(f"numbers of {shown}", f"original.py: {_constant(path.stem)}")
     values = package.constructed.parameters
     if values:

@@ -12,7 +12,8 @@ from typing import Any
 from frobs_algos_sb3.frobs_rl.settings import ROOT, algorithms_in
 from frobs_algos_sb3.frobs_rl.translate import translate
 from frobs_core.errors import ConfigurationError
-from frobs_core.yaml import dump_yaml, load_yaml, plain
+from frobs_core.plain import plain
+from frobs_core.yaml import dump_yaml, load_yaml
 from frobs_rl_compat.migrate.report import Migration
 
 LEGACY_IDS = {
@@ -60,7 +61,7 @@ class YamlFiles:
                         break
                     value = value[key]
                 else:
-                    return plain(value)
+                    return plain(value, for_yaml=True)
         raise KeyError(name)
 
 

@@ -1,1 +1,1 @@
-"""What the last-resort ``gym`` is made of: the names of gym 0.21 over Gymnasium, in the old manner."""
+"""The implementation of the overlay's ``gym``: the names and the API of gym 0.21 over Gymnasium."""

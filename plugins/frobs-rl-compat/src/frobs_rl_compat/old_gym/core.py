@@ -1,4 +1,4 @@
-"""Environments and wrappers in the manner of old gym; each is one of Gymnasium's too."""
+"""Environments and wrappers with old gym's API; each is an instance of Gymnasium's classes too."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from typing import Any
 
 import gymnasium
 
-from frobs_rl_compat.manner import Manner, answer_reset, answer_step, forwarded, manner_of
+from frobs_rl_compat.manner import forwarded, has_gym_api, to_four_values
 from frobs_rl_compat.old_gym.seeding import np_random
 
 
 class Env(gymnasium.Env[Any, Any]):
     """Base class of environments whose ``reset`` returns an observation and whose ``step`` four values."""
 
-    frobs_manner = Manner.GYM
+    has_gym_api = True
     reward_range = (-float("inf"), float("inf"))
 
     def reset(self, **kwargs: Any) -> Any:
@@ -32,13 +32,13 @@ class Env(gymnasium.Env[Any, Any]):
 
 
 class Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], Env):
-    """Base class of wrappers in the old manner; attributes of what is wrapped can be read through it.
+    """Base class of wrappers with old gym's API; attributes of what is wrapped can be read through it.
 
     Args:
-        env: An environment of either manner; ``self.env`` answers in the old one.
+        env: An environment of either API; ``self.env`` has old gym's.
     """
 
-    frobs_manner = Manner.GYM
+    has_gym_api = True
 
     def __init__(self, env: Any) -> None:
         super().__init__(to_gym(env))
@@ -106,7 +106,7 @@ class ActionWrapper(Wrapper):
 
 
 class FourValues(Wrapper):
-    """An environment in Gymnasium's manner, for those who speak old gym's.
+    """An environment of Gymnasium's API with old gym's.
 
     Args:
         env: The environment.
@@ -119,11 +119,11 @@ class FourValues(Wrapper):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
         """Begin an episode; returns the observation."""
         seed, self._seed = self._seed if seed is None else seed, None
-        return answer_reset(Manner.GYM, self.env.reset(seed=seed, options=options))
+        return self.env.reset(seed=seed, options=options)[0]
 
     def step(self, action: Any) -> Any:
         """Act; returns observation, reward, done, info."""
-        return answer_step(Manner.GYM, self.env.step(action))
+        return to_four_values(self.env.step(action))
 
     def seed(self, seed: int | None = None) -> list[int]:
         """Seed the next ``reset``."""
@@ -131,10 +131,10 @@ class FourValues(Wrapper):
         return [] if seed is None else [seed]
 
     def render(self, mode: str = "human") -> Any:
-        """Draw the environment; how was said when it was made, ``make(…, render_mode=…)``."""
+        """Render the environment in the mode that ``make(…, render_mode=…)`` chose."""
         return self.env.render()
 
 
 def to_gym(env: Any) -> Any:
-    """Return an environment that answers in the manner of old gym: the same one, where it does."""
-    return env if manner_of(env) is Manner.GYM else FourValues(env)
+    """Return an environment with old gym's API: the same one if it has it already."""
+    return env if has_gym_api(env) else FourValues(env)

@@ -1,4 +1,4 @@
-"""IDs: those that are registered with ``gym`` stand in Gymnasium's registry, where both find them."""
+"""IDs: ``gym.register`` adds them to Gymnasium's registry, where both libraries find them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gymnasium.envs.registration import EnvSpec, load_env_creator
 from frobs_rl_compat.manner import to_gymnasium
 from frobs_rl_compat.old_gym.core import to_gym
 
-_MAKE = f"{__name__}:make_in_gymnasiums_manner"
+_MAKE = f"{__name__}:make_for_gymnasium"
 
 
 def register(
@@ -53,14 +53,19 @@ def register(
     )
 
 
-def make_in_gymnasiums_manner(*, old_entry_point: Callable[..., Any] | str, **kwargs: Any) -> Any:
-    """Return a new environment of a class of either manner, in Gymnasium's."""
+def make_for_gymnasium(*, old_entry_point: Callable[..., Any] | str, **kwargs: Any) -> Any:
+    """Return a new environment of a class of either API, with Gymnasium's."""
     creator = load_env_creator(old_entry_point) if isinstance(old_entry_point, str) else old_entry_point
     return to_gymnasium(creator(**kwargs))
 
 
+def is_made_by_gymnasium(env: gymnasium.Env[Any, Any]) -> bool:
+    """Return whether ``gymnasium.make`` made an environment of an ID that is registered with Gymnasium itself."""
+    return env.spec is not None and env.spec.entry_point != _MAKE
+
+
 def make(id: str | EnvSpec, **kwargs: Any) -> Any:
-    """Return a new environment that answers in the manner of old gym.
+    """Return a new environment with old gym's API.
 
     Args:
         id: Registered with ``gym`` or with Gymnasium.

@@ -80,12 +80,6 @@ class Loop:
             self._waiting.put((function, done))
         return done.result()
 
-    def post(self, function: Callable[[], None]) -> None:
-        """Let the loop's thread run something, without waiting for it."""
-        with self._gate:
-            if self._open:
-                self._waiting.put((function, Future()))
-
     def close(self) -> None:
         """End; who still waits is told. Twice is harmless."""
         with self._gate:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from frobs_core.errors import ConfigurationError, UnknownNameError
-from frobs_core.parameters import finite, non_negative, positive
+from frobs_core.validation import finite, non_negative, positive
 from frobs_tasks_legacy.yaml import Readers, read_values
 
 WORLDS: Mapping[str, str] = {"maze": "kobuki_maze", "dynamic": "kobuki_dynamic", "empty": "kobuki_empty"}

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from frobs_core.errors import ConfigurationError, UnknownNameError
-from frobs_core.parameters import boolean, finite, non_negative, number_list, positive
+from frobs_core.validation import boolean, finite, non_negative, number_list, positive
 from frobs_tasks_legacy.yaml import Readers, read_values
 
 PROFILES: Mapping[str, str] = {

@@ -14,10 +14,9 @@ from frobs_core.flat_observation import ObservationTerm
 from frobs_core.interfaces import Controller, Simulation, Snapshot
 from frobs_core.random import RandomSource
 from frobs_tasks_legacy.reach import config as legacy_config
-from frobs_tasks_reach import terms
 from frobs_tasks_reach.given import checked_goal
 from frobs_tasks_reach.motion import Oscillation
-from frobs_tasks_reach.reach import Reach
+from frobs_tasks_reach.reach import Reach, distance
 from frobs_tasks_reach.sampling import JointSampler
 
 
@@ -142,17 +141,17 @@ class ReachLegacy(Reach):
         is seen at the edge of the observation space.
         """
         space = self._observation.space
-        return np.clip(self._observation.read(), space.low, space.high)
+        return np.clip(self._observation.values.astype(np.float32), space.low, space.high)
 
     def reward(self) -> Floats:
         """Return the reward, (num_envs,)."""
         config, outside = self.config, ~self.is_success()
-        at_limits = terms.at_limits(self._joint_positions, self._sampler.lower, self._sampler.upper, self.limit_margin)
+        limited = at_limits(self._joint_positions, self._sampler.lower, self._sampler.upper, self.limit_margin)
         self._reward_terms = {
             "reached_goal": ~outside * config["reached_goal_reward"],
             "distance": outside * self._distance * -config["multiplier_dist_reward"],
             "step": outside * config["step_reward"],
-            "joint_limits": at_limits * config["joint_limits_reward"],
+            "joint_limits": limited * config["joint_limits_reward"],
         }
         return sum(self._reward_terms.values(), np.zeros(len(outside)))
 
@@ -215,4 +214,33 @@ class ReachLegacy(Reach):
 
     def _compare(self) -> None:
         super()._compare()
-        self._direction[...] = terms.unit_direction(self._offset)
+        self._direction[...] = unit_direction(self._offset)
+
+
+def at_limits(joint_positions: Floats, lower: Floats, upper: Floats, margin: float) -> Mask:
+    """Return where any joint is at one of its limits, or beyond.
+
+    Args:
+        joint_positions: (..., dof) [rad or m]
+        lower: Broadcasts to (..., dof) [rad or m].
+        upper: Broadcasts to (..., dof) [rad or m].
+        margin: How near a limit counts [rad or m].
+
+    Returns:
+        (...) bool.
+    """
+    near = (joint_positions <= lower + margin) | (joint_positions >= upper - margin)
+    return np.asarray(near.any(axis=-1))
+
+
+def unit_direction(offset: Floats) -> Floats:
+    """Return vectors scaled to length 1; the zero vector stays zero.
+
+    Args:
+        offset: (..., 3) [m]
+
+    Returns:
+        (..., 3), each component in [−1, 1].
+    """
+    length = distance(offset)[..., None]
+    return offset / np.where(length == 0.0, 1.0, length)

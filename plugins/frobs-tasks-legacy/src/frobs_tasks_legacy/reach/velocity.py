@@ -9,8 +9,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.flat_observation import ObservationTerm
-from frobs_tasks_legacy.reach.task import ReachLegacy
-from frobs_tasks_reach import terms
+from frobs_tasks_legacy.reach.task import ReachLegacy, at_limits
 
 
 class ReachLegacyVelocity(ReachLegacy):
@@ -43,11 +42,11 @@ class ReachLegacyVelocity(ReachLegacy):
     def reward(self) -> Floats:
         """Return the reward, (num_envs,)."""
         config, outside = self.config, ~self.is_success()
-        at_limits = terms.at_limits(self._joint_positions, self._sampler.lower, self._sampler.upper, self.limit_margin)
+        limited = at_limits(self._joint_positions, self._sampler.lower, self._sampler.upper, self.limit_margin)
         self._reward_terms = {
             "reached_goal": ~outside * config["reached_goal_reward"],
             "distance": outside * self._distance * -config["multiplier_dist_reward"],
-            "joint_limits": at_limits * -config["joint_limits_reward"],
+            "joint_limits": limited * -config["joint_limits_reward"],
         }
         return sum(self._reward_terms.values(), np.zeros(len(outside)))
 

@@ -16,9 +16,9 @@ from frobs_core import plugins
 from frobs_core.capabilities import Level
 from frobs_core.errors import ConfigurationError
 from frobs_core.files import write_json
+from frobs_core.plain import plain
 from frobs_core.registry import find_spec
 from frobs_core.specs import SimulatorRecord
-from frobs_core.yaml import plain
 from frobs_train.configuration.config import RunConfig
 from frobs_train.environments import make_vector_env
 from frobs_train.evaluation.playing import OctantResult, play_episodes
@@ -110,7 +110,7 @@ def evaluate(
         if value < least:
             raise ConfigurationError(f"{name} = {value}: it must be at least {least}.")
     kwargs = config.keywords(simulator=simulator, randomize=randomize)
-    randomized = plain(kwargs.get("randomize"))
+    randomized = plain(kwargs.get("randomize"), for_yaml=True)
     env = make_vector_env(config.environment, min(num_envs, episodes), kwargs, config.wrappers)
     try:
         policy, steps = load_policy(run, env.single_observation_space, env.single_action_space, checkpoint)

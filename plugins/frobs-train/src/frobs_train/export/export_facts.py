@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import re
 import subprocess
 from collections.abc import Mapping
@@ -19,6 +18,7 @@ from frobs_core.compose import parameter_defaults
 from frobs_core.errors import ConfigurationError, PluginError
 from frobs_core.interfaces import RobotHandle
 from frobs_core.models import JointType, fingerprint
+from frobs_core.plain import plain
 from frobs_deploy.spaces import space_to_json
 from frobs_train.configuration.command import training_command
 from frobs_train.configuration.config import RunConfig
@@ -38,7 +38,7 @@ def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfi
     base = base.envs[0].unwrapped if hasattr(base, "envs") else base  # those that are stepped one by one are alike
     ours = isinstance(getattr(base, "robot", None), RobotHandle)
     controller, task = (base.controller, base.task) if ours else (None, None)
-    names = _names(config, parameter_defaults(type(base)) if ours else {})
+    names = _names(vars(base.config) if ours else config.environment_kwargs)
     timestep = getattr(base, "control_timestep", None)
     changes = None if controller is None else controller.max_action_change
     if controller is not None and env.single_action_space != controller.action_space:  # a wrapper's
@@ -62,9 +62,7 @@ def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfi
         else {
             "name": names.get("controller"),
             "command": controller.command_mode.value,
-            "parameters": plain(
-                {**parameter_defaults(type(controller)), **(_keyword(config, "controller_kwargs") or {})}
-            ),
+            "parameters": plain({**parameter_defaults(type(controller)), **base.config.controller_kwargs}),
         },
         "action": {
             "space": spaces["action"],
@@ -159,26 +157,9 @@ def license_text(license: str | None) -> str:
     return f"SPDX-License-Identifier: {license}\n"
 
 
-def _names(config: RunConfig, defaults: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the names of the parts, as the ID and the keywords have them."""
-    try:
-        task, record = registry.find_environment(config.environment.rpartition(":")[2])
-        names: dict[str, Any] = {
-            "task": task.name,
-            "robot": record.robot,
-            "controller": record.controller,
-            "simulator": record.simulator,
-        }
-    except PluginError:  # another package's, or the ID that takes all parts as keywords
-        names = {key: defaults[key] for key in _PARTS if isinstance(defaults.get(key), str)}
-    return names | {key: config.environment_kwargs[key] for key in _PARTS if key in config.environment_kwargs}
-
-
-def _keyword(config: RunConfig, name: str) -> Any:
-    """Return a keyword of the environment: what was given, or else the ID's own."""
-    if name in config.environment_kwargs:
-        return config.environment_kwargs[name]
-    return _parameters(config).get(name)
+def _names(keywords: Mapping[str, Any]) -> dict[str, str]:
+    """Return the names of the parts among an environment's keywords."""
+    return {part: name for part in _PARTS if isinstance(name := keywords.get(part), str)}
 
 
 def _parameters(config: RunConfig) -> Mapping[str, Any]:
@@ -252,21 +233,6 @@ def _space(space: gym.Space[Any]) -> dict[str, Any]:
         raise ConfigurationError(f"a policy with the space {space} cannot be exported.")
     assert space.dtype is not None
     return space_to_json(type(space).__name__, space.shape or (), np.dtype(space.dtype), low, high)
-
-
-def plain(value: Any) -> Any:
-    """Return ``value`` in the types of JSON; a number that is not finite becomes null, an unknown object its text."""
-    if value is None or isinstance(value, (bool, int, str)):
-        return value
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, (np.generic, np.ndarray)):
-        return plain(value.tolist())
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(item) for item in value]
-    return str(value)
 
 
 def _commit(folder: Path) -> dict[str, Any] | None:

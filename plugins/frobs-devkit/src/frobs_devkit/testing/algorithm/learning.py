@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from frobs_core.errors import UnknownParameterError
 from frobs_core.interfaces import Algorithm
+from frobs_core.plain import is_plain
 from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest
 from frobs_devkit.testing.checks import CheckFailure, Hollow, Outcome, expect
 from frobs_devkit.testing.compare import difference, expect_same
@@ -81,14 +79,6 @@ def settings_resolve_once(subject: AlgorithmUnderTest) -> Outcome:
     cls: type[Algorithm] = subject.record.load()
     resolved = cls.resolve_config(subject.config)
     expect(cls.resolve_config(resolved) == resolved, "resolving resolved settings changes them.")
-    odd = [f"{key}: {value!r}" for key, value in resolved.items() if not _is_plain(value)]
+    odd = [f"{key}: {value!r}" for key, value in resolved.items() if not is_plain(value)]
     expect(not odd, f"YAML cannot hold {', '.join(odd)}.")
     return None
-
-
-def _is_plain(value: Any) -> bool:
-    if isinstance(value, Mapping):
-        return all(isinstance(key, str) and _is_plain(item) for key, item in value.items())
-    if isinstance(value, list | tuple):
-        return all(_is_plain(item) for item in value)
-    return value is None or isinstance(value, bool | int | float | str)

@@ -1,0 +1,160 @@
+"""The configuration of an environment: everything that ``gym.make(id, ...)`` accepts, in one place."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import MISSING, dataclass, field, fields
+from numbers import Real
+from typing import Any
+
+import numpy as np
+
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import Robot
+from frobs_core.specs import ControllerRecord, SimulatorRecord, TaskRecord
+
+RENDER_MODES = ("rgb_array", "human")
+
+_MAPPINGS = ("controller_kwargs", "simulator_kwargs", "robot_args", "package_paths", "home", "task_parameters")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EnvConfig:
+    """The keywords of an environment.
+
+    :meth:`from_dict` and :meth:`to_dict` convert between a configuration and the flat keywords of ``gymnasium.make``,
+    in which the task's parameters stand beside the others.
+
+    Args:
+        task: Name of the task, or a record.
+        robot: Name of the robot, path of a URDF, xacro or MJCF file, or a description.
+        controller: Name of the controller, or a record.
+        simulator: Name of the simulator, or a record.
+        reward_type: One of the task's reward types; None: the task's first.
+        render_mode: ``"rgb_array"``, ``"human"`` or None.
+        camera: Camera that ``render`` uses; None: the scene's first.
+        render_size: (height, width) of rendered images [pixels].
+        control_timestep: Time between two actions [s]; None: the controller's default if it has one, else the task's.
+        physics_timestep: Duration of one engine step [s]; None: the task's default.
+        controller_kwargs: Keywords of the controller.
+        simulator_kwargs: Keywords of the simulator, such as its solver; ``frobs show simulator NAME`` lists them.
+        robot_args: Arguments of the robot's xacro file.
+        package_paths: Folders of the ROS packages that the robot's file names, by package name.
+        home: Rest position by joint name [rad or m]; joints you omit keep the robot's own.
+        tcp: Link that is the tool center point; None: the robot's own.
+        sensors: Sensor overrides, by name: ``{"lidar": {"rays": 36, "noise": 0.01}}``; see
+            :mod:`frobs_core.sensors`.
+        num_threads: Threads of the engine; 0: one for each processor.
+        randomize: Domain randomization; see :mod:`frobs_core.randomization`.
+        task_parameters: Keywords of the task.
+
+    Raises:
+        ConfigurationError: A value has the wrong type.
+    """
+
+    task: str | TaskRecord
+    robot: str | Robot
+    controller: str | ControllerRecord
+    simulator: str | SimulatorRecord = "mujoco"
+    reward_type: str | None = None
+    render_mode: str | None = None
+    camera: str | None = None
+    render_size: tuple[int, int] = (480, 640)
+    control_timestep: float | None = None
+    physics_timestep: float | None = None
+    controller_kwargs: Mapping[str, Any] = field(default_factory=dict)
+    simulator_kwargs: Mapping[str, Any] = field(default_factory=dict)
+    robot_args: Mapping[str, str] = field(default_factory=dict)
+    package_paths: Mapping[str, str] = field(default_factory=dict)
+    home: Mapping[str, float] = field(default_factory=dict)
+    tcp: str | None = None
+    sensors: Mapping[str, Any] | None = None
+    num_threads: int = 0
+    randomize: Mapping[str, Any] | None = None
+    task_parameters: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in _MAPPINGS:
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, {})
+        _check(self, (str, TaskRecord), "a name or a TaskRecord", "task")
+        _check(self, (str, Robot), "a name, the path of a model file or a Robot", "robot")
+        _check(self, (str, ControllerRecord), "a name or a ControllerRecord", "controller")
+        _check(self, (str, SimulatorRecord), "a name or a SimulatorRecord", "simulator")
+        _check(self, (str, type(None)), "a name or None", "reward_type", "camera", "tcp")
+        _check(self, (Real, type(None)), "a number of seconds or None", "control_timestep", "physics_timestep")
+        _check(self, (Mapping, type(None)), "a mapping or None", "sensors", "randomize")
+        _check(self, Mapping, "a mapping", *_MAPPINGS)
+        _check(self, (int, np.integer), "a whole number", "num_threads")
+        if self.num_threads < 0:
+            raise ConfigurationError(f"num_threads is {self.num_threads}; it must not be below 0.")
+        if self.render_mode is not None and self.render_mode not in RENDER_MODES:
+            raise ConfigurationError(f"render_mode '{self.render_mode}' is none of {', '.join(RENDER_MODES)}.")
+        size = tuple(self.render_size) if isinstance(self.render_size, Iterable) else ()
+        if len(size) != 2 or not all(isinstance(side, int | np.integer) and side > 0 for side in size):
+            raise ConfigurationError(f"render_size is {self.render_size!r}; it must be (height, width) in pixels.")
+        object.__setattr__(self, "render_size", size)
+
+    @classmethod
+    def from_dict(cls, keywords: Mapping[str, Any]) -> EnvConfig:
+        """Return the configuration for flat keywords; those that are no field are the task's parameters.
+
+        Raises:
+            ConfigurationError: A value has the wrong type.
+            TypeError: ``task``, ``robot`` or ``controller`` is missing.
+        """
+        own = {name: value for name, value in keywords.items() if name in KEYWORDS}
+        return cls(**own, task_parameters={name: keywords[name] for name in keywords if name not in KEYWORDS})
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the flat keywords that differ from the defaults, as values that JSON can hold.
+
+        Raises:
+            ConfigurationError: A field holds an object that JSON cannot hold, such as a record.
+        """
+        return {name: _plain(name, value) for name, value in self._keywords().items()}
+
+    def _keywords(self) -> dict[str, Any]:
+        own = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "task_parameters"}
+        return {name: value for name, value in own.items() if value != _DEFAULTS[name]} | dict(self.task_parameters)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, EnvConfig):
+            return NotImplemented
+        return bool(_lists(self._keywords()) == _lists(other._keywords()))
+
+
+_DEFAULTS = {
+    item.name: item.default if item.default_factory is MISSING else item.default_factory() for item in fields(EnvConfig)
+}
+KEYWORDS = frozenset(_DEFAULTS) - {"task_parameters"}
+"""Names of the keywords that every environment accepts, whatever its task."""
+
+
+def _check(config: EnvConfig, types: Any, wanted: str, *names: str) -> None:
+    for name in names:
+        value = getattr(config, name)
+        if not isinstance(value, types) or isinstance(value, bool):
+            raise ConfigurationError(f"{name} is {value!r}; it must be {wanted}.")
+
+
+def _plain(name: str, value: Any) -> Any:
+    """Return a value as JSON holds it."""
+    plain = _lists(value)
+    try:
+        json.dumps(plain)
+    except TypeError as error:
+        raise ConfigurationError(
+            f"the keyword '{name}' has no plain form: {error}; use names, numbers, strings, lists and dictionaries."
+        ) from error
+    return plain
+
+
+def _lists(value: Any) -> Any:
+    """Return a value with lists in place of tuples, and Python's numbers in place of NumPy's."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {key: _lists(item) for key, item in value.items()}
+    return [_lists(item) for item in value] if isinstance(value, list | tuple) else value

@@ -1,0 +1,53 @@
+"""Checking what ``step`` and ``reset`` are called with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ConfigurationError, InvalidActionError, UnknownParameterError
+
+
+def invalid_action(action: Any, space: gym.Space[Any]) -> InvalidActionError:
+    """Return the error that says why an action is not in its space."""
+    given = np.asarray(action)
+    if given.shape != space.shape:
+        return InvalidActionError(f"the action has shape {given.shape}; the action space has {space.shape}.")
+    where = np.argwhere(~np.isfinite(given)).tolist()
+    if where:
+        return InvalidActionError(f"the action is not finite at {where[:3]}: {given[tuple(where[0])]}.")
+    return InvalidActionError(f"the action {action!r} is not in {space}.")
+
+
+def batch_options(options: Mapping[str, Any] | None, known: Sequence[str], num_envs: int) -> dict[str, Floats]:
+    """Check the options of a reset and repeat them for every environment.
+
+    Args:
+        options: By name: one value for all environments, or a row for each.
+        known: The task's ``reset_options``.
+        num_envs: ≥ 1.
+
+    Returns:
+        (num_envs, …) float64, by name.
+
+    Raises:
+        UnknownParameterError: The task has no such option.
+        ConfigurationError: A value is not finite, or has a wrong number of rows.
+    """
+    batched = {}
+    for name, value in (options or {}).items():
+        if name not in known:
+            raise UnknownParameterError("reset(options=…)", name, known)
+        array = np.asarray(value, np.float64)
+        if not np.isfinite(array).all():
+            raise ConfigurationError(f"reset option '{name}' holds a number that is not finite: {value}.")
+        if array.ndim < 2:
+            array = np.broadcast_to(array, (num_envs, *array.shape))
+        elif len(array) != num_envs:
+            raise ConfigurationError(f"reset option '{name}' has {len(array)} rows for {num_envs} environments.")
+        batched[name] = array
+    return batched

@@ -1,0 +1,45 @@
+"""Values in the types of JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+
+def plain(value: Any, *, for_yaml: bool = False) -> Any:
+    """Return a value in the types of JSON: dictionaries, lists, strings, numbers, booleans and None.
+
+    Args:
+        value: Value to convert, with arrays, dataclasses, enumerations and paths anywhere inside it.
+        for_yaml: Whether to keep numbers that are not finite, and objects of other types, which a YAML dumper rejects.
+            Otherwise such a number becomes None, and such an object its text.
+    """
+    if isinstance(value, Enum):
+        return str(value)
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    if isinstance(value, np.generic | np.ndarray):
+        return plain(value.tolist(), for_yaml=for_yaml)
+    if isinstance(value, float):
+        return value if for_yaml or math.isfinite(value) else None
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name), for_yaml=for_yaml) for field in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item, for_yaml=for_yaml) for key, item in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [plain(item, for_yaml=for_yaml) for item in value]
+    return value if for_yaml else str(value)
+
+
+def is_plain(value: object) -> bool:
+    """Return whether a value consists of exactly the types of JSON: it can be compared, copied, pickled and written."""
+    if isinstance(value, dict):
+        return all(isinstance(key, str) and is_plain(item) for key, item in value.items())
+    if isinstance(value, list | tuple):
+        return all(is_plain(item) for item in value)
+    return value is None or type(value) in (bool, int, float, str)

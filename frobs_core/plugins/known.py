@@ -1,0 +1,26 @@
+"""Names that the distributions of this project offer, so that a failed look-up can say what to install.
+
+``.ci/known_names.py`` generates ``known.json``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+FILE = Path(__file__).with_name("known.json")
+
+
+@cache
+def known() -> Mapping[str, Mapping[str, str]]:
+    """Return the distribution of each name, by kind; two more kinds are ``"environment"`` and ``"command"``."""
+    names: Mapping[str, Mapping[str, str]] = json.loads(FILE.read_text("utf-8"))
+    return names
+
+
+def install_command(kind: str, name: str) -> str:
+    """Return the command that installs what offers a name, or an empty string if the name is unknown."""
+    distribution = known().get(kind, {}).get(name, "")
+    return f"pip install {distribution}" if distribution else ""

@@ -1,0 +1,57 @@
+"""``frobs legacy``: start packages of FRobs_RL."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import sys
+from typing import Annotated
+
+import typer
+
+from frobs_core.errors import ConfigurationError
+
+
+def run(
+    command: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="SCRIPT",
+            show_default=False,
+            help="A Python script (*.py) or any program, then its arguments.",
+        ),
+    ],
+) -> None:
+    """Run a script or program of an old package.
+
+    Imports of gym, frobs_rl, rospy and messages work in it and in all processes that it starts, and rospack finds the ROS
+    package frobs_rl. Scripts run with this environment's Python. The exit code is that of the script.
+
+    Example:
+        $ frobs legacy run scripts/train.py --seed 3
+        $ frobs legacy run roslaunch my_arm_rl train.launch
+    """
+    from frobs_rl_compat.legacy import legacy_variables
+
+    words = [sys.executable, *command] if command[0].endswith(".py") else command
+    program = shutil.which(words[0])
+    if program is None:
+        raise ConfigurationError(
+            f"'{words[0]}' is neither a Python script (*.py) nor an installed program; check the path, or install it."
+        )
+    environment = {**os.environ, **legacy_variables()}
+    os.execve(program, words, environment)  # Ctrl-C and every other signal go straight to the script
+
+
+def env() -> None:
+    """Print the variables of 'frobs legacy run' as exports for a shell.
+
+    Example:
+        $ eval "$(frobs legacy env)"
+        $ frobs legacy env
+    """
+    from frobs_rl_compat.legacy import legacy_variables
+
+    for name, value in legacy_variables().items():
+        typer.echo(f"export {name}={shlex.quote(value)}")

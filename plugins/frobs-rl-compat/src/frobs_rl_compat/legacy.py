@@ -1,0 +1,43 @@
+"""The environment variables with which old packages find ``gym``, ``frobs_rl``, ROS's Python modules and messages."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from frobs_core.files import cache_folder
+from frobs_ros.environment import links_to_ros, use_ros
+from frobs_ros.overlay import links_to_messages, make_overlay
+
+_HERE = Path(__file__).parent
+FROBS_RL = _HERE.parent / "frobs_rl"
+"""The Python package ``frobs_rl``, which is the ROS package of that name too."""
+
+_OF_ROS = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")
+
+
+def legacy_variables() -> dict[str, str]:
+    """Return the variables that have to be set for an old package and for all processes that it starts.
+
+    FRobs's ``gym`` and ``frobs_rl`` come first, before those of a catkin workspace. Of everything else the overlay has
+    only what this Python cannot import.
+
+    Raises:
+        RosNotFoundError: ROS is not installed, or not for this Python; the message names the Debian packages.
+    """
+    use_ros()
+    own = {"frobs_rl": FROBS_RL, "gym": _HERE / "overlay" / "gym"}
+    overlay = make_overlay({**links_to_messages(), **links_to_ros(), **own})
+    set_by_use_ros = {name: os.environ[name] for name in _OF_ROS if name in os.environ}
+    return {
+        "PYTHONPATH": _prepend(overlay, "PYTHONPATH"),
+        "ROS_PACKAGE_PATH": _prepend(FROBS_RL, "ROS_PACKAGE_PATH"),
+        **set_by_use_ros,
+    }
+
+
+def _prepend(folder: Path, variable: str) -> str:
+    """Return a path variable with a folder in front, and without what an earlier call has put there."""
+    rest = [entry for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
+    kept = [entry for entry in map(Path, rest) if entry != folder and not entry.is_relative_to(cache_folder("ros"))]
+    return os.pathsep.join(map(str, [folder, *kept]))

@@ -1,0 +1,34 @@
+"""The ``gym`` of 'frobs legacy run': gym 0.21's names and API over Gymnasium.
+
+``reset`` returns the observation, ``step`` four values.
+"""
+
+from gym import envs, error, logger, spaces, utils, wrappers
+from gym.core import ActionWrapper, Env, ObservationWrapper, RewardWrapper, Wrapper
+from gym.envs.registration import make, register, spec
+from gym.spaces import Space
+
+__version__ = "0.21.0"
+__all__ = [
+    "ActionWrapper",
+    "Env",
+    "ObservationWrapper",
+    "RewardWrapper",
+    "Space",
+    "Wrapper",
+    "envs",
+    "error",
+    "logger",
+    "make",
+    "register",
+    "spaces",
+    "spec",
+    "utils",
+    "wrappers",
+]
+
+
+def __getattr__(name: str) -> object:
+    raise AttributeError(
+        f"this 'gym' is the one of 'frobs legacy run' and has no '{name}'; let the package import gymnasium instead."
+    )

@@ -1,1 +1,0 @@
-from ._StepWorld import *

@@ -1,0 +1,47 @@
+"""The options of MuJoCo's solver that users can set."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+import mujoco
+
+from frobs_core.validation import choice, non_negative, positive, whole_number
+
+_SOLVERS = {
+    "pgs": mujoco.mjtSolver.mjSOL_PGS,
+    "cg": mujoco.mjtSolver.mjSOL_CG,
+    "newton": mujoco.mjtSolver.mjSOL_NEWTON,
+}
+_CONES = {"pyramidal": mujoco.mjtCone.mjCONE_PYRAMIDAL, "elliptic": mujoco.mjtCone.mjCONE_ELLIPTIC}
+
+_CHECKS: Mapping[str, Callable[[str, Any], Any]] = {
+    "solver": lambda name, value: int(_SOLVERS[choice(name, value, _SOLVERS)]),
+    "cone": lambda name, value: int(_CONES[choice(name, value, _CONES)]),
+    "impratio": positive,
+    "iterations": partial(whole_number, lowest=1),
+    "tolerance": non_negative,
+    "ls_iterations": partial(whole_number, lowest=1),
+    "ls_tolerance": non_negative,
+    "noslip_iterations": whole_number,
+    "noslip_tolerance": non_negative,
+    "ccd_iterations": partial(whole_number, lowest=1),
+    "ccd_tolerance": non_negative,
+}
+
+Options = Mapping[str, int | float]
+"""Values for fields of ``mjOption``, by name."""
+
+
+def read_options(**given: Any) -> Options:
+    """Check options and convert them to MuJoCo's numbers.
+
+    Args:
+        given: By name of the field in ``mjOption``; None: MuJoCo's default.
+
+    Raises:
+        ConfigurationError: A value is out of range.
+    """
+    return {name: _CHECKS[name](name, value) for name, value in given.items() if value is not None}

@@ -1,0 +1,45 @@
+"""The settings of Bullet's physics engine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any, NamedTuple
+
+from frobs_core.validation import choice, finite, non_negative, whole_number
+
+_CONES = {"pyramidal": 0, "elliptic": 1}
+
+_OPTIONS: Mapping[str, tuple[str, Callable[[str, Any], Any]]] = {
+    "cone": ("enableConeFriction", lambda name, value: _CONES[choice(name, value, _CONES)]),
+    "iterations": ("numSolverIterations", partial(whole_number, lowest=1)),
+    "tolerance": ("solverResidualThreshold", non_negative),
+    "erp": ("erp", finite),
+    "contact_erp": ("contactERP", finite),
+    "friction_erp": ("frictionERP", finite),
+    "cfm": ("globalCFM", non_negative),
+}
+
+
+class Engine(NamedTuple):
+    """Settings of the physics engine.
+
+    Attributes:
+        timestep: Duration of a physics step [s].
+        parameters: Further keywords of ``pybullet.setPhysicsEngineParameter``.
+    """
+
+    timestep: float
+    parameters: Mapping[str, int | float]
+
+
+def read_options(**given: Any) -> dict[str, int | float]:
+    """Check options and return them as keywords of ``pybullet.setPhysicsEngineParameter``.
+
+    Args:
+        given: By our name; None: Bullet's default.
+
+    Raises:
+        ConfigurationError: A value is out of range.
+    """
+    return {_OPTIONS[name][0]: _OPTIONS[name][1](name, value) for name, value in given.items() if value is not None}

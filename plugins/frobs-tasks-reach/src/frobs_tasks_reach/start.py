@@ -1,0 +1,154 @@
+"""Where an episode of the reaching tasks starts: the posture of the robot, and a goal within its reach."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import RobotHandle, Task
+from frobs_core.models import longest_reach
+from frobs_core.random import RandomSource
+from frobs_core.validation import box, number_list, numbers
+from frobs_tasks_reach.given import checked_goal, checked_joint_positions
+from frobs_tasks_reach.keep_out import Foot
+from frobs_tasks_reach.sampling import JointSampler, box_of, in_box
+
+_FLOOR_CLEARANCE = 0.05  # [m] lowest tool at the start of an episode, so that the arm does not start in the floor
+_FOOT_CLEARANCE = 0.03  # [m] between a goal and the robot's own foot: half the width of a flange
+_SURVEY = 4096  # joint vectors that are tried once, to tell a box out of reach from an unlucky draw
+
+
+class EpisodeStart(Task):
+    """The part of a reaching task that places the robot and the goal.
+
+    Args:
+        goal_low: Lowest corner of the goal box in the world [m]; None: derived from what the tool reaches.
+        goal_high: Highest corner of the goal box in the world [m]; None: derived from what the tool reaches.
+        initial: Joint positions at reset: ``"home"`` or ``"random"``.
+
+    Raises:
+        ConfigurationError: A value is out of range.
+    """
+
+    goal_low: Floats
+    goal_high: Floats
+    _goal: Floats
+
+    def __init__(self, *, goal_low: Sequence[float] | None, goal_high: Sequence[float] | None, initial: str) -> None:
+        self._given_low = None if goal_low is None else np.array(number_list("goal_low", goal_low, 3))
+        self._given_high = None if goal_high is None else np.array(number_list("goal_high", goal_high, 3))
+        if self._given_low is not None and self._given_high is not None:
+            self._set_box(self._given_low, self._given_high)
+        if initial not in ("home", "random"):
+            raise ConfigurationError(f"initial is '{initial}'; it must be 'home' or 'random'.")
+        self.initial = initial
+
+    def _bind_start(self, robot: RobotHandle) -> None:
+        """Prepare for a robot.
+
+        Raises:
+            ConfigurationError: The robot reaches nothing of the goal box.
+        """
+        self._robot = robot
+        self._foot = Foot(robot)
+        self._sampler = self._make_sampler()
+        self._choose_box()
+        self._start = self._sampler.start() if self.initial == "home" else None
+
+    def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
+        """Place the robot and the goal.
+
+        Args:
+            mask: The environments.
+            rng: Streams ``"joint_positions"`` and ``"goal"``.
+            options: ``joint_positions`` (num_envs, dof) [rad or m] and ``goal`` (num_envs, 3) [m] in the world.
+
+        Raises:
+            ConfigurationError: A given joint position is outside the limits, or a given goal beyond any reach.
+        """
+        rows = slice(None) if mask is None else mask
+        self._place_robot(rows, mask, rng, options.get("joint_positions"))
+        self._place_goal(rows, mask, rng, options.get("goal"))
+        self._measure()
+
+    # -- What tasks built on this one change --
+
+    def _measure(self) -> None:
+        """Measure the state that the observation and the reward share."""
+        raise NotImplementedError
+
+    def _make_sampler(self) -> JointSampler:
+        return JointSampler(self._robot)
+
+    def _draw_goals(self, mask: Mask | None, rng: RandomSource) -> Floats:
+        """Return goals (n, 3) [m] for the environments of the mask."""
+        return self._sampler.draw("goal", rng, mask, self._is_in_box, self._box_text)[1]
+
+    def _place_goal(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
+        self._goal[rows] = (
+            self._draw_goals(mask, rng) if given is None else checked_goal(given[rows], *self._goal_bounds())
+        )
+
+    def _goal_excursion(self) -> float:
+        """Return how far from where it is put a goal may go along an axis [m]."""
+        return 0.0
+
+    # -- Parts --
+
+    def _place_robot(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
+        robot = self._robot
+        if given is not None:
+            robot.write_joint_state(checked_joint_positions(given[rows], self._robot), mask=mask)
+        elif self.initial == "random":
+            what = f"initial joint positions with the tool at least {_FLOOR_CLEARANCE} m above the floor"
+            robot.write_joint_state(
+                self._sampler.draw("joint_positions", rng, mask, _is_above_floor, what)[0], mask=mask
+            )
+        elif self._start is not None:
+            robot.write_joint_state(np.tile(self._start, (len(self._goal[rows]), 1)), mask=mask)
+        # else home is where the simulation's reset has put it
+
+    def _is_in_box(self, positions: Floats) -> Mask:
+        return in_box(positions, self.goal_low, self.goal_high) & self._foot.is_clear(positions, _FOOT_CLEARANCE)
+
+    def _set_box(self, low: Floats, high: Floats) -> None:
+        self.goal_low, self.goal_high = box("goal_low", low, "goal_high", high)
+        self._box_text = f"goal box {numbers(self.goal_low)} to {numbers(self.goal_high)} m"
+
+    def _choose_box(self) -> None:
+        """Take the goal box that was given, else the one that suits the arm; check that the arm reaches it."""
+        reached = self._sampler.survey(_SURVEY)
+        if self._given_low is None or self._given_high is None:
+            low, high = box_of(reached)
+            self._set_box(
+                low if self._given_low is None else self._given_low,
+                high if self._given_high is None else self._given_high,
+            )
+        if self._is_in_box(reached).any():
+            return
+        raise ConfigurationError(
+            f"robot '{self._robot.robot.name}' reaches nothing of the {self._box_text}: its tool "
+            f"'{self._robot.tcp}' moves between {numbers(reached.min(axis=0))} and {numbers(reached.max(axis=0))} m "
+            f"({_SURVEY} random joint vectors were tried); choose goal_low and goal_high inside of that."
+        )
+
+    def _reach_box(self) -> tuple[Floats, Floats]:
+        """Return corners (3,) [m] in the world that the tool never leaves; infinite if the base can move."""
+        if self._robot.robot.base != "fixed":
+            return np.full(3, -np.inf), np.full(3, np.inf)
+        reach = 1.01 * longest_reach(self._robot.model, self._robot.frame_name("tcp"))
+        base = self._robot.base_pose[0][0]
+        return base - reach, base + reach
+
+    def _goal_bounds(self) -> tuple[Floats, Floats]:
+        """Return corners (3,) [m] in the world of all that a goal may be: the goal box, and all within reach."""
+        low, high = self._reach_box()
+        return np.minimum(self.goal_low, low), np.maximum(self.goal_high, high)
+
+
+def _is_above_floor(positions: Floats) -> Mask:
+    return positions[..., 2] >= _FLOOR_CLEARANCE

@@ -1,3 +1,0 @@
-"""Fixtures for all tests of the core."""
-
-pytest_plugins = ["frobs_devkit.testing.fixtures"]
