@@ -46,7 +46,7 @@ OPTIONAL = {
 }
 """Imports that no requirement covers: each is used only if it is installed."""
 
-FROM_ROS = {"actionlib", "genpy", "rosgraph", "rosparam", "rospy"}
+FROM_ROS = {"actionlib", "genmsg", "genpy", "rosgraph", "rosparam", "rospy"}
 """Modules of ROS 1, besides those of messages and services."""
 
 USED_BY_OTHERS = {
