@@ -16,7 +16,6 @@ sys.path.insert(0, str(DOCS))
 
 from layers import distributions
 
-GENERATED = "messages/generated"
 PACKAGES = {package.name: package for found in distributions().values() for package in found.packages}
 
 
@@ -25,7 +24,7 @@ def sources() -> Iterator[tuple[str, Path]]:
     for package in PACKAGES.values():
         for path in sorted(package.rglob("*.py")):
             parts = path.relative_to(package.parent).with_suffix("").parts
-            if GENERATED not in path.as_posix() and all(part.isidentifier() for part in parts):
+            if all(part.isidentifier() for part in parts):
                 yield ".".join(part for part in parts if part != "__init__"), path
 
 
