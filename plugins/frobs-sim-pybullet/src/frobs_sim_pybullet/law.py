@@ -53,9 +53,12 @@ def law(
         The efforts for Bullet, and those that the drives apply, (count,) [N·m or N] each.
     """
     base = len(bias) - len(q)
-    right, diagonal = [-b for b in bias[:base]], [0.0] * base
+    right: list[float] = []
+    diagonal: list[float] = []
+    if base:
+        right, diagonal, bias = [-b for b in bias[:base]], [0.0] * base, bias[base:]
     efforts, damped = [], []
-    joints = zip(q, v, command, bias[base:] if base else bias, constants, strict=True)
+    joints = zip(q, v, command, bias, constants, strict=True)
     for x, w, c, b, (kp, kd, limit, damping, inertia, drive_inertia) in joints:
         effort = c - kp * x - kd * w
         if effort >= limit:
@@ -69,26 +72,27 @@ def law(
         damped.append(effort)
         right.append(effort - b)
         diagonal.append(inertia)
-    accelerations = solve(matrix, diagonal, right)
+    accelerations = solve(matrix, diagonal, right, base)
     if base:
-        accelerations, diagonal = accelerations[base:], diagonal[base:]
+        diagonal = diagonal[base:]
     return [s - d * a for s, d, a in zip(damped, diagonal, accelerations, strict=True)], efforts
 
 
-def solve(matrix: Matrix, diagonal: Sequence[float], right: Sequence[float]) -> Sequence[float]:
+def solve(matrix: Matrix, diagonal: Sequence[float], right: Sequence[float], first: int = 0) -> Sequence[float]:
     """Solve (matrix + diag(diagonal))·x = right by LDLᵀ.
 
     Args:
         matrix: (size, size), symmetric; only its lower triangle counts.
         diagonal: (size,)
         right: (size,)
+        first: Index of the first component of x that is wanted.
 
     Returns:
-        x, (size,).
+        (size − first,) the components of x from ``first`` on.
     """
     size = len(right)
     if size == 6:
-        return _solve_six(matrix, diagonal, right)
+        return _solve_six(matrix, diagonal, right)[first:]
     numbers = [*chain.from_iterable(matrix), *right]
     pivots, rows = _elimination(size)
     for (pivot, _, _), extra in zip(pivots, diagonal, strict=True):
@@ -97,14 +101,14 @@ def solve(matrix: Matrix, diagonal: Sequence[float], right: Sequence[float]) -> 
         inverse = numbers[pivot] = 1.0 / numbers[pivot]
         for factor, entry in scaled:
             numbers[factor] = numbers[entry] * inverse
-        for target, first, second in updates:
-            numbers[target] -= numbers[first] * numbers[second]
-    for target, pivot, terms in rows:
+        for target, factor, entry in updates:
+            numbers[target] -= numbers[factor] * numbers[entry]
+    for target, pivot, terms in rows[: size - first]:  # last component first
         x = numbers[target] * numbers[pivot]
         for factor, other in terms:
             x -= numbers[factor] * numbers[other]
         numbers[target] = x
-    return numbers[size * size :]
+    return numbers[size * size + first :]
 
 
 _Pivot: TypeAlias = tuple[int, list[tuple[int, int]], list[tuple[int, int, int]]]
@@ -137,8 +141,13 @@ def _solve_six(matrix: Matrix, diagonal: Sequence[float], right: Sequence[float]
 
     m is the matrix, p a pivot, l an entry of L, and u one of L·D.
     """
-    (m00, *_), (u10, m11, *_), (u20, u21, m22, *_), (u30, u31, u32, m33, *_), *others = matrix
-    (u40, u41, u42, u43, m44, _), (u50, u51, u52, u53, u54, m55) = others
+    row0, row1, row2, row3, row4, row5 = matrix
+    m00, _, _, _, _, _ = row0
+    u10, m11, _, _, _, _ = row1
+    u20, u21, m22, _, _, _ = row2
+    u30, u31, u32, m33, _, _ = row3
+    u40, u41, u42, u43, m44, _ = row4
+    u50, u51, u52, u53, u54, m55 = row5
     d0, d1, d2, d3, d4, d5 = diagonal
     y0, y1, y2, y3, y4, y5 = right
 
