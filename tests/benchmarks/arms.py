@@ -19,7 +19,7 @@ from time import perf_counter
 from typing import Any
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "tests" / "survey"))
+sys.path.insert(0, str(ROOT / "tests" / "public_robots"))
 
 from corpus import files  # noqa: E402 - where the packages keep them
 
