@@ -11,9 +11,18 @@ from xml.etree import ElementTree
 from xml.parsers import expat
 
 from frobs_core.errors import ModelFileError
+from frobs_core.files import MAX_TEXT_BYTES, read_limited
 
 MAX_DEPTH = 400
 """Elements within elements; readers recurse, and Python allows about 1,000 calls."""
+
+MAX_ELEMENTS = 200_000
+"""Most elements in a document."""
+
+_DOCTYPE = (
+    "declares a document type (<!DOCTYPE …>); robot models need none, and its entities could exhaust the memory or read "
+    "other files: remove it."
+)
 
 
 class Element(ElementTree.Element):
@@ -100,6 +109,7 @@ def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False) -> Eleme
     trimmed = text.lstrip()  # many begin with an empty line, which XML forbids before its declaration
     skipped = text[: len(text) - len(trimmed)]
     first_line = skipped.count(b"\n" if isinstance(skipped, bytes) else "\n")  # type: ignore[arg-type]
+    count = 0
     stack: list[Element] = []
     roots: list[Element] = []
     parser = expat.ParserCreate()
@@ -108,6 +118,10 @@ def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False) -> Eleme
     def start(tag: str, attributes: dict[str, str]) -> None:
         element = Element(tag, attributes)
         element.file, element.line = file, None if expanded else first_line + parser.CurrentLineNumber
+        nonlocal count
+        count += 1
+        if count > MAX_ELEMENTS:
+            element.refuse(f"the file has more than the limit of {MAX_ELEMENTS:,} elements.")
         if len(stack) >= MAX_DEPTH:
             element.refuse(f"elements are nested deeper than {MAX_DEPTH}.")
         (stack[-1].append if stack else roots.append)(element)
@@ -120,12 +134,7 @@ def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False) -> Eleme
             stack[-1].text = (stack[-1].text or "") + text
 
     def doctype(*_: Any) -> None:
-        raise ModelFileError(
-            file,
-            "the file declares a document type (<!DOCTYPE …>); robot models need none, and its entities could "
-            "exhaust the memory or read other files: remove it.",
-            first_line + parser.CurrentLineNumber,
-        )
+        raise ModelFileError(file, f"the file {_DOCTYPE}", first_line + parser.CurrentLineNumber)
 
     parser.StartElementHandler = start
     parser.EndElementHandler = lambda tag: stack.pop()
@@ -147,12 +156,12 @@ def to_text(root: Element) -> str:
 
 
 def read_bytes(file: Path) -> bytes:
-    """Read a file.
+    """Read a model file.
 
     Raises:
-        ModelFileError: It cannot be read.
+        ModelFileError: It cannot be read, is not a regular file, or exceeds the size limit.
     """
     try:
-        return file.read_bytes()
+        return read_limited(file, MAX_TEXT_BYTES)
     except OSError as error:
         raise ModelFileError(file, f"cannot be read: {error.strerror or error}.") from error
