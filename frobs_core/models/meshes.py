@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -183,17 +183,14 @@ def _load(path: Path, data: bytes, beside: SiblingFiles) -> Any:
     import collada
     import trimesh
 
-    kind = path.suffix.lower().removeprefix(".")
-
     def load(text: bytes, **keywords: Any) -> Any:
-        return trimesh.load_scene(
-            io.BytesIO(text), file_type=kind, process=False, resolver=cast(Any, beside), **keywords
-        )
+        kind = path.suffix.lower().removeprefix(".")
+        return trimesh.load_scene(io.BytesIO(text), file_type=kind, process=False, **keywords)
 
-    if kind != "dae":
-        return load(data)
+    if path.suffix.lower() != ".dae":
+        return load(data, resolver=beside)
     try:
-        return load(data, ignore_broken=False)
+        return load(data, ignore_broken=False)  # without its textures
     except collada.common.DaeError:
         return load(_LOOKS.sub(b"", data), ignore_broken=False)
 

@@ -66,8 +66,17 @@ class Element(ElementTree.Element):
         value = (self.get(attribute) or "").strip()
         return value or self.refuse(f"the attribute '{attribute}' is missing or empty.")
 
-    def numbers(self, attribute: str, count: int | None = None, default: str | None = None) -> tuple[float, ...]:
-        """Return finite numbers, ``count`` of them or at least one; without a default the attribute must be there."""
+    def numbers(
+        self,
+        attribute: str,
+        count: int | None = None,
+        default: str | None = None,
+        limit: float = math.inf,
+    ) -> tuple[float, ...]:
+        """Return finite numbers from -``limit`` to ``limit``, ``count`` of them or at least one.
+
+        Without a default the attribute must be there.
+        """
         text = self.get(attribute, default)
         if text is None:
             self.refuse(f"the attribute '{attribute}' is missing; it takes {_numbers(count)}.")
@@ -80,11 +89,13 @@ class Element(ElementTree.Element):
             self.refuse(f'{attribute}="{text}" holds {_numbers(len(values))}; it takes {count or 1}.')
         if not all(math.isfinite(value) for value in values):
             self.refuse(f'{attribute}="{text}" is not finite.')
+        if max(map(abs, values)) > limit:
+            self.refuse(f'{attribute}="{text}" exceeds the limit of {limit:g}.')
         return values
 
-    def number(self, attribute: str, default: str | None = None) -> float:
-        """Return one finite number; without a default the attribute must be there."""
-        return self.numbers(attribute, 1, default)[0]
+    def number(self, attribute: str, default: str | None = None, limit: float = math.inf) -> float:
+        """Return one finite number from -``limit`` to ``limit``; without a default the attribute must be there."""
+        return self.numbers(attribute, 1, default, limit)[0]
 
 
 def _numbers(count: int | None) -> str:
