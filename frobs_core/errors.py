@@ -22,7 +22,7 @@
     │   └── CheckpointError         a checkpoint cannot be written or read
     ├── BundleError                 a policy bundle is damaged
     │   └── BundleMismatchError     it is not for this robot, rate or observation
-    └── UntrustedFileError          opening the file would execute code
+    └── UntrustedFileError          opening the file would execute code, or load what it names
 
 Each takes the objects it is about, keeps them as fields, and writes its own text: what was asked,
 what exists, what to do.
@@ -329,7 +329,7 @@ class BundleMismatchError(BundleError):
 
 
 class UntrustedFileError(FrobsError):
-    """Opening the file would execute code that it holds.
+    """Opening the file would execute code that it holds, or import or open what it names.
 
     Args:
         path: The file.

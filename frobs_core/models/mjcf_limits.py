@@ -45,9 +45,9 @@ def check_numbers(root: Element) -> None:
     counts = Counter(element.tag for element in root.iter())
     if counts.total() > MAX_MJCF_ELEMENTS:
         root.refuse(f"the file has {counts.total():,} elements; the limit is {MAX_MJCF_ELEMENTS:,}.")
-    for tag, limit in MAX_COUNTS.items():
-        if counts[tag] > limit:
-            root.refuse(f"the file has {counts[tag]:,} <{tag}> elements; the limit is {limit:,}.")
+    for tag, most in MAX_COUNTS.items():
+        if counts[tag] > most:
+            root.refuse(f"the file has {counts[tag]:,} <{tag}> elements; the limit is {most:,}.")
     for tag in _PHYSICAL:
         for element in root.descendants(tag):
             for attribute, limit in _LIMITS.items():

@@ -17,6 +17,7 @@ import threading
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +48,7 @@ _MAX_PARAMETERS = 10_000
 _MAX_ENTRIES = 10_000
 """Most folder entries that one ``<xacro:include filename="*.xacro"/>`` looks at."""
 
-_PER_NODE, _PER_ATTRIBUTE, _PER_TAG = 10, 4, 7  # units of work that they take
+_PER_NODE, _PER_ATTRIBUTE, _PER_TAG = 10, 4, 10  # units of work that they take
 _SIBLINGS_PER_UNIT = 12  # that are passed when a node is looked for, which happens about three times
 _BYTES_PER_UNIT = 64
 
@@ -333,25 +334,21 @@ class _Expansion:
         if not re.search(r"[*[?]", name):
             yield name
             return
-        looked_at = 0
+        left = _MAX_ENTRIES
         found = [Path(Path(name).anchor)]
         for part in Path(name).parts[bool(Path(name).anchor) :]:
             if not re.search(r"[*[?]", part):
                 found = [folder / part for folder in found]
                 continue
-            matching = re.compile(fnmatch.translate(part)).match
+            matches = re.compile(fnmatch.translate(part)).match
             below = []
-            for folder in found:
-                if not folder.is_dir():
-                    continue
-                for entry in os.scandir(folder):
-                    looked_at += 1
-                    if looked_at > _MAX_ENTRIES:
-                        self._budget.refuse(
-                            f"the include '{spec}' looks at more than the limit of {_MAX_ENTRIES:,} files"
-                        )
-                    if matching(entry.name) and (entry.name[0] != "." or part[0] == "."):
-                        below.append(folder / entry.name)
+            for folder in filter(Path.is_dir, found):
+                with os.scandir(folder) as scanned:
+                    entries = [entry.name for entry in islice(scanned, left)]
+                left -= len(entries)
+                if not left:
+                    self._budget.refuse(f"the include '{spec}' looks at more than the limit of {_MAX_ENTRIES:,} files")
+                below += [folder / entry for entry in entries if matches(entry) and (entry[0] != "." or part[0] == ".")]
             found = below
         yield from sorted(str(file) for file in found if os.path.lexists(file))
 

@@ -7,9 +7,9 @@ from typing import Any
 
 from frobs_core.errors import ModelFileError
 
-MAX_WORK = 500_000
+MAX_WORK = 400_000
 """Most work that the expansion of one file may take, includes and macros included. One unit is one to two microseconds;
-a PR2 takes 120,000."""
+a PR2 takes 135,000."""
 
 MAX_CHARACTERS = 1_000_000
 """Longest text that an expression, a property or an attribute may become."""
