@@ -24,7 +24,7 @@ class YamlDict(dict[Any, Any]):
     """A mapping of a YAML file, whose keys are attributes too: ``limits.elbow.lower``."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Function:
     """A function that expressions may call.
 
@@ -42,7 +42,7 @@ class Function:
         return f"<function {self.name}>"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Library:
     """A namespace of functions and constants: ``math``, ``python`` or ``xacro``.
 
@@ -55,7 +55,7 @@ class Library:
     members: Mapping[str, Any]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class _Method:
     """A method of a value, not yet called."""
 
@@ -66,7 +66,7 @@ class _Method:
         return f"<method {self.name}>"
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class _Lambda:
     """A function that an expression defines."""
 
@@ -264,8 +264,7 @@ class Interpreter:
         value, key = self._eval(node.value, scope), self._eval(node.slice, scope)
         if type(value) not in _ITERABLES:
             raise TypeError(f"{value!r} has no items")
-        if isinstance(key, (tuple, frozenset)):
-            self.budget.weigh(key)
+        self.budget.weigh(key)
         found = value[key]
         return self._made(found) if isinstance(key, slice) else found
 

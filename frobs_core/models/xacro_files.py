@@ -28,7 +28,6 @@ from frobs_core.models.xacro_errors import Declarations, choices, explain
 from frobs_core.models.xacro_expressions import Function, Interpreter
 from frobs_core.models.xacro_library import METHODS, XACRO, eval_names, global_names
 from frobs_core.models.xacro_limits import MAX_CHARACTERS, Budget
-from frobs_core.models.xacro_yaml import load_yaml
 from frobs_core.models.xmltree import parse_xml, read_bytes
 
 _log = logging.getLogger("frobs")
@@ -51,6 +50,7 @@ _MAX_ENTRIES = 10_000
 _PER_NODE, _PER_ATTRIBUTE, _PER_TAG = 10, 4, 10  # units of work that they take
 _SIBLINGS_PER_UNIT = 12  # that are passed when a node is looked for, which happens about three times
 _BYTES_PER_UNIT = 64
+_PER_MESSAGE = 1_000
 
 
 def expand_xacro(path: Path, arguments: Mapping[str, str], packages: Packages) -> str:
@@ -198,6 +198,8 @@ class _Expansion:
             else:
                 value = match["text"]
             if at == len(text) and not results:
+                if isinstance(value, str):  # xacro looks whether it is a number, and copies it into the document
+                    self._budget.check_length(len(value))
                 return value
             results.append(str(value))
             length += len(results[-1])
@@ -255,7 +257,9 @@ class _Expansion:
 
     def _eval(self, expression: str) -> str:
         """Return the value of ``$(eval …)``, whose names are the file's arguments."""
-        names = ChainMap(_Converted(self._arguments(), self._convert), self._eval_names)  # an argument hides a function
+        names = ChainMap(
+            _Converted(self._arguments(), self._converted), self._eval_names
+        )  # an argument hides a function
         try:
             return str(self._machine.evaluate(expression, names))
         except ModelFileError:
@@ -272,8 +276,12 @@ class _Expansion:
             "env": _env,
             "optenv": lambda name, default="": os.environ.get(name, default),
             "dirname": lambda _=None: self._dirname(),
-            "arg": lambda name: self._convert(self._arg(name), "auto"),
+            "arg": lambda name: self._converted(self._arg(name)),
         }
+
+    def _converted(self, text: str) -> Any:
+        self._budget.check_length(len(text))
+        return self._convert(text, "auto")
 
     def _arguments(self) -> dict[str, str]:
         found: dict[str, str] = self._xacro.substitution_args_context.get("arg", {})
@@ -299,6 +307,7 @@ class _Expansion:
 
         def message(level: int) -> Callable[..., str]:
             def write(*words: Any, **_: Any) -> str:
+                self._budget.spend(_PER_MESSAGE)
                 text = _UNPRINTABLE.sub("?", " ".join(map(str, words)))[:500]
                 _log.log(level, "%s: %s", self._xacro.filestack[-1], text)
                 return ""
@@ -320,6 +329,8 @@ class _Expansion:
         return str(self._xacro.abs_filename_spec(name))
 
     def _load_yaml(self, name: str) -> Any:
+        from frobs_core.models.xacro_yaml import load_yaml  # a model without macros needs no PyYAML
+
         file = Path(self._absolute(name))
         try:
             return load_yaml(file, self._budget, lambda text: self._machine.evaluate(text, self._globals))
@@ -402,12 +413,12 @@ class _Converted(dict[str, Any]):
         convert: Converts one.
     """
 
-    def __init__(self, values: Mapping[str, str], convert: Callable[[str, str], Any]) -> None:
+    def __init__(self, values: Mapping[str, str], convert: Callable[[str], Any]) -> None:
         super().__init__()
         self._values, self._convert = values, convert
 
     def __missing__(self, name: str) -> Any:
-        return self._convert(self._values[name], "auto")
+        return self._convert(self._values[name])
 
 
 def _as_functions(functions: Mapping[str, Callable[..., Any]]) -> dict[str, Function]:

@@ -54,7 +54,9 @@ def _ranked(machine: Interpreter, values: Any, key: Any) -> list[tuple[Any, int,
     """Return each item with its rank, and count the work of sorting."""
     items = list(machine.items(values))
     machine.budget.spend(machine.budget.weigh(items) * len(items).bit_length())
-    return [(item if key is None else machine.call(key, [item]), i, item) for i, item in enumerate(items)]
+    keys = items if key is None else [machine.call(key, [item]) for item in items]
+    machine.budget.weigh(keys)
+    return [(ranked, i, item) for i, (ranked, item) in enumerate(zip(keys, items, strict=True))]
 
 
 def _sorted(machine: Interpreter, values: Any, *, key: Any = None, reverse: bool = False) -> list[Any]:

@@ -85,6 +85,18 @@ FILES = {
     "parameters that never match": macro("m", "", "a:=" + "b" * 60 + "'"),
     "as many parameters as there is room for": macro("m", "", " ".join(f"a{i}" for i in range(100_000))),
     "an attribute of three megabytes": '<link name="' + "x" * 3_000_000 + '"/>',
+    "properties that copy a long text": prop("a", "x" * 900_000)
+    + "".join(prop(f"p{i}", "${a}") + f'<a v="${{p{i}}}"/>' for i in range(2000)),
+    "arguments that copy a long text": '<xacro:arg name="a" default="'
+    + "x" * 900_000
+    + '"/>'
+    + '<a v="$(eval a)"/>' * 2000,
+    "comparisons of methods": prop("a", "${list(range(9999))}")
+    + prop("m", "${[a.count == a.count for i in range(9999)]}")
+    + "".join(f'<a v="${{[m == m, {i}]}}"/>' for i in range(2000)),
+    "sorting by long lists": prop("a", "${list(range(9999))}")
+    + '<a v="${python.sorted(range(3000), key=lambda x: a)}"/>',
+    "messages without end": "<a v=\"${xacro.warning('x')}\"/>" * 9000,
     "the name of an argument": '<link name="$(arg ' + "a" * 900_000 + ')"/>',
 }
 YAML = {
