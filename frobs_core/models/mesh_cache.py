@@ -13,8 +13,7 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from frobs_core.files import cache_folder, write_aside
-from frobs_core.files import read_limited
+from frobs_core.files import cache_folder, read_limited, write_aside
 from frobs_core.models.mesh_files import MAX_BYTES
 
 _VERSION = b"1"  # of the parser: what it makes of a file is part of the key

@@ -13,15 +13,15 @@ from frobs_core.arrays import Action, Mask
 from frobs_core.errors import RunError
 from frobs_core.interfaces.algorithm import Algorithm, TrainingMonitor
 from frobs_core.interfaces.task import Observation
-from frobs_train.export.pretrained import read_pretrained
-from frobs_train.configuration.config import RunConfig
-from frobs_train.environments import make_vector_env
-from frobs_train.export.export_facts import environment_facts, spaces_facts
-from frobs_train.runs.run import Run
-from frobs_train.export.untrusted import check_config
 from frobs_core.validation import validate
 from frobs_deploy import Bundle, Policy, read_bundle
 from frobs_deploy.errors import BundleError, BundleMismatchError
+from frobs_train.configuration.config import RunConfig
+from frobs_train.environments import make_vector_env
+from frobs_train.export.export_facts import environment_facts, spaces_facts
+from frobs_train.export.pretrained import read_pretrained
+from frobs_train.export.untrusted import check_config
+from frobs_train.runs.run import Run
 
 
 class BundleRun(Run):
