@@ -1,40 +1,98 @@
-"""What all tests share: a real Gazebo, or the reason why there is none; and of many alike the usual runs take a fourth."""
+"""What all tests share: the sample of exhaustive tests, a real Gazebo, and environments that are closed at the end."""
 
 from __future__ import annotations
 
 import os
+import subprocess
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 pytest_plugins = ["frobs_devkit.testing.fixtures"]
 
-_EVERY = 4
+QUARTERS = 4
+_SAMPLE = pytest.StashKey[int]()
+
+
+def choose_sample(environment: Mapping[str, str], commit: str) -> int:
+    """Return which quarter of the exhaustive tests to run, in [0, 4).
+
+    Args:
+        environment: Environment variables; ``FROBS_SAMPLE`` has priority over the commit.
+        commit: Hexadecimal hash of the checked-out commit; empty without Git.
+
+    Raises:
+        pytest.UsageError: ``FROBS_SAMPLE`` is not an integer in [0, 4).
+    """
+    value = environment.get("FROBS_SAMPLE", "")
+    if not value:
+        return int(commit[:8] or "0", 16) % QUARTERS
+    if value not in map(str, range(QUARTERS)):
+        raise pytest.UsageError(f"FROBS_SAMPLE is '{value}'; use an integer from 0 to {QUARTERS - 1}")
+    return int(value)
+
+
+def is_sampled(index: int, sample: int) -> bool:
+    """Return whether a sample contains the exhaustive case ``index`` (0-based) of a test function."""
+    return (index + sample) % QUARTERS == 0
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the option that takes all."""
-    parser.addoption("--exhaustive", action="store_true", help="run all tests that are marked exhaustive, not a sample")
+    """Add ``--exhaustive``."""
+    parser.addoption("--exhaustive", action="store_true", help="run all tests marked exhaustive instead of a quarter")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Choose the sample; workers of pytest-xdist use the sample of their controller."""
+    workerinput = getattr(config, "workerinput", None)
+    if workerinput is None:
+        config.stash[_SAMPLE] = choose_sample(os.environ, _read_commit(config.rootpath))
+    else:
+        config.stash[_SAMPLE] = workerinput["frobs_sample"]
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node: Any) -> None:
+    """Send the sample to a worker of pytest-xdist."""
+    node.workerinput["frobs_sample"] = node.config.stash[_SAMPLE]
+
+
+def pytest_report_header(config: pytest.Config) -> str | None:
+    """Print the sample and how to repeat it."""
+    if config.getoption("--exhaustive"):
+        return None
+    sample = config.stash[_SAMPLE]
+    return f"sample {sample + 1} of {QUARTERS} of exhaustive tests; FROBS_SAMPLE={sample} repeats it"
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave out three of four of each test function's cases that are marked exhaustive."""
+    """Deselect three quarters of each test function's cases that are marked exhaustive."""
     if config.getoption("--exhaustive"):
         return
     seen: Counter[str] = Counter()
-    kept, left = [], []
+    selected, deselected = [], []
     for item in items:
         if item.get_closest_marker("exhaustive") is None:
-            kept.append(item)
+            selected.append(item)
             continue
         function = item.nodeid.partition("[")[0]
-        (left if seen[function] % _EVERY else kept).append(item)
+        (selected if is_sampled(seen[function], config.stash[_SAMPLE]) else deselected).append(item)
         seen[function] += 1
-    if left:
-        config.hook.pytest_deselected(items=left)
-        items[:] = kept
+    if deselected:
+        config.hook.pytest_deselected(items=deselected)
+        items[:] = selected
+
+
+def _read_commit(folder: Path) -> str:
+    """Return the hash of the checked-out commit; empty outside a Git repository or without Git."""
+    try:
+        done = subprocess.run(["git", "rev-parse", "HEAD"], cwd=folder, text=True, capture_output=True)
+    except OSError:
+        return ""
+    return done.stdout.strip() if done.returncode == 0 else ""
 
 
 @pytest.fixture(scope="session")

@@ -12,7 +12,13 @@ from typing import Any, TypeVar
 from frobs_core import plugins
 from frobs_core.capabilities import Level, check_capabilities
 from frobs_core.config import KEYWORDS, EnvConfig
-from frobs_core.errors import ConfigurationError, InvalidTimestepError, UnknownParameterError
+from frobs_core.errors import (
+    ConfigurationError,
+    InvalidTimestepError,
+    MissingSettingError,
+    ParameterValueError,
+    UnknownParameterError,
+)
 from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Simulation, Task
 from frobs_core.models import load_model
 from frobs_core.randomization import CAPABILITY, Randomization, read_settings
@@ -62,7 +68,7 @@ def compose(config: EnvConfig, num_envs: int) -> Parts:
     """
     check_num_envs(num_envs)
     if config.num_threads > MAX_THREADS:
-        raise ConfigurationError(f"num_threads is {config.num_threads:,}; the limit is {MAX_THREADS:,}.")
+        raise ParameterValueError("num_threads", config.num_threads, f"at most {MAX_THREADS:,}")
     simulator = _record(SimulatorRecord, "simulator", config.simulator)
     task = _record(TaskRecord, "task", config.task)
     controller = _record(ControllerRecord, "controller", config.controller)
@@ -177,7 +183,7 @@ def check_num_envs(num_envs: int) -> None:
         ConfigurationError: It is below 1 or above :data:`MAX_NUM_ENVS`.
     """
     if num_envs < 1:
-        raise ConfigurationError(f"num_envs is {num_envs}; it must be at least 1.")
+        raise ParameterValueError("num_envs", num_envs, "at least 1")
     if num_envs > MAX_NUM_ENVS:
         raise ConfigurationError(
             f"num_envs is {num_envs:,}; the limit is {MAX_NUM_ENVS:,}. Each environment takes about 10 kB or more."
@@ -235,9 +241,11 @@ def describe(
         description = robot
     elif not robot:
         known = ", ".join(f"'{name}'" for name in plugins.records("robot")) or "none"
-        raise ConfigurationError(
-            "this environment has no robot of its own: say robot='path/to/arm.urdf' (or .urdf.xacro, or MJCF as .xml) "
-            f"and tcp='LINK', or the name of an installed robot: {known}."
+        raise MissingSettingError(
+            "this environment",
+            "a robot",
+            "pass robot='path/to/arm.urdf' (or .urdf.xacro, or MJCF as .xml) and tcp='LINK', "
+            f"or the name of an installed robot: {known}",
         )
     elif robot.lower().endswith(_MODEL_ENDINGS):
         description = Robot(model=robot, name=Path(robot).name.partition(".")[0])
@@ -257,5 +265,5 @@ def _reward_type(name: str, task: Task, reward_type: str | None) -> str:
         return task.reward_types[0]
     if reward_type not in task.reward_types:
         offered = ", ".join(f"'{known}'" for known in task.reward_types)
-        raise ConfigurationError(f"task '{name}' has no reward_type '{reward_type}'; it has {offered}.")
+        raise ParameterValueError("reward_type", reward_type, f"one of {offered}", f"task '{name}'")
     return reward_type

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConfigurationError, ParameterValueError
 from frobs_core.interfaces import Robot
 from frobs_core.specs import ControllerRecord, SimulatorRecord, TaskRecord
 
@@ -88,12 +88,12 @@ class EnvConfig:
         _check(self, Mapping, "a mapping", *_MAPPINGS)
         _check(self, (int, np.integer), "a whole number", "num_threads")
         if self.num_threads < 0:
-            raise ConfigurationError(f"num_threads is {self.num_threads}; it must not be below 0.")
+            raise ParameterValueError("num_threads", self.num_threads, "0 or more")
         if self.render_mode is not None and self.render_mode not in RENDER_MODES:
-            raise ConfigurationError(f"render_mode '{self.render_mode}' is none of {', '.join(RENDER_MODES)}.")
+            raise ParameterValueError("render_mode", self.render_mode, f"one of {', '.join(RENDER_MODES)}")
         size = tuple(self.render_size) if isinstance(self.render_size, Iterable) else ()
         if len(size) != 2 or not all(isinstance(side, int | np.integer) and side > 0 for side in size):
-            raise ConfigurationError(f"render_size is {self.render_size!r}; it must be (height, width) in pixels.")
+            raise ParameterValueError("render_size", self.render_size, "(height, width) in pixels")
         object.__setattr__(self, "render_size", size)
 
     @classmethod
@@ -136,7 +136,7 @@ def _check(config: EnvConfig, types: Any, wanted: str, *names: str) -> None:
     for name in names:
         value = getattr(config, name)
         if not isinstance(value, types) or isinstance(value, bool):
-            raise ConfigurationError(f"{name} is {value!r}; it must be {wanted}.")
+            raise ParameterValueError(name, value, wanted)
 
 
 def _plain(name: str, value: Any) -> Any:

@@ -7,8 +7,24 @@
     │   └── AmbiguousNameError      two distributions offer one name
     ├── ConfigurationError
     │   ├── UnknownParameterError   a keyword that nothing takes
+    │   ├── ParameterValueError     a value breaks the rule of its parameter
+    │   ├── MissingSettingError     a required setting is missing
+    │   ├── ConflictingOptionsError options or settings that exclude each other
+    │   ├── CommandLineError        a command-line argument that cannot be used
     │   ├── InvalidTimestepError    control_timestep is no multiple of physics_timestep
-    │   └── ConfigFileError         a YAML file that cannot be used; names file and line
+    │   ├── ConfigFileError         a YAML file that cannot be used; names file and line
+    │   ├── MissingFileError        a file does not exist
+    │   ├── TargetExistsError       an output file or folder exists already
+    │   ├── MissingDependencyError  an optional package is not installed
+    │   ├── ResetOptionError        a value of reset(options=…) that cannot be used
+    │   ├── SceneError              a scene that contradicts itself or that the simulator cannot build
+    │   ├── PhysicsParameterError   a physical parameter that cannot have this value or cannot change
+    │   ├── SensorSettingError      settings of a sensor that cannot be used
+    │   ├── RandomizationError      settings of randomize=… that cannot be used
+    │   ├── UnsuitableRobotError    a task or controller that cannot use this robot
+    │   ├── IncompatibleSpaceError  an algorithm, wrapper or controller that cannot use this space
+    │   ├── ModelMismatchError      a trained model or run that belongs to another environment
+    │   └── PolicyExportError       a policy that cannot be exported
     ├── CapabilityError             the simulator lacks what a task or controller needs
     ├── ModelFileError              a URDF, xacro or MJCF file that cannot be used
     ├── InvalidActionError          wrong shape, or not finite
@@ -43,8 +59,18 @@ def _hint(name: str, available: Sequence[str]) -> str:
     return f"{text} Available: {', '.join(available) if available else 'none'}."
 
 
+def _restore(kind: type[FrobsError], args: tuple[object, ...], state: dict[str, object]) -> FrobsError:
+    error = kind.__new__(kind, *args)
+    vars(error).update(state)
+    return error
+
+
 class FrobsError(Exception):
     """Root of every error that FRobs raises on purpose."""
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Pickle the fields and the text, because the constructors of subclasses do not accept the text."""
+        return _restore, (type(self), self.args, vars(self))
 
 
 class PluginError(FrobsError):
@@ -140,6 +166,69 @@ class UnknownParameterError(ConfigurationError):
         super().__init__(f"{owner} takes no parameter '{name}'.{_hint(name, self.available)}")
 
 
+class ParameterValueError(ConfigurationError):
+    """A value breaks the rule of its parameter.
+
+    Args:
+        name: Name of the parameter.
+        value: The value that was passed.
+        rule: What the value must be: ``"a whole number of at least 1"``.
+        owner: What the parameter belongs to: ``"controller 'discrete'"``; empty if the name is sufficient.
+    """
+
+    def __init__(self, name: str, value: object, rule: str, owner: str = "") -> None:
+        self.name = name
+        self.value = value
+        self.rule = rule
+        self.owner = owner
+        shown = value.item() if getattr(value, "shape", None) == () else value  # type: ignore[attr-defined]
+        super().__init__(f"{f'{owner}: ' if owner else ''}{name} is {shown!r}; it must be {rule}.")
+
+
+class MissingSettingError(ConfigurationError):
+    """A required setting is missing.
+
+    Args:
+        owner: What needs it: ``"algorithm 'ppo'"``.
+        name: What is missing.
+        advice: How to provide it; empty if the name is sufficient.
+    """
+
+    def __init__(self, owner: str, name: str, advice: str = "") -> None:
+        self.owner = owner
+        self.name = name
+        self.advice = advice
+        super().__init__(f"{owner} needs {name}{f'; {advice}' if advice else ''}.")
+
+
+class ConflictingOptionsError(ConfigurationError):
+    """Command-line options or settings exclude each other.
+
+    Args:
+        options: At least two options, as the user writes them.
+        advice: What to do instead.
+    """
+
+    def __init__(self, options: Sequence[str], advice: str = "choose one") -> None:
+        self.options = tuple(options)
+        self.advice = advice
+        super().__init__(f"{' and '.join(self.options)} exclude each other; {advice}.")
+
+
+class CommandLineError(ConfigurationError):
+    """A command-line argument cannot be used.
+
+    Args:
+        argument: The option or argument: ``"--args"``.
+        reason: What is wrong and what to do.
+    """
+
+    def __init__(self, argument: str, reason: str) -> None:
+        self.argument = argument
+        self.reason = reason
+        super().__init__(f"{argument}: {reason}")
+
+
 class InvalidTimestepError(ConfigurationError):
     """``control_timestep`` is not a whole multiple of ``physics_timestep``.
 
@@ -174,6 +263,186 @@ class ConfigFileError(ConfigurationError):
         self.line = line
         self.reason = reason
         super().__init__(f"{path}{f':{line}' if line else ''}: {reason}")
+
+
+class MissingFileError(ConfigurationError):
+    """A file does not exist.
+
+    Args:
+        path: The file or folder.
+        advice: What to do, or which files exist.
+    """
+
+    def __init__(self, path: Path | str, advice: str) -> None:
+        self.path = Path(path)
+        self.advice = advice
+        super().__init__(f"{path} does not exist; {advice}.")
+
+
+class TargetExistsError(ConfigurationError):
+    """An output file or folder exists already, and nothing is overwritten.
+
+    Args:
+        path: The file or folder.
+        advice: What to do instead.
+    """
+
+    def __init__(self, path: Path | str, advice: str) -> None:
+        self.path = Path(path)
+        self.advice = advice
+        super().__init__(f"{path} exists; {advice}.")
+
+
+class MissingDependencyError(ConfigurationError):
+    """A function needs an optional package that is not installed.
+
+    Args:
+        purpose: What needs it: ``"the export to ONNX"``.
+        packages: The packages.
+        command: The command that installs them.
+    """
+
+    def __init__(self, purpose: str, packages: Sequence[str], command: str) -> None:
+        self.purpose = purpose
+        self.packages = tuple(packages)
+        self.command = command
+        super().__init__(f"{purpose} needs {' and '.join(self.packages)}; install with: {command}")
+
+
+class ResetOptionError(ConfigurationError):
+    """A value of ``reset(options=…)`` cannot be used.
+
+    Args:
+        option: Name of the option.
+        reason: What is wrong and what is allowed.
+    """
+
+    def __init__(self, option: str, reason: str) -> None:
+        self.option = option
+        self.reason = reason
+        super().__init__(f"reset option '{option}' {reason}")
+
+
+class SceneError(ConfigurationError):
+    """A scene contradicts itself, or the simulator cannot build it.
+
+    Args:
+        element: The part of the scene: ``"contact 'grip'"``.
+        reason: What is wrong and what is allowed.
+    """
+
+    def __init__(self, element: str, reason: str) -> None:
+        self.element = element
+        self.reason = reason
+        super().__init__(f"{element} {reason}")
+
+
+class PhysicsParameterError(ConfigurationError):
+    """A physical parameter cannot have this value, or cannot change at all.
+
+    Args:
+        parameter: Name of the parameter: ``"mass"``.
+        target: The link, body or robot.
+        reason: What is wrong.
+    """
+
+    def __init__(self, parameter: str, target: str, reason: str) -> None:
+        self.parameter = parameter
+        self.target = target
+        self.reason = reason
+        super().__init__(f"{parameter} of '{target}' {reason}")
+
+
+class SensorSettingError(ConfigurationError):
+    """The settings of a sensor cannot be used.
+
+    Args:
+        sensor: Name of the sensor.
+        reason: What is wrong and what to do.
+    """
+
+    def __init__(self, sensor: str, reason: str) -> None:
+        self.sensor = sensor
+        self.reason = reason
+        super().__init__(f"sensors.{sensor}: {reason}")
+
+
+class RandomizationError(ConfigurationError):
+    """The settings of ``randomize=…`` cannot be used.
+
+    Args:
+        place: The setting: ``"randomize.mass[1].scale"``.
+        reason: What is wrong and what to do.
+    """
+
+    def __init__(self, place: str, reason: str) -> None:
+        self.place = place
+        self.reason = reason
+        super().__init__(f"{place}: {reason}")
+
+
+class UnsuitableRobotError(ConfigurationError):
+    """A task, a controller or a tool cannot use this robot.
+
+    Args:
+        robot: Name of the robot.
+        reason: What is missing or wrong, and what to do.
+        owner: What cannot use it; empty if the reason is sufficient.
+    """
+
+    def __init__(self, robot: str, reason: str, owner: str = "") -> None:
+        self.robot = robot
+        self.reason = reason
+        self.owner = owner
+        super().__init__(f"{f'{owner}: ' if owner else ''}robot '{robot}' {reason}")
+
+
+class IncompatibleSpaceError(ConfigurationError):
+    """An algorithm, a wrapper or a controller cannot use this observation or action space.
+
+    Args:
+        owner: What cannot use it: ``"algorithm 'crossq'"``.
+        space: The Gymnasium space.
+        reason: What is needed and what to do.
+    """
+
+    def __init__(self, owner: str, space: object, reason: str) -> None:
+        self.owner = owner
+        self.space = space
+        self.reason = reason
+        super().__init__(f"{owner} {reason}")
+
+
+class ModelMismatchError(ConfigurationError):
+    """A trained model or run belongs to another environment.
+
+    Args:
+        model: The model's file, or what it is.
+        name: What differs: ``"action_space"``.
+        saved: The value that the model was trained with.
+        found: The value of the environment.
+    """
+
+    def __init__(self, model: Path | str, name: str, saved: object, found: object) -> None:
+        self.model = model
+        self.name = name
+        self.saved = saved
+        self.found = found
+        super().__init__(f"{model}: trained with {name} {saved}, but the environment has {found}.")
+
+
+class PolicyExportError(ConfigurationError):
+    """A policy cannot be exported.
+
+    Args:
+        policy: The policy or the algorithm.
+        reason: Which part is not supported.
+    """
+
+    def __init__(self, policy: str, reason: str) -> None:
+        self.policy = policy
+        self.reason = reason
+        super().__init__(f"{policy} cannot be exported: {reason}")
 
 
 class CapabilityError(FrobsError):

@@ -9,7 +9,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError, InvalidActionError, UnknownParameterError
+from frobs_core.errors import InvalidActionError, ResetOptionError, UnknownParameterError
 
 
 def invalid_action(action: Any, space: gym.Space[Any]) -> InvalidActionError:
@@ -44,10 +44,10 @@ def batch_options(options: Mapping[str, Any] | None, known: Sequence[str], num_e
             raise UnknownParameterError("reset(options=…)", name, known)
         array = np.asarray(value, np.float64)
         if not np.isfinite(array).all():
-            raise ConfigurationError(f"reset option '{name}' holds a number that is not finite: {value}.")
+            raise ResetOptionError(name, f"holds a number that is not finite: {value}.")
         if array.ndim < 2:
             array = np.broadcast_to(array, (num_envs, *array.shape))
         elif len(array) != num_envs:
-            raise ConfigurationError(f"reset option '{name}' has {len(array)} rows for {num_envs} environments.")
+            raise ResetOptionError(name, f"has {len(array)} rows for {num_envs} environments.")
         batched[name] = array
     return batched

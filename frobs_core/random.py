@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConfigurationError, ParameterValueError
 
 _LOW = 0xFFFFFFFF
 _FULL = 0xFFFFFFFFFFFFFFFF
@@ -91,7 +91,7 @@ class RandomSource:
         rows = slice(None) if mask is None else mask
         n = len(self._seeds[rows])
         if len(seeds) != n:
-            raise ConfigurationError(f"{len(seeds)} seeds were given for {n} environments; give one for each.")
+            raise ParameterValueError("number of seeds", len(seeds), f"{n}, one for each environment")
         self._seeds[rows] = np.array([int(seed) & _FULL for seed in seeds], np.uint64)
         self._episodes[rows] = _LOW  # begin_episode counts up to 0
         self._keys.clear()

@@ -8,11 +8,18 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast, get_args
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownParameterError
+from frobs_core.errors import (
+    ConfigFileError,
+    ConfigurationError,
+    MissingSettingError,
+    ParameterValueError,
+    UnknownParameterError,
+)
 from frobs_core.yaml import find_origin
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
+    from pydantic_core import ErrorDetails
 
 Model = TypeVar("Model", bound="BaseModel")
 
@@ -46,13 +53,21 @@ def validate(model: type[Model], settings: Mapping[str, Any], owner: str) -> Mod
                 f"'{holder}' of {owner}" if holder else owner, str(keys[-1]), _fields(model, keys[:-1])
             )
         else:
-            name = ".".join(_present(settings, keys))
-            value = "" if problem["type"] == "missing" else f" = {problem['input']!r}"
-            error = ConfigurationError(f"{owner}: {name or 'settings'}{value}: {problem['msg']}.")
+            error = _explain(owner, ".".join(_present(settings, keys)) or "settings", problem)
         origin = find_origin(settings, keys)
         if origin is not None:
             raise ConfigFileError(*origin, str(error)) from None
         raise error from None
+
+
+def _explain(owner: str, name: str, problem: ErrorDetails) -> ConfigurationError:
+    """Return the error for one of pydantic's findings."""
+    message, value = problem["msg"], problem["input"]
+    if problem["type"] == "missing":
+        return MissingSettingError(owner, name)
+    if message.startswith("Input should be "):
+        return ParameterValueError(name, value, message.removeprefix("Input should be "), owner)
+    return ConfigurationError(f"{owner}: {name} = {value!r}: {message}.")
 
 
 def finite(name: str, value: Any, unit: str = "") -> float:
@@ -67,7 +82,7 @@ def finite(name: str, value: Any, unit: str = "") -> float:
         ConfigurationError: The value is not a finite number.
     """
     if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not np.isfinite(value):
-        raise ConfigurationError(f"{name} is {value!r}; it must be a finite number{unit and f' [{unit}]'}.")
+        raise ParameterValueError(name, value, f"a finite number{unit and f' [{unit}]'}")
     return float(value)
 
 
@@ -78,7 +93,7 @@ def positive(name: str, value: Any, unit: str = "") -> float:
         ConfigurationError: The value is not such a number.
     """
     if finite(name, value, unit) <= 0.0:
-        raise ConfigurationError(f"{name} is {value}; it must be above 0{unit and f' [{unit}]'}.")
+        raise ParameterValueError(name, value, f"above 0{unit and f' [{unit}]'}")
     return float(value)
 
 
@@ -89,7 +104,7 @@ def non_negative(name: str, value: Any, unit: str = "") -> float:
         ConfigurationError: The value is not such a number.
     """
     if finite(name, value, unit) < 0.0:
-        raise ConfigurationError(f"{name} is {value}; it must not be below 0{unit and f' [{unit}]'}.")
+        raise ParameterValueError(name, value, f"0 or more{unit and f' [{unit}]'}")
     return float(value)
 
 
@@ -100,7 +115,7 @@ def whole_number(name: str, value: Any, lowest: int = 0) -> int:
         ConfigurationError: It is not.
     """
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < lowest:
-        raise ConfigurationError(f"{name} is {value!r}; it must be a whole number of at least {lowest}.")
+        raise ParameterValueError(name, value, f"a whole number of at least {lowest}")
     return int(value)
 
 
@@ -112,7 +127,7 @@ def choice(name: str, value: Any, choices: Iterable[str]) -> str:
     """
     known = list(choices)
     if value not in known:
-        raise ConfigurationError(f"{name} is {value!r}; it must be one of {', '.join(map(repr, known))}.")
+        raise ParameterValueError(name, value, f"one of {', '.join(map(repr, known))}")
     return str(value)
 
 
@@ -123,7 +138,7 @@ def boolean(name: str, value: Any) -> bool:
         ConfigurationError: It is not.
     """
     if not isinstance(value, bool | np.bool_):
-        raise ConfigurationError(f"{name} is {value!r}; it must be true or false.")
+        raise ParameterValueError(name, value, "true or false")
     return bool(value)
 
 
@@ -141,7 +156,7 @@ def number_list(name: str, value: Any, count: int | None = None) -> tuple[float,
     given = list(value) if isinstance(value, Iterable) and not isinstance(value, str | bytes | dict) else []
     if not given or count not in (None, len(given)):
         wanted = "a list of numbers" if count is None else f"{count} numbers"
-        raise ConfigurationError(f"{name} is {value!r}; it must be {wanted}.")
+        raise ParameterValueError(name, value, wanted)
     return tuple(finite(f"{name}[{i}]", number) for i, number in enumerate(given))
 
 
@@ -153,9 +168,7 @@ def box(low_name: str, low: Any, high_name: str, high: Any) -> tuple[Floats, Flo
     """
     lowest, highest = np.array(number_list(low_name, low, 3)), np.array(number_list(high_name, high, 3))
     if not (lowest < highest).all():
-        raise ConfigurationError(
-            f"{low_name} {numbers(lowest)} must be below {high_name} {numbers(highest)} on every axis."
-        )
+        raise ParameterValueError(low_name, low, f"below {high_name} {numbers(highest)} on every axis")
     return lowest, highest
 
 

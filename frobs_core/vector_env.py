@@ -19,7 +19,7 @@ from frobs_core.arrays import Action, Mask
 from frobs_core.compose import compose
 from frobs_core.config import RENDER_MODES, EnvConfig
 from frobs_core.env import Loop
-from frobs_core.errors import ConfigurationError, ResetNeededError
+from frobs_core.errors import ParameterValueError, ResetNeededError, ResetOptionError
 from frobs_core.inputs import batch_options, invalid_action
 from frobs_core.interfaces import Snapshot
 from frobs_core.interfaces.task import Observation
@@ -107,7 +107,9 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         if mask is not None:
             mask = np.asarray(mask)
             if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
-                raise ConfigurationError(f"reset_mask must be ({self.num_envs},) bool with a True in it, not {mask}.")
+                raise ResetOptionError(
+                    "reset_mask", f"is {mask}; it must be ({self.num_envs},) bool with at least one True."
+                )
         batched = batch_options(given, self.task.reset_options, self.num_envs)
         self._seed(seed, mask)
         observation = self._loop.begin(mask, batched)
@@ -141,7 +143,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
                     rng.seed([s for s, chosen in zip(seeds, mask, strict=True) if chosen], mask)
         else:
             if len(seed) != self.num_envs:
-                raise ConfigurationError(f"{len(seed)} seeds were given for {self.num_envs} environments.")
+                raise ParameterValueError("number of seeds", len(seed), f"{self.num_envs}, one for each environment")
             if not self._seeded:
                 rng.seed([int(self.np_random.integers(2**63)) for _ in range(self.num_envs)])
             chosen = np.array([s is not None for s in seed]) & (self._all if mask is None else mask)

@@ -24,7 +24,7 @@ import gymnasium as gym
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from frobs_core.errors import CheckpointError, ConfigurationError, RunError
+from frobs_core.errors import CheckpointError, IncompatibleSpaceError, RunError
 from frobs_core.hookspecs import hookimpl
 from frobs_core.interfaces import Algorithm, TrainingMonitor
 from frobs_core.specs import AlgorithmRecord
@@ -143,9 +143,13 @@ class CrossEntropy(Algorithm):
     ) -> None:
         """Set what follows from the spaces and the settings."""
         if not isinstance(observation_space, gym.spaces.Box) or len(observation_space.shape) != 1:
-            raise ConfigurationError(f"{self.name} needs flat observations, and these are {observation_space}.")
+            raise IncompatibleSpaceError(
+                self.name, observation_space, f"needs flat observations, and these are {observation_space}."
+            )
         if isinstance(action_space, gym.spaces.Box) and not action_space.is_bounded():
-            raise ConfigurationError(f"{self.name} needs actions with bounds, and these are {action_space}.")
+            raise IncompatibleSpaceError(
+                self.name, action_space, f"needs actions with bounds, and these are {action_space}."
+            )
         self.observation_space, self.action_space, self._config = observation_space, action_space, config
         discrete = isinstance(action_space, gym.spaces.Discrete)
         outputs = int(action_space.n) if discrete else int(np.prod(action_space.shape))

@@ -9,7 +9,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Action, Floats, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ParameterValueError
 from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
 
 
@@ -25,9 +25,9 @@ class MyController(Controller):
 
     def __init__(self, *, max_delta: float = 0.15, smoothing: float = 0.3) -> None:
         if not max_delta > 0.0:
-            raise ConfigurationError(f"max_delta is {max_delta}; it must be above 0 [rad or m].")
+            raise ParameterValueError("max_delta", max_delta, "above 0 [rad or m]")
         if not 0.0 <= smoothing < 1.0:
-            raise ConfigurationError(f"smoothing is {smoothing}; it must be in [0, 1).")
+            raise ParameterValueError("smoothing", smoothing, "in [0, 1)")
         self.max_delta = max_delta
         self.smoothing = smoothing
 

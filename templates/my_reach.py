@@ -13,7 +13,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ParameterValueError, UnsuitableRobotError
 from frobs_core.interfaces import Camera, Controller, Marker, Scene, Simulation, Snapshot, Task
 from frobs_core.interfaces.task import Observation
 from frobs_core.models import longest_reach
@@ -56,7 +56,7 @@ class MyReach(Task):
 
     def __init__(self, *, tolerance: float = 0.05, precision_weight: float = 0.5, start_noise: float = 0.05) -> None:
         if not tolerance > 0.0:
-            raise ConfigurationError(f"tolerance is {tolerance}; it must be above 0 [m].")
+            raise ParameterValueError("tolerance", tolerance, "above 0 [m]")
         self.tolerance = tolerance
         self.precision_weight = precision_weight
         self.start_noise = start_noise
@@ -179,7 +179,7 @@ class MyReach(Task):
         tool = robot.frame_pose("tcp", postures)[0].copy()
         clear = np.minimum(lowest, tool[:, 2]) > _FLOOR_CLEARANCE
         if not clear.any():
-            raise ConfigurationError(f"robot '{robot.robot.name}' is in the floor in all of {_POSTURES} postures.")
+            raise UnsuitableRobotError(robot.robot.name, f"is in the floor in all of {_POSTURES} postures.")
         tool = tool[clear]
         inner, outer = np.percentile(tool, (_OUTERMOST, 100.0 - _OUTERMOST), axis=0)
         return np.asarray(tool[((tool >= inner) & (tool <= outer)).all(axis=-1)])

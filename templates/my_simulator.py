@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import CapabilityError, ConfigurationError, SimulationError, UnknownNameError
+from frobs_core.errors import CapabilityError, ConfigurationError, SceneError, SimulationError, UnknownNameError
 from frobs_core.interfaces import (
     Body,
     BodyHandle,
@@ -502,13 +502,13 @@ def _check_scene(scene: Scene, robots: Mapping[str, Placement]) -> None:
     """Refuse a scene that contradicts itself, or wants what is not here."""
     for name, body in scene.bodies.items():
         if body.kinematic and body.mass is not None:
-            raise ConfigurationError(f"scene body '{name}' is kinematic, so it has no mass; give one or the other.")
+            raise SceneError(f"scene body '{name}'", "is kinematic, so it has no mass; give one or the other.")
     if scene.contacts:
-        raise ConfigurationError(f"the scene asks for the contacts {', '.join(scene.contacts)}; there are none here.")
+        raise SceneError("the scene", f"asks for the contacts {', '.join(scene.contacts)}; there are none here.")
     for name, camera in scene.cameras.items():
         robot, _, frame = (camera.frame or "").partition("/")
         if robot and frame not in [link.name for link in (robots[robot].model.links if robot in robots else ())]:
-            raise ConfigurationError(f"camera '{name}' is fixed to '{camera.frame}', which is no link of a robot.")
+            raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is no link of a robot.")
 
 
 def _shown(array: Floats) -> Floats:

@@ -66,7 +66,7 @@ def test_a_step_takes_exactly_the_control_timestep(env):
         ({"task": "reech"}, UnknownNameError, "Did you mean 'reach'"),
         ({"tolerence": 0.1}, UnknownParameterError, "Did you mean 'tolerance'"),
         ({"controller_kwargs": {"max_dleta": 1}}, UnknownParameterError, "Did you mean 'max_delta'"),
-        ({"reward_type": "shaped"}, ConfigurationError, "it has 'dense', 'sparse'"),
+        ({"reward_type": "shaped"}, ConfigurationError, "it must be one of 'dense', 'sparse'"),
         ({"render_mode": "rgb"}, ConfigurationError, "rgb_array, human"),
         ({"tcp": "tool1"}, UnknownNameError, "Did you mean 'tool0'"),
         ({"control_timestep": 0.003}, InvalidTimestepError, r"0\.004 s would be \(2 physics steps\)"),
@@ -177,7 +177,7 @@ def test_seeds_are_given_one_by_one_or_counted_up(vector):
     changed, _ = vector.reset(seed=[5, None, 7, 8])
     assert (changed[[0, 2, 3]] == counted[[0, 2, 3]]).all()
     assert (changed[1] != counted[1]).any()
-    with pytest.raises(ConfigurationError, match="2 seeds"):
+    with pytest.raises(ConfigurationError, match="number of seeds is 2"):
         vector.reset(seed=[1, 2])
 
 

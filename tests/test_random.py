@@ -152,7 +152,7 @@ def test_large_and_negative_seeds_are_kept_apart():
 
 
 def test_seeds_that_are_too_few_are_refused():
-    with pytest.raises(ConfigurationError, match="1 seeds were given for 3 environments"):
+    with pytest.raises(ConfigurationError, match="number of seeds is 1; it must be 3"):
         RandomSource(3).seed([1])
 
 

@@ -11,7 +11,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Action, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import PolicyExportError
 from frobs_core.interfaces.task import Observation
 
 
@@ -155,4 +155,4 @@ class Algorithm(ABC):
         Raises:
             ConfigurationError: The algorithm cannot be exported, or what the export needs is not installed.
         """
-        raise ConfigurationError(f"the algorithm {type(self).__name__} cannot be exported: it has no export_onnx.")
+        raise PolicyExportError(f"the algorithm {type(self).__name__}", "it has no export_onnx.")

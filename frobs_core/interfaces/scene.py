@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from math import dist
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import SceneError
 from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.robot import Robot
 from frobs_core.models.model import Geometry, Pose, RobotModel
@@ -60,9 +60,9 @@ class Contact:
             ConfigurationError: ``second`` is not ``"*"``.
         """
         if self.ignore and self.second != "*":
-            raise ConfigurationError(
-                f"a contact of '{self.first}' with '{self.second}' ignores {', '.join(self.ignore)}; only one with '*' "
-                "can leave something out."
+            raise SceneError(
+                f"a contact of '{self.first}' with '{self.second}'",
+                f"ignores {', '.join(self.ignore)}; only one with '*' can leave something out.",
             )
 
 

@@ -15,7 +15,7 @@ from typing import ClassVar
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ParameterValueError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,9 +58,7 @@ class Sensor:
             given = getattr(self, name)
             if isinstance(given, list | tuple):
                 if len(given) != self.width:
-                    raise self._error(
-                        f"{name} holds {len(given)} numbers for {self.width} elements; write one, or each"
-                    )
+                    raise self._error(name, given, f"one number, or {self.width} numbers, one for each element")
                 object.__setattr__(self, name, tuple(given))  # a list, where it comes from YAML
             for number in given if isinstance(given, list | tuple) else [given]:
                 self._check(name, number, low=0.0)
@@ -107,21 +105,21 @@ class Sensor:
         self, name: str, number: float, low: float = -math.inf, high: float = math.inf, above: float = -math.inf
     ) -> None:
         if isinstance(number, bool) or not isinstance(number, int | float | np.number) or not math.isfinite(number):
-            raise self._error(f"{name} is {number!r}, which is no finite number")
+            raise self._error(name, number, "a finite number")
         if not low <= number <= high:
-            raise self._error(f"{name} is {number}; it must be in [{low:g}, {high:g}]")
+            raise self._error(name, number, f"in [{low:g}, {high:g}]")
         if not number > above:
-            raise self._error(f"{name} is {number}; it must be above {above:g}")
+            raise self._error(name, number, f"above {above:g}")
 
     def _check_offset(self, offset: tuple[float, float, float]) -> None:
         if not isinstance(offset, Sequence) or len(offset) != 3:
-            raise self._error(f"offset is {offset!r}; it must be three numbers")
+            raise self._error("offset", offset, "three numbers")
         for number in offset:
             self._check("offset", number)
         object.__setattr__(self, "offset", tuple(offset))
 
-    def _error(self, reason: str) -> ConfigurationError:
-        return ConfigurationError(f"a {self.type_name or type(self).__name__} on '{self.frame}': {reason}.")
+    def _error(self, name: str, value: object, rule: str) -> ParameterValueError:
+        return ParameterValueError(name, value, rule, f"a {self.type_name or type(self).__name__} on '{self.frame}'")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,7 +153,7 @@ class Lidar(Sensor):
     def __post_init__(self) -> None:
         """Refuse numbers that no lidar has."""
         if isinstance(self.rays, bool) or not isinstance(self.rays, int | np.integer) or self.rays < 1:
-            raise self._error(f"rays is {self.rays!r}; it must be a whole number ≥ 1")
+            raise self._error("rays", self.rays, "a whole number ≥ 1")
         super().__post_init__()
         self._check("range_min", self.range_min, low=0.0)
         self._check("range_max", self.range_max, above=self.range_min)
@@ -223,11 +221,11 @@ class Bumper(Sensor):
         for name in ("links", "ignore"):
             given = getattr(self, name)
             if isinstance(given, str) or not isinstance(given, Sequence) or not all(isinstance(n, str) for n in given):
-                raise self._error(f"{name} is {given!r}; it must be a list of names")
+                raise self._error(name, given, "a list of names")
             object.__setattr__(self, name, tuple(given))
         for name in ("noise", "resolution"):
             if np.any(getattr(self, name)):
-                raise self._error(f"{name} is {getattr(self, name)}; a bumper reads 0 or 1, so leave it out")
+                raise self._error(name, getattr(self, name), "omitted, because a bumper reads 0 or 1")
 
     @property
     def frames(self) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import ParameterValueError, UnknownNameError
 from frobs_core.models.inertia import inertia_matrix
 from frobs_core.models.kinematics import MOVING, joint_path
 from frobs_core.models.model import Joint, JointType, Mimic, RobotModel
@@ -58,8 +58,8 @@ def home_positions(model: RobotModel, home: Mapping[str, float]) -> Floats:
         rest = 0.0 if low <= 0.0 <= high else _middle(low, high)
         positions[i] = home.get(joint.name, rest)
         if not (low <= positions[i] <= high and math.isfinite(positions[i])):
-            raise ConfigurationError(
-                f"home of joint '{joint.name}' is {positions[i]:g}, outside of its limits [{low:g}, {high:g}]."
+            raise ParameterValueError(
+                f"home of joint '{joint.name}'", positions[i], f"inside its limits [{low:g}, {high:g}]"
             )
     return positions
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import ParameterValueError, UnknownNameError
 from frobs_core.models.model import Joint, JointType, Mimic, Pose, RobotModel
 from frobs_core.rotations import matrix_from_quat, quat_conjugate, quat_from_matrix, quat_multiply, quat_rotate
 
@@ -71,8 +71,11 @@ def forward_kinematics(model: RobotModel, frame: str, joint_positions: npt.Array
     positions = np.asarray(joint_positions, float)
     dof = len(model.actuated_joints)
     if positions.ndim != 2 or positions.shape[1] != dof:
-        raise ConfigurationError(
-            f"joint_positions has the shape {positions.shape}; '{model.name}' takes (n, {dof}): {model.joint_names}."
+        raise ParameterValueError(
+            "shape of joint_positions",
+            positions.shape,
+            f"(n, {dof}), a column for each of {model.joint_names}",
+            f"'{model.name}'",
         )
     q = positions.T.take(chain.columns, axis=0) * chain.multipliers + chain.offsets  # (k, n)
     cosines, sines = _mixing(q * chain.turns)

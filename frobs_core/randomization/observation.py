@@ -11,7 +11,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import RandomizationError
 from frobs_core.interfaces import Task
 from frobs_core.interfaces.simulation import Snapshot
 from frobs_core.interfaces.task import Observation
@@ -183,7 +183,7 @@ class ObservedParts:
     def _part(self, key: str, setting: Setting) -> tuple[Part, gym.spaces.Box]:
         space: Any = self._space[key] if isinstance(self._space, gym.spaces.Dict) else self._space
         if not isinstance(space, gym.spaces.Box):
-            raise ConfigurationError(f"{setting.place}: the observation '{key}' is {space}; only a Box can be changed.")
+            raise RandomizationError(setting.place, f"the observation '{key}' is {space}; only a Box can be changed.")
         if key not in self.parts:
             self.parts[key] = Part(key, space, self._num_envs, self._depth)
         return self.parts[key], space
@@ -193,16 +193,17 @@ class ObservedParts:
         for name, term in self._named(setting).items():
             part, space = self._part(term.key, setting)
             if len(space.shape) != 1 or space.dtype.kind != "f":
-                raise ConfigurationError(
-                    f"{setting.place}: the observation '{term.key}' is {space}; noise is added to vectors of floats."
+                raise RandomizationError(
+                    setting.place, f"the observation '{term.key}' is {space}; noise is added to vectors of floats."
                 )
             columns = slice(*(term.columns or slice(None)).indices(space.shape[0]))
             numbers = slice(start, start := start + columns.stop - columns.start)
             places.append((name, part, columns, numbers))
         if setting.distribution.width not in (1, start):
-            raise ConfigurationError(
-                f"{setting.place}: {setting.distribution.width} numbers were given for {start} columns; write one "
-                "number, or one for each column."
+            raise RandomizationError(
+                setting.place,
+                f"{setting.distribution.width} numbers were given for {start} columns; write one "
+                "number, or one for each column.",
             )
         sample = partial(_sample, setting.distribution, start)
         draw = self._add_draw(Draw(setting.stream, setting.schedule, sample, self._zeros(start), self._timestep))

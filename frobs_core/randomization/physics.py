@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import RandomizationError
 from frobs_core.interfaces import CommandMode, Simulation
 from frobs_core.interfaces.simulation import Snapshot
 from frobs_core.random import RandomSource
@@ -47,9 +47,10 @@ class PhysicalParameter:
         self._name, self._simulation = name, simulation
         mode = simulation.robots[ROBOT].command_mode
         if (name, mode) in _WITHOUT_EFFECT:
-            raise ConfigurationError(
-                f"{settings[0].place}: it would change nothing, for the controller commands "
-                f"{_WITHOUT_EFFECT[name, mode]}; leave it out, or choose another controller."
+            raise RandomizationError(
+                settings[0].place,
+                f"it would change nothing, for the controller commands "
+                f"{_WITHOUT_EFFECT[name, mode]}; leave it out, or choose another controller.",
             )
         units = find_units(simulation, name)
         self.names = tuple(column for unit in units for column in unit.names)
@@ -112,9 +113,10 @@ class PhysicalParameter:
         patterns = setting.targets or (("*",) if self._name == "friction" else (f"{ROBOT}/*",))
         found = matches(patterns, self.names, f"target of {setting.place}")
         if setting.change == "scale" and not self._changes and not self.nominal[:, found].any():
-            raise ConfigurationError(
-                f"{setting.place}: the nominal {self._name} of {', '.join(self.names[c] for c in found)} is 0, so a "
-                "scale changes nothing; write add or set."
+            raise RandomizationError(
+                setting.place,
+                f"the nominal {self._name} of {', '.join(self.names[c] for c in found)} is 0, so a "
+                "scale changes nothing; write add or set.",
             )
         return found
 
@@ -125,7 +127,7 @@ class PhysicalParameter:
         given = setting.distribution.width
         if given != 1 and (not vector or given != width):
             one = "one number, or one for each of x, y and z (not for a scale)" if vector else "one number"
-            raise ConfigurationError(f"{setting.place}: {given} numbers were given; write {one} for each end.")
+            raise RandomizationError(setting.place, f"{given} numbers were given; write {one} for each end.")
         sample = partial(_sample, setting, width)
         return Draw(setting.stream, setting.schedule, sample, np.zeros((len(self.nominal), width)), control_timestep)
 
@@ -170,9 +172,10 @@ class PhysicalParameter:
         if wrong.size:
             column = int(wrong[0])
             bound = f"{_LEAST_MASS:.0%} of the nominal mass" if self._name == "mass" else "0"
-            raise ConfigurationError(
-                f"{settings[-1].place}: the {self._name} of {self.names[column]}, nominally "
-                f"{self.nominal[0, column]:.6g}, could become {value[0, column]:.6g}, below {bound}; narrow the range."
+            raise RandomizationError(
+                settings[-1].place,
+                f"the {self._name} of {self.names[column]}, nominally "
+                f"{self.nominal[0, column]:.6g}, could become {value[0, column]:.6g}, below {bound}; narrow the range.",
             )
         return least
 

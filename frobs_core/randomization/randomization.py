@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import RandomizationError
 from frobs_core.interfaces import Simulation, Task
 from frobs_core.interfaces.simulation import Snapshot
 from frobs_core.interfaces.task import Observation
@@ -134,8 +134,9 @@ class Randomization:
         """
         mine = self.snapshot().keys()
         if mine != snapshot.keys():
-            raise ConfigurationError(
-                f"the snapshot was taken with another randomize: it differs in {sorted(mine ^ snapshot.keys())[:4]}."
+            raise RandomizationError(
+                "randomize",
+                f"the snapshot was taken with other settings; they differ in {sorted(mine ^ snapshot.keys())[:4]}.",
             )
         for parameter in self._physics:
             parameter.restore(snapshot)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError, UnknownParameterError
+from frobs_core.errors import ConfigurationError, RandomizationError, UnknownParameterError
 from frobs_core.randomization.distribution import Distribution, Shape
 from frobs_core.randomization.schedule import Schedule, When
 
@@ -38,7 +38,7 @@ class Problem(Exception):  # noqa: N818 - it never leaves this package
         """Return the error that a user sees."""
         if isinstance(self.reason, ConfigurationError):
             return self.reason
-        return ConfigurationError(f"{self.place(self.keys)}: {self.reason}")
+        return RandomizationError(self.place(self.keys), self.reason)
 
 
 def read_distribution(keys: Keys, given: Any, neutral: float | None) -> Distribution:

@@ -9,7 +9,7 @@ from enum import StrEnum
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import RandomizationError
 from frobs_core.interfaces.simulation import Snapshot
 from frobs_core.random import RandomSource
 
@@ -55,9 +55,10 @@ class Schedule:
         counts = [round(seconds / control_timestep) for seconds in self.interval]
         for seconds, count in zip(self.interval, counts, strict=True):
             if count < 1 or abs(count * control_timestep - seconds) > 1e-9 * seconds:
-                raise ConfigurationError(
-                    f"{place}: every {seconds} s is no whole number of control steps of {control_timestep} s; "
-                    f"{max(1, count) * control_timestep:.10g} s would be."
+                raise RandomizationError(
+                    place,
+                    f"every {seconds} s is no whole number of control steps of {control_timestep} s; "
+                    f"{max(1, count) * control_timestep:.10g} s would be.",
                 )
         return counts[0], counts[1]
 

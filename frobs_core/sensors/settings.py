@@ -6,7 +6,14 @@ from collections.abc import Mapping
 from dataclasses import MISSING, fields, replace
 from typing import Any
 
-from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameError, UnknownParameterError
+from frobs_core.errors import (
+    ConfigFileError,
+    ConfigurationError,
+    ParameterValueError,
+    SensorSettingError,
+    UnknownNameError,
+    UnknownParameterError,
+)
 from frobs_core.interfaces import Sensor
 from frobs_core.interfaces.sensor import SENSORS
 from frobs_core.yaml import find_origin
@@ -28,7 +35,7 @@ def apply_settings(sensors: Mapping[str, Sensor], given: Mapping[str, Any]) -> d
         ConfigFileError: One of the last two, where it was read from a file.
     """
     if not isinstance(given, Mapping):
-        raise ConfigurationError(f"sensors is {given!r}; write them by name, as in {{'lidar': {{'noise': 0.01}}}}.")
+        raise ParameterValueError("sensors", given, "a mapping of names to settings, as in {'lidar': {'noise': 0.01}}")
     found = dict(sensors)
     for name, setting in given.items():
         try:
@@ -50,7 +57,7 @@ def _apply(name: str, sensors: Mapping[str, Sensor], setting: Any) -> Sensor | N
     if isinstance(setting, Sensor):
         return setting
     if setting is not None and not isinstance(setting, Mapping):
-        raise ConfigurationError(f"sensors.{name} is {setting!r}; write what is to be other, as in {{'noise': 0.01}}.")
+        raise ParameterValueError(f"sensors.{name}", setting, "a mapping of settings to change, as in {'noise': 0.01}")
     if setting is not None and "type" in setting:
         return _new(name, setting)
     if name not in sensors:
@@ -61,7 +68,7 @@ def _apply(name: str, sensors: Mapping[str, Sensor], setting: Any) -> Sensor | N
     try:
         return replace(sensors[name], **setting)
     except ConfigurationError as error:
-        raise ConfigurationError(f"sensors.{name}: {error}") from None
+        raise SensorSettingError(name, str(error)) from None
 
 
 def _new(name: str, setting: Mapping[str, Any]) -> Sensor:
@@ -73,11 +80,11 @@ def _new(name: str, setting: Mapping[str, Any]) -> Sensor:
     _check_fields(name, cls, given)
     missing = [field.name for field in fields(cls) if field.default is MISSING and field.name not in given]
     if missing:
-        raise ConfigurationError(f"sensors.{name}: a new {cls.type_name} needs {', '.join(missing)}.")
+        raise SensorSettingError(name, f"a new {cls.type_name} needs {', '.join(missing)}.")
     try:
         return cls(**given)
     except ConfigurationError as error:
-        raise ConfigurationError(f"sensors.{name}: {error}") from None
+        raise SensorSettingError(name, str(error)) from None
 
 
 def _check_fields(name: str, cls: type[Sensor], given: Mapping[str, Any]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import SensorSettingError
 from frobs_core.interfaces import Sensor
 
 _CLOSE = 1e-6
@@ -34,10 +34,11 @@ def count_period(name: str, sensor: Sensor, control_timestep: float) -> int:
     else:
         rates = [int(1.0 / steps) / control_timestep, (int(1.0 / steps) + 1) / control_timestep]
     possible = " or ".join(f"{rate:.10g}" for rate in sorted(rates))
-    raise ConfigurationError(
-        f"sensor '{name}' has a rate of {sensor.rate:g} Hz, which does not meet the control steps of "
+    raise SensorSettingError(
+        name,
+        f"a rate of {sensor.rate:g} Hz, which does not meet the control steps of "
         f"{control_timestep:g} s; {possible} Hz would, as in sensors={{'{name}': {{'rate': {min(rates):.10g}}}}}, or another "
-        "control_timestep."
+        "control_timestep.",
     )
 
 
@@ -56,8 +57,9 @@ def count_delay(name: str, sensor: Sensor, control_timestep: float) -> int:
     whole = round(steps)
     if abs(steps - whole) > _CLOSE * max(whole, 1):
         near = [f"{count * control_timestep:.10g}" for count in (int(steps), int(steps) + 1)]
-        raise ConfigurationError(
-            f"sensor '{name}' has a delay of {sensor.delay:g} s, which is no whole multiple of the control_timestep of "
-            f"{control_timestep:g} s; {' or '.join(near)} s would be, as in sensors={{'{name}': {{'delay': {near[1]}}}}}."
+        raise SensorSettingError(
+            name,
+            f"a delay of {sensor.delay:g} s, which is no whole multiple of the control_timestep of "
+            f"{control_timestep:g} s; {' or '.join(near)} s would be, as in sensors={{'{name}': {{'delay': {near[1]}}}}}.",
         )
     return whole

@@ -8,7 +8,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import IncompatibleSpaceError
 
 
 def finite_bounds(wrapper: str, kind: str, space: gym.Space[Any]) -> tuple[Floats, Floats]:
@@ -23,16 +23,18 @@ def finite_bounds(wrapper: str, kind: str, space: gym.Space[Any]) -> tuple[Float
         ConfigurationError: The space is no Box, or has a component without bounds.
     """
     if not isinstance(space, gym.spaces.Box):
-        raise ConfigurationError(
-            f"{wrapper} needs a Box {kind} space, and this environment's is {space}; leave the wrapper out."
+        raise IncompatibleSpaceError(
+            wrapper, space, f"needs a Box {kind} space, and this environment's is {space}; leave the wrapper out."
         )
     low, high = space.low.astype(np.float64), space.high.astype(np.float64)
     unbounded = np.argwhere(~(np.isfinite(low) & np.isfinite(high)))
     if len(unbounded):
         first = tuple(int(i) for i in unbounded[0])
-        raise ConfigurationError(
-            f"{wrapper} needs finite bounds, and {len(unbounded)} of {low.size} {kind} components have none, first "
+        raise IncompatibleSpaceError(
+            wrapper,
+            space,
+            f"needs finite bounds, and {len(unbounded)} of {low.size} {kind} components have none, first "
             f"component {first[0] if len(first) == 1 else first} in [{low[first]}, {high[first]}]; bound them first, "
-            f"for example with gymnasium.wrappers.Transform{kind.title()}."
+            f"for example with gymnasium.wrappers.Transform{kind.title()}.",
         )
     return low, high

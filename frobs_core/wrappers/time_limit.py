@@ -8,7 +8,7 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.utils import RecordConstructorArgs
 
-from frobs_core.errors import ConfigurationError, ResetNeededError
+from frobs_core.errors import ParameterValueError, ResetNeededError
 
 
 class TimeLimitWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
@@ -31,9 +31,7 @@ class TimeLimitWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         RecordConstructorArgs.__init__(self, max_steps=max_steps, legacy=legacy)
         super().__init__(env)
         if isinstance(max_steps, bool) or not isinstance(max_steps, int | np.integer) or max_steps < 1:
-            raise ConfigurationError(
-                f"{type(self).__name__}: max_steps must be a whole number of at least 1, not {max_steps!r}."
-            )
+            raise ParameterValueError("max_steps", max_steps, "a whole number of at least 1", type(self).__name__)
         self.max_steps = int(max_steps)
         self.legacy = legacy
         self._elapsed_steps: int | None = None

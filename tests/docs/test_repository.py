@@ -52,6 +52,13 @@ def test_the_readme_names_every_built_in_part(kind: str) -> None:
     assert [part for part in built_in if f"`{part}`" not in row] == []
 
 
+def test_the_readme_of_the_tests_describes_every_folder() -> None:
+    tests = ROOT / "tests"
+    folders = {path.name for path in tests.iterdir() if any(path.glob("test_*.py"))}
+    rows = re.findall(r"^\| `(\w+)/` \| .+ \|$", (tests / "README.md").read_text("utf-8"), re.MULTILINE)
+    assert sorted(rows) == sorted(folders)
+
+
 def test_requirements_are_pinned() -> None:
     pinned = {line.split("==")[0].lower().replace("_", "-") for line in _lines("constraints.txt")}
     wanted = {re.split(r"[;\[]", line)[0].strip().lower() for line in _lines("requirements-dev.txt")}

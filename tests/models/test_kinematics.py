@@ -147,7 +147,7 @@ def test_an_unknown_frame_is_named_with_the_nearest():
 
 @pytest.mark.parametrize("shape", [(3,), (1, 4), (1, 1, 3)])
 def test_a_wrong_shape_is_refused(shape):
-    with pytest.raises(ConfigurationError, match=r"takes \(n, 3\)"):
+    with pytest.raises(ConfigurationError, match=r"must be \(n, 3\)"):
         forward_kinematics(CRANE, "tool", np.zeros(shape))
 
 

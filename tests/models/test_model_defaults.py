@@ -63,7 +63,7 @@ def test_home_of_an_unknown_joint_names_the_nearest():
 
 @pytest.mark.parametrize("value", [1.5, math.nan, math.inf])
 def test_home_outside_of_the_limits_is_refused(value):
-    with pytest.raises(ConfigurationError, match=r"outside of its limits \[-1, 1\]"):
+    with pytest.raises(ConfigurationError, match=r"must be inside its limits \[-1, 1\]"):
         home_positions(make([hinge("a", "base", "1")]), {"a": value})
 
 

@@ -1,4 +1,4 @@
-"""The files of the survey: the robots of ``example-robot-data`` and of ``pybullet_data`` that have a joint that moves."""
+"""The model files to examine: the robots of ``example-robot-data`` and ``pybullet_data`` that have a moving joint."""
 
 from __future__ import annotations
 

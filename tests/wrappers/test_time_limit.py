@@ -72,7 +72,7 @@ def test_a_step_before_the_first_reset_is_refused():
 
 @pytest.mark.parametrize("value", [0, -1, 2.5, "100", True, None], ids=repr)
 def test_the_limit_must_be_a_whole_number(value):
-    with pytest.raises(ConfigurationError, match="max_steps must be a whole number"):
+    with pytest.raises(ConfigurationError, match="it must be a whole number of at least 1"):
         TimeLimitWrapper(Reach(), max_steps=value)
 
 

@@ -24,7 +24,7 @@ from frobs_algos_sb3.features import ScaledFlattenExtractor
 from frobs_algos_sb3.spaces import space_from_json, space_to_json
 from frobs_algos_sb3.vec_env import NoEnvironment, VectorEnvAdapter
 from frobs_core.arrays import Action, Mask
-from frobs_core.errors import CheckpointError, ConfigurationError, RunError
+from frobs_core.errors import CheckpointError, IncompatibleSpaceError, ModelMismatchError, RunError
 from frobs_core.interfaces import Algorithm, TrainingMonitor
 from frobs_core.interfaces.task import Observation
 from frobs_core.validation import validate
@@ -212,9 +212,11 @@ class SB3Algorithm(Algorithm):
 
     def _check_action_space(self, space: gym.Space[Any]) -> None:
         if isinstance(space, spaces.Box) and not space.is_bounded():
-            raise ConfigurationError(
-                f"algorithm '{self.name}' needs actions with finite bounds, and the action space is {space}; "
-                "scale it with gymnasium.wrappers.RescaleAction, or choose another controller."
+            raise IncompatibleSpaceError(
+                f"algorithm '{self.name}'",
+                space,
+                f"needs actions with finite bounds, and the action space is {space}; "
+                "scale it with gymnasium.wrappers.RescaleAction, or choose another controller.",
             )
 
     def _restore(self, folder: Path, saved: Mapping[str, Any], continuing: bool) -> None:
@@ -261,12 +263,9 @@ def _policy(space: gym.Space[Any]) -> str:
 
 def _check_same_spaces(saved: gym.vector.VectorEnv[Any, Any, Any], env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
     if saved.num_envs != env.num_envs:
-        raise ConfigurationError(
-            f"the training has {saved.num_envs} environments, and {env.num_envs} were given; it continues with as many."
-        )
+        raise ModelMismatchError("the training run", "num_envs", saved.num_envs, env.num_envs)
     for what in ("single_observation_space", "single_action_space"):
         if getattr(saved, what) != getattr(env, what):
-            raise ConfigurationError(
-                f"the {what.removeprefix('single_').replace('_', ' ')} of the environment, {getattr(env, what)}, is not "
-                f"that of the training, {getattr(saved, what)}."
+            raise ModelMismatchError(
+                "the training run", what.removeprefix("single_"), getattr(saved, what), getattr(env, what)
             )

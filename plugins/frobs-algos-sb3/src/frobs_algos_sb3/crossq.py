@@ -13,7 +13,7 @@ from frobs_algos_sb3.noise import ActionNoiseConfig
 from frobs_algos_sb3.off_policy import OffPolicy, OffPolicyConfig
 from frobs_algos_sb3.sac import EntropyConfig
 from frobs_algos_sb3.settings import Schedule
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import IncompatibleSpaceError
 
 
 class CrossQConfig(EntropyConfig, OffPolicyConfig):
@@ -40,8 +40,10 @@ class CrossQ(OffPolicy):
 
     def _make_model(self, policy: str, **kwargs: Any) -> Any:
         if policy != "MlpPolicy":
-            raise ConfigurationError(
-                f"algorithm 'crossq' learns from a flat Box, not from {self.observation_space}; "
-                "flatten it with gymnasium.wrappers.FlattenObservation, or choose another algorithm."
+            raise IncompatibleSpaceError(
+                "algorithm 'crossq'",
+                self.observation_space,
+                f"learns from a flat Box, not from {self.observation_space}; "
+                "flatten it with gymnasium.wrappers.FlattenObservation, or choose another algorithm.",
             )
         return super()._make_model(policy, **kwargs)

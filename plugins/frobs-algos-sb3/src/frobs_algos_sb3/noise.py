@@ -16,7 +16,7 @@ from stable_baselines3.common.noise import (
 
 from frobs_algos_sb3.settings import Settings
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ParameterValueError
 
 
 class ActionNoiseConfig(Settings):
@@ -60,7 +60,9 @@ class ActionNoiseConfig(Settings):
     def _spread(self, name: str, size: int) -> Floats:
         value = np.asarray(getattr(self, name), np.float64)
         if value.ndim and len(value) != size:
-            raise ConfigurationError(f"action_noise: {name} has {len(value)} components, and actions have {size}.")
+            raise ParameterValueError(
+                name, value, f"a number, or {size} numbers, one for each action component", "action_noise"
+            )
         return np.broadcast_to(value, (size,)).copy()
 
 

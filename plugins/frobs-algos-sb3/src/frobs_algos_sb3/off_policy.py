@@ -15,7 +15,7 @@ from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.networks import DeterministicConfig
 from frobs_algos_sb3.noise import ActionNoiseConfig
 from frobs_algos_sb3.settings import Fraction, SampleFrequency, Settings
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConflictingOptionsError, IncompatibleSpaceError, ParameterValueError
 
 GOAL_KEYS = frozenset({"observation", "achieved_goal", "desired_goal"})
 
@@ -150,9 +150,9 @@ class OffPolicy(SB3Algorithm):
         config, num_envs = self._config, self.venv.num_envs
         owner = f"algorithm '{self.name}'"
         if isinstance(config.train_freq, TrainFrequency) and config.train_freq.unit == "episode" and num_envs > 1:
-            raise ConfigurationError(
-                f"{owner}: train_freq counts episodes, and there are {num_envs} environments; "
-                "set num_envs to 1, or train_freq.unit to 'step'."
+            raise ConflictingOptionsError(
+                ["train_freq.unit: episode", f"num_envs = {num_envs}"],
+                f"{owner}: set num_envs to 1, or train_freq.unit to 'step'",
             )
         if isinstance(self.observation_space, spaces.Dict):
             for name, value in (
@@ -160,16 +160,20 @@ class OffPolicy(SB3Algorithm):
                 ("optimize_memory_usage", config.optimize_memory_usage),
             ):
                 if value:
-                    raise ConfigurationError(f"{owner}: {name} cannot be used with observations that are a Dict.")
+                    raise IncompatibleSpaceError(
+                        f"{owner}:", self.observation_space, f"{name} cannot be used with observations that are a Dict."
+                    )
 
     def _uses_hindsight(self) -> bool:
         chosen = self._config.replay_buffer.type
         space = self.observation_space
         possible = isinstance(space, spaces.Dict) and set(space.spaces) >= GOAL_KEYS and self.venv.computes_reward
         if chosen == "her" and not possible:
-            raise ConfigurationError(
-                f"algorithm '{self.name}': hindsight replay needs a goal-conditioned environment: observations with "
-                f"{', '.join(sorted(GOAL_KEYS))}, and compute_reward; choose another, or replay_buffer.type: standard."
+            raise IncompatibleSpaceError(
+                f"algorithm '{self.name}'",
+                self.observation_space,
+                "needs a goal-conditioned environment for hindsight replay: observations with "
+                f"{', '.join(sorted(GOAL_KEYS))}, and compute_reward; choose another, or replay_buffer.type: standard.",
             )
         return possible and chosen != "standard"
 
@@ -180,9 +184,11 @@ class OffPolicy(SB3Algorithm):
             return 0
         # An episode counts once it has ended, and no more once its first step is overwritten.
         if self._config.buffer_size // self.venv.num_envs < 2 * longest:
-            raise ConfigurationError(
-                f"algorithm '{self.name}': buffer_size = {self._config.buffer_size}: hindsight replay keeps whole "
-                "episodes, one that runs and one that has ended in each environment; it needs at least "
-                f"2 × num_envs × max_episode_steps = {2 * self.venv.num_envs * longest}."
+            raise ParameterValueError(
+                "buffer_size",
+                self._config.buffer_size,
+                f"at least 2 × num_envs × max_episode_steps = {2 * self.venv.num_envs * longest}, because hindsight "
+                "replay keeps a running and an ended episode of each environment",
+                f"algorithm '{self.name}'",
             )
         return self.venv.num_envs * longest

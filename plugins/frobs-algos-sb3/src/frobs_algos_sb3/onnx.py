@@ -16,7 +16,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 
 from frobs_algos_sb3.onnx_observation import ObservationInput
 from frobs_algos_sb3.onnx_policy import PolicyGraph
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import MissingDependencyError
 
 if TYPE_CHECKING:
     import onnx
@@ -43,9 +43,7 @@ def export_policy(model: BaseAlgorithm, normalizer: VecNormalize | None, space: 
     """
     missing = [name for name in _NEEDED if find_spec(name) is None]
     if missing:
-        raise ConfigurationError(
-            f"an export to ONNX needs {' and '.join(missing)}; install with: pip install 'frobs-algos-sb3[export]'."
-        )
+        raise MissingDependencyError("the export to ONNX", missing, "pip install 'frobs-algos-sb3[export]'")
     inputs = observation_inputs(model, normalizer, space)
     model.policy.set_training_mode(False)
     graph = PolicyGraph(model, inputs).to("cpu").eval()

@@ -7,7 +7,7 @@ from typing import Any
 import torch as th
 from torch import nn
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import PolicyExportError
 
 
 class LstmStep(nn.Module):
@@ -27,7 +27,9 @@ class LstmStep(nn.Module):
     def __init__(self, lstm: nn.LSTM) -> None:
         super().__init__()
         if lstm.bidirectional or lstm.proj_size:
-            raise ConfigurationError("an LSTM that is bidirectional or projects its output cannot be exported.")
+            raise PolicyExportError(
+                "the LSTM", "a bidirectional LSTM and one that projects its output are not supported."
+            )
         self.layers, self.hidden_size = lstm.num_layers, lstm.hidden_size
         self.inputs, self.recurrences = nn.ModuleList(), nn.ModuleList()
         for layer in range(lstm.num_layers):

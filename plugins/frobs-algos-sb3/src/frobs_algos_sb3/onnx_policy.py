@@ -13,7 +13,7 @@ from torch import nn
 
 from frobs_algos_sb3.onnx_lstm import LstmStep
 from frobs_algos_sb3.onnx_observation import ObservationInput
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import PolicyExportError
 
 
 class PolicyGraph(nn.Module):
@@ -146,7 +146,7 @@ def network_of(model: BaseAlgorithm) -> nn.Module:
         return Features(actor.features_extractor, actor.mu)
     if hasattr(values, "q_net"):
         return Features(values.features_extractor, values.q_net)
-    raise ConfigurationError(
-        f"a policy of the class {type(policy).__name__} cannot be exported: it is neither actor-critic, nor an actor "
-        "with a mean, nor a network of action values."
+    raise PolicyExportError(
+        f"a policy of the class {type(policy).__name__}",
+        "it is neither actor-critic, nor an actor with a mean, nor a network of action values.",
     )

@@ -11,7 +11,7 @@ from pydantic import Field, PositiveFloat, PositiveInt
 from frobs_algos_sb3.algorithm import SB3Algorithm
 from frobs_algos_sb3.config import OnPolicyConfig, SB3Config
 from frobs_algos_sb3.settings import Schedule, schedule
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ParameterValueError
 
 
 class PPOConfig(OnPolicyConfig):
@@ -49,7 +49,7 @@ class PPO(SB3Algorithm):
     def _make_model(self, policy: str, **kwargs: Any) -> Any:
         steps = self.venv.num_envs * kwargs["n_steps"]
         if steps < 2:
-            raise ConfigurationError(f"algorithm '{self.name}': num_envs × n_steps is 1; it must be at least 2.")
+            raise ParameterValueError("num_envs × n_steps", 1, "at least 2", f"algorithm '{self.name}'")
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "You have specified a mini-batch size")  # it works: a smaller last batch
             return super()._make_model(policy, **kwargs)

@@ -8,7 +8,7 @@ import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
 
-from frobs_core.errors import CheckpointError, ConfigurationError
+from frobs_core.errors import CheckpointError, IncompatibleSpaceError
 
 
 def space_to_json(space: gym.Space[Any]) -> dict[str, Any]:
@@ -28,8 +28,10 @@ def space_to_json(space: gym.Space[Any]) -> dict[str, Any]:
         return {"type": "MultiBinary", "n": space.n if isinstance(space.n, int) else list(space.n)}
     if isinstance(space, spaces.Dict):
         return {"type": "Dict", "spaces": {key: space_to_json(inner) for key, inner in space.spaces.items()}}
-    raise ConfigurationError(
-        f"the space {space} cannot be learned from; it must be Box, Discrete, MultiDiscrete, MultiBinary, or Dict of these."
+    raise IncompatibleSpaceError(
+        "the algorithms of Stable-Baselines3",
+        space,
+        f"cannot learn from the space {space}; it must be Box, Discrete, MultiDiscrete, MultiBinary, or Dict of these.",
     )
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import CommandLineError
 from frobs_core.models.resources import package_name
 
 XacroArgs = Annotated[
@@ -36,7 +36,7 @@ def xacro_args(given: Sequence[str] | None) -> dict[str, str]:
     for word in (word for text in given or () for word in text.split()):
         name, sign, value = word.partition(":=")
         if not (name and sign):
-            raise ConfigurationError(f"--args takes NAME:=VALUE, not '{word}'.")
+            raise CommandLineError("--args", f"write NAME:=VALUE, not '{word}'.")
         found[name] = value
     return found
 
@@ -52,7 +52,7 @@ def package_paths(given: Sequence[str] | None) -> dict[str, str | Path]:
         name, sign, value = text.partition("=")
         folder = Path(value if sign else text).expanduser()
         if not folder.is_dir():
-            raise ConfigurationError(f"--package-path: '{folder}' is no folder; give FOLDER or NAME=FOLDER.")
+            raise CommandLineError("--package-path", f"'{folder}' is not a folder; write FOLDER or NAME=FOLDER.")
         if sign:
             found[name] = folder
         else:

@@ -20,7 +20,7 @@ from frobs_cli.options import Json
 from frobs_cli.output import console, only_json, print_json, print_line, print_note
 from frobs_cli.providers import providers
 from frobs_core import plugins, registry
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import CommandLineError, MissingDependencyError, UnknownNameError
 from frobs_core.interfaces import Robot
 from frobs_core.specs import KINDS
 from frobs_core.yaml import dump_yaml
@@ -63,7 +63,9 @@ def show(
         if robot is not None and is_model_file(name):
             found = [describe_file(robot)]
         elif args or package_path:
-            raise ConfigurationError(f"--args and --package-path are for files; '{name}' is none.")
+            raise CommandLineError(
+                "--args, --package-path", f"'{name}' is not a file; these options are for model files."
+            )
         else:
             found = [describe() for describe in _meanings(name)]
         if picture is not None:
@@ -98,11 +100,11 @@ def _draw(robot: Robot | None, name: str, picture: Path) -> None:
         RenderingUnavailableError: Nothing can be drawn on this machine.
     """
     if robot is None:
-        raise ConfigurationError(f"--picture draws robots and their files; '{name}' is neither.")
+        raise CommandLineError("--picture", f"'{name}' is neither a robot nor a model file; only those can be drawn.")
     with console(stderr=True).status("drawing"):
         written = next((file for it in providers() if (file := it.draw(robot, picture)) is not None), None)
     if written is None:
-        raise ConfigurationError("drawing a robot needs frobs-devkit; install it with 'pip install frobs-devkit'.")
+        raise MissingDependencyError("drawing a robot", ["frobs-devkit"], "pip install frobs-devkit")
     print_note(f"picture: {written}")
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from frobs_controllers_planning.plan import Plan, Reason, ToolGoal
 from frobs_controllers_planning.planner import Planner, Pose
 from frobs_core.arrays import Action, Floats, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ParameterValueError
 from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Scene, Simulation, Snapshot
 
 TARGETS = ("joint", "tcp")
@@ -64,7 +64,7 @@ class TrajectoryController(Controller):
     ) -> None:
         if target not in TARGETS:
             offered = ", ".join(f"'{known}'" for known in TARGETS)
-            raise ConfigurationError(f"trajectory: target must be one of {offered}, not {target!r}.")
+            raise ParameterValueError("target", target, f"one of {offered}", "trajectory")
         self.target = target
         self._parameters: dict[str, Any] = {
             "clearance": clearance,

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import ParameterValueError, UnknownNameError
 from frobs_core.models import RobotModel
 from frobs_core.validation import non_negative, positive
 
@@ -73,7 +73,7 @@ def number(name: str, value: object, unit: str, *, largest: float = math.inf, ze
     name = f"trajectory: {name}"
     found = non_negative(name, value, unit) if zero else positive(name, value, unit)
     if found > largest:
-        raise ConfigurationError(f"{name} is {value}; it must be at most {largest:g} [{unit}].")
+        raise ParameterValueError(name, value, f"at most {largest:g} [{unit}]")
     return found
 
 
@@ -85,4 +85,4 @@ def whole(name: str, value: object) -> int:
     """
     if isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= 1:
         return int(value)
-    raise ConfigurationError(f"trajectory: {name} must be a whole number of at least 1, not {value!r}.")
+    raise ParameterValueError(name, value, "a whole number of at least 1", "trajectory")

@@ -19,7 +19,7 @@ from frobs_controllers_planning.search import Search
 from frobs_controllers_planning.timing import Rest, Timing
 from frobs_core.arrays import Floats
 from frobs_core.compose import describe
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import ParameterValueError, UnknownNameError
 from frobs_core.interfaces import Robot, Scene
 from frobs_core.models import RobotModel, default_tcp, home_positions, load_model
 from frobs_core.random import RandomSource
@@ -220,7 +220,7 @@ class Planner:
         if goal.quat_wxyz is not None:
             quat = self._vector("the goal's quat_wxyz", goal.quat_wxyz, 4)
             if abs(float(np.linalg.norm(quat)) - 1.0) > 1e-3:
-                raise ConfigurationError(f"the goal's quat_wxyz must have length 1, not {np.linalg.norm(quat):g}.")
+                raise ParameterValueError("length of the goal's quat_wxyz", np.linalg.norm(quat), "1")
             rotation = self._base.rotation.T @ matrix_from_quat(quat / np.linalg.norm(quat))
         free: list[Floats] = []
         reached = False
@@ -247,5 +247,5 @@ class Planner:
     def _vector(name: str, values: Any, length: int) -> Floats:
         array = np.asarray(values, float)
         if array.shape != (length,) or not np.isfinite(array).all():
-            raise ConfigurationError(f"{name} must be {length} finite numbers, not {values!r}.")
+            raise ParameterValueError(name, values, f"{length} finite numbers")
         return array

@@ -7,7 +7,7 @@ import numpy as np
 
 from frobs_controllers.parameters import rows
 from frobs_core.arrays import Action, Floats, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import UnsuitableRobotError
 from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
 from frobs_core.validation import positive
 
@@ -53,9 +53,11 @@ class DifferentialDrive(Controller):
         """
         drive = robot.robot.differential_drive
         if drive is None:
-            raise ConfigurationError(
-                f"{_OWNER}: the robot '{robot.robot.name}' describes no differential drive; "
-                "give its Robot a differential_drive=DifferentialDrive(…), or choose another controller."
+            raise UnsuitableRobotError(
+                robot.robot.name,
+                "describes no differential drive; give its Robot a "
+                "differential_drive=DifferentialDrive(…), or choose another controller.",
+                _OWNER,
             )
         radius = positive(f"{_OWNER}: the robot's wheel_radius", drive.wheel_radius, "m")
         separation = positive(f"{_OWNER}: the robot's separation", drive.separation, "m")
@@ -69,12 +71,13 @@ class DifferentialDrive(Controller):
         self._per_linear, self._per_angular = np.zeros(shape), np.zeros(shape)  # wheel velocity per body velocity
         for side, joints in ((-1.0, drive.left), (1.0, drive.right)):
             if not joints:
-                raise ConfigurationError(f"{_OWNER}: the robot '{robot.robot.name}' names no wheels on one side.")
+                raise UnsuitableRobotError(robot.robot.name, "names no wheels on one side.", _OWNER)
             for joint in joints:
                 if joint not in robot.joint_names:
-                    raise ConfigurationError(
-                        f"{_OWNER}: the wheel '{joint}' is no actuated joint of the robot '{robot.robot.name}'; "
-                        f"it has {', '.join(robot.joint_names)}."
+                    raise UnsuitableRobotError(
+                        robot.robot.name,
+                        f"has no actuated joint '{joint}' for a wheel; it has {', '.join(robot.joint_names)}.",
+                        _OWNER,
                     )
                 column = robot.joint_names.index(joint)
                 self._per_linear[:, column] = 1.0 / radius

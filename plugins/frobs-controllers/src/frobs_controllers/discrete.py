@@ -11,7 +11,7 @@ import numpy as np
 from frobs_core import plugins
 from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.compose import build
-from frobs_core.errors import ConfigurationError, InvalidActionError
+from frobs_core.errors import IncompatibleSpaceError, InvalidActionError, ParameterValueError
 from frobs_core.interfaces import Controller, RobotHandle, Snapshot
 from frobs_core.specs import ControllerRecord
 from frobs_core.validation import positive
@@ -41,12 +41,12 @@ class Discrete(Controller):
     ) -> None:
         self.magnitude = positive("discrete: magnitude", magnitude, "1")
         if self.magnitude > 1.0:
-            raise ConfigurationError(f"discrete: magnitude must be in (0, 1], not {magnitude!r}.")
+            raise ParameterValueError("magnitude", magnitude, "in (0, 1]", "discrete")
         if not isinstance(controller, str | ControllerRecord):
-            raise ConfigurationError(f"discrete: controller must be a controller's name or record, not {controller!r}.")
+            raise ParameterValueError("controller", controller, "the name or record of a controller", "discrete")
         if controller_kwargs is not None and not isinstance(controller_kwargs, Mapping):
-            raise ConfigurationError(
-                f"discrete: controller_kwargs must map parameters to values, not {controller_kwargs!r}."
+            raise ParameterValueError(
+                "controller_kwargs", controller_kwargs, "a mapping of parameters to values", "discrete"
             )
         record = cast(
             ControllerRecord,
@@ -67,12 +67,15 @@ class Discrete(Controller):
         self.inner.bind(robot, control_timestep, decimation)
         box = self.inner.action_space
         if not (isinstance(box, gym.spaces.Box) and len(box.shape) == 1 and box.is_bounded()):
-            raise ConfigurationError(
-                f"discrete: the actions of '{self._name}' are {box}; only a controller with a bounded, flat Box can be "
-                "made discrete."
+            raise IncompatibleSpaceError(
+                "discrete:",
+                box,
+                f"the actions of '{self._name}' are {box}; only a controller with a bounded, flat Box can be made discrete.",
             )
         if (box.low > 0.0).any() or (box.high < 0.0).any():
-            raise ConfigurationError(f"discrete: the actions of '{self._name}' exclude 0, so that it cannot stay.")
+            raise IncompatibleSpaceError(
+                "discrete:", box, f"the actions of '{self._name}' exclude 0, so the robot cannot stay in place."
+            )
         count = box.shape[0]
         self._moves = np.zeros((2 * count + 1, count))  # row: what the inner controller is told
         for i in range(count):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import MissingSettingError, UnsuitableRobotError
 from frobs_core.interfaces import RobotHandle
 from frobs_core.models.model import JointType
 
@@ -31,9 +31,11 @@ def position_range(owner: str, robot: RobotHandle) -> tuple[Floats, Floats]:
     bounded = np.isfinite(robot.position_lower) & np.isfinite(robot.position_upper)  # (num_envs, dof)
     for i, joint in enumerate(robot.model.actuated_joints):
         if joint.type is JointType.PRISMATIC and not bounded[:, i].all():
-            raise ConfigurationError(
-                f"{owner}: the prismatic joint '{joint.name}' has no position limits to scale to; "
-                "give it limits in the model file, or use joint_delta_position."
+            raise UnsuitableRobotError(
+                robot.robot.name,
+                f"gives the prismatic joint '{joint.name}' no position limits to scale to; "
+                "add limits to the model file, or use joint_delta_position.",
+                owner,
             )
     lower = np.where(np.isfinite(robot.position_lower), robot.position_lower, -np.pi)
     upper = np.where(np.isfinite(robot.position_upper), robot.position_upper, np.pi)
@@ -60,7 +62,7 @@ def scale(owner: str, name: str, given: float | None, limit: Floats, robot: Robo
     found = limit.copy() if given is None else np.minimum(limit, given)  # (num_envs, dof)
     unlimited = [joint for i, joint in enumerate(robot.joint_names) if not np.isfinite(found[:, i]).all()]
     if unlimited:
-        raise ConfigurationError(
-            f"{owner}: the model file gives no limit for {', '.join(unlimited)}; say {name}=… [{unit}]."
+        raise MissingSettingError(
+            owner, name, f"the model file gives no limit for {', '.join(unlimited)}, so set {name}=… [{unit}]"
         )
     return found

@@ -9,7 +9,7 @@ from frobs_controllers.inverse_kinematics import DampedLeastSquares
 from frobs_controllers.parameters import rows
 from frobs_controllers.rotations import quat_between, quat_from_rotation_vector, quat_multiply
 from frobs_core.arrays import Action, Floats, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ParameterValueError
 from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
 from frobs_core.validation import non_negative, positive
 
@@ -40,11 +40,11 @@ class TcpDeltaPose(Controller):
         self.max_delta = positive(f"{_OWNER}: max_delta", max_delta, "m")
         self.max_rotation = positive(f"{_OWNER}: max_rotation", max_rotation, "rad")
         if self.max_rotation > 1.0:  # two of them on each axis must stay short of half a turn
-            raise ConfigurationError(f"{_OWNER}: max_rotation must be in (0, 1] rad, not {max_rotation!r}.")
+            raise ParameterValueError("max_rotation", max_rotation, "in (0, 1] rad", _OWNER)
         self.damping = positive(f"{_OWNER}: damping", damping, "m/rad")
         self.posture_gain = non_negative(f"{_OWNER}: posture_gain", posture_gain, "1")
         if self.posture_gain >= 1.0:
-            raise ConfigurationError(f"{_OWNER}: posture_gain must be in [0, 1), not {posture_gain!r}.")
+            raise ParameterValueError("posture_gain", posture_gain, "in [0, 1)", _OWNER)
 
     def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
         """Prepare for a robot."""

@@ -8,7 +8,7 @@ import numpy as np
 from frobs_controllers.inverse_kinematics import DampedLeastSquares
 from frobs_controllers.parameters import rows
 from frobs_core.arrays import Action, Floats, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ParameterValueError
 from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
 from frobs_core.validation import non_negative, positive
 
@@ -37,7 +37,7 @@ class TcpDeltaPosition(Controller):
         self.damping = positive(f"{_OWNER}: damping", damping, "m/rad")
         self.posture_gain = non_negative(f"{_OWNER}: posture_gain", posture_gain, "1")
         if self.posture_gain >= 1.0:
-            raise ConfigurationError(f"{_OWNER}: posture_gain must be in [0, 1), not {posture_gain!r}.")
+            raise ParameterValueError("posture_gain", posture_gain, "in [0, 1)", _OWNER)
 
     def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
         """Prepare for a robot."""

@@ -21,7 +21,7 @@ import gymnasium as gym
 
 from frobs_core.arrays import Floats
 from frobs_core.env import RobotEnv
-from frobs_core.errors import ConfigurationError, SimulationError
+from frobs_core.errors import ConfigurationError, ParameterValueError, SimulationError
 from frobs_core.interfaces import Snapshot
 from frobs_core.vector_env import RobotVectorEnv
 
@@ -76,7 +76,7 @@ def bench(id: str, *, num_envs: int = 1, steps: int = 1000, seed: int = 0, **key
         SimulationError: The simulator offers no bare engine to compare with.
     """
     if steps < 10 or num_envs < 1:
-        raise ConfigurationError(f"steps must be at least 10 and num_envs at least 1, not {steps} and {num_envs}.")
+        raise ParameterValueError("(steps, num_envs)", (steps, num_envs), "at least (10, 1)")
     env, twin = _make(id, num_envs, keywords), _make(id, num_envs, keywords)
     try:
         return _measure(id, env, twin, num_envs, steps, seed)

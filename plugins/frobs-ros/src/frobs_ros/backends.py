@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConfigurationError, ConflictingOptionsError, MissingSettingError, ParameterValueError
 from frobs_ros.environment import child_variables
 from frobs_ros.errors import PackageNotFoundError, ProcessError
 from frobs_ros.log import LOG
@@ -94,9 +94,7 @@ def choose() -> str:
     if not chosen:
         return GAZEBO if has_gazebo_ros() else DEFAULT_BRIDGE
     if chosen != GAZEBO and not (chosen.startswith(BRIDGE) and chosen != BRIDGE):
-        raise ConfigurationError(
-            f"{VARIABLE} is {chosen!r}; it is 'gazebo', 'bridge:mujoco', 'bridge:pybullet' or 'bridge:gazebo'."
-        )
+        raise ParameterValueError(VARIABLE, chosen, "'gazebo', 'bridge:mujoco', 'bridge:pybullet' or 'bridge:gazebo'")
     return chosen
 
 
@@ -116,13 +114,11 @@ def check(launch: Launch, backend: str) -> None:
         ConfigurationError: It cannot do something that is asked; says what.
     """
     if launch.clock_frequency <= 0:
-        raise ConfigurationError(f"pub_clock_frequency is {launch.clock_frequency} Hz; it must be above 0.")
+        raise ParameterValueError("pub_clock_frequency", launch.clock_frequency, "above 0 [Hz]")
     if launch.respawn and (launch.server_required or launch.gui_required):
-        raise ConfigurationError(
-            "respawn_gazebo and server_required or gui_required contradict each other; choose one."
-        )
+        raise ConflictingOptionsError(["respawn_gazebo", "server_required or gui_required"])
     if launch.gui_required and not launch.gui:
-        raise ConfigurationError("gui_required is given without gui.")
+        raise MissingSettingError("gui_required", "gui")
     if launch.gui_required and not has_display():
         raise ConfigurationError("gui_required is given, and there is no display here.")
     if backend == GAZEBO:

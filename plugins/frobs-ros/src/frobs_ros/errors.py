@@ -2,11 +2,16 @@
 
 SimulationError                 of the core
 └── RosError                    ROS, or something that ROS runs, failed
-├── RosNotFoundError        ROS is not installed for this Python
-├── MasterError             no ROS master answers, or it refuses
-├── ServiceError            a service is not there, broke off, or refused what was asked
-├── PackageNotFoundError    no ROS package has this name, or it lacks the file
-└── ProcessError            a process did not start, or ended at once
+    ├── RosNotFoundError        ROS is not installed for this Python
+    ├── MasterError             no ROS master answers, or it refuses
+    ├── ServiceError            a service is not there, broke off, or refused what was asked
+    ├── PackageNotFoundError    no ROS package has this name, or it lacks the file
+    └── ProcessError            a process did not start, or ended at once
+
+ConfigurationError              of the core
+├── ControllerError             a ROS controller cannot be loaded, started or used
+├── TrajectoryError             a trajectory message cannot be followed
+└── GazeboElementError          a <gazebo> element of a model file cannot be used
 """
 
 from __future__ import annotations
@@ -14,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from frobs_core.errors import SimulationError, nearest
+from frobs_core.errors import ConfigurationError, SimulationError, nearest
 
 
 class RosError(SimulationError):
@@ -110,3 +115,35 @@ class ProcessError(RosError):
         self.output = output
         said = f" It wrote last:\n{output}" if output else ""
         super().__init__(f"{name}: {reason}.{said}")
+
+
+class ControllerError(ConfigurationError):
+    """A ROS controller cannot be loaded, started, stopped or used.
+
+    Args:
+        controller: Its name.
+        reason: What is wrong and what to do.
+    """
+
+    def __init__(self, controller: str, reason: str) -> None:
+        self.controller = controller
+        self.reason = reason
+        super().__init__(f"controller '{controller}' {reason}")
+
+
+class TrajectoryError(ConfigurationError):
+    """A trajectory message cannot be followed; the text names the field."""
+
+
+class GazeboElementError(ConfigurationError):
+    """A ``<gazebo>`` element of a model file cannot be used.
+
+    Args:
+        element: The plugin or sensor: ``"the plugin 'drive'"``.
+        reason: What is wrong and what to do.
+    """
+
+    def __init__(self, element: str, reason: str) -> None:
+        self.element = element
+        self.reason = reason
+        super().__init__(f"{element}: {reason}")

@@ -16,7 +16,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.env import RobotEnv
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConfigurationError, ParameterValueError
 from frobs_core.interfaces import CommandMode, Lidar, Robot
 from frobs_core.random import RandomSource
 from frobs_core.sensors import Instrument
@@ -102,7 +102,7 @@ class Mirror:
 
     def __init__(self, bundle: Bundle, simulator: str = "mujoco", speed: float = 1.0) -> None:
         if not 0.0 < speed <= 1.0:
-            raise ConfigurationError(f"speed is {speed:g}; it must be above 0 and at most 1.")
+            raise ParameterValueError("speed", speed, "above 0 and at most 1")
         trained = bundle.manifest["environment"]
         if trained["wrappers"]:
             raise ConfigurationError(

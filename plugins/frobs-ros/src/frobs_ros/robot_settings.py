@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import MissingSettingError, ParameterValueError
 from frobs_ros.gazebo.poses import orientation, position
 from frobs_ros.log import LOG
 
@@ -88,21 +88,21 @@ class RobotSettings:
         """
         for name in ("reset_mode", "step_mode"):
             if getattr(self, name) not in (1, 2):
-                raise ConfigurationError(f"{name} is {getattr(self, name)!r}; it is 1 or 2.")
+                raise ParameterValueError(name, getattr(self, name), "1 or 2")
         if int(self.num_gazebo_steps) != self.num_gazebo_steps or self.num_gazebo_steps < 1:
-            raise ConfigurationError(f"num_gazebo_steps is {self.num_gazebo_steps!r}; it is a whole number, 1 or more.")
+            raise ParameterValueError("num_gazebo_steps", self.num_gazebo_steps, "a whole number of at least 1")
         if self.step_mode == 1 and self.num_gazebo_steps != 1:
             LOG.warning("num_gazebo_steps=%d is not used: step_mode 1 goes by the clock", self.num_gazebo_steps)
         for name in ("gazebo_max_freq", "gazebo_timestep"):
             value = getattr(self, name)
             if value is not None and not (value > 0 or (value == 0 and name == "gazebo_max_freq")):
-                raise ConfigurationError(f"{name} is {value}; it is above 0.")
+                raise ParameterValueError(name, value, "above 0")
         position(self.model_pos_x, self.model_pos_y, self.model_pos_z)
         orientation(self.model_ori_x, self.model_ori_y, self.model_ori_z, self.model_ori_w)
         if self.spawn_robot and not (self.pkg_name and self.urdf_file):
-            raise ConfigurationError("spawn_robot needs pkg_name and urdf_file.")
+            raise MissingSettingError("spawn_robot", "pkg_name and urdf_file")
         if self.reset_controllers and not self.controller_list:
-            raise ConfigurationError("reset_controllers needs controller_list.")
+            raise MissingSettingError("reset_controllers", "controller_list")
         self._say_what_is_not_used()
 
     def _say_what_is_not_used(self) -> None:

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ParameterValueError
 from frobs_ros.environment import use_ros
 from frobs_ros.errors import ServiceError
 from frobs_ros.log import answers, or_raise
@@ -123,9 +123,9 @@ def switch_controllers_srv(
     from controller_manager_msgs.srv import SwitchController
 
     if strictness not in STRICTNESS:
-        raise ConfigurationError(f"strictness is {strictness}; it is 1 (best effort) or 2 (strict).")
+        raise ParameterValueError("strictness", strictness, "1 (best effort) or 2 (strict)")
     if timeout < 0:
-        raise ConfigurationError(f"timeout is {timeout} s; it is 0 (never) or more.")
+        raise ParameterValueError("timeout", timeout, "0 (never) or more [s]")
     start, stop = list(start_controllers or ()), list(stop_controllers or ())
     service = join(ns, "controller_manager", "switch_controller")
     fields: dict[str, Any] = {

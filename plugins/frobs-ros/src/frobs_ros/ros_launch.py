@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import MissingFileError, ParameterValueError
 from frobs_ros import master, nodes, processes
 from frobs_ros.errors import PackageNotFoundError, ProcessError
 from frobs_ros.log import LOG, answers
@@ -90,11 +90,11 @@ def launch(file: Path, args: Sequence[str] | None, *, terminal: bool) -> bool:
         ProcessError: roslaunch failed.
     """
     if not file.is_file():
-        raise ConfigurationError(f"there is no launch file {file}.")
+        raise MissingFileError(file, "pass the path of a launch file")
     words = [args] if isinstance(args, str) else [str(word) for word in args or ()]
     for word in words:
         if ":=" not in word:
-            raise ConfigurationError(f"the launch argument {word!r} is not of the form 'name:=value'.")
+            raise ParameterValueError("launch argument", word, "of the form 'name:=value'")
     master.ensure()
     before = nodes.names()
     process = processes.start(

@@ -7,7 +7,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ParameterValueError
 from frobs_ros import master, nodes, processes
 from frobs_ros.environment import find_ros
 from frobs_ros.errors import MasterError, PackageNotFoundError, RosError
@@ -49,7 +49,7 @@ def ros_node_from_pkg(
         Whether it runs.
     """
     if output not in OUTPUTS:
-        raise ConfigurationError(f"output is {output!r}; it is 'log', 'screen' or None.")
+        raise ParameterValueError("output", output, "'log', 'screen' or None")
     program = find_node(pkg_name, node_name)
     if launch_master:
         master.ensure(terminal=launch_master_term)

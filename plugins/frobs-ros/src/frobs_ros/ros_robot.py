@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConfigurationError, MissingSettingError
 from frobs_core.interfaces import CommandMode
 from frobs_core.rotations import quat_rotate
 from frobs_ros.environment import use_ros
+from frobs_ros.errors import ControllerError
 from frobs_ros.master import connect
 from frobs_ros.mirror import Command, Mirror, State
 from frobs_ros.scans import rays_of
@@ -104,33 +105,36 @@ class RosRobot:
         drive = self._mirror.env.robot.robot.differential_drive
         if controller is None:
             if drive is None:
-                raise ConfigurationError(f"which controller gets the commands? --controller {self._controllers()}")
+                raise MissingSettingError(
+                    "the policy", "a controller for its commands", f"use --controller {self._controllers()}"
+                )
             return rospy.Publisher(self._name(topics.cmd_vel), Twist, queue_size=1), self._twist
         given = rospy.get_param(self._name(f"{controller}/type"), None)
         if given is None:
-            raise ConfigurationError(
-                f"no controller '{controller}' is loaded in {self._namespace or '/'}; there are: {self._controllers()}"
+            raise ControllerError(
+                controller, f"is not loaded in {self._namespace or '/'}; there are: {self._controllers()}"
             )
         self._check_running(controller)
         if "DiffDrive" in given and drive is not None:
             return rospy.Publisher(self._name(f"{controller}/cmd_vel"), Twist, queue_size=1), self._twist
         takes = _MODES.get(given.partition("_")[0])
         if takes is not mode:
-            raise ConfigurationError(
-                f"the policy commands {mode.value}s, and controller '{controller}' is a {given}; load one that takes them."
+            raise ControllerError(
+                controller, f"is a {given}, and the policy commands {mode.value}s; load one that accepts them."
             )
         self._order = list(rospy.get_param(self._name(f"{controller}/joints"), list(self._mirror.joint_names)))
         if sorted(self._order) != sorted(self._mirror.joint_names):
-            raise ConfigurationError(
-                f"controller '{controller}' moves {', '.join(self._order)}, and the policy "
-                f"{', '.join(self._mirror.joint_names)}."
+            raise ControllerError(
+                controller, f"moves {', '.join(self._order)}, and the policy {', '.join(self._mirror.joint_names)}."
             )
         topic = self._name(f"{controller}/command")
         if "JointTrajectory" in given:
             return rospy.Publisher(topic, JointTrajectory, queue_size=1), self._trajectory
         if "JointGroup" in given:
             return rospy.Publisher(topic, Float64MultiArray, queue_size=1), self._group
-        raise ConfigurationError(f"a {given} takes one joint; load a JointTrajectoryController or a JointGroup… one.")
+        raise ControllerError(
+            controller, f"is a {given}, which accepts one joint; load a JointTrajectoryController or a JointGroup… one."
+        )
 
     def _check_running(self, controller: str) -> None:
         """Refuse a controller that would let all commands go by; where nobody manages controllers, trust."""
@@ -142,9 +146,10 @@ class RosRobot:
         states = {each.name: each.state for each in call(service, ListControllers).controller}
         if states.get(controller) != "running":
             running = ", ".join(sorted(name for name, state in states.items() if state == "running"))
-            raise ConfigurationError(
-                f"controller '{controller}' is {states.get(controller, 'not loaded')}; running are: {running or '(none)'}. "
-                "Start it first: ros_controllers.start_controllers_srv, or rosservice call …/switch_controller."
+            raise ControllerError(
+                controller,
+                f"is {states.get(controller, 'not loaded')}; running are: {running or '(none)'}. "
+                "Start it first: ros_controllers.start_controllers_srv, or rosservice call …/switch_controller.",
             )
 
     def _controllers(self) -> str:

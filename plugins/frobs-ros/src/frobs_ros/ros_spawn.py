@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ParameterValueError
 from frobs_ros.errors import MasterError
 from frobs_ros.gazebo.poses import orientation
 from frobs_ros.gazebo.spawn import gazebo_spawn_urdf_string
@@ -42,7 +42,7 @@ def init_robot_state_pub(
     if not connect().hasParam(description):
         raise MasterError(master_uri(), f"there is no parameter {description}; load the robot's URDF into it first")
     if max_pub_freq is not None and not max_pub_freq > 0:
-        raise ConfigurationError(f"max_pub_freq is {max_pub_freq} Hz; it must be above 0.")
+        raise ParameterValueError("max_pub_freq", max_pub_freq, "above 0 [Hz]")
     rate = (f"_publish_frequency:={max_pub_freq}",) if max_pub_freq is not None else ()
     node = [sys.executable, "-m", "frobs_ros.state_publisher"]
     start_node("state publisher", node, name=_STATE_PUBLISHER, ns=namespace, terminal=launch_new_term, remaps=rate)

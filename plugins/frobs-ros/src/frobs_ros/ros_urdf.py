@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from frobs_core.errors import ConfigurationError, ModelFileError
+from frobs_core.errors import ModelFileError, ParameterValueError
 from frobs_core.models.xacro_files import expand_xacro
 from frobs_core.models.xmltree import parse_xml
 from frobs_ros.log import answers
@@ -123,12 +123,12 @@ def xacro_arguments(arguments: Sequence[str] | None) -> Mapping[str, str]:
         ConfigurationError: One is not of that form.
     """
     if isinstance(arguments, str):
-        raise ConfigurationError(f"xacro arguments are a list of 'name:=value', not one text: {arguments!r}.")
+        raise ParameterValueError("xacro arguments", arguments, "a list of 'name:=value', not one text")
     found = {}
     for argument in arguments or ():
         name, assigned, value = str(argument).partition(":=")
         if not assigned or not name:
-            raise ConfigurationError(f"the xacro argument {argument!r} is not of the form 'name:=value'.")
+            raise ParameterValueError("xacro argument", argument, "of the form 'name:=value'")
         found[name] = value
     return found
 

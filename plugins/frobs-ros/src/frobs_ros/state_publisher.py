@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError, FrobsError
+from frobs_core.errors import FrobsError, ParameterValueError
 from frobs_core.models import Joint, JointType
 from frobs_core.models.kinematics import MOVING
 from frobs_core.models.tree import check_tree, check_unique, flatten_mimics
@@ -173,7 +173,7 @@ class StatePublisher:
         from tf2_msgs.msg import TFMessage
 
         if not frequency > 0:
-            raise ConfigurationError(f"publish_frequency is {frequency} Hz; it must be above 0.")
+            raise ParameterValueError("publish_frequency", frequency, "above 0 [Hz]")
         joints = tuple(joints)
         self._moving = Frames(joint for joint in joints if joint.type in MOVING)
         # ROS's own takes planar joints as fixed as well, and says nothing of floating ones.

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import SceneError
 from frobs_core.interfaces import Placement, Scene
 from frobs_core.models import home_positions
 from frobs_sim_gazebo import protocol
@@ -166,10 +166,10 @@ def _check(robots: Mapping[str, Placement], scene: Scene) -> None:
     for name, contact in scene.contacts.items():
         for side in (contact.first, contact.second, *contact.ignore):
             if side != "*" and side not in known and side not in links:
-                raise ConfigurationError(f"contact '{name}' names '{side}', which is none of {', '.join(known)}.")
+                raise SceneError(f"contact '{name}'", f"names '{side}', which is none of {', '.join(known)}.")
     for name, camera in scene.cameras.items():
         if camera.frame is not None and camera.frame not in links and camera.frame not in scene.bodies:
-            raise ConfigurationError(f"camera '{name}' is fixed to '{camera.frame}', which is no body of the scene.")
+            raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is no body of the scene.")
     for name, body in scene.bodies.items():
         if body.mass is not None and body.kinematic:
-            raise ConfigurationError(f"scene body '{name}' is kinematic, so it has no mass; give one or the other.")
+            raise SceneError(f"scene body '{name}'", "is kinematic, so it has no mass; give one or the other.")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import PhysicsParameterError, UnknownNameError
 from frobs_core.interfaces import Snapshot
 from frobs_core.rotations import matrix_from_quat
 from frobs_sim_gazebo import protocol
@@ -77,7 +77,7 @@ def write(simulation: GazeboSimulation, name: str, target: str, values: Floats, 
         raise UnknownNameError("parameter", name, NAMES)
     values = np.asarray(values, np.float64)
     if name != "gravity" and not (values >= 0).all():
-        raise ConfigurationError(f"{name} of '{target}' must not be negative or NaN: {values.min()}.")
+        raise PhysicsParameterError(name, target, f"must not be negative or NaN: {values.min()}.")
     envs = simulation.envs(mask)
     match name:
         case "stiffness" | "damping":
@@ -88,7 +88,7 @@ def write(simulation: GazeboSimulation, name: str, target: str, values: Floats, 
         case _:
             whole = read(simulation, name, target)
             if name == "mass" and not (values > 0).all():
-                raise ConfigurationError(f"mass of '{target}' must be above 0 for Gazebo: {values.min()}.")
+                raise PhysicsParameterError(name, target, f"must be above 0 for Gazebo: {values.min()}.")
             whole[envs] = values
             simulation.written[name, target] = whole
             for env in envs:
@@ -172,7 +172,7 @@ def _default(simulation: GazeboSimulation, name: str, target: str) -> Floats:
         if name == "friction":
             return _if_it_collides(simulation, target, body.friction)
         if body.mass is None:
-            raise ConfigurationError(f"'{target}' has no mass that could be changed.")
+            raise PhysicsParameterError("mass", target, "cannot change: it has no mass.")
         return np.array(body.mass)
     robot, _, name_of_link = target.partition("/")
     placement = simulation.placements[robot]
@@ -180,14 +180,14 @@ def _default(simulation: GazeboSimulation, name: str, target: str) -> Floats:
     if name == "friction":
         return _if_it_collides(simulation, target, placement.robot.friction.get(name_of_link, 1.0))
     if link.inertial is None:
-        raise ConfigurationError(f"'{target}' has no mass that could be changed.")
+        raise PhysicsParameterError("mass", target, "cannot change: it has no mass.")
     return np.array(link.inertial.mass)
 
 
 def _if_it_collides(simulation: GazeboSimulation, target: str, friction: float) -> Floats:
     shapes: Sequence[int] = simulation.layout.shapes[target]
     if not shapes:
-        raise ConfigurationError(f"'{target}' collides with nothing, so it has no friction.")
+        raise PhysicsParameterError("friction", target, "cannot change: it collides with nothing.")
     return np.array(friction)
 
 

@@ -8,7 +8,7 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConfigurationError, SceneError
 from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Pose, Sphere
 from frobs_sim_gazebo.meshes import MeshFiles
 
@@ -57,7 +57,7 @@ def moments(geometry: Geometry, mass: float) -> Floats:
 
 def mesh_refusal(path: Path) -> ConfigurationError:
     """Return the error that refuses a mesh in a scene."""
-    return ConfigurationError(f"the mesh {path} is no shape of a scene: boxes, spheres, cylinders, capsules are.")
+    return SceneError(f"the mesh {path}", "cannot be a shape of a scene; use boxes, spheres, cylinders or capsules.")
 
 
 def numbers(values: tuple[float, ...] | Floats) -> str:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
+from frobs_core.errors import ConfigurationError, SceneError, SimulationError, UnknownNameError
 from frobs_core.interfaces import Marker, Placement, Scene, Simulation, Snapshot, Translation, translate
 from frobs_core.models import RobotModel
 from frobs_sim_gazebo import parameters, protocol, snapshots
@@ -279,7 +279,9 @@ class GazeboSimulation(Simulation):
         """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``."""
         force = self._force[:, self._index(name)]
         if self.scene.contacts[name].ignore:
-            raise ConfigurationError(f"contact '{name}' ignores something, so its force is not told; declare others.")
+            raise SceneError(
+                f"contact '{name}'", "ignores something, so its force is not available; declare other contacts."
+            )
         return _read_only(force)
 
     def _index(self, name: str) -> int:

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import SceneError
 from frobs_core.interfaces import Contact, Placement, Scene
 
 _FOUND, _FOUND_AND_FORCE = 1, 3  # bits of what a contact sensor tells: how many, and the force of the strongest
@@ -37,7 +37,7 @@ def add_contact(
             return mujoco.mjtObj.mjOBJ_XBODY, f"{which}/{robots[which].model.root}"  # the whole subtree
         if spec.body(which) is None:
             known = [*scene.bodies, *robots, *(["floor"] if scene.floor else [])]
-            raise ConfigurationError(f"contact '{name}' names '{which}', which is none of {', '.join(known)}.")
+            raise SceneError(f"contact '{name}'", f"names '{which}', which is none of {', '.join(known)}.")
         return mujoco.mjtObj.mjOBJ_BODY, which
 
     first_type, first = side(contact.first)

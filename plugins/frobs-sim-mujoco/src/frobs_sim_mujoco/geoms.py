@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import mujoco
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConfigurationError, SceneError
 from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Pose, Sphere
 from frobs_sim_mujoco.meshes import RobotMeshes
 
@@ -62,8 +62,8 @@ def add_geom(
         case Capsule(radius, length):
             geom.type, geom.size = mujoco.mjtGeom.mjGEOM_CAPSULE, [radius, length / 2, 0]
         case Mesh(path):
-            raise ConfigurationError(
-                f"the mesh {path} is no shape of a scene: boxes, spheres, cylinders, capsules are."
+            raise SceneError(
+                f"the mesh {path}", "cannot be a shape of a scene; use boxes, spheres, cylinders or capsules."
             )
     return geom
 

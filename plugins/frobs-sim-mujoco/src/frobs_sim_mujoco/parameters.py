@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import PhysicsParameterError, UnknownNameError
 from frobs_core.interfaces import Snapshot
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def write(simulation: MujocoSimulation, name: str, target: str, values: Floats, 
         raise UnknownNameError("parameter", name, NAMES)
     values = np.asarray(values, np.float64)
     if name != "gravity" and not (values >= 0).all():
-        raise ConfigurationError(f"{name} of '{target}' must not be negative or NaN: {values.min()}.")
+        raise PhysicsParameterError(name, target, f"must not be negative or NaN: {values.min()}.")
     batch = simulation.batch
     rows = slice(None) if mask is None else np.flatnonzero(mask)
     match name:
@@ -61,7 +61,7 @@ def write(simulation: MujocoSimulation, name: str, target: str, values: Floats, 
             body = body_id(simulation, target)
             nominal = simulation.model.body_mass[body]
             if not nominal > 0:
-                raise ConfigurationError(f"'{target}' has no mass that could be changed.")
+                raise PhysicsParameterError("mass", target, "cannot change: it has no mass.")
             masses = batch.expand("body_mass")
             masses[rows, body] = values
             # From the nominal inertia, so that it does not matter what was written before.
@@ -134,7 +134,7 @@ def _geoms(simulation: MujocoSimulation, target: str) -> list[int]:
     body = body_id(simulation, target)
     found = [g for g in range(model.ngeom) if model.geom_bodyid[g] == body and model.geom_contype[g]]
     if not found:
-        raise ConfigurationError(f"'{target}' collides with nothing, so it has no friction.")
+        raise PhysicsParameterError("friction", target, "cannot change: it collides with nothing.")
     return found
 
 

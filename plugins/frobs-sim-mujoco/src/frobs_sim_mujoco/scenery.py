@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import SceneError
 from frobs_core.interfaces import Body, Camera
 from frobs_core.models import Pose
 from frobs_sim_mujoco.geoms import SCENE_GROUP, VISUAL_GROUP, add_geom
@@ -71,7 +71,7 @@ def add_body(spec: mujoco.MjSpec, name: str, body: Body) -> None:
         ConfigurationError: It is kinematic and has a mass.
     """
     if body.mass is not None and body.kinematic:
-        raise ConfigurationError(f"scene body '{name}' is kinematic, so it has no mass; give one or the other.")
+        raise SceneError(f"scene body '{name}'", "is kinematic, so it has no mass; give one or the other.")
     element = spec.worldbody.add_body(name=name, pos=body.pose.pos, quat=body.pose.quat_wxyz, mocap=body.kinematic)
     if body.mass is not None:
         element.add_freejoint(name=name)
@@ -91,7 +91,7 @@ def add_camera(spec: mujoco.MjSpec, name: str, camera: Camera) -> None:
     """
     parent = spec.worldbody if camera.frame is None else spec.body(camera.frame)
     if parent is None:
-        raise ConfigurationError(f"camera '{name}' is fixed to '{camera.frame}', which is no body of the scene.")
+        raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is no body of the scene.")
     back = np.subtract(camera.pos, camera.target)
     back = back / np.linalg.norm(back)
     up = np.array([0.0, 1.0, 0.0]) if abs(back[2]) > 0.999 else np.array([0.0, 0.0, 1.0])

@@ -10,7 +10,7 @@ import numpy as np
 from mujoco.batch import Batch
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
+from frobs_core.errors import ConfigurationError, SceneError, SimulationError, UnknownNameError
 from frobs_core.interfaces import Marker, Overlap, Placement, Scene, Simulation, Snapshot, Translation, translate
 from frobs_core.models import RobotModel
 from frobs_sim_mujoco import parameters
@@ -262,7 +262,9 @@ class MujocoSimulation(Simulation):
         """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``."""
         force = self._contact_column(name)[1]
         if self.scene.contacts[name].ignore:
-            raise ConfigurationError(f"contact '{name}' ignores something, so its force is not told; declare others.")
+            raise SceneError(
+                f"contact '{name}'", "ignores something, so its force is not available; declare other contacts."
+            )
         return force
 
     def _contact_column(self, name: str) -> tuple[Mask, Floats]:

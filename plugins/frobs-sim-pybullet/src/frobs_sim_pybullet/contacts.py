@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import SceneError
 from frobs_core.interfaces import Contact, Placement, Scene
 
 Side: TypeAlias = tuple[int, int]
@@ -26,7 +26,7 @@ def check_contacts(robots: Mapping[str, Placement], scene: Scene) -> None:
         for side in (contact.first, contact.second, *contact.ignore):
             known = [*scene.bodies, *robots, *(["floor"] if scene.floor else [])]
             if side != "*" and side not in known and side not in links:
-                raise ConfigurationError(f"contact '{name}' names '{side}', which is none of {', '.join(known)}.")
+                raise SceneError(f"contact '{name}'", f"names '{side}', which is none of {', '.join(known)}.")
 
 
 def check_cameras(robots: Mapping[str, Placement], scene: Scene) -> None:
@@ -38,7 +38,7 @@ def check_cameras(robots: Mapping[str, Placement], scene: Scene) -> None:
     links = {f"{name}/{link.name}" for name, placement in robots.items() for link in placement.model.links}
     for name, camera in scene.cameras.items():
         if camera.frame is not None and camera.frame not in links and camera.frame not in scene.bodies:
-            raise ConfigurationError(f"camera '{name}' is fixed to '{camera.frame}', which is no body of the scene.")
+            raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is no body of the scene.")
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import PhysicsParameterError, UnknownNameError
 from frobs_core.interfaces import Snapshot
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def write(simulation: PybulletSimulation, name: str, target: str, values: Floats
         raise UnknownNameError("parameter", name, NAMES)
     values = np.asarray(values, np.float64)
     if name != "gravity" and not (values >= 0).all():
-        raise ConfigurationError(f"{name} of '{target}' must not be negative or NaN: {values.min()}.")
+        raise PhysicsParameterError(name, target, f"must not be negative or NaN: {values.min()}.")
     rows = slice(None) if mask is None else np.flatnonzero(mask)
     match name:
         case "stiffness" | "damping":
@@ -61,7 +61,7 @@ def write(simulation: PybulletSimulation, name: str, target: str, values: Floats
         case _:
             whole = read(simulation, name, target)
             if name == "mass" and not (values > 0).all():
-                raise ConfigurationError(f"mass of '{target}' must be above 0 for PyBullet: {values.min()}.")
+                raise PhysicsParameterError(name, target, f"must be above 0 for PyBullet: {values.min()}.")
             whole[rows] = values
             simulation.written[name, target] = whole
             simulation.call("write_parameter", mask, name, target, whole[rows])
@@ -109,19 +109,19 @@ def _default(simulation: PybulletSimulation, name: str, target: str) -> Floats:
         body = scene.bodies[target]
         if name == "friction":
             if not body.collides:
-                raise ConfigurationError(f"'{target}' collides with nothing, so it has no friction.")
+                raise PhysicsParameterError("friction", target, "cannot change: it collides with nothing.")
             return np.array(body.friction)
         if body.mass is None:
-            raise ConfigurationError(f"'{target}' has no mass that could be changed.")
+            raise PhysicsParameterError("mass", target, "cannot change: it has no mass.")
         return np.array(body.mass)
     robot, _, name_of_link = target.partition("/")
     link = next(link for link in simulation.placements[robot].model.links if link.name == name_of_link)
     if name == "friction":
         if not link.collisions:
-            raise ConfigurationError(f"'{target}' collides with nothing, so it has no friction.")
+            raise PhysicsParameterError("friction", target, "cannot change: it collides with nothing.")
         return np.array(simulation.placements[robot].robot.friction.get(name_of_link, 1.0))
     if link.inertial is None:
-        raise ConfigurationError(f"'{target}' has no mass that could be changed.")
+        raise PhysicsParameterError("mass", target, "cannot change: it has no mass.")
     return np.array(link.inertial.mass)
 
 

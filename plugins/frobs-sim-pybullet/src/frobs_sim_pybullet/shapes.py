@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConfigurationError, SceneError
 from frobs_core.interfaces import Body
 from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 from frobs_sim_pybullet.bullet import pybullet as p
@@ -76,4 +76,4 @@ def _collision_shape(client: int, geometry: Geometry) -> int:
 
 def mesh_refusal(path: Path) -> ConfigurationError:
     """Return the error that refuses a mesh in a scene."""
-    return ConfigurationError(f"the mesh {path} is no shape of a scene: boxes, spheres, cylinders, capsules are.")
+    return SceneError(f"the mesh {path}", "cannot be a shape of a scene; use boxes, spheres, cylinders or capsules.")

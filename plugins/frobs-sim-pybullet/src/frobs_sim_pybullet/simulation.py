@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
+from frobs_core.errors import ConfigurationError, SceneError, SimulationError, UnknownNameError
 from frobs_core.interfaces import Marker, Overlap, Placement, Scene, Simulation, Snapshot, Translation, translate
 from frobs_core.models import RobotModel
 from frobs_sim_pybullet import layout, parameters
@@ -95,7 +95,7 @@ class PybulletSimulation(Simulation):
         check_cameras(robots, scene)
         for name, body in scene.bodies.items():
             if body.mass is not None and body.kinematic:
-                raise ConfigurationError(f"scene body '{name}' is kinematic, so it has no mass; give one or the other.")
+                raise SceneError(f"scene body '{name}'", "is kinematic, so it has no mass; give one or the other.")
         workers = count_workers(num_envs, num_threads)
         fields = layout.layout(robots, scene)
         buffer = layout.allocate(fields, num_envs, CONTEXT if workers > 1 else None)
@@ -180,7 +180,9 @@ class PybulletSimulation(Simulation):
         """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``."""
         force: Floats = self.arrays["contact_force"][:, self._contact(name)]
         if self.scene.contacts[name].ignore:
-            raise ConfigurationError(f"contact '{name}' ignores something, so its force is not told; declare others.")
+            raise SceneError(
+                f"contact '{name}'", "ignores something, so its force is not available; declare other contacts."
+            )
         return force
 
     def _contact(self, name: str) -> int:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import SceneError
 from frobs_core.interfaces import Placement, Scene
 from frobs_core.models import Pose, home_positions
 from frobs_sim_pybullet.articulation import FASTEST, Articulation
@@ -95,8 +95,9 @@ class World:
         self._moments = {name: p.getDynamicsInfo(number, -1, client)[2] for name, number in self.bodies.items()}
         sides.update({name: (number, -1) for name, number in self.bodies.items() if self._scene.bodies[name].collides})
         if len(self._placements) > len(ROBOT_GROUPS):
-            raise ConfigurationError(
-                f"{len(self._placements)} robots in one scene; PyBullet can tell {len(ROBOT_GROUPS)} apart."
+            raise SceneError(
+                "the scene",
+                f"has {len(self._placements)} robots; PyBullet can distinguish at most {len(ROBOT_GROUPS)}.",
             )
         self.robots: dict[str, Articulation] = {}
         for (name, placement), group in zip(self._placements.items(), ROBOT_GROUPS, strict=False):

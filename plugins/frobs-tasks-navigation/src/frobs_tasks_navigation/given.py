@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ResetOptionError
 from frobs_core.validation import numbers
 from frobs_tasks_navigation import terms
 
@@ -20,7 +20,7 @@ def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
         ConfigurationError: A goal is not two numbers, or outside of the area.
     """
     if goal.shape[1:] != (2,):
-        raise ConfigurationError(f"a given goal has the shape {goal.shape[1:]}; it must be (2,): x, y [m].")
+        raise ResetOptionError("goal", f"has the shape {goal.shape[1:]}; it must be (2,): x, y [m].")
     _check_inside("goal", goal, low, high)
     return goal
 
@@ -32,9 +32,7 @@ def checked_start(start: Floats, low: Floats, high: Floats) -> Floats:
         ConfigurationError: A start is not three numbers, or outside of the area.
     """
     if start.shape[1:] != (3,):
-        raise ConfigurationError(
-            f"a given start has the shape {start.shape[1:]}; it must be (3,): x, y [m], yaw [rad]."
-        )
+        raise ResetOptionError("start", f"has the shape {start.shape[1:]}; it must be (3,): x, y [m], yaw [rad].")
     _check_inside("start", start[:, :2], low, high)
     return start
 
@@ -42,7 +40,7 @@ def checked_start(start: Floats, low: Floats, high: Floats) -> Floats:
 def _check_inside(what: str, pos: Floats, low: Floats, high: Floats) -> None:
     outside = terms.outside(pos, low, high)
     if outside.any():
-        raise ConfigurationError(
-            f"the given {what} {numbers(pos[outside][0])} m is outside of the floor plan's area, "
-            f"{numbers(low)} to {numbers(high)} m."
+        raise ResetOptionError(
+            what,
+            f"is {numbers(pos[outside][0])} m, outside of the floor plan's area, {numbers(low)} to {numbers(high)} m.",
         )

@@ -11,7 +11,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import ParameterValueError, UnknownNameError, UnsuitableRobotError
 from frobs_core.flat_observation import FlatObservation, ObservationTerm
 from frobs_core.interfaces import Controller, Marker, RobotHandle, Scene, Simulation, Snapshot, Task
 from frobs_core.interfaces.task import Observation
@@ -136,7 +136,9 @@ class Navigate(Task):
             if name not in OBSERVABLE:
                 raise UnknownNameError("term of the observation", name, OBSERVABLE)
         if not self._observed or len(set(self._observed)) < len(self._observed):
-            raise ConfigurationError(f"observation is {list(observation)}; name at least one term, and each once.")
+            raise ParameterValueError(
+                "observation", list(observation), "a list of at least one term, each of them once"
+            )
         self.lidar, self.bumper = lidar, bumper
         self.collision_ends = boolean("collision_ends", collision_ends)
         self.progress_weight = finite("progress_weight", progress_weight)
@@ -160,7 +162,7 @@ class Navigate(Task):
         self._robot: RobotHandle = simulation.robots["robot"]
         name = self._robot.robot.name
         if self._robot.robot.base == "fixed":
-            raise ConfigurationError(f"robot '{name}' has a fixed base: it cannot drive; say base='wheeled' if it can.")
+            raise UnsuitableRobotError(name, "has a fixed base, so it cannot drive; set base='wheeled' if it can.")
         sees = not {"lidar", "nearness"}.isdisjoint(self._observed)
         if sees and self.lidar not in self._robot.robot.lidars:
             raise UnknownNameError(f"lidar of robot '{name}'", self.lidar, self._robot.robot.lidars)

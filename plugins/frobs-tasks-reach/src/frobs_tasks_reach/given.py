@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ResetOptionError
 from frobs_core.interfaces import RobotHandle
 from frobs_core.validation import numbers
 from frobs_tasks_reach.sampling import in_box
@@ -25,12 +25,12 @@ def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
         ConfigurationError: A goal is not three numbers, or outside of [low, high].
     """
     if goal.shape[1:] != (3,):
-        raise ConfigurationError(f"a given goal has the shape {goal.shape[1:]}; it must be (3,): x, y, z [m].")
+        raise ResetOptionError("goal", f"has the shape {goal.shape[1:]}; it must be (3,): x, y, z [m].")
     inside = in_box(goal, low, high)
     if not inside.all():
-        raise ConfigurationError(
-            f"the given goal {numbers(goal[~inside][0])} m is beyond any reach: goals may lie between "
-            f"{numbers(low)} and {numbers(high)} m."
+        raise ResetOptionError(
+            "goal",
+            f"is {numbers(goal[~inside][0])} m, beyond any reach: goals must lie between {numbers(low)} and {numbers(high)} m.",
         )
     return goal
 
@@ -43,15 +43,15 @@ def checked_joint_positions(positions: Floats, robot: RobotHandle) -> Floats:
     """
     lower, upper = robot.position_lower[0], robot.position_upper[0]
     if positions.shape[1:] != lower.shape:
-        raise ConfigurationError(
-            f"given joint positions have the shape {positions.shape[1:]}; it must be {lower.shape}: "
-            f"{', '.join(robot.joint_names)}."
+        raise ResetOptionError(
+            "joint_positions",
+            f"has the shape {positions.shape[1:]}; it must be {lower.shape}: {', '.join(robot.joint_names)}.",
         )
     outside = (positions < lower - _ROUNDING) | (positions > upper + _ROUNDING)  # (n, dof)
     if outside.any():
         row, joint = np.argwhere(outside)[0]
-        raise ConfigurationError(
-            f"the given joint position {positions[row, joint]:.6g} of '{robot.joint_names[joint]}' is outside "
-            f"its limits [{lower[joint]:.6g}, {upper[joint]:.6g}]."
+        raise ResetOptionError(
+            "joint_positions",
+            f"puts '{robot.joint_names[joint]}' at {positions[row, joint]:.6g}, outside its limits [{lower[joint]:.6g}, {upper[joint]:.6g}].",
         )
     return np.clip(positions, lower, upper)

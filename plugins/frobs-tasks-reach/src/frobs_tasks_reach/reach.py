@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import UnsuitableRobotError
 from frobs_core.flat_observation import FlatObservation, ObservationTerm
 from frobs_core.interfaces import (
     Camera,
@@ -118,7 +118,7 @@ class Reach(EpisodeStart):
         self._simulation = simulation
         self._robot: RobotHandle = simulation.robots["robot"]
         if not self._robot.dof:
-            raise ConfigurationError(f"robot '{self._robot.robot.name}' has no actuated joint: it cannot reach.")
+            raise UnsuitableRobotError(self._robot.robot.name, "has no actuated joint, so it cannot reach.")
         self._bind_start(self._robot)
         self._observation = FlatObservation(self._robot.num_envs, self._observation_terms())
         self.observation_space = self._observation.space

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ParameterValueError, UnsuitableRobotError
 from frobs_core.interfaces import RobotHandle, Task
 from frobs_core.models import longest_reach
 from frobs_core.random import RandomSource
@@ -44,7 +44,7 @@ class EpisodeStart(Task):
         if self._given_low is not None and self._given_high is not None:
             self._set_box(self._given_low, self._given_high)
         if initial not in ("home", "random"):
-            raise ConfigurationError(f"initial is '{initial}'; it must be 'home' or 'random'.")
+            raise ParameterValueError("initial", initial, "'home' or 'random'")
         self.initial = initial
 
     def _bind_start(self, robot: RobotHandle) -> None:
@@ -130,10 +130,11 @@ class EpisodeStart(Task):
             )
         if self._is_in_box(reached).any():
             return
-        raise ConfigurationError(
-            f"robot '{self._robot.robot.name}' reaches nothing of the {self._box_text}: its tool "
+        raise UnsuitableRobotError(
+            self._robot.robot.name,
+            f"reaches nothing of the {self._box_text}: its tool "
             f"'{self._robot.tcp}' moves between {numbers(reached.min(axis=0))} and {numbers(reached.max(axis=0))} m "
-            f"({_SURVEY} random joint vectors were tried); choose goal_low and goal_high inside of that."
+            f"({_SURVEY} random joint vectors were tried); choose goal_low and goal_high inside of that.",
         )
 
     def _reach_box(self) -> tuple[Floats, Floats]:

@@ -10,10 +10,11 @@ import gymnasium as gym
 from gymnasium.vector import AutoresetMode
 
 from frobs_core.compose import check_num_envs
-from frobs_core.errors import ConfigurationError, FrobsError
+from frobs_core.errors import FrobsError
 from frobs_core.registry import find_spec
 from frobs_train.configuration.components import build_part, load_wrapper
 from frobs_train.configuration.config import PartConfig
+from frobs_train.errors import ComponentError, EnvironmentBuildError
 
 
 def make_vector_env(
@@ -41,7 +42,7 @@ def make_vector_env(
     except FrobsError:
         raise
     except Exception as error:
-        raise _unbuildable(environment, kwargs, error) from error
+        raise EnvironmentBuildError(environment, kwargs, error) from error
     try:
         for cls, part in loaded:
             if issubclass(cls, gym.vector.VectorWrapper):
@@ -96,24 +97,18 @@ def make_env(
     loaded = [(load_wrapper(part), part) for part in wrappers]
     for cls, part in loaded:
         if not issubclass(cls, gym.Wrapper):
-            raise ConfigurationError(
-                f"wrapper '{part.name}' is one of vectors, and a window or video shows a single environment; "
-                "evaluate the run instead, or write it as a gymnasium.Wrapper."
+            raise ComponentError(
+                "wrapper",
+                part.name,
+                "is one of vectors, and a window or video shows a single environment; "
+                "evaluate the run instead, or write it as a gymnasium.Wrapper.",
             )
     try:
         env = gym.make(spec, render_mode=render_mode, **kwargs)
     except FrobsError:
         raise
     except Exception as error:
-        raise _unbuildable(environment, kwargs, error) from error
+        raise EnvironmentBuildError(environment, kwargs, error) from error
     for cls, part in loaded:
         env = _wrap(cls, part, env)
     return env
-
-
-def _unbuildable(environment: str, kwargs: Mapping[str, Any], error: Exception) -> ConfigurationError:
-    given = ", ".join(f"{key}={value!r}" for key, value in kwargs.items())
-    return ConfigurationError(
-        f"environment '{environment}' cannot be built{f' with {given}' if given else ''}: "
-        f"{type(error).__name__}: {error}"
-    )

@@ -4,13 +4,21 @@ RunError                    in :mod:`frobs_core.errors`, as algorithms raise it 
 ├── RunExistsError          the run folder exists
 ├── RunBusyError            another process is training in the run folder
 └── TrainingError           the training run failed; says where, and what can be resumed
+
+ConfigurationError          in :mod:`frobs_core.errors`
+├── EnvironmentBuildError   an environment cannot be built with these keywords
+├── ComponentError          a wrapper or callback cannot be imported or built
+├── SearchSpaceError        a search space cannot be used
+└── StudyError              a study cannot be opened or continued
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from frobs_core.errors import RunError
+from frobs_core.errors import ConfigurationError, RunError
 
 
 class RunExistsError(RunError):
@@ -68,3 +76,69 @@ class TrainingError(RunError):
             f"the training in {path} failed after {steps:,} environment steps: {cause}. Mend it, then "
             f"'frobs resume {path}' continues {since}; --debug shows the traceback."
         )
+
+
+class EnvironmentBuildError(ConfigurationError):
+    """An environment cannot be built with these keywords.
+
+    Args:
+        environment: Gymnasium ID.
+        keywords: Keywords of the environment.
+        cause: The exception of the environment.
+    """
+
+    def __init__(self, environment: str, keywords: Mapping[str, Any], cause: Exception) -> None:
+        self.environment = environment
+        self.keywords = dict(keywords)
+        self.cause = cause
+        super().__init__(
+            f"environment '{environment}' cannot be built{_with(keywords)}: {type(cause).__name__}: {cause}"
+        )
+
+
+class ComponentError(ConfigurationError):
+    """A wrapper or callback cannot be imported or built.
+
+    Args:
+        kind: ``"wrapper"`` or ``"callback"``.
+        name: ``"package.module:Name"``.
+        reason: What is wrong and what to do.
+    """
+
+    def __init__(self, kind: str, name: str, reason: str) -> None:
+        self.kind = kind
+        self.name = name
+        self.reason = reason
+        super().__init__(f"{kind} '{name}' {reason}")
+
+
+class SearchSpaceError(ConfigurationError):
+    """A search space cannot be used.
+
+    Args:
+        reason: What is wrong and what to do.
+        key: The setting that it concerns; None for the whole space.
+    """
+
+    def __init__(self, reason: str, key: str | None = None) -> None:
+        self.key = key
+        self.reason = reason
+        super().__init__(reason)
+
+
+class StudyError(ConfigurationError):
+    """A study cannot be opened or continued.
+
+    Args:
+        study: Name or storage of the study.
+        reason: What is wrong and what to do.
+    """
+
+    def __init__(self, study: str, reason: str) -> None:
+        self.study = study
+        self.reason = reason
+        super().__init__(f"study '{study}' {reason}")
+
+
+def _with(keywords: Mapping[str, Any]) -> str:
+    return " with " + ", ".join(f"{key}={value!r}" for key, value in keywords.items()) if keywords else ""

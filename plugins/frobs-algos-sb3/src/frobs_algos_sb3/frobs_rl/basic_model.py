@@ -21,7 +21,7 @@ from frobs_algos_sb3.frobs_rl.parameters import current_parameters, load_paramet
 from frobs_algos_sb3.frobs_rl.saving import SaveEvery, free_name
 from frobs_algos_sb3.frobs_rl.settings import FileSettings, read_settings
 from frobs_algos_sb3.model_files import load_model, save_model, write_replay_buffer
-from frobs_core.errors import ConfigurationError, RunError
+from frobs_core.errors import ConfigurationError, MissingSettingError, ModelMismatchError, RunError
 
 _log = logging.getLogger("frobs")
 
@@ -84,7 +84,7 @@ class BasicModel:
             self.model = self._for_prediction(Path(save_model_path))
             return
         if env is None or log_path is None:
-            raise ConfigurationError(f"{type(self).__name__}: a training needs an environment and a log_path.")
+            raise MissingSettingError(type(self).__name__, "an environment and a log_path")
         path = find_config(config_file_pkg, config_filename or f"{self.algorithm}_config.yaml")
         self._given = load_parameters(path, ns)
         self.settings = read_settings(self._given, self.algorithm, path)
@@ -249,7 +249,7 @@ class BasicModel:
         for name in ("observation_space", "action_space") if self.env is not None else ():
             written, real = getattr(model, name), getattr(self.env, name)
             if type(written) is not type(real) or written.shape != real.shape:
-                raise ConfigurationError(f"{path}: the model has {name} {written}, and the environment has {real}.")
+                raise ModelMismatchError(path, name, written, real)
         return model
 
     def _write(self, path: Path) -> None:

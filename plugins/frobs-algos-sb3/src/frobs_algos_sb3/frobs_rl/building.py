@@ -19,7 +19,7 @@ from frobs_algos_sb3.frobs_rl.saving import existing_model
 from frobs_algos_sb3.frobs_rl.settings import FileSettings
 from frobs_algos_sb3.model_files import load_model, read_replay_buffer
 from frobs_algos_sb3.model_files.known import algorithm_class
-from frobs_core.errors import ConfigurationError, UntrustedFileError
+from frobs_core.errors import ConfigurationError, IncompatibleSpaceError, UntrustedFileError
 
 Env = gym.Env[Any, Any] | VecEnv
 
@@ -113,8 +113,10 @@ def exploration(settings: FileSettings, env: Env) -> dict[str, Any]:
 def _noise(settings: FileSettings, env: Env) -> NormalActionNoise:
     space, noise = env.action_space, settings.params.action_noise
     if not isinstance(space, spaces.Box):
-        raise ConfigurationError(
-            f"algorithm '{settings.algorithm}' needs actions in a Box, and the action space is {space}; choose PPO, A2C or DQN."
+        raise IncompatibleSpaceError(
+            f"algorithm '{settings.algorithm}'",
+            space,
+            f"needs actions in a Box, and the action space is {space}; choose PPO, A2C or DQN.",
         )
     return NormalActionNoise(np.full(space.shape[-1], noise.mean), np.full(space.shape[-1], noise.sigma))
 

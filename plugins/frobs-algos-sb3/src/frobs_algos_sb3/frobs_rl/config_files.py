@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.util import find_spec
 from pathlib import Path
 
-from frobs_core.errors import ConfigurationError, nearest
+from frobs_core.errors import ConfigurationError, MissingFileError, nearest
 
 DEFAULT_PACKAGE = "frobs_rl"
 """FRobs_RL's own name: its default files are here."""
@@ -28,9 +28,7 @@ def find_config(package: str | None, filename: str | Path) -> Path:
     if package is None or Path(filename).is_absolute():
         path = Path(filename)
         if not path.is_file():
-            raise ConfigurationError(
-                f"{path} does not exist; give the YAML file's path, or a package and the file's name."
-            )
+            raise MissingFileError(path, "pass the path of the YAML file, or a package and the name of the file")
         return path
     folders = [*_ros_folders(package), *_python_folders(package)]
     if package == DEFAULT_PACKAGE:

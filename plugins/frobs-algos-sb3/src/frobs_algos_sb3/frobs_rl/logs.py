@@ -16,7 +16,7 @@ from stable_baselines3.common.logger import (
 )
 
 from frobs_algos_sb3.frobs_rl.errors import LogFolderExistsError
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ParameterValueError
 
 OnExisting = Literal["error", "increment", "overwrite", "resume"]
 """What to do about a log folder that is there already."""
@@ -39,7 +39,7 @@ def log_folder(path: Path, on_existing: str) -> Path:
         ConfigurationError: There is no such choice.
     """
     if on_existing not in CHOICES:
-        raise ConfigurationError(f"on_existing = {on_existing!r}: choose one of {', '.join(CHOICES)}.")
+        raise ParameterValueError("on_existing", on_existing, f"one of {', '.join(CHOICES)}")
     if not path.exists():
         return path
     if on_existing == "error":

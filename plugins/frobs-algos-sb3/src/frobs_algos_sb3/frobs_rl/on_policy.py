@@ -13,7 +13,7 @@ from frobs_algos_sb3.frobs_rl.basic_model import BasicModel
 from frobs_algos_sb3.frobs_rl.building import imitated_model
 from frobs_algos_sb3.frobs_rl.config_files import DEFAULT_PACKAGE
 from frobs_algos_sb3.frobs_rl.logs import OnExisting
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import MissingSettingError
 
 
 class OnPolicyModel(BasicModel):
@@ -49,7 +49,7 @@ class OnPolicyModel(BasicModel):
         trust: bool = False,
     ) -> None:
         if load_il_policy and il_policy_path is None:
-            raise ConfigurationError("load_il_policy needs il_policy_path, the model to begin with.")
+            raise MissingSettingError("load_il_policy", "il_policy_path", "set it to the model to start from")
         self._il_policy = Path(il_policy_path) if load_il_policy and il_policy_path is not None else None
         super().__init__(
             env,

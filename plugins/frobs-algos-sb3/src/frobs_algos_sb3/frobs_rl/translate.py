@@ -8,7 +8,7 @@ from typing import Any
 
 from frobs_algos_sb3.frobs_rl.blocks import WITH_NOISE, WITH_SDE
 from frobs_algos_sb3.frobs_rl.settings import ROOT, FileSettings, read_settings
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConfigFileError
 
 _ELSEWHERE = (
     "save_prefix",
@@ -41,9 +41,11 @@ def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[d
     settings = read_settings(mapping, algorithm, path)
     params = settings.params
     if params.load_model:
-        raise ConfigurationError(
-            f"{path}: load_model goes on from a model, and a run begins anew; set it to False, or use the class "
-            f"frobs_algos_sb3.frobs_rl.{algorithm.upper()}."
+        raise ConfigFileError(
+            path,
+            None,
+            f"load_model goes on from a model, and a run begins anew; set it to False, or use the class "
+            f"frobs_algos_sb3.frobs_rl.{algorithm.upper()}.",
         )
     config: dict[str, Any] = {"algorithm": algorithm, "num_envs": 1, "steps": params.training_steps}
     if params.save_freq:

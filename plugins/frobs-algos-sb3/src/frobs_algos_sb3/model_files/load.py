@@ -19,7 +19,7 @@ from frobs_algos_sb3.model_files.rebuild import Rebuilt, rebuild
 from frobs_algos_sb3.model_files.save import read_sidecar
 from frobs_algos_sb3.model_files.space_text import same_space
 from frobs_algos_sb3.model_files.text import Unreadable
-from frobs_core.errors import CheckpointError, ConfigurationError, UntrustedFileError
+from frobs_core.errors import CheckpointError, ConfigurationError, ModelMismatchError, UntrustedFileError
 
 _NEEDED = ("policy_class", "policy_kwargs", "observation_space", "action_space", "use_sde")
 """Without these there is no policy."""
@@ -93,9 +93,7 @@ def _take_spaces(archive: ModelArchive, found: Rebuilt, env: VecEnv) -> None:
     for key, real in (("observation_space", env.observation_space), ("action_space", env.action_space)):
         written = found.values.get(key)
         if written is not None and not same_space(written, real):
-            raise ConfigurationError(
-                f"{archive.path}: the model was trained with {key} {written}, and the environment has {real}."
-            )
+            raise ModelMismatchError(archive.path, key, written, real)
         found.unreadable.pop(key, None)
         found.values[key] = real
 

@@ -9,7 +9,7 @@ import typer
 from frobs_cli.completion import complete_id
 from frobs_cli.options import Json
 from frobs_cli.output import console, only_json, print_json
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import CommandLineError
 
 if TYPE_CHECKING:
     from frobs_devkit.testing import Report, Result, Subject
@@ -84,7 +84,7 @@ def check(
 def _reason(given: str) -> tuple[str, str]:
     name, sign, reason = given.partition("=")
     if not (sign and name.strip() and reason.strip()):
-        raise ConfigurationError(f"--expect-failure '{given}' is not of the form CHECK=REASON.")
+        raise CommandLineError("--expect-failure", f"'{given}' is not of the form CHECK=REASON.")
     return name.strip(), reason.strip()
 
 

@@ -12,7 +12,7 @@ import typer
 from frobs_cli.facts import print_facts
 from frobs_cli.options import Json
 from frobs_cli.output import only_json, print_json, print_line, print_note, print_title
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import MissingSettingError
 from frobs_devkit.scaffold.answers import CHOICES, QUESTIONS, asked, find_problem
 
 
@@ -103,8 +103,10 @@ def new(
     given = {question: answer for question, answer in flags.items() if answer is not None}
     if not {"what", "name"} <= given.keys():
         if json or not sys.stdin.isatty():
-            raise ConfigurationError(
-                f"say what to make and its name: frobs new pair my_arm. There are {', '.join(CHOICES['what'])}."
+            raise MissingSettingError(
+                "frobs new",
+                "what to make and its name",
+                f"for example frobs new pair my_arm; it makes {', '.join(CHOICES['what'])}",
             )
         given = _ask(given)
     with only_json(json):

@@ -12,8 +12,8 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.env import RobotEnv
-from frobs_core.errors import ConfigurationError
 from frobs_core.files import write_aside, write_json
+from frobs_devkit.parity.errors import ActionFileError
 
 SUFFIXES = (".json", ".npz")
 """Endings of an action file."""
@@ -53,7 +53,7 @@ class ActionFile:
                 content = {"id": self.id, "seed": self.seed, "controller": self.controller, "actions": self.actions}
                 write_aside(path, lambda aside: np.savez(aside, **content))  # type: ignore[arg-type]
             case _:
-                raise ConfigurationError(f"{path}: an action file ends in {' or '.join(SUFFIXES)}.")
+                raise ActionFileError(path, f"an action file ends in {' or '.join(SUFFIXES)}.")
 
 
 def read_actions(path: Path) -> ActionFile:
@@ -69,16 +69,16 @@ def read_actions(path: Path) -> ActionFile:
         elif path.suffix == ".json":
             found = json.loads(path.read_text("utf-8"))
         else:
-            raise ConfigurationError(f"{path}: an action file ends in {' or '.join(SUFFIXES)}.")
+            raise ActionFileError(path, f"an action file ends in {' or '.join(SUFFIXES)}.")
     except FileNotFoundError as error:
-        raise ConfigurationError(f"{path}: there is no such file.") from error
+        raise ActionFileError(path, "the file does not exist.") from error
     except (OSError, ValueError, UnicodeDecodeError) as error:  # ValueError: no JSON, or a pickle
-        raise ConfigurationError(f"{path} is no action file: {error}") from error
+        raise ActionFileError(path, f"this is not an action file: {error}") from error
     missing = [name for name in ("id", "seed", "actions") if not isinstance(found, dict) or name not in found]
     if missing:
-        raise ConfigurationError(
-            f"{path} lacks {', '.join(missing)}; an action file has 'id', 'seed' and 'actions' (steps, …), and may have "
-            "'controller'."
+        raise ActionFileError(
+            path,
+            f"{', '.join(missing)} missing; an action file has 'id', 'seed' and 'actions' (steps, …), and optionally 'controller'.",
         )
     try:
         seed = int(found["seed"])
@@ -86,7 +86,7 @@ def read_actions(path: Path) -> ActionFile:
         if not np.issubdtype(actions.dtype, np.number):
             raise ValueError(f"actions are {actions.dtype}, not numbers")
     except (TypeError, ValueError) as error:  # ragged lists, texts
-        raise ConfigurationError(f"{path}: seed or actions are not numbers: {error}") from error
+        raise ActionFileError(path, f"seed or actions are not numbers: {error}") from error
     return ActionFile(
         id=str(found["id"]), seed=seed, actions=actions, controller=str(found.get("controller", "") or "")
     )
@@ -107,24 +107,24 @@ def check_actions(file: ActionFile, env: RobotEnv, id: str, controller: str, whe
     """
     space, actions = env.action_space, file.actions
     if file.id.removeprefix("frobs_core:") != id.removeprefix("frobs_core:"):
-        raise ConfigurationError(f"{where} is for '{file.id}', not for '{id}': frobs parity {file.id} --actions …")
+        raise ActionFileError(where, f"it is for '{file.id}', not for '{id}': frobs parity {file.id} --actions …")
     if file.controller and file.controller != controller:
-        raise ConfigurationError(
-            f"{where} is for the controller '{file.controller}', not '{controller}': --controller {file.controller}"
+        raise ActionFileError(
+            where, f"it is for the controller '{file.controller}', not '{controller}': --controller {file.controller}"
         )
     if file.seed < 0:
-        raise ConfigurationError(f"{where}: seed is {file.seed}; it must be at least 0.")
+        raise ActionFileError(where, f"seed is {file.seed}; it must be at least 0.")
     wanted = space.shape or ()
     if actions.ndim != 1 + len(wanted) or actions.shape[1:] != wanted or not len(actions):
-        raise ConfigurationError(f"{where}: actions have the shape {actions.shape}; '{id}' takes {('steps', *wanted)}.")
+        raise ActionFileError(where, f"actions have the shape {actions.shape}; '{id}' takes {('steps', *wanted)}.")
     if isinstance(space, gym.spaces.Box):
         if not np.isfinite(actions).all():
             step = int(np.argwhere(~np.isfinite(actions))[0][0])
-            raise ConfigurationError(f"{where}: the action of step {step} is not finite.")
+            raise ActionFileError(where, f"the action of step {step} is not finite.")
     else:
         for step, action in enumerate(actions):
             if not space.contains(np.asarray(action, np.int64)):
-                raise ConfigurationError(f"{where}: the action of step {step}, {action}, is not in {space}.")
+                raise ActionFileError(where, f"the action of step {step}, {action}, is not in {space}.")
 
 
 def smooth_actions(space: gym.Space[Any], steps: int, seed: int) -> np.ndarray[Any, Any]:

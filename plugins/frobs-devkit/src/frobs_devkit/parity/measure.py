@@ -13,7 +13,7 @@ from typing import Any
 
 from frobs_core import plugins
 from frobs_core.capabilities import CAPABILITIES, Level
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import ModelMismatchError, UnknownNameError
 from frobs_devkit.parity.actions import ActionFile, check_actions, read_actions, smooth_actions
 from frobs_devkit.parity.certificate import Certificate
 from frobs_devkit.parity.gravity_drop import gravity_drop
@@ -204,7 +204,9 @@ def _unmade(plan: Plan, comparisons: Sequence[Comparison]) -> Measurement:
 def _keywords_of(run: Run, environment: str) -> Mapping[str, Any]:
     theirs, ours = run.config.environment.rpartition(":")[2], environment.rpartition(":")[2]
     if theirs != ours:
-        raise ConfigurationError(f"the run {run.path} is of '{theirs}', not of '{ours}': frobs parity {theirs} --run …")
+        raise ModelMismatchError(
+            f"the run {run.path}", "the ID", f"'{theirs}'", f"'{ours}'; use frobs parity {theirs} --run …"
+        )
     return run.config.environment_kwargs
 
 

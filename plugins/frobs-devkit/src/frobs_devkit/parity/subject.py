@@ -13,7 +13,7 @@ from frobs_core import plugins
 from frobs_core.arrays import Floats
 from frobs_core.capabilities import Level, check_capabilities
 from frobs_core.env import RobotEnv
-from frobs_core.errors import CapabilityError, ConfigurationError, UnknownNameError
+from frobs_core.errors import CapabilityError, ConfigurationError, UnknownNameError, UnsuitableRobotError
 from frobs_core.interfaces import Body, CommandMode, Placement, RobotHandle, Scene, Simulation
 from frobs_core.models import JointLimits, JointType
 from frobs_core.registry import find_spec
@@ -139,9 +139,7 @@ def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping
         inner = env.unwrapped
         assert isinstance(inner, RobotEnv)
         if not inner.robot.dof:
-            raise ConfigurationError(
-                f"robot '{inner.robot.robot.name}' has no actuated joint: nothing can be compared."
-            )
+            raise UnsuitableRobotError(inner.robot.robot.name, "has no actuated joint: there is nothing to compare.")
         scene = inner.task.scene()
         placement = Placement(
             robot=inner.robot.robot,

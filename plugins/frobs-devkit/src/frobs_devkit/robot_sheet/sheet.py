@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import MissingDependencyError, ParameterValueError
 from frobs_core.files import write_aside
 from frobs_core.interfaces import Robot
 from frobs_core.models import RobotModel
@@ -51,12 +51,12 @@ def draw_robot_sheet(robot: Robot, model: RobotModel, path: Path | str, simulato
     """
     target = Path(path)
     if target.suffix.lower() != ".png":
-        raise ConfigurationError(f"a picture is written as PNG; end '{target}' in .png.")
+        raise ParameterValueError("picture", str(target), "a file name that ends in .png")
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError as error:
-        raise ConfigurationError("a picture needs matplotlib: pip install 'frobs-train[plots]'.") from error
+        raise MissingDependencyError("a picture", ["matplotlib"], "pip install 'frobs-train[plots]'") from error
     shots = choose_shots(model, robot.home, _JOINTS)
     stage = Stage(robot, model, shots.all, simulator)
     layout = _Layout(stage, shots)

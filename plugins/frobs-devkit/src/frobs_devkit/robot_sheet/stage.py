@@ -11,7 +11,7 @@ import numpy as np
 from frobs_core import plugins
 from frobs_core.arrays import Floats
 from frobs_core.capabilities import Level
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import MissingDependencyError
 from frobs_core.interfaces import Body, CommandMode, Placement, Robot, Scene, Simulation
 from frobs_core.models import Cylinder, JointType, Pose, RobotModel, default_tcp
 from frobs_core.models.bounds import drawn_points
@@ -134,7 +134,7 @@ def _choose(name: str | None) -> SimulatorRecord:
         assert isinstance(record, SimulatorRecord)
         if record.capabilities.get("cameras", Level.UNSUPPORTED) > Level.UNSUPPORTED:
             return record
-    raise ConfigurationError("a simulator draws the picture, and none is installed: pip install frobs-sim-mujoco.")
+    raise MissingDependencyError("a picture", ["a simulator"], "pip install frobs-sim-mujoco")
 
 
 def _foot(model: RobotModel) -> list[str]:

@@ -9,8 +9,9 @@ from importlib.util import find_spec
 import gymnasium as gym
 
 from frobs_core import plugins, registry
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import UnsuitableRobotError
 from frobs_core.interfaces import Robot
+from frobs_devkit.scaffold.errors import NameTakenError
 
 _ADVICE = "choose another name, or uninstall it."
 
@@ -31,18 +32,18 @@ def check_clashes(context: Mapping[str, str]) -> None:
         except PackageNotFoundError:
             pass
         else:
-            raise ConfigurationError(f"the distribution {distribution} {found} is installed here; {_ADVICE}")
+            raise NameTakenError("distribution", distribution, f"version {found} is installed")
         package = distribution.replace("-", "_")
         if find_spec(package) is not None:
-            raise ConfigurationError(f"a Python package '{package}' can be imported here; {_ADVICE}")
+            raise NameTakenError("Python package", package, "it can be imported")
     for kind, name in _names(context):
         offered = [known for known in plugins.records(kind) if known.rpartition(":")[2] == name]
         if offered:
             report = plugins.get_report(kind, offered[0])
-            raise ConfigurationError(f"{report.origin} offers a {kind} '{name}' already; {_ADVICE}")
+            raise NameTakenError(kind, name, f"{report.origin} offers it")
     id = context["__id"]
     if id and (id in gym.registry or id in registry.environments()):
-        raise ConfigurationError(f"the ID '{id}' is registered already; {_ADVICE}")
+        raise NameTakenError("ID", id, "it is registered")
     if context["what"] == "task":
         _check_robot(context["robot"], context["example"])
 
@@ -57,6 +58,6 @@ def _check_robot(name: str, example: str) -> None:
     if example == "wheeled" and robot.differential_drive is None:
         wheeled = [known for known, record in plugins.records("robot").items() if record.load().differential_drive]
         there = f"installed are {', '.join(wheeled)}" if wheeled else "none is installed; make a pair"
-        raise ConfigurationError(f"robot '{name}' has no differential drive, so it cannot drive to a goal; {there}.")
+        raise UnsuitableRobotError(name, f"has no differential drive, so it cannot drive to a goal; {there}.")
     if example == "arm" and robot.base == "wheeled":
-        raise ConfigurationError(f"robot '{name}' is wheeled; a task for it begins with the example 'wheeled'.")
+        raise UnsuitableRobotError(name, "is wheeled; a task for it begins with the example 'wheeled'.")

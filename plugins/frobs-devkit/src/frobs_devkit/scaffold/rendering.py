@@ -11,10 +11,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import frobs_core
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import MissingFileError, TargetExistsError
 from frobs_devkit.scaffold.answers import QUESTIONS, asked, find_problem
 from frobs_devkit.scaffold.clashes import check_clashes
+from frobs_devkit.scaffold.errors import AnswerError
 from frobs_devkit.scaffold.finish import finish, finish_robot
 
 
@@ -22,14 +22,14 @@ def template_folder() -> Path:
     """Return the folder of ``cookiecutter.json``: in the wheel, or in the repository beside an editable install.
 
     Raises:
-        ConfigurationError: It is in neither.
+        MissingFileError: It is in neither.
     """
-    core = Path(frobs_core.__file__).parent
-    for folder in (core / "scaffold" / "files" / "cookiecutter", core.parent / "cookiecutter"):
+    here = Path(__file__).parent
+    for folder in (here / "files" / "cookiecutter", here.parents[4] / "cookiecutter"):
         if (folder / "cookiecutter.json").is_file():
             return folder
-    raise ConfigurationError(
-        "the templates of frobs-devkit are missing; reinstall it: pip install --force-reinstall frobs-devkit"
+    raise MissingFileError(
+        here / "files", "the templates are missing; reinstall: pip install --force-reinstall frobs-devkit"
     )
 
 
@@ -44,17 +44,17 @@ def resolve(given: Mapping[str, str]) -> dict[str, Any]:
     """
     problem = find_problem(given)
     if problem:
-        raise ConfigurationError(problem)
+        raise AnswerError(problem)
     for question in given:
         if question not in QUESTIONS:
-            raise ConfigurationError(f"there is no question '{question}'; there are {', '.join(QUESTIONS)}.")
+            raise AnswerError(f"there is no question '{question}'; there are {', '.join(QUESTIONS)}.")
         if question not in asked(given) and given[question]:
             made = " with the example ".join(given[key] for key in ("what", "example") if key in given)
-            raise ConfigurationError(f"{question} means nothing for a new {made}; leave it out.")
+            raise AnswerError(f"{question} means nothing for a new {made}; leave it out.")
     context = fill_in(given)
     problem = find_problem(context)
     if problem:
-        raise ConfigurationError(problem)
+        raise AnswerError(problem)
     return context
 
 
@@ -96,7 +96,7 @@ def render(context: Mapping[str, Any], output: Path) -> Path:
     """
     target: Path = output / context["__folder"]
     if target.exists() or target.is_symlink():
-        raise ConfigurationError(f"the folder {target} exists; choose another name, or another place with --output.")
+        raise TargetExistsError(target, "choose another name, or another folder with --output")
     check_clashes(context)
     if "robot" in context["__kinds"] and context["example"] == "file":
         from frobs_devkit.scaffold.robot_file import facts_for

@@ -16,10 +16,11 @@ from xml.etree import ElementTree
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import UnknownNameError
 from frobs_core.interfaces import Robot
 from frobs_core.models import Joint, RobotModel, default_tcp, home_positions, load_model
 from frobs_core.random import RandomSource
+from frobs_devkit.scaffold.errors import AnswerError
 
 if TYPE_CHECKING:
     from frobs_devkit.testing import Report
@@ -105,7 +106,7 @@ def facts_of(*, robot_file: str, name: str, tcp: str = "", xacro_args: str = "",
     found = examine_robot(robot_file, xacro_args=args, package_paths=paths)
     for finding in found.findings:
         if finding.severity is Severity.ERROR:
-            raise ConfigurationError(f"{robot_file}: {finding.about}: {finding.problem}; {finding.advice}.")
+            raise AnswerError(f"{robot_file}: {finding.about}: {finding.problem}; {finding.advice}.")
     model = load_model(robot_file, xacro_args=args, package_paths=paths)
     links = [link.name for link in model.links]
     if tcp and tcp not in links:
@@ -119,7 +120,7 @@ def facts_of(*, robot_file: str, name: str, tcp: str = "", xacro_args: str = "",
     failures = {result.name: result.message for result in checks.failed}
     for check in _FATAL:
         if check in failures:
-            raise ConfigurationError(f"{robot_file}: {failures[check]}")
+            raise AnswerError(f"{robot_file}: {failures[check]}")
     warnings = [f"- {f.about}: {f.problem}; {f.advice}" for f in found.findings if f.severity is Severity.WARNING]
     report = f"Taken from `{Path(robot_file).name}`: {found.dof} joints, {found.mass:.3g} kg, tool `{tool}`."
     if warnings:

@@ -13,7 +13,7 @@ from gymnasium.vector import AutoresetMode
 
 from frobs_core import plugins
 from frobs_core.capabilities import CAPABILITIES
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConfigurationError, MissingSettingError
 from frobs_core.interfaces import Marker, Scene, Task
 from frobs_core.random import RandomSource
 from frobs_core.registry import COMPOSITIONAL_ID
@@ -137,7 +137,7 @@ def check_task(task: str | TaskRecord, **kwargs: Any) -> list[Check]:
         first = record.environments[0]
         parts = {"robot": first.robot, "controller": first.controller, "simulator": first.simulator, **first.parameters}
     elif not {"robot", "controller"} <= kwargs.keys():
-        raise ConfigurationError(
-            f"task '{record.name}' registers no environment ID; give check_task robot= and controller=."
+        raise MissingSettingError(
+            "check_task", "robot= and controller=", f"task '{record.name}' registers no environment ID"
         )
     return collect(TaskUnderTest(COMPOSITIONAL_ID, {"task": task, **parts, **kwargs}, record=record), CHECKS)

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import UnknownNameError
 from frobs_rl_compat.migrate.constructor import Constructed, construct
+from frobs_rl_compat.migrate.errors import MigrationError
 from frobs_rl_compat.migrate.python_files import OldClass, PythonFiles, Registration, read_python_files
 from frobs_rl_compat.migrate.yaml_files import YamlFiles, read_yaml_files
 
@@ -65,15 +66,15 @@ def read_package(folder: Path, id: str | None = None) -> OldPackage:
         UnknownNameError: The package does not register the ID.
     """
     if not folder.is_dir():
-        raise ConfigurationError(
-            f"{folder} is neither a folder nor a file; give a ROS package's folder or a YAML file."
+        raise MigrationError(
+            folder, "this is neither a folder nor a file; pass the folder of a ROS package or a YAML file."
         )
     python = read_python_files(folder)
     environments = {old.name: old for old in python.environments}
     if not environments:
         there = ", ".join(python.classes) or "no class at all"
-        raise ConfigurationError(
-            f"{folder}: no class inherits FRobs_RL's RobotBasicEnv; there is {there}. Give the folder of the ROS package."
+        raise MigrationError(
+            folder, f"no class inherits FRobs_RL's RobotBasicEnv; there is {there}. Give the folder of the ROS package."
         )
     registered = [each for each in python.registrations if each.class_name in environments]
     if id is not None and id not in [each.id for each in registered]:

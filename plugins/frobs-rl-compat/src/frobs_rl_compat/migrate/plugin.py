@@ -10,7 +10,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConfigurationError, TargetExistsError
 from frobs_core.interfaces import Lidar
 from frobs_devkit.scaffold import render, resolve
 from frobs_devkit.scaffold.robot_file import copy_model
@@ -56,7 +56,7 @@ def migrate_package(
     context = resolve(_answers(package, robot, name, namespace))
     target = out / context["__folder"]
     if target.exists() or target.is_symlink():
-        raise ConfigurationError(f"the folder {target} exists; choose another --name, or another place with --out.")
+        raise TargetExistsError(target, "choose another --name, or another folder with --out")
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=out, prefix=".frobs-migrate-") as aside:
         folder = render(context, Path(aside))

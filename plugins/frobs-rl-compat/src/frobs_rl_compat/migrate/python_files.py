@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from frobs_core.errors import ConfigurationError
+from frobs_rl_compat.migrate.errors import MigrationError
 
 ROOTS = ("RobotBasicEnv", "CustomRobotEnv", "CCustomRobotEnv", "CustomTaskEnv")
 """FRobs_RL's own classes, which a package's inherit."""
@@ -134,8 +134,9 @@ def read_python_files(folder: Path) -> PythonFiles:
             tree = ast.parse(source, path.name)
         except (SyntaxError, ValueError) as error:  # of which UnicodeDecodeError is one
             if _DEFINES.search(path.read_text("utf-8", "replace")):
-                raise ConfigurationError(
-                    f"{path}: {error}. A part of the environment may be in it: mend it, for a file of Python 2 with 2to3."
+                raise MigrationError(
+                    path,
+                    f"{error}. It may contain a part of the environment: fix it; convert a file of Python 2 with 2to3.",
                 ) from error
             files.unread[path] = str(error)
             continue

@@ -11,9 +11,10 @@ from typing import Any
 
 from frobs_algos_sb3.frobs_rl.settings import ROOT, algorithms_in
 from frobs_algos_sb3.frobs_rl.translate import translate
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConfigurationError, TargetExistsError
 from frobs_core.plain import plain
 from frobs_core.yaml import dump_yaml, load_yaml
+from frobs_rl_compat.migrate.errors import MigrationError
 from frobs_rl_compat.migrate.report import Migration
 
 LEGACY_IDS = {
@@ -94,9 +95,7 @@ def run_configuration(path: Path, mapping: Mapping[str, Any], environment: str |
     """
     found = algorithms_in(mapping)
     if not found:
-        raise ConfigurationError(
-            f"{path}: there is no algorithm's block under '{ROOT}': add ppo_params, td3_params, …."
-        )
+        raise MigrationError(path, f"there is no algorithm's block under '{ROOT}': add ppo_params, td3_params, ….")
     config, note = translate(mapping, found[0], path)
     if len(found) > 1:
         note = f"{note} Blocks of other algorithms: {', '.join(found[1:])}.".strip()
@@ -119,7 +118,7 @@ def migrate_yaml(path: Path, out: Path) -> Migration:
     mapping = load_yaml(path)
     target = out / f"{path.stem}_run.yaml"
     if target.exists():
-        raise ConfigurationError(f"{target} exists; move it away, or choose another folder with --out.")
+        raise TargetExistsError(target, "move it away, or choose another folder with --out")
     made = Migration(path.name, target)
     if ROOT in mapping:
         text, note = run_configuration(path, mapping, None)
@@ -131,9 +130,10 @@ def migrate_yaml(path: Path, out: Path) -> Migration:
     else:
         root = next((key for key in mapping if key in LEGACY_IDS), None)
         if root is None:
-            raise ConfigurationError(
-                f"{path}: its keys are {', '.join(map(str, mapping))}; a file to migrate has '{ROOT}', or one of "
-                f"{', '.join(LEGACY_IDS)}. For the numbers of your own task migrate the whole package."
+            raise MigrationError(
+                path,
+                f"its keys are {', '.join(map(str, mapping))}; a file to migrate has '{ROOT}', or one of "
+                f"{', '.join(LEGACY_IDS)}. For the numbers of your own task migrate the whole package.",
             )
         text = f"# {LEGACY_IDS[root]} takes {path.name} of FRobs_RL unchanged.\n" + dump_yaml(
             {"environment": LEGACY_IDS[root], "environment_kwargs": {"config_file": str(path.absolute())}}

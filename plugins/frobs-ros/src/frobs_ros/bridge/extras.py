@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element
 
-from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Lidar
+from frobs_ros.errors import GazeboElementError
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,9 @@ class Plugin:
         try:
             return float(text) if text else default
         except ValueError as error:
-            raise ConfigurationError(f"the plugin '{self.name}': {tags[0]} is '{text}', which is no number.") from error
+            raise GazeboElementError(
+                f"the plugin '{self.name}'", f"{tags[0]} is '{text}', which is no number."
+            ) from error
 
     def says(self, tag: str, default: bool) -> bool:
         """Return whether a parameter is true."""
@@ -89,8 +91,8 @@ def _lidar(sensor: Element, link: str) -> Lidar:
         try:
             return float(text) if text else default
         except ValueError as error:
-            raise ConfigurationError(
-                f"the sensor '{_sensor_name(sensor)}': {path} is '{text}', which is no number."
+            raise GazeboElementError(
+                f"the sensor '{_sensor_name(sensor)}'", f"{path} is '{text}', which is no number."
             ) from error
 
     across = "ray/scan/horizontal"
@@ -109,8 +111,8 @@ def _lidar(sensor: Element, link: str) -> Lidar:
 def _offset(sensor: Element) -> tuple[float, float, float]:
     numbers = [float(number) for number in (sensor.findtext("pose") or "").split()] or [0.0] * 6
     if len(numbers) != 6 or any(numbers[3:]):
-        raise ConfigurationError(
-            f"the sensor '{_sensor_name(sensor)}' has the pose '{sensor.findtext('pose')}'; one that is turned is not "
-            "supported: give it a link of its own."
+        raise GazeboElementError(
+            f"the sensor '{_sensor_name(sensor)}'",
+            f"its pose is '{sensor.findtext('pose')}'; rotated sensors are not supported: give it a link of its own.",
         )
     return numbers[0], numbers[1], numbers[2]

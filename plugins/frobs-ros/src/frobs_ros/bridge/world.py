@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import ConfigurationError, ParameterValueError, UnknownNameError
 from frobs_core.interfaces import Scene, Simulation
 from frobs_core.specs import SimulatorRecord
 from frobs_ros.bridge.forces import Forces
@@ -45,7 +45,7 @@ class World:
         floor: bool = True,
     ) -> None:
         if not 0.0 < timestep < 1.0:
-            raise ConfigurationError(f"a time step of {timestep} s; it must be in (0, 1).")
+            raise ParameterValueError("time step", timestep, "in (0, 1) [s]")
         self._simulator, self._floor = simulator, floor
         self._timestep, self._gravity = timestep, gravity
         self._parameters: dict[tuple[str, str], Floats] = {}
@@ -127,7 +127,7 @@ class World:
             ConfigurationError: It is not positive.
         """
         if not 0.0 < timestep < 1.0 or round(timestep * NANO) < 1:
-            raise ConfigurationError(f"a time step of {timestep} s; it must be in (0, 1).")
+            raise ParameterValueError("time step", timestep, "in (0, 1) [s]")
         if timestep != self._timestep:
             self._timestep = timestep
             self._build(list(self.models.values()))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import MissingFileError, MissingSettingError, ParameterValueError
 from frobs_ros import backends, master, processes
 from frobs_ros.errors import PackageNotFoundError, ProcessError
 from frobs_ros.log import answers
@@ -62,7 +62,7 @@ def launch_Gazebo(  # noqa: N802 # FRobs_RL's name
         Whether it answers.
     """
     if output not in OUTPUTS:
-        raise ConfigurationError(f"output is {output!r}; it is 'screen' or 'log'.")
+        raise ParameterValueError("output", output, "'screen' or 'log'")
     launch = backends.Launch(
         paused=paused,
         use_sim_time=use_sim_time,
@@ -125,12 +125,12 @@ def find_world(path: str | None, package: str | None, name: str | None) -> Path 
     if path:
         file = Path(path).expanduser().absolute()
         if not file.is_file():
-            raise ConfigurationError(f"there is no world file {file}.")
+            raise MissingFileError(file, "pass the path of a world file")
         return file
     if not package and not name:
         return None
     if not package or not name:
-        raise ConfigurationError("a world of a package needs the package's name and the world's file name.")
+        raise MissingSettingError("a world of a package", "the name of the package and of the world file")
     folder = find_package(package)
     for file in (folder / "worlds" / name, folder / name, *sorted(folder.rglob(Path(name).name))):
         if file.is_file():

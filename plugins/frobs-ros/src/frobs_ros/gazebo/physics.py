@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ParameterValueError
 from frobs_ros.environment import use_ros
 from frobs_ros.errors import ServiceError
 from frobs_ros.log import answers
@@ -192,5 +192,5 @@ def _vector(x: float, y: float, z: float) -> Any:
 
 def _number(name: str, value: float, low: float = -math.inf, *, above: bool = False) -> float:
     if not math.isfinite(value) or value < low or (above and value == low):
-        raise ConfigurationError(f"{name} is {value}; it must be finite{f', and {low:g} or more' if low == 0 else ''}.")
+        raise ParameterValueError(name, value, f"finite{f', and {low:g} or more' if low == 0 else ''}")
     return float(value)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ParameterValueError
 from frobs_ros.environment import use_ros
 from frobs_ros.errors import ServiceError
 from frobs_ros.gazebo.poses import pose_message, position
@@ -83,7 +83,7 @@ def gazebo_set_model_state(
     from geometry_msgs.msg import Twist, Vector3
 
     if not sleep_time >= 0.0:
-        raise ConfigurationError(f"sleep_time is {sleep_time} s; it is 0 or more.")
+        raise ParameterValueError("sleep_time", sleep_time, "0 or more [s]")
     twist = Twist(
         Vector3(*position(lin_vel_x, lin_vel_y, lin_vel_z)), Vector3(*position(ang_vel_x, ang_vel_y, ang_vel_z))
     )

@@ -8,7 +8,7 @@ import subprocess
 import time
 from typing import Any
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ParameterValueError
 from frobs_ros.environment import child_variables, use_ros
 from frobs_ros.errors import ProcessError, ServiceError
 from frobs_ros.log import answers
@@ -83,7 +83,7 @@ def gazebo_step_physics(steps: int = 1) -> bool:
         Whether they are done.
     """
     if isinstance(steps, bool) or int(steps) != steps or steps < 1:
-        raise ConfigurationError(f"steps is {steps!r}; it is a whole number, 1 or more.")
+        raise ParameterValueError("steps", steps, "a whole number of at least 1")
     if is_stepper_offered():
         from frobs_msgs.srv import StepWorld
 

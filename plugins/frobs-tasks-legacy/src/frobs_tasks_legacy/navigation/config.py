@@ -7,7 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import ParameterValueError, UnknownNameError
 from frobs_core.validation import finite, non_negative, positive
 from frobs_tasks_legacy.yaml import Readers, read_values
 
@@ -26,7 +26,7 @@ def whole(name: str, value: Any) -> int:
     """
     number = non_negative(name, value)
     if number != int(number):
-        raise ConfigurationError(f"{name} is {value}; it must be a whole number.")
+        raise ParameterValueError(name, value, "a whole number")
     return int(number)
 
 

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ParameterValueError
 from frobs_core.interfaces import Controller, Simulation
 from frobs_tasks_legacy.navigation import config as legacy_config
 from frobs_tasks_navigation.navigate import Navigate
@@ -121,9 +121,10 @@ class NavigateLegacy(Navigate):
             return
         rays, samples = self._views["lidar"].shape[1], self.config["lidar_samples"]
         if rays != samples:
-            raise ConfigurationError(
-                f"lidar_samples is {samples}, but the lidar of robot '{self._robot.robot.name}' has {rays} rays; "
-                f'say sensors={{"{self.lidar}": {{"rays": {samples}}}}}.'
+            raise ParameterValueError(
+                "lidar_samples",
+                samples,
+                f'{rays}, the number of rays of the robot\'s lidar, or set sensors={{"{self.lidar}": {{"rays": {samples}}}}}',
             )
 
     def reward(self) -> Floats:

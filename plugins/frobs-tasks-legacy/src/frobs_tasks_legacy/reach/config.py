@@ -7,7 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import ParameterValueError, UnknownNameError
 from frobs_core.validation import boolean, finite, non_negative, number_list, positive
 from frobs_tasks_legacy.yaml import Readers, read_values
 
@@ -58,7 +58,7 @@ def dynamic(name: str, value: Any) -> dict[str, float]:
         ConfigurationError: One is missing, unknown or negative.
     """
     if not isinstance(value, Mapping):
-        raise ConfigurationError(f"{name} is {value!r}; it must be a mapping with {', '.join(_DYNAMIC)}.")
+        raise ParameterValueError(name, value, f"a mapping with {', '.join(_DYNAMIC)}")
     _check_keys(name, value, _DYNAMIC)
     return {key: non_negative(f"{name}.{key}", value[key]) for key in _DYNAMIC}
 
@@ -102,4 +102,4 @@ def read(profile: str, config_file: str | Path | None, keywords: Mapping[str, An
 
 def _check_keys(name: str, value: Mapping[str, Any], expected: tuple[str, ...]) -> None:
     if set(value) != set(expected):
-        raise ConfigurationError(f"{name} has the keys {', '.join(map(str, value))}; it needs {', '.join(expected)}.")
+        raise ParameterValueError(f"the keys of {name}", list(value), ", ".join(expected))

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConfigurationError, MissingSettingError, ParameterValueError
 from frobs_core.flat_observation import ObservationTerm
 from frobs_core.interfaces import Controller, Simulation, Snapshot
 from frobs_core.random import RandomSource
@@ -172,9 +172,10 @@ class ReachLegacy(Reach):
         dof = self._robot.dof
         for key in ("min_joint_pos", "max_joint_pos"):
             if len(self.config[key]) != dof:
-                raise ConfigurationError(
-                    f"{key} has {len(self.config[key])} numbers, but robot '{self._robot.robot.name}' has {dof} "
-                    f"joints: {', '.join(self._robot.joint_names)}."
+                raise ParameterValueError(
+                    key,
+                    self.config[key],
+                    f"{dof} numbers, one for each joint of robot '{self._robot.robot.name}': {', '.join(self._robot.joint_names)}",
                 )
         sampler = JointSampler(
             self._robot, np.array(self.config["min_joint_pos"]), np.array(self.config["max_joint_pos"])
@@ -200,8 +201,8 @@ class ReachLegacy(Reach):
 
     def _place_goal(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
         if given is None and not self.config["training"]:
-            raise ConfigurationError(
-                'training is false, so no goal is drawn; give one with reset(options={"goal": (x, y, z)}).'
+            raise MissingSettingError(
+                "a task with training = false", "a goal", 'pass one with reset(options={"goal": (x, y, z)})'
             )
         centre = self._draw_goals(mask, rng) if given is None else checked_goal(given[rows], *self._goal_bounds())
         self._goal[rows] = centre

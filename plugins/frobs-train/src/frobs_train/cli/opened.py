@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import CommandLineError, ConflictingOptionsError
 
 if TYPE_CHECKING:
     from frobs_train import Run
@@ -84,16 +84,18 @@ def open_run(
     from frobs_train.export.bundle_run import open_run_or_bundle
 
     if model is not None and pretrained:
-        raise ConfigurationError("--model and --pretrained exclude each other; choose one.")
+        raise ConflictingOptionsError(["--model", "--pretrained"])
     if model is not None:
         return ModelFile(model, str(run), algorithm, settings or (), trust)
     for flag, given in (("--algorithm", algorithm), ("--set", settings), ("--trust", trust and run.is_dir())):
         if given:
-            raise ConfigurationError(
-                f"{flag} belongs to --model FILE; a run knows how it was trained, and its folder is always trusted."
+            raise CommandLineError(
+                flag, "it belongs to --model FILE; a run stores its own settings, and its folder is always trusted."
             )
     if pretrained:
         return open_pretrained(str(run))
     if not run.exists() and bare_id(str(run)) in pretrained_ids():
-        raise ConfigurationError(f"{run} is an ID and no run; add --pretrained for the policy that comes with it.")
+        raise CommandLineError(
+            str(run), "this is an ID, not a run; add --pretrained to use the policy that comes with it."
+        )
     return open_run_or_bundle(run, trust)

@@ -9,7 +9,7 @@ import typer
 
 from frobs_cli.options import CheckpointName, Randomized
 from frobs_cli.output import console, print_line
-from frobs_core.errors import ConfigurationError, RenderingUnavailableError, RunError
+from frobs_core.errors import ConflictingOptionsError, RenderingUnavailableError, RunError
 from frobs_train.cli.opened import ModelAlgorithm, ModelPath, ModelSettings, Pretrained, RunOrId, Trust, open_run
 
 
@@ -38,7 +38,7 @@ def play(
         $ frobs play frobs/Irb120Reach-v0 --model trained_model.zip
     """
     if video is not None and viewer:
-        raise ConfigurationError("--video and --viewer exclude each other; choose one.")
+        raise ConflictingOptionsError(["--video", "--viewer"])
     from frobs_train import record_video, view
 
     opened = open_run(run, model, algorithm, settings, trust, pretrained)

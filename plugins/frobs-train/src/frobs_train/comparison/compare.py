@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from frobs_core.errors import ConfigurationError, RunError
+from frobs_core.errors import ParameterValueError, RunError
 from frobs_train.comparison.confidence import Estimate, estimate, probability_of_improvement
 from frobs_train.comparison.groups import group_runs
 from frobs_train.comparison.scores import Curve, RunScore, curve_of, has_success, read_columns, score_run
@@ -116,7 +116,7 @@ def compare(runs: Sequence[Run], *, metric: Metric | None = None, threshold: flo
     if not runs:
         raise RunError("there is no run to compare; name at least one run folder.")
     if threshold is not None and not math.isfinite(threshold):
-        raise ConfigurationError(f"threshold = {threshold}: it must be finite.")
+        raise ParameterValueError("threshold", threshold, "finite")
     opened = list({run.path.resolve(): run for run in runs}.values())
     columns = {run.path: read_columns(run) for run in opened}
     blind = [run for run in opened if not has_success(run, columns[run.path])]

@@ -11,6 +11,7 @@ import gymnasium as gym
 
 from frobs_core.errors import ConfigFileError, ConfigurationError, FrobsError, UnknownParameterError, nearest
 from frobs_core.yaml import find_origin
+from frobs_train.errors import ComponentError
 
 if TYPE_CHECKING:
     from frobs_train.configuration.config import PartConfig
@@ -28,19 +29,21 @@ def load_part(name: str, what: str) -> Any:
     """
     module_name, _, attribute = name.partition(":")
     if not module_name or not attribute:
-        raise ConfigurationError(f"{what} '{name}': write it as package.module:Name.")
+        raise ComponentError(what, name, "is not of the form package.module:Name.")
     try:
         module = import_module(module_name)
     except Exception as error:
-        raise ConfigurationError(
-            f"{what} '{name}': module '{module_name}' cannot be imported: {type(error).__name__}: {error}."
+        raise ComponentError(
+            what, name, f"cannot be imported from '{module_name}': {type(error).__name__}: {error}."
         ) from error
     try:
         return getattr(module, attribute)
     except AttributeError:
         similar = nearest(attribute, dir(module))
         hint = f" Did you mean '{similar}'?" if similar else ""
-        raise ConfigurationError(f"{what} '{name}': module '{module_name}' has no '{attribute}'.{hint}") from None
+        raise ComponentError(
+            what, name, f"does not exist: module '{module_name}' has no '{attribute}'.{hint}"
+        ) from None
 
 
 def load_wrapper(part: PartConfig) -> type[Any]:
@@ -51,8 +54,8 @@ def load_wrapper(part: PartConfig) -> type[Any]:
     """
     found = load_part(part.name, "wrapper")
     if not (isinstance(found, type) and issubclass(found, (gym.Wrapper, gym.vector.VectorWrapper))):
-        raise ConfigurationError(
-            f"wrapper '{part.name}' is neither a gymnasium.Wrapper nor a gymnasium.vector.VectorWrapper."
+        raise ComponentError(
+            "wrapper", part.name, "is neither a gymnasium.Wrapper nor a gymnasium.vector.VectorWrapper."
         )
     return found
 
@@ -95,8 +98,8 @@ def build_part(factory: Any, args: Sequence[Any], part: PartConfig, what: str) -
         raise
     except Exception as error:
         given = ", ".join(f"{key}={value!r}" for key, value in part.kwargs.items())
-        raise ConfigurationError(
-            f"{what} '{part.name}' cannot be built{f' with {given}' if given else ''}: {type(error).__name__}: {error}"
+        raise ComponentError(
+            what, part.name, f"cannot be built{f' with {given}' if given else ''}: {type(error).__name__}: {error}"
         ) from error
 
 

@@ -7,7 +7,13 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, cast
 
-from frobs_core.errors import ConfigFileError, ConfigurationError
+from frobs_core.errors import (
+    CommandLineError,
+    ConfigFileError,
+    ConfigurationError,
+    ConflictingOptionsError,
+    MissingSettingError,
+)
 from frobs_core.randomization import read_settings
 from frobs_core.specs import AlgorithmRecord
 from frobs_core.validation import validate
@@ -70,9 +76,8 @@ def resolve_config(
 def _check_stop(config: RunConfig) -> None:
     """Refuse a threshold that nothing is compared with."""
     if config.stop_at_success is not None and config.evaluate_every is None:
-        raise ConfigurationError(
-            f"{OWNER}: stop_at_success = {config.stop_at_success} is compared with evaluations during the training, "
-            "of which there are none; set evaluate_every, too."
+        raise MissingSettingError(
+            f"{OWNER}: stop_at_success", "evaluate_every", "it is compared with evaluations during the training run"
         )
 
 
@@ -82,9 +87,8 @@ def _with_threads(settings: Mapping[str, Any], torch: int | None) -> Mapping[str
         return settings
     given = settings.get("torch_threads", torch)
     if given != torch:
-        raise ConfigurationError(
-            f"{OWNER}: threads.torch = {torch} and algorithm_config.torch_threads = {given} contradict each other; "
-            "leave one of them out."
+        raise ConflictingOptionsError(
+            [f"threads.torch = {torch}", f"algorithm_config.torch_threads = {given}"], "set only one of them"
         )
     return merge(settings, {"torch_threads": torch})
 
@@ -120,7 +124,7 @@ def read_setting(setting: str) -> dict[str, Any]:
     path, equals, text = setting.partition("=")
     keys = path.strip().split(".")
     if not equals or not all(keys):
-        raise ConfigurationError(f"--set {setting}: write it as key=value or section.key=value.")
+        raise CommandLineError(f"--set {setting}", "write it as key=value or section.key=value.")
     value = load_yaml_value(text, f"--set {setting}")
     for key in reversed(keys):
         value = {key: value}

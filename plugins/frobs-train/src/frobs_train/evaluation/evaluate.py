@@ -14,7 +14,7 @@ import numpy as np
 
 from frobs_core import plugins
 from frobs_core.capabilities import Level
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ParameterValueError
 from frobs_core.files import write_json
 from frobs_core.plain import plain
 from frobs_core.registry import find_spec
@@ -108,7 +108,7 @@ def evaluate(
         num_envs = usual_num_envs(config, episodes, simulator)
     for name, value, least in (("episodes", episodes, 1), ("num_envs", num_envs, 1), ("seed", chosen_seed, 0)):
         if value < least:
-            raise ConfigurationError(f"{name} = {value}: it must be at least {least}.")
+            raise ParameterValueError(name, value, f"at least {least}")
     kwargs = config.keywords(simulator=simulator, randomize=randomize)
     randomized = plain(kwargs.get("randomize"), for_yaml=True)
     env = make_vector_env(config.environment, min(num_envs, episodes), kwargs, config.wrappers)

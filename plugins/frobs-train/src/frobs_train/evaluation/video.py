@@ -11,7 +11,7 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.errors import ConfigurationError, RunError
+from frobs_core.errors import ParameterValueError, RunError
 from frobs_core.files import write_aside
 from frobs_core.interfaces.algorithm import Algorithm
 from frobs_train.environments import make_env
@@ -49,7 +49,7 @@ def record_video(
         CheckpointError: The checkpoint is not there, or none is usable.
     """
     if episodes < 1:
-        raise ConfigurationError(f"episodes = {episodes}: it must be at least 1.")
+        raise ParameterValueError("episodes", episodes, "at least 1")
     try:
         import imageio_ffmpeg
     except ImportError as error:
@@ -57,7 +57,7 @@ def record_video(
 
     target = Path(path) if path is not None else run.path / "video.mp4"
     if target.suffix.lower() != ".mp4":
-        raise ConfigurationError(f"{target}: a video is an MP4; give it a name that ends in .mp4.")
+        raise ParameterValueError("video", str(target), "a file name that ends in .mp4")
     env = make_env(
         run.config.environment,
         run.config.keywords(randomize=randomized),

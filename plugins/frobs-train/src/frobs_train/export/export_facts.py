@@ -15,7 +15,7 @@ import numpy as np
 
 from frobs_core import registry
 from frobs_core.compose import parameter_defaults
-from frobs_core.errors import ConfigurationError, PluginError
+from frobs_core.errors import ConfigurationError, PluginError, PolicyExportError
 from frobs_core.interfaces import RobotHandle
 from frobs_core.models import JointType, fingerprint
 from frobs_core.plain import plain
@@ -230,7 +230,7 @@ def _space(space: gym.Space[Any]) -> dict[str, Any]:
     elif isinstance(space, gym.spaces.MultiBinary):
         low, high = np.zeros(space.shape), np.ones(space.shape)
     else:
-        raise ConfigurationError(f"a policy with the space {space} cannot be exported.")
+        raise PolicyExportError("the policy", f"its space {space} is not supported.")
     assert space.dtype is not None
     return space_to_json(type(space).__name__, space.shape or (), np.dtype(space.dtype), low, high)
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from itertools import count
 from pathlib import Path
 
-from frobs_core.errors import ConfigurationError, RunError, nearest
+from frobs_core.errors import ParameterValueError, RunError
 from frobs_train.configuration.config import RunConfig
 from frobs_train.errors import RunExistsError
 from frobs_train.runs.lock import RunLock
@@ -32,10 +32,7 @@ def settle_existing(path: Path, on_existing: str) -> Path:
         RunBusyError: Another process trains in it, and it would have to be removed.
     """
     if on_existing not in ON_EXISTING:
-        raise ConfigurationError(
-            f"on_existing = '{on_existing}'. Did you mean '{nearest(on_existing, ON_EXISTING) or 'error'}'? "
-            f"Available: {', '.join(ON_EXISTING)}."
-        )
+        raise ParameterValueError("on_existing", on_existing, f"one of {', '.join(ON_EXISTING)}")
     if not path.exists():
         return path
     if on_existing == "error":

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import gymnasium as gym
 
 from frobs_core import plugins
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConfigurationError, MissingSettingError
 from frobs_core.specs import AlgorithmRecord
 from frobs_core.validation import validate
 from frobs_core.yaml import merge
@@ -91,8 +91,8 @@ def _opener(file: Path, algorithm: str | None) -> str:
     if len(found) == 1:
         return next(iter(found))
     if found:
-        raise ConfigurationError(
-            f"{file}: which algorithm is it of? Say it with --algorithm: {', '.join(found.values())}, …"
+        raise MissingSettingError(
+            str(file), "--algorithm", f"its ending does not identify one of {', '.join(found.values())}, …"
         )
     suffixes = sorted({suffix for record in records.values() for suffix in record.model_files})
     owner = f"algorithm '{algorithm}' reads" if algorithm else "the installed algorithms read"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from frobs_core.errors import ConfigurationError
 from frobs_train.configuration.components import build_part, load_part
+from frobs_train.errors import ComponentError
 
 if TYPE_CHECKING:
     from frobs_train.configuration.config import PartConfig
@@ -59,8 +59,8 @@ def build_callbacks(parts: list[PartConfig]) -> list[TrainingCallback]:
     for part in parts:
         callback = build_part(load_part(part.name, "callback"), (), part, "callback")
         if not isinstance(callback, TrainingCallback):
-            raise ConfigurationError(
-                f"callback '{part.name}' is a {type(callback).__name__}; derive it from frobs_train.TrainingCallback."
+            raise ComponentError(
+                "callback", part.name, f"is a {type(callback).__name__}; derive it from frobs_train.TrainingCallback."
             )
         built.append(callback)
     return built

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable
 from pathlib import Path
 
-from frobs_core.errors import CheckpointError, ConfigurationError
+from frobs_core.errors import CheckpointError, ParameterValueError
 from frobs_core.interfaces.algorithm import Algorithm
 from frobs_train.configuration.config import algorithm_record
 from frobs_train.logs.recorder import EpisodeRecorder
@@ -62,7 +62,7 @@ def resume(
         checkpoint, state = _newest(run)
         done = 0 if state is None else state.steps
         if steps is not None and steps < min(done, run.config.steps):
-            raise ConfigurationError(f"steps = {steps}: {run.path} has taken {done:,} already; ask for more.")
+            raise ParameterValueError("steps", steps, f"above {done:,}, the number of steps that {run.path} has taken")
         if steps is None and state is not None and state.stopped is not None:
             _log.warning("%s is complete after %s steps: %s. More steps go on.", run.path, f"{done:,}", state.stopped)
             return run

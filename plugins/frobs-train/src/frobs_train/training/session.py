@@ -12,7 +12,7 @@ from typing import Any
 
 import gymnasium as gym
 
-from frobs_core.errors import ConfigurationError, RunError
+from frobs_core.errors import IncompatibleSpaceError, RunError
 from frobs_core.interfaces.algorithm import Algorithm
 from frobs_core.specs import AlgorithmRecord
 from frobs_train.configuration.config import RunConfig
@@ -68,9 +68,11 @@ def check_action_space(record: AlgorithmRecord, environment: str, space: gym.Spa
         ConfigurationError: It cannot.
     """
     if type(space).__name__ not in record.action_spaces:
-        raise ConfigurationError(
-            f"algorithm '{record.name}' cannot act in {environment}: its action space is {type(space).__name__}, "
-            f"and '{record.name}' acts in {', '.join(record.action_spaces)}; choose another algorithm or controller."
+        raise IncompatibleSpaceError(
+            f"algorithm '{record.name}'",
+            space,
+            f"cannot act in {environment}: its action space is {type(space).__name__}, "
+            f"and '{record.name}' acts in {', '.join(record.action_spaces)}; choose another algorithm or controller.",
         )
 
 

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from frobs_core.errors import ConfigFileError, ConfigurationError
+from frobs_core.errors import ConfigFileError, ConfigurationError, MissingSettingError
 from frobs_core.specs import AlgorithmRecord
 from frobs_core.validation import validate
 from frobs_core.yaml import ConfigMapping, find_origin, load_yaml, load_yaml_text
+from frobs_train.errors import SearchSpaceError
 
 if TYPE_CHECKING:
     import optuna
@@ -102,9 +103,11 @@ def load_space(record: AlgorithmRecord, file: Path | str | None = None) -> Searc
     if file is not None:
         return read_space(load_yaml(file))
     if not record.search_space:
-        raise ConfigurationError(
-            f"algorithm '{record.name}' offers no search space; give one with --space FILE: a line such as "
-            "'algorithm_config.learning_rate: {type: float, low: 1e-5, high: 1e-2, log: true}' for each setting."
+        raise MissingSettingError(
+            f"algorithm '{record.name}'",
+            "a search space",
+            "pass one with --space FILE: a line such as "
+            "'algorithm_config.learning_rate: {type: float, low: 1e-5, high: 1e-2, log: true}' for each setting",
         )
     package, _, path = record.search_space.partition(":")
     return read_space(load_yaml_text(resources.files(package).joinpath(path).read_text("utf-8"), f"{package}/{path}"))
@@ -132,7 +135,7 @@ def _dimension(mapping: ConfigMapping, key: str) -> Dimension:
             raise
         except ConfigurationError as error:
             reason = str(error)
-    raise ConfigFileError(*origin, reason) if origin else ConfigurationError(reason)
+    raise ConfigFileError(*origin, reason) if origin else SearchSpaceError(reason, key)
 
 
 def setting(key: str, value: Any) -> str:

@@ -11,7 +11,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from frobs_core.errors import ConfigurationError, RunError
+from frobs_core.errors import ParameterValueError, RunError
+from frobs_train.errors import StudyError
 
 if TYPE_CHECKING:
     import optuna
@@ -100,7 +101,7 @@ def open_study(name: str, storage: str, sampler: str, pruner: str, seeds: int) -
         raise RunError("a search needs Optuna: pip install 'frobs-train[tune]'.") from error
     for what, value, known in (("sampler", sampler, SAMPLERS), ("pruner", pruner, PRUNERS)):
         if value not in known:
-            raise ConfigurationError(f"{what} = '{value}': it must be one of {', '.join(known)}.")
+            raise ParameterValueError(what, value, f"one of {', '.join(known)}")
     with quiet():
         try:
             return optuna.create_study(
@@ -113,9 +114,10 @@ def open_study(name: str, storage: str, sampler: str, pruner: str, seeds: int) -
             )
         except Exception as error:  # each database has its own
             reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
-            raise ConfigurationError(
-                f"the storage '{storage}' cannot be opened: {reason}; give a URL such as 'sqlite:///study.db' or "
-                "'postgresql://user@host/database', whose driver is installed."
+            raise StudyError(
+                name,
+                f"cannot open the storage '{storage}': {reason}; pass a URL such as 'sqlite:///study.db' or "
+                "'postgresql://user@host/database', whose driver is installed.",
             ) from error
 
 
@@ -169,9 +171,10 @@ def hold_together(study: optuna.Study, begun_with: Mapping[str, Any]) -> None:
         return
     differing = [key for key in now if known.get(key) != now[key]]
     if differing:
-        raise ConfigurationError(
-            f"study '{study.study_name}' was begun with another {' and another '.join(differing)}; repeat the command "
-            "that began it, or begin another with --name and --study-dir."
+        raise StudyError(
+            study.study_name,
+            f"was begun with another {' and another '.join(differing)}; repeat the command "
+            "that began it, or begin another with --name and --study-dir.",
         )
 
 

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from frobs_core.errors import ConfigurationError, RunError, UnknownParameterError
+from frobs_core.errors import ConfigurationError, ParameterValueError, RunError, UnknownParameterError
 from frobs_core.files import write_text
 from frobs_core.yaml import dump_yaml
 from frobs_train.configuration.config import RunConfig, algorithm_record
 from frobs_train.configuration.resolve import resolve_config
+from frobs_train.errors import SearchSpaceError
 from frobs_train.evaluation.evaluate import Evaluation, evaluate
 from frobs_train.training.monitor import Progress
 from frobs_train.training.session import check_action_space, make_training_env
@@ -107,7 +108,7 @@ def tune(
     """
     for name, value in (("trials", search.trials), ("seeds", search.seeds), ("episodes", search.episodes)):
         if value < 1:
-            raise ConfigurationError(f"{name} = {value}: it must be at least 1.")
+            raise ParameterValueError(name, value, "at least 1")
     base = search.resolve()
     space = _space(search, base)
     _check_environment(base)
@@ -225,12 +226,12 @@ def _space(search: Search, base: RunConfig) -> SearchSpace:
     full = load_space(algorithm_record(base.algorithm), search.space)
     space = {key: dimension for key, dimension in full.items() if key not in fixed}
     if not space:
-        raise ConfigurationError("nothing is left to search: every setting of the search space is set.")
+        raise SearchSpaceError("nothing is left to search: every setting of the search space is set.")
     for key, dimension in space.items():
         try:
             search.resolve({key: dimension.example})
         except UnknownParameterError as error:
-            raise ConfigurationError(f"the search space names '{key}': {error}") from error
+            raise SearchSpaceError(f"the search space names '{key}': {error}", key) from error
         except ConfigurationError:
             continue  # a value that another setting may make usable: the trial that chooses it tells
     return space

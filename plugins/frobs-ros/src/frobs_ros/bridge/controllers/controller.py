@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import UnknownNameError
 from frobs_core.interfaces import CommandMode, RobotHandle
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.part import Part
 from frobs_ros.bridge.world import World
+from frobs_ros.errors import ControllerError
 
 INTERFACES = {
     CommandMode.POSITION: "hardware_interface::PositionJointInterface",
@@ -63,16 +64,17 @@ class Controller(Part):
             ConfigurationError: A joint is not driven so, or there is none.
         """
         if not joints:
-            raise ConfigurationError(f"the controller {self.topic} names no joint.")
+            raise ControllerError(self.topic, "names no joint.")
         for name in joints:
             if name not in self.model.joints:
                 raise UnknownNameError(f"actuated joint of '{self.model.name}'", name, self.model.joints)
             offered = self.model.description.modes.get(name)
             if self.model.description.has_transmissions and offered is not self.interface:
                 driven = "is driven by nothing" if offered is None else f"offers {INTERFACES[offered]} alone"
-                raise ConfigurationError(
-                    f"the controller {self.topic} needs {INTERFACES[self.interface or CommandMode.EFFORT]} of joint "
-                    f"'{name}', which {driven}: see its <transmission>."
+                raise ControllerError(
+                    self.topic,
+                    f"needs {INTERFACES[self.interface or CommandMode.EFFORT]} of joint "
+                    f"'{name}', which {driven}: see its <transmission>.",
                 )
         self.joints = tuple(joints)
         self.columns = np.array([self.model.joints[name] for name in joints], np.intp)

@@ -6,13 +6,13 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import CommandMode
 from frobs_ros.bridge.controllers.controller import Controller, listed
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.part import Stamps
 from frobs_ros.bridge.wheels import Base, Driver, odometry
 from frobs_ros.bridge.world import NANO, World
+from frobs_ros.errors import ControllerError
 
 _RENEWED = 0.005  # [s] between two commands while the speed changes
 
@@ -42,7 +42,7 @@ class DiffDriveController(Controller):
         self.claim([*left, *right])
         for name in ("wheel_separation", "wheel_radius"):
             if not float(parameters.get(name, 0.0)) > 0.0:
-                raise ConfigurationError(f"the controller {topic} needs the parameter {name} [m], above 0.")
+                raise ControllerError(topic, f"needs the parameter {name} [m], above 0.")
         linear, angular = (parameters.get(a, {}).get(b, {}) for a, b in (("linear", "x"), ("angular", "z")))
         self._driver = Driver(
             model,

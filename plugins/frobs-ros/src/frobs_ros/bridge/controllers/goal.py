@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import UnknownNameError
+from frobs_ros.errors import TrajectoryError
 
 
 @dataclass(frozen=True)
@@ -50,12 +51,12 @@ def read_points(trajectory: Any, joints: Sequence[str], held: Floats, partial: b
             raise UnknownNameError("joint of this controller", name, joints)
     missing = [name for name in joints if name not in names]
     if (missing and not partial) or len(set(names)) != len(names):
-        raise ConfigurationError(
+        raise TrajectoryError(
             f"the trajectory names the joints {', '.join(names)}; this controller has {', '.join(joints)}."
         )
     times = np.array([point.time_from_start.to_sec() for point in trajectory.points])
     if (np.diff(times) <= 0.0).any() or times[0] < 0.0:
-        raise ConfigurationError(f"the times of the points must increase: {times.tolist()}.")
+        raise TrajectoryError(f"the times of the points must increase: {times.tolist()}.")
     columns = [list(joints).index(name) for name in names]
     stamp = trajectory.header.stamp.to_sec()
 
@@ -64,14 +65,14 @@ def read_points(trajectory: Any, joints: Sequence[str], held: Floats, partial: b
         if not any(rows):
             return None
         if any(len(row) != len(names) for row in rows) or not np.isfinite(rows).all():
-            raise ConfigurationError(f"the points' {field} are not one finite number for each joint.")
+            raise TrajectoryError(f"the points' {field} are not one finite number for each joint.")
         found = np.repeat(rest[None], len(rows), axis=0)
         found[:, columns] = rows
         return found
 
     positions = read("positions", held)
     if positions is None:
-        raise ConfigurationError("the points hold no positions.")
+        raise TrajectoryError("the points hold no positions.")
     velocities = read("velocities", np.zeros(len(joints)))
     accelerations = None if velocities is None else read("accelerations", np.zeros(len(joints)))
     return Points(stamp or None, times, positions, velocities, accelerations)

@@ -14,6 +14,7 @@ from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.part import Part
 from frobs_ros.bridge.services.offer import Offers
 from frobs_ros.bridge.world import World
+from frobs_ros.errors import ControllerError
 
 LOG = logging.getLogger("frobs.bridge")
 _STRICT = 2
@@ -81,14 +82,14 @@ class ControllerManager(Part):
             UnknownNameError: There is no such type, or no such joint.
         """
         if name in self.controllers:
-            raise ConfigurationError(f"the controller '{name}' is loaded already.")
+            raise ControllerError(name, "is loaded already.")
         topic = f"{self._namespace}/{name}"
         parameters = self._find_parameters(topic)
         kind = parameters.get("type") if isinstance(parameters, Mapping) else None
         if not isinstance(parameters, Mapping) or not kind:
-            raise ConfigurationError(
-                f"no controller '{name}': the parameter {topic}/type does not say what it is. Load its YAML file into "
-                f"the namespace '{self._namespace or '/'}' first."
+            raise ControllerError(
+                name,
+                f"is unknown: the parameter {topic}/type is not set. Load its YAML file into the namespace '{self._namespace or '/'}' first.",
             )
         if kind not in TYPES:
             raise UnknownNameError("type of controller", kind, TYPES)
@@ -105,7 +106,7 @@ class ControllerManager(Part):
         if name not in self.controllers:
             raise UnknownNameError("loaded controller", name, self.controllers)
         if self._states[name] == "running":
-            raise ConfigurationError(f"the controller '{name}' is running; stop it first.")
+            raise ControllerError(name, "is running; stop it first.")
         self.controllers.pop(name).close()
         del self._types[name], self._states[name]
 
@@ -129,8 +130,8 @@ class ControllerManager(Part):
         for name in sorted(after):
             for joint in self.controllers[name].joints:
                 if joint in owners:
-                    raise ConfigurationError(
-                        f"the controllers '{owners[joint]}' and '{name}' both claim the joint '{joint}'; stop one of them."
+                    raise ControllerError(
+                        name, f"and '{owners[joint]}' both claim the joint '{joint}'; stop one of them."
                     )
                 owners[joint] = name
         for name in dict.fromkeys(ending):
@@ -188,7 +189,7 @@ class ControllerManager(Part):
             return False
         fits = self._states[name] == state if state else self._states[name] != "running"
         if not fits and strict:
-            raise ConfigurationError(f"the controller '{name}' {complaint}; nothing was switched.")
+            raise ControllerError(name, f"{complaint}; nothing was switched.")
         return fits
 
     def _switch(self, request: Any) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.errors import UnknownNameError
 from frobs_core.interfaces import CommandMode
 from frobs_core.rotations import quat_conjugate
 from frobs_ros.bridge.extras import Plugin
@@ -12,6 +12,7 @@ from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.part import Part, Stamps
 from frobs_ros.bridge.wheels import Base, Driver, odometry
 from frobs_ros.bridge.world import NANO, World
+from frobs_ros.errors import GazeboElementError
 
 _RENEWED = 0.005  # [s] between two commands while the speed changes
 
@@ -113,8 +114,9 @@ def _base(
         if joint not in model.joints:
             raise UnknownNameError(f"wheel of '{model.name}' for the plugin '{plugin.name}'", joint, model.joints)
     if not (separation > 0.0 and radius > 0.0):
-        raise ConfigurationError(
-            f"the plugin '{plugin.name}': the wheels' separation {separation} m and radius {radius} m must be above 0."
+        raise GazeboElementError(
+            f"the plugin '{plugin.name}'",
+            f"the wheels' separation {separation} m and radius {radius} m must be above 0.",
         )
     return Base(
         left=(model.joints[joints[0]],),

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConfigurationError, ParameterValueError
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.poses import read_vector
 from frobs_ros.bridge.services.offer import Offers, done, failed
@@ -105,7 +105,7 @@ def _get_physics(bridge: Bridge) -> dict[str, Any]:
 def _set_physics(bridge: Bridge, request: Any) -> dict[str, Any]:
     x, y, z = read_vector(request.gravity).tolist()
     if not request.max_update_rate >= 0.0:
-        raise ConfigurationError(f"max_update_rate is {request.max_update_rate}; it must be 0 (no limit) or more.")
+        raise ParameterValueError("max_update_rate", request.max_update_rate, "0 (no limit) or more")
     bridge.world.set_timestep(request.time_step)
     bridge.world.set_gravity((x, y, z))
     bridge.max_update_rate = request.max_update_rate

@@ -1,0 +1,21 @@
+"""Errors of parity measurements."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from frobs_core.errors import ConfigurationError
+
+
+class ActionFileError(ConfigurationError):
+    """An action file cannot be read, or does not fit the environment.
+
+    Args:
+        path: The file.
+        reason: What is wrong and what to do.
+    """
+
+    def __init__(self, path: Path | str, reason: str) -> None:
+        self.path = Path(path)
+        self.reason = reason
+        super().__init__(f"{path}: {reason}")

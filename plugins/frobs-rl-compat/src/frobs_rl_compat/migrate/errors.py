@@ -1,0 +1,21 @@
+"""Errors of ``frobs migrate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from frobs_core.errors import ConfigurationError
+
+
+class MigrationError(ConfigurationError):
+    """A file or folder cannot be migrated.
+
+    Args:
+        path: The file or folder.
+        reason: What is wrong and what to do.
+    """
+
+    def __init__(self, path: Path | str, reason: str) -> None:
+        self.path = Path(path)
+        self.reason = reason
+        super().__init__(f"{path}: {reason}")

@@ -1,0 +1,91 @@
+"""The sample of tests marked exhaustive."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+CONFTEST = Path(__file__).parents[1] / "conftest.py"
+_spec = importlib.util.spec_from_file_location("root_conftest", CONFTEST)
+sampling = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(sampling)
+
+CASES = """
+import pytest
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("case", range(8))
+def test_exhaustive(case):
+    pass
+
+def test_plain():
+    pass
+"""
+
+
+def test_the_environment_variable_has_priority_over_the_commit():
+    assert [sampling.choose_sample({"FROBS_SAMPLE": str(i)}, "abcdef0123") for i in range(4)] == [0, 1, 2, 3]
+
+
+def test_successive_commits_choose_among_all_quarters():
+    assert {sampling.choose_sample({}, f"{i:08x}{'f' * 32}") for i in range(4)} == {0, 1, 2, 3}
+
+
+def test_the_same_commit_chooses_the_same_quarter():
+    assert sampling.choose_sample({}, "25effe8d0b") == sampling.choose_sample({"FROBS_SAMPLE": ""}, "25effe8d0b")
+
+
+def test_the_first_quarter_is_chosen_without_a_commit():
+    assert sampling.choose_sample({}, "") == 0
+
+
+@pytest.mark.parametrize("value", ["4", "-1", "all", "1.0", " 1"])
+def test_an_unusable_sample_is_an_error_that_names_the_range(value):
+    with pytest.raises(pytest.UsageError, match="from 0 to 3"):
+        sampling.choose_sample({"FROBS_SAMPLE": value}, "")
+
+
+def test_the_quarters_contain_each_case_once():
+    for index in range(9):
+        assert sum(sampling.is_sampled(index, sample) for sample in range(4)) == 1
+
+
+def run(folder: Path, *options: str, **environment: str) -> tuple[list[int], str]:
+    """Run eight exhaustive cases in a folder outside any repository; return the cases that ran, and the output."""
+    (folder / "conftest.py").write_text(CONFTEST.read_text("utf-8"), encoding="utf-8")
+    (folder / "test_cases.py").write_text(CASES, encoding="utf-8")
+    (folder / "pytest.ini").write_text("[pytest]\nmarkers = exhaustive\n", encoding="utf-8")
+    inherited = {key: value for key, value in os.environ.items() if not key.startswith(("PYTEST", "FROBS_SAMPLE"))}
+    command = [sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", *options]
+    done = subprocess.run(command, cwd=folder, env={**inherited, **environment}, text=True, capture_output=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    passed = {int(a or b) for a, b in re.findall(r"\[(\d)\] PASSED|PASSED \S+\[(\d)\]", done.stdout)}
+    return sorted(passed), done.stdout
+
+
+@pytest.mark.parametrize("options", [(), ("-n", "2")], ids=["one process", "two workers"])
+def test_a_run_selects_its_sample_and_shows_how_to_repeat_it(tmp_path, options):
+    cases, output = run(tmp_path, *options, FROBS_SAMPLE="1")
+    assert cases == [3, 7]
+    assert "sample 2 of 4 of exhaustive tests; FROBS_SAMPLE=1 repeats it" in output
+
+
+def test_an_exhaustive_run_selects_every_case(tmp_path):
+    assert run(tmp_path, "--exhaustive")[0] == list(range(8))
+
+
+def test_all_workers_use_the_sample_of_the_controller(tmp_path):
+    git = ["git", "-c", "user.name=a", "-c", "user.email=a@b", "-C", str(tmp_path)]
+    subprocess.run([*git, "init", "-q"], check=True)
+    subprocess.run([*git, "commit", "-q", "--allow-empty", "-m", "first"], check=True)
+    commit = subprocess.run([*git, "rev-parse", "HEAD"], check=True, text=True, capture_output=True).stdout
+    sample = sampling.choose_sample({}, commit)
+    cases, output = run(tmp_path, "-n", "2")
+    assert f"FROBS_SAMPLE={sample} " in output
+    assert cases == [index for index in range(8) if sampling.is_sampled(index, sample)]
