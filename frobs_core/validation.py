@@ -168,7 +168,9 @@ def box(low_name: str, low: Any, high_name: str, high: Any) -> tuple[Floats, Flo
     """
     lowest, highest = np.array(number_list(low_name, low, 3)), np.array(number_list(high_name, high, 3))
     if not (lowest < highest).all():
-        raise ParameterValueError(low_name, low, f"below {high_name} {numbers(highest)} on every axis")
+        raise ParameterValueError(
+            low_name, tuple(lowest.tolist()), f"below {high_name} {numbers(highest)} on every axis"
+        )
     return lowest, highest
 
 

@@ -103,7 +103,7 @@ def test_a_box_has_its_corners_in_order() -> None:
     low, high = box("low", (0, 0, 0), "high", (1, 2, 3))
     assert (high - low).tolist() == [1.0, 2.0, 3.0]
     with pytest.raises(
-        ConfigurationError, match=r"low is \(0, 3, 0\); it must be below high \(1, 2, 3\) on every axis"
+        ConfigurationError, match=r"low is \(0.0, 3.0, 0.0\); it must be below high \(1, 2, 3\) on every axis"
     ):
         box("low", (0, 3, 0), "high", (1, 2, 3))
 

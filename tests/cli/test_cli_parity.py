@@ -65,7 +65,7 @@ def test_parity_exits_with_1_where_something_differs(
         ((ID, "--simulators", "mujoco,mujoco", "--only", "lidars"), "Did you mean 'lidar'?"),
         (("frobs/Nothing-v0",), "no environment ID is named"),
         ((ID, "--simulators", "mujoco,mujoco", "--run", "nowhere"), "nowhere is no folder"),
-        ((ID, "--simulators", "mujoco,mujoco", "--actions", "none.json"), "no such file"),
+        ((ID, "--simulators", "mujoco,mujoco", "--actions", "none.json"), "does not exist"),
         ((ID, "--simulators", "mujoco,mujoco", "--actions", "wrong.json"), "shape (2, 3)"),
     ],
 )

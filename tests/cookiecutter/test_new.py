@@ -65,10 +65,13 @@ def test_people_get_the_commands_to_copy(frobs: Frobs) -> None:
         (["pair", "my_arm", "--example", "file"], "say which"),
         (["task", "my_reach", "--robot-file", "arm.urdf"], "a task alone is for a robot that is installed"),
         (["controller", "my_controller", "--tcp", "tool0"], "tcp means nothing for a new controller"),
-        (["robot", "irb120"], "offers a robot 'irb120' already"),
-        (["controller", "joint_position"], "frobs-controllers 0.2.0 offers a controller 'joint_position' already"),
-        (["simulator", "mujoco"], "the distribution frobs-sim-mujoco 0.2.0 is installed"),
-        (["robot", "abb"], "the distribution frobs-robots-abb 0.2.0 is installed"),
+        (["robot", "irb120"], "the robot 'irb120' exists already"),
+        (
+            ["controller", "joint_position"],
+            "the controller 'joint_position' exists already: frobs-controllers 0.2.0 offers it",
+        ),
+        (["simulator", "mujoco"], "the distribution 'frobs-sim-mujoco' exists already: version 0.2.0 is installed"),
+        (["robot", "abb"], "the distribution 'frobs-robots-abb' exists already: version 0.2.0 is installed"),
         (["task", "my_reach", "--robot", "irb121"], "Did you mean 'irb120'?"),
         (["task", "my_drive", "--example", "wheeled", "--robot", "irb120"], "has no differential drive"),
         (["task", "my_drive", "--example", "wheeled"], "'frobs list robots'"),
@@ -102,7 +105,7 @@ def test_a_folder_that_exists_is_left_alone(frobs: Frobs) -> None:
     Path("my-arm/mine.txt").write_text("mine")
     done = frobs("new", "pair", "my_arm")
     assert done.exit_code == 2
-    assert "the folder my-arm exists" in done.stderr
+    assert "my-arm exists" in done.stderr
     assert [path.as_posix() for path in Path().rglob("*")] == ["my-arm", "my-arm/mine.txt"]
 
 

@@ -124,7 +124,7 @@ def test_training_goes_on_from_a_checkpoint_as_if_it_had_never_stopped(
 
 
 def test_what_it_cannot_do_is_told(installed: AlgorithmRecord, tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="population = 1"):
+    with pytest.raises(ConfigurationError, match="population is 1"):
         installed.load().resolve_config({"population": 1})
     with pytest.raises(ConfigurationError, match="flat observations"):
         train(RunConfig(environment="frobs/Irb120ReachGoal-v0", algorithm="cross_entropy"), tmp_path / "goal")

@@ -149,7 +149,7 @@ def test_a_log_folder_that_exists_is_a_value_error(make: Make) -> None:
         make(A2C)
     with pytest.raises(ValueError, match="exists"):
         make(A2C)
-    with pytest.raises(ConfigurationError, match="choose one of error, increment, overwrite, resume"):
+    with pytest.raises(ConfigurationError, match="it must be one of error, increment, overwrite, resume"):
         make(A2C, kwargs={"on_existing": "ask"})
 
 

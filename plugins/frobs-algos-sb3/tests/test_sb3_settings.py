@@ -89,7 +89,7 @@ def test_the_networks_are_those_that_stable_baselines3_builds_by_default(
     [
         ("sac", {"action_noise": {"sigm": 1}}, UnknownParameterError, "'action_noise' of .* Did you mean 'sigma'"),
         ("sac", {"train_freq": {"frequenc": 1}}, UnknownParameterError, "Did you mean 'frequency'"),
-        ("sac", {"train_freq": 0}, ConfigurationError, "train_freq = 0"),
+        ("sac", {"train_freq": 0}, ConfigurationError, "train_freq is 0"),
         ("sac", {"replay_buffer": {"n_goals": 1}}, UnknownParameterError, "Did you mean 'n_sampled_goal'"),
         ("sac", {"ent_coef": "auto_-1"}, ConfigurationError, "'auto_'"),
         ("sac", {"ent_coef": "auto_0"}, ConfigurationError, "'auto_'"),

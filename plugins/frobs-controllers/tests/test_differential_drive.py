@@ -61,7 +61,7 @@ def test_a_robot_without_differential_drive_is_refused(fake_arm, bound):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"left": ("wheel",)}, "'wheel' is no actuated joint"),
+        ({"left": ("wheel",)}, "has no actuated joint 'wheel'"),
         ({"right": ()}, "names no wheels"),
         ({"wheel_radius": 0.0}, "wheel_radius"),
         ({"separation": -1.0}, "separation"),

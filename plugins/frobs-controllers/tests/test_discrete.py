@@ -68,7 +68,7 @@ def test_an_unknown_parameter_of_the_wrapped_controller_is_named():
         ({"magnitude": 0.0}, "magnitude"),
         ({"magnitude": 1.5}, r"\(0, 1\]"),
         ({"controller": 3}, "name or record"),
-        ({"controller_kwargs": [1]}, "must map"),
+        ({"controller_kwargs": [1]}, "must be a mapping"),
     ],
     ids=["zero", "too far", "no controller", "no mapping"],
 )

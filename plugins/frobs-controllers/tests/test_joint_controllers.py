@@ -42,7 +42,7 @@ def test_joint_position_turns_a_continuous_joint_half_a_turn_each_way(fake_arm, 
 
 
 def test_joint_position_refuses_a_prismatic_joint_without_limits(fake_cart, bound):
-    with pytest.raises(ConfigurationError, match="'mast_lift' has no position limits"):
+    with pytest.raises(ConfigurationError, match="'mast_lift' no position limits"):
         bound(JointPosition(), fake_cart())
 
 
@@ -112,7 +112,7 @@ def test_joint_velocity_does_not_throw_back_a_joint_beyond_its_limit(fake_arm, b
 
 @pytest.mark.parametrize(
     ("controller", "message"),
-    [(JointVelocity(), "say max_velocity="), (JointEffort(), "say max_effort=")],
+    [(JointVelocity(), "set max_velocity="), (JointEffort(), "set max_effort=")],
     ids=["velocity", "effort"],
 )
 def test_a_missing_limit_must_be_given_as_a_parameter(fake_cart, bound, controller, message):

@@ -144,7 +144,7 @@ def test_a_lidar_that_cannot_be_used_leaves_the_robot_as_it_is(tmp_path):
     file = package / "urdf" / "kobuki_lidar.urdf.xacro"
     file.write_text(file.read_text().replace("<update_rate>100", "<pose>0 0 0 0 1 0</pose><update_rate>100"))
     migration = migrate_package(package, tmp_path / "made")
-    assert "turned" in dict(migration.left)["the lidar"]
+    assert "rotated" in dict(migration.left)["the lidar"]
     assert "differential_drive=DifferentialDrive(" in read(migration, "robot.py")
 
 

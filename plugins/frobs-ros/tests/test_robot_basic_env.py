@@ -158,7 +158,7 @@ def test_closing_ends_what_the_environment_started_and_nothing_else(env: ArmEnv)
 @pytest.mark.parametrize(
     ("given", "reason"),
     [
-        ({"reset_mode": 3}, "reset_mode is 3; it is 1 or 2"),
+        ({"reset_mode": 3}, "reset_mode is 3; it must be 1 or 2"),
         ({"step_mode": 0}, "step_mode is 0"),
         ({"num_gazebo_steps": 0}, "num_gazebo_steps is 0"),
         ({"gazebo_timestep": -0.1}, "gazebo_timestep is -0.1"),
@@ -166,8 +166,8 @@ def test_closing_ends_what_the_environment_started_and_nothing_else(env: ArmEnv)
         ({"spawn_robot": True}, "spawn_robot needs pkg_name and urdf_file"),
         ({"reset_controllers": True}, "reset_controllers needs controller_list"),
         ({"launch_gazebo": True, "gazebo_recording": True}, "recording is not possible on the backend"),
-        ({"launch_gazebo": True, "world_path": "/no/such.world"}, "there is no world file"),
-        ({"launch_gazebo": True, "world_pkg": "tiny_arm"}, "needs the package's name and the world's file name"),
+        ({"launch_gazebo": True, "world_path": "/no/such.world"}, "/no/such.world does not exist"),
+        ({"launch_gazebo": True, "world_pkg": "tiny_arm"}, "needs the name of the package and of the world file"),
     ],
 )
 def test_what_cannot_be_meant_is_refused_before_anything_is_started(

@@ -74,8 +74,8 @@ def test_arguments_of_a_launch_reach_gazebo(monkeypatch: pytest.MonkeyPatch, tmp
         (Launch(recording=True), BRIDGE, "recording is not possible on the backend 'bridge:mujoco'"),
         (Launch(gui_required=True), BRIDGE, "gui_required is not possible"),
         (Launch(clock_frequency=0), "gazebo", "pub_clock_frequency is 0"),
-        (Launch(respawn=True, server_required=True), "gazebo", "contradict each other"),
-        (Launch(gui=False, gui_required=True), "gazebo", "gui_required is given without gui"),
+        (Launch(respawn=True, server_required=True), "gazebo", "exclude each other"),
+        (Launch(gui=False, gui_required=True), "gazebo", "gui_required needs gui"),
     ],
 )
 def test_what_a_backend_cannot_do_is_refused(

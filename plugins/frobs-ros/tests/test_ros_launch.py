@@ -60,4 +60,4 @@ def test_a_launch_that_fails_is_refused_with_a_reason(
 
 def test_a_file_that_is_not_there_is_refused(reasons: Callable[[], str]) -> None:
     assert ros_launch.ros_launch_from_path("/no/such.launch") is False
-    assert "there is no launch file" in reasons()
+    assert "does not exist; pass the path of a launch file" in reasons()

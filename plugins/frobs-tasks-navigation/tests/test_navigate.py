@@ -185,7 +185,7 @@ def test_the_sparse_reward_is_for_the_goal_alone(make):
     [
         ({"observation": ("distanse",)}, UnknownNameError, "'distance'"),
         ({"observation": ()}, ConfigurationError, "at least one"),
-        ({"observation": ("yaw", "yaw")}, ConfigurationError, "each once"),
+        ({"observation": ("yaw", "yaw")}, ConfigurationError, "each of them once"),
         ({"tolerance": 0.0}, ConfigurationError, "tolerance"),
         ({"time_penalty": -1.0}, ConfigurationError, "time_penalty"),
         ({"collision_ends": 1}, ConfigurationError, "collision_ends"),

@@ -138,11 +138,11 @@ def test_given_goal_and_joint_positions_are_observed(make, id):
     [
         (
             {"joint_positions": (9.0, 0, 0, 0, 0, 0)},
-            r"position 9 of 'joint_1' is outside its limits \[-2.87979, 2.87979\]",
+            r"puts 'joint_1' at 9, outside its limits \[-2.87979, 2.87979\]",
         ),
         ({"joint_positions": (0.0, 0.0)}, r"shape \(2,\); it must be \(6,\): joint_1, "),
-        ({"goal": (0.0, 5.0, 0.0)}, r"goal \(0, 5, 0\) m is beyond any reach"),
-        ({"goal": (0.0, 0.1)}, r"goal has the shape \(2,\)"),
+        ({"goal": (0.0, 5.0, 0.0)}, r"'goal' is \(0, 5, 0\) m, beyond any reach"),
+        ({"goal": (0.0, 0.1)}, r"'goal' has the shape \(2,\)"),
     ],
 )
 def test_options_that_cannot_be_are_refused(make, options, message):
@@ -159,7 +159,7 @@ def test_options_that_cannot_be_are_refused(make, options, message):
         ({"goal_low": (0, 0, float("nan"))}, r"goal_low\[2\] is nan"),
         (
             {"goal_low": (1, 1, 1), "goal_high": (0.5, 0.5, 1)},
-            r"goal_low \(1, 1, 1\) must be below goal_high \(0.5, 0.5, 1\)",
+            r"goal_low is \(1.0, 1.0, 1.0\); it must be below goal_high \(0.5, 0.5, 1\)",
         ),
         ({"initial": "Home"}, "initial is 'Home'; it must be 'home' or 'random'"),
         ({"precision_weight": float("inf")}, "precision_weight is inf"),

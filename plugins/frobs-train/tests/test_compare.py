@@ -159,7 +159,7 @@ def test_what_cannot_be_compared_is_named(tmp_path: Path) -> None:
         compare([])
     with pytest.raises(RunError, match="no rows"):
         compare([make(tmp_path / "empty", 0, rows=0)])
-    with pytest.raises(ConfigurationError, match="threshold = nan"):
+    with pytest.raises(ConfigurationError, match="threshold is nan"):
         compare([make(tmp_path / "a", 0)], threshold=float("nan"))
 
 

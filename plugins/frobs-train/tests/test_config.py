@@ -92,7 +92,7 @@ def test_a_configuration_is_frozen() -> None:
     ("text", "message"),
     [
         pytest.param("stepz: 3\n", r"bad\.yaml:1: the run configuration takes no parameter 'stepz'.*'steps'", id="key"),
-        pytest.param("steps: -5\n", r"bad\.yaml:1: .*steps = -5: .*greater than or equal to 1", id="negative steps"),
+        pytest.param("steps: -5\n", r"bad\.yaml:1: .*steps is -5; .*greater than or equal to 1", id="negative steps"),
         pytest.param(
             "steps: 5\nalgorithm_config:\n  n_step: 3\n",
             r"bad\.yaml:3: algorithm 'ppo' .*'n_step'.*'n_steps'",
@@ -101,9 +101,9 @@ def test_a_configuration_is_frozen() -> None:
         pytest.param(
             "algorithm_config:\n  policy_kwargs:\n    net_ark: [3]\n", r"bad\.yaml:3: .*'net_ark'.*'net_arch'", id="net"
         ),
-        pytest.param("algorithm_config:\n  gamma: 2\n", r"bad\.yaml:2: algorithm 'ppo': gamma = 2", id="value"),
+        pytest.param("algorithm_config:\n  gamma: 2\n", r"bad\.yaml:2: algorithm 'ppo': gamma is 2", id="value"),
         pytest.param("algorithm_config:\n  learning_rate: lin_x\n", r"bad\.yaml:2: .*'lin_'", id="schedule"),
-        pytest.param("algorithm_config: 3\n", r"bad\.yaml:1: .*algorithm_config = 3", id="no mapping"),
+        pytest.param("algorithm_config: 3\n", r"bad\.yaml:1: .*algorithm_config is 3", id="no mapping"),
         pytest.param("controllers: 3\n", r"bad\.yaml:1: 'controllers' must hold", id="sections"),
     ],
 )
@@ -122,7 +122,7 @@ def test_a_mistake_in_a_file_is_named_with_its_line(text: str, message: str, tmp
         ("algorithm_config.policy_kwargs.activation=relu", UnknownParameterError, "Did you mean 'activation_fn'"),
         ("steps", ConfigurationError, "write it as key=value"),
         ("=3", ConfigurationError, "write it as key=value"),
-        ("steps.deeper=3", ConfigurationError, "steps = "),
+        ("steps.deeper=3", ConfigurationError, "steps is "),
         ("steps=[1", ConfigFileError, "not valid YAML"),
         ("algorithm_config.policy_kwargs.activation_fn=softplus", ConfigurationError, "'relu'"),
     ],
@@ -138,5 +138,5 @@ def test_an_unknown_algorithm_names_the_nearest() -> None:
 
 
 def test_an_environment_is_needed() -> None:
-    with pytest.raises(ConfigurationError, match="environment: Field required"):
+    with pytest.raises(ConfigurationError, match="needs environment"):
         resolve_config()

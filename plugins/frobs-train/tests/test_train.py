@@ -132,7 +132,7 @@ def test_bad_input_leaves_nothing(
 
 
 def test_negative_steps_are_refused() -> None:
-    with pytest.raises(ConfigurationError, match="steps = -3"):
+    with pytest.raises(ConfigurationError, match="steps is -3"):
         resolve_config("CartPole-v1", flags={"steps": -3})
 
 

@@ -94,7 +94,7 @@ def test_a_run_that_is_continued_does_not_lose_a_better_policy(tmp_path: Path) -
 
 
 def test_a_threshold_without_evaluations_is_refused() -> None:
-    with pytest.raises(ConfigurationError, match="set evaluate_every, too"):
+    with pytest.raises(ConfigurationError, match="stop_at_success needs evaluate_every"):
         resolve_config("CartPole-v1", settings=["stop_at_success=0.5"])
-    with pytest.raises(ConfigurationError, match=r"stop_at_success = 2"):
+    with pytest.raises(ConfigurationError, match=r"stop_at_success is 2"):
         resolve_config("CartPole-v1", settings=["stop_at_success=2"])

@@ -88,7 +88,7 @@ def test_a_trial_that_fails_is_recorded_and_the_study_goes_on(space: Path, tmp_p
     space.write_text("algorithm_config.gamma: [1.5]\n")
     found = tune(search(tmp_path, trials=2))
     assert [trial.state for trial in found.trials] == ["failed", "failed"]
-    assert "gamma = 1.5" in found.trials[0].error
+    assert "gamma is 1.5" in found.trials[0].error
     assert (found.best, found.best_config) == (None, None)
 
 
@@ -155,7 +155,7 @@ def test_environments_without_success_are_searched_by_reward(space: Path, tmp_pa
         pytest.param({"environment": "FrobsTests/Lime-v0"}, UnknownNameError, "Did you mean", id="ID"),
         pytest.param({"flags": {"algorithm": "pppo"}}, UnknownNameError, "Did you mean 'ppo'", id="algorithm"),
         pytest.param({"settings": ["environment_kwargs.wdth=2"]}, ConfigurationError, "wdth", id="keyword"),
-        pytest.param({"trials": 0}, ConfigurationError, "trials = 0", id="number"),
+        pytest.param({"trials": 0}, ConfigurationError, "trials is 0", id="number"),
         pytest.param({"sampler": "tea"}, ConfigurationError, "one of tpe, gp, random", id="sampler"),
         pytest.param({"storage": "nowhere://x"}, ConfigurationError, "cannot be opened", id="storage"),
     ],

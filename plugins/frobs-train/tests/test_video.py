@@ -40,7 +40,7 @@ def test_an_environment_that_draws_nothing_leaves_nothing(copied: Run, tmp_path:
 
 
 def test_bad_arguments_are_named(trained: Run) -> None:
-    with pytest.raises(ConfigurationError, match="episodes = 0"):
+    with pytest.raises(ConfigurationError, match="episodes is 0"):
         record_video(trained, episodes=0)
     with pytest.raises(ConfigurationError, match=r"ends in \.mp4"):
         record_video(trained, "video.avi")

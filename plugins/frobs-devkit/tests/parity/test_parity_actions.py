@@ -39,12 +39,12 @@ def test_another_ending_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[[0, 0]]", "lacks id, seed, actions"),
-        ('{"id": "x", "actions": []}', "lacks seed"),
+        ("[[0, 0]]", "id, seed, actions missing"),
+        ('{"id": "x", "actions": []}', "seed missing"),
         ('{"id": "x", "seed": "one", "actions": [[0]]}', "not numbers"),
         ('{"id": "x", "seed": 0, "actions": [[0], [0, 1]]}', "not numbers"),
         ('{"id": "x", "seed": 0, "actions": [["a"]]}', "not numbers"),
-        ("{", "no action file"),
+        ("{", "not an action file"),
     ],
 )
 def test_a_damaged_file_is_refused(text: str, message: str, tmp_path: Path) -> None:
@@ -57,12 +57,12 @@ def test_a_damaged_file_is_refused(text: str, message: str, tmp_path: Path) -> N
 def test_a_pickle_is_not_opened(tmp_path: Path) -> None:
     path = tmp_path / "actions.npz"
     np.savez(path, id=ID, seed=0, actions=np.array([object()], dtype=object))
-    with pytest.raises(ConfigurationError, match="no action file"):
+    with pytest.raises(ConfigurationError, match="not an action file"):
         read_actions(path)
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="there is no such file"):
+    with pytest.raises(ConfigurationError, match="the file does not exist"):
         read_actions(tmp_path / "none.json")
 
 

@@ -133,6 +133,6 @@ def test_the_checks_of_the_environment_are_among_those_of_the_task() -> None:
 def test_a_task_without_an_id_needs_a_robot(monkeypatch: pytest.MonkeyPatch) -> None:
     record = replace(plugins.get_record("task", "reach"), environments=())
     monkeypatch.setattr(plugins, "get_record", lambda kind, name: record)
-    with pytest.raises(ConfigurationError, match="give check_task robot="):
+    with pytest.raises(ConfigurationError, match="check_task needs robot="):
         check_task("reach")
     assert check_task("reach", robot="irb120", controller="joint_position")

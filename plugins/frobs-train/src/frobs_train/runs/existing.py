@@ -6,7 +6,7 @@ from collections.abc import Callable
 from itertools import count
 from pathlib import Path
 
-from frobs_core.errors import ParameterValueError, RunError
+from frobs_core.errors import ParameterValueError, RunError, nearest
 from frobs_train.configuration.config import RunConfig
 from frobs_train.errors import RunExistsError
 from frobs_train.runs.lock import RunLock
@@ -32,7 +32,9 @@ def settle_existing(path: Path, on_existing: str) -> Path:
         RunBusyError: Another process trains in it, and it would have to be removed.
     """
     if on_existing not in ON_EXISTING:
-        raise ParameterValueError("on_existing", on_existing, f"one of {', '.join(ON_EXISTING)}")
+        similar = nearest(on_existing, ON_EXISTING) or "error"
+        rule = f"one of {', '.join(ON_EXISTING)}; the most similar is '{similar}'"
+        raise ParameterValueError("on_existing", on_existing, rule)
     if not path.exists():
         return path
     if on_existing == "error":
