@@ -68,7 +68,7 @@ def compose(config: EnvConfig, num_envs: int) -> Parts:
     """
     check_num_envs(num_envs)
     if config.num_threads > MAX_THREADS:
-        raise ParameterValueError("num_threads", config.num_threads, f"at most {MAX_THREADS:,}")
+        raise ParameterValueError("num_threads", config.num_threads, f"small enough: the limit is {MAX_THREADS:,}")
     simulator = _record(SimulatorRecord, "simulator", config.simulator)
     task = _record(TaskRecord, "task", config.task)
     controller = _record(ControllerRecord, "controller", config.controller)
