@@ -3,6 +3,7 @@
 from frobs_core.interfaces.algorithm import Algorithm, TrainingMonitor
 from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.controller import Controller
+from frobs_core.interfaces.parameters import WrittenParameters
 from frobs_core.interfaces.robot import DifferentialDrive, DriveGains, Robot
 from frobs_core.interfaces.scene import Body, Camera, Contact, Marker, Placement, Scene
 from frobs_core.interfaces.sensor import Bumper, Imu, Lidar, Sensor
@@ -39,5 +40,6 @@ __all__ = [
     "TrainingMonitor",
     "Translation",
     "TranslationTable",
+    "WrittenParameters",
     "translate",
 ]

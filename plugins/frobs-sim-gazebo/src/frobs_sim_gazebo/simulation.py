@@ -7,17 +7,18 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
+from frobs_core.arrays import Floats, Mask, read_only
+from frobs_core.errors import ConfigurationError, SimulationError
 from frobs_core.interfaces import Marker, Placement, Scene, Simulation, Snapshot, Translation, translate
 from frobs_core.models import RobotModel
-from frobs_sim_gazebo import parameters, protocol, snapshots
+from frobs_sim_gazebo import protocol, snapshots
 from frobs_sim_gazebo.body import GazeboBody
 from frobs_sim_gazebo.fleet import Fleet, Message
 from frobs_sim_gazebo.installation import find_gazebo
 from frobs_sim_gazebo.layout import Layout
 from frobs_sim_gazebo.meshes import MeshFiles
 from frobs_sim_gazebo.options import world_text
+from frobs_sim_gazebo.parameters import GazeboParameters, centre
 from frobs_sim_gazebo.protocol import Op
 from frobs_sim_gazebo.robot import GazeboRobot
 from frobs_sim_gazebo.server import Server
@@ -82,13 +83,13 @@ class GazeboSimulation(Simulation):
         self.stands = {name: np.tile(pose_array(body.pose), (n, 1)) for name, body in scene.bodies.items()}
         self._contact, self._force = np.zeros((2, n, len(scene.contacts)))
         self.steps, self._diverged = np.zeros(n, np.int64), np.zeros(n, bool)
-        self.written: dict[tuple[str, str], Floats] = {}
         self.command_rows: dict[str, Floats] = {}
         self._queues: list[list[Message]] = [[] for _ in range(n)]
         self.stale_gains = np.ones(n, bool)
         self._parted = np.zeros(n, bool)
         self._closed = False
         self.robots = {name: GazeboRobot(self, name, placement) for name, placement in robots.items()}
+        self.parameters = GazeboParameters(self)
         self.bodies = {name: GazeboBody(self, name, body) for name, body in scene.bodies.items()}
         self._fleet = Fleet(installation, n, world, self._prepare)
         try:
@@ -140,7 +141,7 @@ class GazeboSimulation(Simulation):
         for env in envs:
             self._queues[env] = [(Op.CLEAR, b"")]
         for env in fresh:
-            self._queues[env] += parameters.messages(self, env)
+            self._queues[env] += self.parameters.messages(env)
         for name in self.layout.placed:
             home = pose_array(self.scene.bodies[name].pose)
             self.place(name, np.tile(home, (len(envs), 1)), envs)
@@ -273,20 +274,11 @@ class GazeboSimulation(Simulation):
 
     def contact(self, name: str) -> Mask:
         """(num_envs,) bool: whether a declared contact was there in any physics step of the last ``step``."""
-        return _read_only(self._contact[:, self._index(name)] > 0.0)
+        return read_only(self._contact[:, self.scene.contact_number(name)] > 0.0)
 
     def contact_force(self, name: str) -> Floats:
         """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``."""
-        force = self._force[:, self._index(name)]
-        if self.scene.contacts[name].ignore:
-            raise ConfigurationError(f"contact '{name}' ignores something, so its force is not told; declare others.")
-        return _read_only(force)
-
-    def _index(self, name: str) -> int:
-        names = list(self.scene.contacts)
-        if name not in names:
-            raise UnknownNameError("declared contact", name, names)
-        return names.index(name)
+        return read_only(self._force[:, self.scene.contact_number(name, force=True)])
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
         """Cast rays at everything that collides."""
@@ -309,9 +301,9 @@ class GazeboSimulation(Simulation):
 
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
         """Push a body at its centre of mass during the next ``step``."""
-        parameters.check_body(self, body)
+        self.parameters.check_body(body)
         envs = self.envs(mask)
-        number, point = parameters.centre(self, body)
+        number, point = centre(self, body)
         if number is None:
             return  # nothing moves it
         forces = np.broadcast_to(np.asarray(force_world, np.float64), (len(envs), 3))
@@ -321,20 +313,20 @@ class GazeboSimulation(Simulation):
 
     def parameter(self, name: str, target: str = "") -> Floats:
         """Return a physical parameter of each environment."""
-        return parameters.read(self, name, target)
+        return self.parameters.read(name, target)
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
         """Change a physical parameter."""
-        parameters.write(self, name, target, values, mask)
+        self.parameters.write(name, target, values, mask)
 
     def snapshot(self) -> Snapshot:
         """Return where everything is and how it moves, what the drives follow, and the parameters that were written."""
-        return {**snapshots.take(self), **parameters.snapshot(self)}
+        return {**snapshots.take(self), **self.parameters.snapshot()}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
         self.reset(self._diverged | np.array([server is None for server in self.native], bool))
-        parameters.restore(self, snapshot)
+        self.parameters.restore(snapshot)
         snapshots.put_back(self, snapshot)
 
     def render(
@@ -361,9 +353,3 @@ class GazeboSimulation(Simulation):
     def envs(self, mask: Mask | None) -> list[int]:
         """Return the environments of a mask."""
         return list(range(self.num_envs)) if mask is None else np.flatnonzero(mask).tolist()
-
-
-def _read_only(array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    view = array.view()
-    view.flags.writeable = False
-    return view

@@ -260,18 +260,12 @@ class MujocoSimulation(Simulation):
 
     def contact_force(self, name: str) -> Floats:
         """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``."""
-        force = self._contact_column(name)[1]
-        if self.scene.contacts[name].ignore:
-            raise ConfigurationError(f"contact '{name}' ignores something, so its force is not told; declare others.")
-        return force
+        return self._contact_column(name, force=True)[1]
 
-    def _contact_column(self, name: str) -> tuple[Mask, Floats]:
-        names = list(self.scene.contacts)
-        if name not in names:
-            raise UnknownNameError("declared contact", name, names)
+    def _contact_column(self, name: str, *, force: bool = False) -> tuple[Mask, Floats]:
+        column = self.scene.contact_number(name, force=force)
         if self._contacts is None:
             return np.zeros(self.num_envs, np.bool_), np.zeros(self.num_envs)
-        column = names.index(name)
         return self._contacts[0][:, column], self._contacts[1][:, column]
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
