@@ -9,7 +9,7 @@ from frobs_core.interfaces.scene import Body, Camera, Contact, Marker, Placement
 from frobs_core.interfaces.sensor import Bumper, Imu, Lidar, Sensor
 from frobs_core.interfaces.simulation import BareEngine, BodyHandle, RobotHandle, Simulation, Snapshot
 from frobs_core.interfaces.task import GoalTask, ResetOptions, Task
-from frobs_core.interfaces.translation import Overlap, Translation, TranslationTable, translate
+from frobs_core.interfaces.translation import Overlap, Translation, TranslationTable, read_tables, translate
 
 __all__ = [
     "Algorithm",
@@ -41,5 +41,6 @@ __all__ = [
     "Translation",
     "TranslationTable",
     "WrittenParameters",
+    "read_tables",
     "translate",
 ]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import ConfigurationError, SimulationError
-from frobs_core.interfaces import Marker, Placement, Scene, Simulation, Snapshot, Translation, translate
+from frobs_core.interfaces import Marker, Placement, Scene, Simulation, Snapshot, Translation, read_tables, translate
 from frobs_core.models import RobotModel
 from frobs_sim_gazebo import protocol, snapshots
 from frobs_sim_gazebo.body import GazeboBody
@@ -23,7 +24,9 @@ from frobs_sim_gazebo.protocol import Op
 from frobs_sim_gazebo.robot import GazeboRobot
 from frobs_sim_gazebo.server import Server
 from frobs_sim_gazebo.skeleton import pose_array
-from frobs_sim_gazebo.translation import TABLES
+
+TABLES = Path(__file__).with_name("translation.yaml")
+"""What becomes of each kind of element of a model file."""
 
 FASTEST = 1e6
 """[rad/s or m/s] beyond which an environment has diverged."""
@@ -109,7 +112,7 @@ class GazeboSimulation(Simulation):
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
         """Say what becomes of a robot's model file."""
-        return translate(model, TABLES[model.format])
+        return translate(model, read_tables(TABLES)[model.format])
 
     @property
     def native(self) -> tuple[Server | None, ...]:

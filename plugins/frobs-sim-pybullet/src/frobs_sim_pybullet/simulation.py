@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
-from frobs_core.interfaces import Marker, Overlap, Placement, Scene, Simulation, Snapshot, Translation, translate
+from frobs_core.interfaces import (
+    Marker,
+    Overlap,
+    Placement,
+    Scene,
+    Simulation,
+    Snapshot,
+    Translation,
+    read_tables,
+    translate,
+)
 from frobs_core.models import RobotModel
 from frobs_sim_pybullet import layout
 from frobs_sim_pybullet.bare import BarePybullet
@@ -22,7 +33,9 @@ from frobs_sim_pybullet.pool import CONTEXT, Pool, count_workers
 from frobs_sim_pybullet.rendering import Renderer, Viewer
 from frobs_sim_pybullet.robot import PybulletRobot
 from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector
-from frobs_sim_pybullet.translation import TABLES
+
+TABLES = Path(__file__).with_name("translation.yaml")
+"""What becomes of each kind of element of a model file."""
 
 
 class Native(NamedTuple):
@@ -116,7 +129,7 @@ class PybulletSimulation(Simulation):
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
         """Say what becomes of a robot's model file."""
-        return translate(model, TABLES[model.format])
+        return translate(model, read_tables(TABLES)[model.format])
 
     @property
     def native(self) -> tuple[Native, ...]:
