@@ -8,7 +8,9 @@ from frobs_ros.bridge.world import NANO, World
 
 
 class Part:
-    """A part that publishes at a rate; see :class:`frobs_ros.bridge.bridge.Part`. A subclass overrides what it needs.
+    """A part of the simulation: a publisher, or what drives a robot. A subclass overrides what it needs.
+
+    Only the loop's thread calls it.
 
     Args:
         rate: Publications per simulated second [Hz]; 0: none.
@@ -17,6 +19,13 @@ class Part:
     def __init__(self, rate: float = 0.0) -> None:
         self._period_ns = round(NANO / rate) if rate > 0.0 else None
         self._next_ns = 0
+        self._stamps = Stamps()
+        self._topics: list[Any] = []
+
+    def own(self, topic: Any) -> Any:
+        """Return a publisher or subscriber, which :meth:`close` unregisters."""
+        self._topics.append(topic)
+        return topic
 
     def before(self, world: World, steps: int) -> None:
         """Set what the drives follow in the next physics steps."""
@@ -45,9 +54,12 @@ class Part:
     def reset(self, world: World) -> None:
         """Begin anew: models are back, and the time may be."""
         self._next_ns = world.time_ns
+        self._stamps.reset()
 
     def close(self) -> None:
         """Leave the ROS graph."""
+        for topic in self._topics:
+            topic.unregister()
 
 
 class Stamps:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, NoReturn, Self
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Action, Mask
 from frobs_core.errors import RunError
-from frobs_core.interfaces.algorithm import Algorithm, TrainingMonitor
 from frobs_core.interfaces.task import Observation
 from frobs_core.validation import validate
 from frobs_deploy import Bundle, Policy, read_bundle
@@ -75,8 +74,8 @@ class BundleRun(Run):
         return BundlePolicy(policy, observation_space, action_space), self.steps
 
 
-class BundlePolicy(Algorithm):
-    """A bundle's policy as an algorithm that can only predict.
+class BundlePolicy:
+    """A bundle's policy, which has the spaces and ``predict`` of an algorithm.
 
     Args:
         policy: The policy.
@@ -107,40 +106,6 @@ class BundlePolicy(Algorithm):
         else:
             self._policy.reset(episode_start)
         return self._policy.act(observation), None
-
-    @classmethod
-    def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
-        """Refuse.
-
-        Raises:
-            RunError: Always.
-        """
-        _refuse()
-
-    def train(self, steps: int, monitor: TrainingMonitor) -> None:
-        """Refuse.
-
-        Raises:
-            RunError: Always.
-        """
-        _refuse()
-
-    def save(self, folder: Path, previous: Path | None = None) -> None:
-        """Refuse.
-
-        Raises:
-            RunError: Always.
-        """
-        _refuse()
-
-    @classmethod
-    def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
-        """Refuse.
-
-        Raises:
-            RunError: Always.
-        """
-        _refuse()
 
 
 def open_pretrained(environment: str) -> BundleRun:
@@ -198,9 +163,4 @@ def open_run_or_bundle(path: Path | str, trust: bool = False) -> Run:
         ConfigurationError: The configuration in it is damaged.
         UntrustedFileError: The bundle needs trust.
     """
-    path = Path(path)
-    return BundleRun(read_bundle(path), trust) if path.exists() and not path.is_dir() else Run.open(path)
-
-
-def _refuse() -> NoReturn:
-    raise RunError("a policy bundle can only act; train the run that it came from.")
+    return BundleRun(read_bundle(path)) if Path(path).is_file() else Run.open(path)

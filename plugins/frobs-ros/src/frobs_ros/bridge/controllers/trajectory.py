@@ -19,7 +19,6 @@ from frobs_ros.bridge.controllers.pid import Pid
 from frobs_ros.bridge.controllers.spline import Spline
 from frobs_ros.bridge.controllers.tolerances import Tolerances
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.part import Stamps
 from frobs_ros.bridge.world import NANO, World
 
 LOG = logging.getLogger("frobs.bridge")
@@ -58,12 +57,9 @@ class TrajectoryController(Controller):
         self._desired = (self._held, self._held, self._held)
         self._goal: Any = None
         self._inbox: queue.SimpleQueue[tuple[Points | None, Any]] = queue.SimpleQueue()
-        self._stamps = Stamps()
         self._message = JointTrajectoryControllerState
-        self._state = rospy.Publisher(f"{topic}/state", JointTrajectoryControllerState, queue_size=1)
-        self._subscriber = rospy.Subscriber(
-            f"{topic}/command", JointTrajectory, self._take, queue_size=10, tcp_nodelay=True
-        )
+        self._state = self.own(rospy.Publisher(f"{topic}/state", JointTrajectoryControllerState, queue_size=1))
+        self.own(rospy.Subscriber(f"{topic}/command", JointTrajectory, self._take, queue_size=10, tcp_nodelay=True))
         self._server = start_action_server(
             f"{topic}/follow_joint_trajectory", FollowJointTrajectoryAction, self._accept, self._cancel
         )
@@ -262,6 +258,5 @@ class TrajectoryController(Controller):
     def close(self) -> None:
         """Leave the ROS graph."""
         self._end_goal(None, "the controller was unloaded")
-        self._subscriber.unregister()
-        self._state.unregister()
+        super().close()
         self._server.stop()
