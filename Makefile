@@ -68,7 +68,7 @@ $(BIN)/python:
 # The stamps are renewed when a distribution or a pinned version changes.
 $(VENV)/.installed: $(BIN)/python $(PROJECTS)
 	@echo "Installing FRobs into $(VENV) (the first time takes a few minutes: PyTorch is large)."
-	@$(PIP) install --constraint constraints.txt --editable ".[plots,tune,video,deploy]" $(patsubst %-sb3,%-sb3[export],$(PLUGINS:%=--editable ./%))
+	@$(PIP) install --constraint constraints.txt --editable . $(PLUGINS:%=--editable ./%)
 	@touch $@
 
 $(VENV)/.installed-dev: $(VENV)/.installed requirements-dev.txt

@@ -1,7 +1,7 @@
 """What the files of the scaffold are made of: the files of ``templates/`` renamed, and the texts of ``partials/``.
 
-An extension of Jinja, for cookiecutter and for ``frobs new`` alike. It needs frobs-core only where the facts of a robot's
-file are asked for.
+An extension of Jinja, for cookiecutter and for ``frobs new`` alike. It needs frobs-devkit only to read a
+robot's file.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def partial(context: Context, name: str, **values: Any) -> str:
 @pass_context
 def robot_file(context: Context) -> Any:
     """Return the facts of the robot's file that the answers name."""
-    from frobs_devkit.scaffold.robot_file import facts_for  # only here is the core needed
+    from frobs_devkit.scaffold.robot_file import facts_for  # only a robot's file needs frobs-devkit
 
     return facts_for(context["cookiecutter"])
 

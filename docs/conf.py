@@ -34,10 +34,13 @@ python_maximum_signature_line_length = 88
 python_use_unqualified_type_names = True
 toc_object_entries_show_parents = "hide"
 
-# Roles that name other packages are not looked up: that would need their inventories from the network. Of plugins only
-# what their records name has a section.
+# Roles that name other packages are not looked up: that would need their inventories from the network. Of the plugins,
+# only the classes that their records name have a section.
 nitpick_ignore_regex = [
-    ("py:.*", r"(frobs_(?!core)\w+|abc|collections|enum|gymnasium|mujoco|numpy|pydantic|stable_baselines3|torch)\..*")
+    (
+        "py:.*",
+        r"(frobs_(?!core|cli|deploy|devkit|train)\w+|abc|collections|enum|gymnasium|mujoco|numpy|pydantic|stable_baselines3|torch|typer)\..*",
+    )
 ]
 
 html_theme = "furo"

@@ -1,4 +1,4 @@
-"""Names for the arrays that cross the interfaces."""
+"""Names for the arrays that cross the interfaces, and a read-only view of one."""
 
 from __future__ import annotations
 
@@ -15,3 +15,10 @@ Mask: TypeAlias = npt.NDArray[np.bool_]
 
 Action: TypeAlias = npt.NDArray[Any]
 """(num_envs, …) in the batched action space."""
+
+
+def read_only(array: Floats) -> Floats:
+    """Return a view that cannot be written to."""
+    view = array.view()
+    view.flags.writeable = False
+    return view

@@ -13,6 +13,7 @@ from frobs_core import plugins
 from frobs_core.capabilities import Level, check_capabilities
 from frobs_core.config import KEYWORDS, EnvConfig
 from frobs_core.errors import (
+    ConfigurationError,
     InvalidTimestepError,
     MissingSettingError,
     ParameterValueError,
@@ -26,6 +27,15 @@ from frobs_core.sensors.settings import apply_settings
 from frobs_core.specs import ControllerRecord, Record, SimulatorRecord, TaskRecord
 
 _Record = TypeVar("_Record", bound=Record)
+
+MAX_NUM_ENVS = 100_000
+"""Most environments that are stepped together: each takes 10 kB or more, so that these take a gigabyte."""
+
+MAX_THREADS = 1_024
+"""Most threads, or worker processes, of a simulator."""
+
+MAX_DECIMATION = 10_000
+"""Most physics steps in a control step."""
 
 _MODEL_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
 
@@ -56,8 +66,9 @@ def compose(config: EnvConfig, num_envs: int) -> Parts:
         CapabilityError: The simulator does not support what the task, the controller or the randomization needs.
         ConfigurationError: A value cannot be used.
     """
-    if num_envs < 1:
-        raise ParameterValueError("num_envs", num_envs, "at least 1")
+    check_num_envs(num_envs)
+    if config.num_threads > MAX_THREADS:
+        raise ParameterValueError("num_threads", config.num_threads, f"small enough: the limit is {MAX_THREADS:,}")
     simulator = _record(SimulatorRecord, "simulator", config.simulator)
     task = _record(TaskRecord, "task", config.task)
     controller = _record(ControllerRecord, "controller", config.controller)
@@ -165,6 +176,20 @@ def simulator_defaults(cls: type[Simulation]) -> dict[str, Any]:
     return {name: default for name, default in parameter_defaults(cls).items() if name not in given_by_environment}
 
 
+def check_num_envs(num_envs: int) -> None:
+    """Check the number of environments before anything is built.
+
+    Raises:
+        ConfigurationError: It is below 1 or above :data:`MAX_NUM_ENVS`.
+    """
+    if num_envs < 1:
+        raise ParameterValueError("num_envs", num_envs, "at least 1")
+    if num_envs > MAX_NUM_ENVS:
+        raise ConfigurationError(
+            f"num_envs is {num_envs:,}; the limit is {MAX_NUM_ENVS:,}. Each environment takes about 10 kB or more."
+        )
+
+
 def count_physics_steps(control_timestep: float, physics_timestep: float) -> int:
     """Return the decimation: physics steps per control step.
 
@@ -174,12 +199,18 @@ def count_physics_steps(control_timestep: float, physics_timestep: float) -> int
 
     Raises:
         InvalidTimestepError: The first is not a whole multiple of the second.
+        ConfigurationError: It is more than :data:`MAX_DECIMATION` times the second.
     """
     if not (0 < physics_timestep < math.inf and 0 < control_timestep < math.inf):
         raise InvalidTimestepError(control_timestep, physics_timestep)
     steps = round(control_timestep / physics_timestep)
     if steps < 1 or abs(steps * physics_timestep - control_timestep) > 1e-9 * control_timestep:
         raise InvalidTimestepError(control_timestep, physics_timestep)
+    if steps > MAX_DECIMATION:
+        raise ConfigurationError(
+            f"control_timestep {control_timestep} s takes {steps:,} physics steps of {physics_timestep} s; the limit is "
+            f"{MAX_DECIMATION:,}."
+        )
     return steps
 
 

@@ -33,7 +33,7 @@
     │   └── RenderingUnavailableError   no OpenGL here
     ├── RunError
     │   └── CheckpointError         a checkpoint cannot be written or read
-    └── UntrustedFileError          opening the file would execute code
+    └── UntrustedFileError          opening the file would execute code, or load what it names
 
 Each takes the objects it is about, keeps them as fields, and writes its own text: what was asked,
 what exists, what to do.
@@ -518,7 +518,7 @@ class CheckpointError(RunError):
 
 
 class UntrustedFileError(FrobsError):
-    """Opening the file would execute code that it holds.
+    """Opening the file would execute code that it holds, or import or open what it names.
 
     Args:
         path: The file.

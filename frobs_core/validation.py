@@ -14,6 +14,7 @@ from frobs_core.errors import (
     MissingSettingError,
     ParameterValueError,
     UnknownParameterError,
+    nearest,
 )
 from frobs_core.yaml import find_origin
 
@@ -127,7 +128,9 @@ def choice(name: str, value: Any, choices: Iterable[str]) -> str:
     """
     known = list(choices)
     if value not in known:
-        raise ParameterValueError(name, value, f"one of {', '.join(map(repr, known))}")
+        close = nearest(str(value), known)
+        hint = f" (did you mean '{close}'?)" if close else ""
+        raise ParameterValueError(name, value, f"one of {', '.join(map(repr, known))}{hint}")
     return str(value)
 
 

@@ -11,10 +11,17 @@ import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from frobs_core.errors import ConfigFileError
+from frobs_core.files import read_limited
 from frobs_core.plain import plain
+
+MAX_YAML_BYTES = 512 * 2**10
+"""Largest YAML file [bytes]."""
 
 MAX_VALUES = 100_000
 """Most values that a file may hold once its aliases are written out."""
+
+MAX_NODES = 20_000
+"""Most values that are written in a file; PyYAML reads about 20,000 in a second."""
 
 MAX_DEPTH = 50
 """Deepest nesting."""
@@ -38,19 +45,33 @@ class ConfigMapping(dict[str, Any]):
         self.origins = dict(origins or {})
 
 
-class _Loader(yaml.SafeLoader):
-    """PyYAML's safe loader, which reads 1e-4 as a number and a date as text, and goes only so deep."""
+class LimitedLoader(yaml.SafeLoader):
+    """PyYAML's safe loader with a limit on the depth and on the number of values."""
 
-    _depth = 0
+    _depth = _count = 0
 
     def compose_node(self, parent: Node | None, index: Any) -> Node | None:
+        """Return the next node.
+
+        Raises:
+            yaml.MarkedYAMLError: The limit is reached.
+        """
         self._depth += 1
-        if self._depth > MAX_DEPTH:
-            mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
-            raise yaml.MarkedYAMLError(problem=f"nested deeper than {MAX_DEPTH} levels", problem_mark=mark)
+        self._count += 1
+        for number, limit, text in (
+            (self._depth, MAX_DEPTH, f"nested deeper than {MAX_DEPTH} levels"),
+            (self._count, MAX_NODES, f"more than the limit of {MAX_NODES:,} values"),
+        ):
+            if number > limit:
+                mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
+                raise yaml.MarkedYAMLError(problem=text, problem_mark=mark)
         node: Node | None = super().compose_node(parent, index)
         self._depth -= 1
         return node
+
+
+class _Loader(LimitedLoader):
+    """Reads 1e-4 as a number and a date as text."""
 
 
 _Loader.yaml_implicit_resolvers = {
@@ -77,7 +98,7 @@ def load_yaml(path: Path | str) -> ConfigMapping:
     """
     path = Path(path)
     try:
-        data = path.read_bytes()
+        data = read_limited(path, MAX_YAML_BYTES)
     except OSError as error:
         raise ConfigFileError(path, None, f"cannot be read: {error.strerror}; check the path.") from error
     try:

@@ -10,17 +10,16 @@ Arrays are batched: (num_envs, …). State is replaced, never written in place, 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import CapabilityError, ConfigurationError, SceneError, SimulationError, UnknownNameError
+from frobs_core.arrays import Floats, Mask, read_only
+from frobs_core.errors import CapabilityError, ConfigurationError, SimulationError
 from frobs_core.interfaces import (
     Body,
     BodyHandle,
     CommandMode,
-    Marker,
     Placement,
     RobotHandle,
     Scene,
@@ -34,10 +33,7 @@ from frobs_core.models import (
     Pose,
     RobotModel,
     Treatment,
-    default_gains,
-    default_tcp,
     elements,
-    home_positions,
 )
 from frobs_core.rotations import quat_conjugate, quat_from_axis_angle, quat_multiply, quat_rotate
 
@@ -106,12 +102,12 @@ class SceneBody(BodyHandle):
     @property
     def pose(self) -> tuple[Floats, Floats]:
         """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) in the world."""
-        return _shown(self.free.pos), _shown(self.free.quat)
+        return read_only(self.free.pos), read_only(self.free.quat)
 
     @property
     def twist(self) -> tuple[Floats, Floats]:
         """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s]."""
-        return _shown(self.free.linear), _shown(self.free.angular)
+        return read_only(self.free.linear), read_only(self.free.angular)
 
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
         """Put the body somewhere at once."""
@@ -134,19 +130,9 @@ class JointRobot(RobotHandle):
         robot, model = placement.robot, placement.model
         if robot.base not in ("fixed", "floating"):
             raise ConfigurationError(f"robot '{robot.name}': base '{robot.base}' needs contacts, which are not here.")
-        self.name, self.robot, self.model, self.num_envs = name, robot, model, num_envs
-        self.joint_names, self.dof = model.joint_names, len(model.joint_names)
-        self.tcp = robot.tcp or default_tcp(model)
-        limits = [joint.limits for joint in model.actuated_joints]
-        self.home = self._rows(home_positions(model, robot.home))
-        self.position_lower = self._rows([limit.lower for limit in limits])
-        self.position_upper = self._rows([limit.upper for limit in limits])
-        self.velocity_limit = self._rows([limit.velocity for limit in limits])
-        self.effort_limit = self._rows([limit.effort for limit in limits])
-        gains = robot.gains or default_gains(model, self.home[0])
-        stiffness, damping = zip(*map(gains.of, self.joint_names), strict=True) if self.dof else ((), ())
-        self._kp, self._kd = self._rows(stiffness), self._rows(damping)
-        self._friction = self._rows([joint.damping for joint in model.actuated_joints])  # [N·m·s/rad]
+        self.describe(name, placement, num_envs)  # name, joint names, limits, home and the like
+        self._kp, self._kd = self.described_gains()
+        self._friction = self.expand([joint.damping for joint in model.actuated_joints])  # [N·m·s/rad]
         self.base = FreeBody(num_envs, placement.pose, flies=robot.base == "floating")
         self._gravity = gravity if robot.base == "fixed" else np.zeros(3)  # what falls with its base is weightless
         self._parents = {joint.child: joint for joint in model.joints}
@@ -161,17 +147,17 @@ class JointRobot(RobotHandle):
     @property
     def joint_positions(self) -> Floats:
         """(num_envs, dof) [rad or m]."""
-        return _shown(self._positions)
+        return read_only(self._positions)
 
     @property
     def joint_velocities(self) -> Floats:
         """(num_envs, dof) [rad/s or m/s]."""
-        return _shown(self._velocities)
+        return read_only(self._velocities)
 
     @property
     def joint_efforts(self) -> Floats:
         """(num_envs, dof) [N·m or N]: what the drives applied in the last physics step."""
-        return _shown(self._efforts)
+        return read_only(self._efforts)
 
     def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
         """Put the joints somewhere at once."""
@@ -195,17 +181,17 @@ class JointRobot(RobotHandle):
 
     def drive_gains(self) -> tuple[Floats, Floats]:
         """Return Kp and Kd, (num_envs, dof) each."""
-        return _shown(self._kp), _shown(self._kd)
+        return read_only(self._kp), read_only(self._kd)
 
     @property
     def base_pose(self) -> tuple[Floats, Floats]:
         """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the root link in the world."""
-        return _shown(self.base.pos), _shown(self.base.quat)
+        return read_only(self.base.pos), read_only(self.base.quat)
 
     @property
     def base_twist(self) -> tuple[Floats, Floats]:
         """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link."""
-        return _shown(self.base.linear), _shown(self.base.angular)
+        return read_only(self.base.linear), read_only(self.base.angular)
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
         """Put the root link somewhere at once."""
@@ -224,10 +210,10 @@ class JointRobot(RobotHandle):
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
         """Return where a link is in the world, now or for given joint positions."""
-        given = joint_positions is not None
-        pos, quat = self.model.frame_pose(self.frame_name(frame), joint_positions if given else self._positions)  # type: ignore[arg-type]
-        base_pos, base_quat = (part[:1] for part in self.base._start) if given else self.base_pose
-        return base_pos + quat_rotate(base_quat, pos), quat_multiply(base_quat, quat)
+        if joint_positions is not None:
+            return self.planned_frame_pose(frame, joint_positions)
+        pos, quat = self.model.frame_pose(self.frame_name(frame), self._positions)
+        return self.base.pos + quat_rotate(self.base.quat, pos), quat_multiply(self.base.quat, quat)
 
     def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
         """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin, (num_envs, 3) each."""
@@ -243,9 +229,9 @@ class JointRobot(RobotHandle):
         return self._jacobian(self.frame_name(frame), self.frame_pose(frame)[0])
 
     def lidar(self, name: str) -> Floats:
-        """Refuse: there are no rays."""
+        """Raise CapabilityError: there are no rays."""
         self.lidar_rays(name)
-        _lacks("rays")
+        raise CapabilityError("my_simulator", [("the caller", "rays", "approximate", "unsupported")])
 
     # -- Motion --
 
@@ -314,7 +300,7 @@ class JointRobot(RobotHandle):
             tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
             inertia = inertia + link.inertial.mass * (jacobian[:3] ** 2).sum(axis=0)
             inertia = inertia + (turns[:, :, None] * tensor * turns[:, None, :]).sum(axis=(1, 2))
-        return self._rows(np.maximum(inertia, 1e-4))
+        return self.expand(np.maximum(inertia, 1e-4))
 
     def _jacobian(self, link: str, point: Floats) -> Floats:
         """Return how a point (num_envs, 3) of a link moves with each joint: (num_envs, 6, dof)."""
@@ -334,9 +320,6 @@ class JointRobot(RobotHandle):
                 jacobian[:, :3, column] += factor * np.cross(axis, point - pos)
                 jacobian[:, 3:, column] += factor * axis
         return jacobian
-
-    def _rows(self, row: Any) -> Floats:
-        return np.tile(np.asarray(row, np.float64), (self.num_envs, 1))
 
     def snapshot(self) -> Snapshot:
         """Return the complete state."""
@@ -371,7 +354,11 @@ class MySimulator(Simulation):
         physics_timestep: float,
         num_threads: int = 0,
     ) -> None:
-        _check_scene(scene, robots)
+        scene.check(robots)
+        if scene.contacts:
+            raise ConfigurationError(
+                f"the scene asks for the contacts {', '.join(scene.contacts)}; there are none here."
+            )
         self.num_envs, self.physics_timestep = num_envs, physics_timestep
         self._gravity = np.array(scene.gravity)  # (3,) [m/s²]
         self._robots = {name: JointRobot(name, p, num_envs, self._gravity) for name, p in robots.items()}
@@ -400,7 +387,7 @@ class MySimulator(Simulation):
     @property
     def time(self) -> Floats:
         """(num_envs,) [s] since the reset."""
-        return _shown(self._time)
+        return read_only(self._time)
 
     @property
     def diverged(self) -> Mask | None:
@@ -451,71 +438,6 @@ class MySimulator(Simulation):
 
     def close(self) -> None:
         """There is nothing to release."""
-
-    # -- What it lacks; its record does not claim it, so whoever needs it is refused before the first step --
-
-    def contact(self, name: str) -> Mask:
-        """Refuse."""
-        _lacks("contacts")
-
-    def contact_force(self, name: str) -> Floats:
-        """Refuse."""
-        _lacks("contacts")
-
-    def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
-        """Refuse."""
-        _lacks("rays")
-
-    def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
-        """Refuse."""
-        _lacks("wrench")
-
-    def parameter(self, name: str, target: str = "") -> Floats:
-        """Refuse: none can be changed."""
-        raise UnknownNameError("parameter", name, ())
-
-    def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
-        """Refuse: none can be changed."""
-        raise UnknownNameError("parameter", name, ())
-
-    def render(
-        self,
-        mask: Mask | None = None,
-        camera: str | None = None,
-        size: tuple[int, int] = (480, 640),
-        modality: str = "rgb",
-        markers: Sequence[Marker] = (),
-    ) -> np.ndarray[Any, Any]:
-        """Refuse."""
-        _lacks("cameras")
-
-    def open_viewer(self) -> None:
-        """Refuse."""
-        _lacks("cameras")
-
-
-def _lacks(capability: str) -> NoReturn:
-    raise CapabilityError("my_simulator", [("the caller", capability, "approximate", "unsupported")])
-
-
-def _check_scene(scene: Scene, robots: Mapping[str, Placement]) -> None:
-    """Refuse a scene that contradicts itself, or wants what is not here."""
-    for name, body in scene.bodies.items():
-        if body.kinematic and body.mass is not None:
-            raise SceneError(f"scene body '{name}'", "is kinematic, so it has no mass; give one or the other.")
-    if scene.contacts:
-        raise SceneError("the scene", f"asks for the contacts {', '.join(scene.contacts)}; there are none here.")
-    for name, camera in scene.cameras.items():
-        robot, _, frame = (camera.frame or "").partition("/")
-        if robot and frame not in [link.name for link in (robots[robot].model.links if robot in robots else ())]:
-            raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is no link of a robot.")
-
-
-def _shown(array: Floats) -> Floats:
-    """Return an array that others may read, and not write."""
-    view = array.view()
-    view.flags.writeable = False
-    return view
 
 
 def _all(array: np.ndarray[Any, Any]) -> Mask:

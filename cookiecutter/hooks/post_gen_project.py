@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 
 ANSWERS = json.loads(r"""{{ cookiecutter | jsonify }}""")
-FINISH = Path(r"{{ cookiecutter._repo_dir }}").resolve().parent / "frobs_core" / "scaffold" / "finish.py"
+FINISH = Path(r"{{ cookiecutter._repo_dir }}").resolve().parent / "plugins/frobs-devkit/src/frobs_devkit/scaffold/finish.py"
 
 spec = importlib.util.spec_from_file_location("finish", FINISH)
 module = importlib.util.module_from_spec(spec)

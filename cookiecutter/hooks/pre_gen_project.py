@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 ANSWERS = json.loads(r"""{{ cookiecutter | jsonify }}""")
-CHECKS = Path(r"{{ cookiecutter._repo_dir }}").resolve().parent / "frobs_core" / "scaffold" / "answers.py"
+CHECKS = Path(r"{{ cookiecutter._repo_dir }}").resolve().parent / "plugins/frobs-devkit/src/frobs_devkit/scaffold/answers.py"
 
 
 def refuse(problem):
@@ -15,7 +15,7 @@ def refuse(problem):
 
 
 def check_alone(answers):
-    """Check the answers by themselves; frobs-core need not be installed."""
+    """Check the answers by themselves; frobs-devkit need not be installed."""
     spec = importlib.util.spec_from_file_location("answers", CHECKS)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -32,7 +32,7 @@ def check_installed(answers):
         from frobs_devkit.scaffold.robot_file import facts_for
     except ImportError:
         if answers["example"] == "file" and "robot" in answers["__kinds"]:
-            refuse("to read the robot's file, frobs-core must be installed beside cookiecutter: pip install frobs-core")
+            refuse("reading the robot's file needs frobs-devkit beside cookiecutter: pip install frobs-devkit")
         return
     try:
         check_clashes(answers)

@@ -1,13 +1,28 @@
-"""Writes the reference from the code: hooks, records, kinds, IDs, capabilities, errors and the command line.
+"""Writes the reference from the code: distributions, hooks, records, IDs, capabilities, errors and the command line.
 
-A Sphinx extension: the pages are written anew before each build, to ``docs/reference/generated`` (not in git).
+This Sphinx extension writes the pages before each build to ``docs/reference/generated``, which is not in git.
 """
 
 from pathlib import Path
 
-from generate import api, capabilities, commands, environments, errors, hooks, plugins, ros, rules, signatures
+from generate import (
+    api,
+    architecture,
+    capabilities,
+    commands,
+    distributions,
+    environments,
+    errors,
+    hooks,
+    plugins,
+    ros,
+    rules,
+    signatures,
+    step_files,
+)
 
 PAGES = {
+    "distributions": distributions.page,
     "hooks": hooks.page,
     "plugins": plugins.page,
     "environments": environments.page,
@@ -20,12 +35,16 @@ PAGES = {
 }
 """Each page of the reference, with what writes it."""
 
+INSERTS = {"architecture.svg": architecture.figure, "step-files.inc": step_files.fragment}
+"""Files that ``explanation/architecture.md`` includes, with what writes them."""
+
 
 def write_reference(folder: Path) -> None:
     """Write all pages; a page that is up to date keeps its time, so that it is not built again."""
     pages = {name: page() for name, page in PAGES.items()}
     pages |= environments.pages(folder) | api.pages()
     wanted = {folder / f"{name}.rst": text for name, text in pages.items()}
+    wanted |= {folder / name: write() for name, write in INSERTS.items()}
     for stale in set(folder.rglob("*.rst")) - set(wanted):
         stale.unlink()
     for path, text in wanted.items():

@@ -1,43 +1,100 @@
-"""A page for each public module of the core."""
+"""A page for each public module of the distributions."""
 
 import ast
+import inspect
 import pkgutil
-from pathlib import Path
+from importlib import import_module
 
-import frobs_core
+from layers import ROOT, distributions
+
+from generate import errors
 from generate.rst import directive, escape, heading, label, table, toctree
 
-_ELSEWHERE = {"cli", "errors", "hookspecs", "specs"}
-"""Modules with a page of their own in the reference."""
+_CORE_ELSEWHERE = {"errors", "hookspecs", "specs"}
+"""Modules of the core that have a page of their own in the reference."""
+
+_HELPERS = (
+    "commands",
+    "completion",
+    "facts",
+    "formats",
+    "group",
+    "model_options",
+    "options",
+    "output",
+    "parameters",
+    "providers",
+)
+"""Modules of ``frobs_cli`` for the commands of any distribution; the others are commands."""
 
 
-def modules() -> list[str]:
-    """Return the names of the public modules, without the package."""
-    names = (module.name for module in pkgutil.iter_modules(frobs_core.__path__))
-    return sorted(name for name in names if not name.startswith("_") and name not in _ELSEWHERE)
+def _core() -> list[str]:
+    """Return the public modules of the core."""
+    names = (module.name for module in pkgutil.iter_modules([str(ROOT / "frobs_core")]))
+    return sorted(f"frobs_core.{name}" for name in names if not name.startswith("_") and name not in _CORE_ELSEWHERE)
+
+
+MODULES = {
+    "frobs-core": _core(),
+    "frobs-deploy": ["frobs_deploy"],
+    "frobs-cli": [f"frobs_cli.{name}" for name in _HELPERS],
+    "frobs-train": ["frobs_train"],
+    "frobs-devkit": [
+        f"frobs_devkit.{name}" for name in ("bench", "doctor", "parity", "robot_sheet", "scaffold", "testing")
+    ],
+}
+"""The public modules of each distribution that is more than a plugin."""
 
 
 def page() -> str:
     """Return the page that lists the modules."""
-    rows = [(f":doc:`frobs_core.{name} <api/{name}>`", escape(_summary(name))) for name in modules()]
     text = label("api") + heading("Python modules")
-    text += "The public modules of ``frobs_core``; what a name with a leading underscore holds may change.\n\n"
-    return text + table(["module", "what it holds"], rows) + toctree((f"api/{name}" for name in modules()), hidden="")
+    text += (
+        "The public modules of each distribution. Everything else may change without notice: modules that are not "
+        "listed here, and names with a leading underscore. Errors are on a :ref:`page of their own <errors>`, hooks and "
+        "records on :ref:`another <hooks>`. The other distributions are plugins: "
+        ":ref:`their parts <plugins>`, :ref:`their environments <environments>` and, for ROS, :ref:`ros`.\n\n"
+    )
+    for name, modules in MODULES.items():
+        rows = [(f":doc:`{module} <api/{module}>`", _summary(module)) for module in modules]
+        text += heading(name, "-") + f"{escape(distributions()[name].project['description'])}.\n\n"
+        text += table(["module", "contents"], rows, widths="35 65")
+    return text + toctree((f"api/{module}" for modules in MODULES.values() for module in modules), hidden="")
 
 
 def pages() -> dict[str, str]:
     """Return a page for each module."""
-    return {f"api/{name}": _page(name) for name in modules()}
+    return {f"api/{module}": _page(module) for modules in MODULES.values() for module in modules}
 
 
 def _page(name: str) -> str:
-    package = (Path(frobs_core.__path__[0]) / name).is_dir()
-    options = {"members": "", **({"imported_members": ""} if package else {})}
-    return heading(f"frobs_core.{name}") + directive("automodule", f"frobs_core.{name}", **options)
+    module = import_module(name)
+    if "__getattr__" in vars(module):
+        return heading(name) + directive("automodule", name, no_members="") + _lazy(name)
+    options = {"members": ""}
+    if hasattr(module, "__path__"):
+        elsewhere = (
+            [error.__name__ for error in errors.classes(f"{name}.errors")] if f"{name}.errors" in errors.MODULES else []
+        )
+        options |= {"imported_members": ""} | ({"exclude_members": ", ".join(elsewhere)} if elsewhere else {})
+    return heading(name) + directive("automodule", name, **options)
+
+
+def _lazy(name: str) -> str:
+    """Return a section for each name that a package imports when it is first used; Sphinx does not find these names."""
+    module = import_module(name)
+    text = ""
+    for exported in module.__all__:
+        value = getattr(module, exported)
+        kind = "class" if inspect.isclass(value) else "function" if callable(value) else "data"
+        text += directive(f"auto{kind}", f"{name}.{exported}")
+    return text
 
 
 def _summary(name: str) -> str:
     """Return the first line of a module's docstring, which is read and not imported."""
-    base = Path(frobs_core.__path__[0]) / name
+    top = name.partition(".")[0]
+    [package] = [found for other in distributions().values() for found in other.packages if found.name == top]
+    base = package.parent.joinpath(*name.split("."))
     source = base / "__init__.py" if base.is_dir() else base.with_suffix(".py")
-    return (ast.get_docstring(ast.parse(source.read_text())) or "").partition("\n")[0]
+    return (ast.get_docstring(ast.parse(source.read_text("utf-8"))) or "").partition("\n")[0]

@@ -1,28 +1,48 @@
 """The page of the errors."""
 
-from frobs_core import errors
+from importlib import import_module
+
 from generate.rst import directive, heading, label, literal
 
+MODULES = {
+    "frobs_core.errors": "The root is :exc:`~frobs_core.errors.FrobsError`.",
+    "frobs_train.errors": "These are further errors of runs, so they are also :exc:`~frobs_core.errors.FrobsError`.",
+    "frobs_deploy.errors": (
+        "``frobs-deploy`` runs without the core, so its root is its own: :exc:`~frobs_deploy.errors.DeployError`."
+    ),
+}
+"""The modules that define errors, and a sentence about each."""
 
-def classes() -> list[type[Exception]]:
-    """Return every error of FRobs, in the order of the file."""
+
+def classes(module: str) -> list[type[Exception]]:
+    """Return the errors of a module, in the order of the file."""
     return [
         value
-        for value in vars(errors).values()
-        if isinstance(value, type) and issubclass(value, errors.FrobsError) and value.__module__ == errors.__name__
+        for value in vars(import_module(module)).values()
+        if isinstance(value, type) and issubclass(value, Exception) and value.__module__ == module
     ]
 
 
 def page() -> str:
     """Return the page."""
-    tree = [line for line in errors.__doc__.splitlines() if line.startswith("    ")]
     text = label("errors") + heading("Errors")
     text += (
-        "Every error that FRobs raises on purpose is a :exc:`~frobs_core.errors.FrobsError`. Its message says what was "
-        "asked, what exists and what to do; the objects that it is about are its attributes. On the command line it is "
-        "one line and exit code 2.\n\n"
+        "Every error that FRobs raises on purpose is one of these. Its message says what was asked, what exists and "
+        "what to do; the objects that it is about are its attributes. The command line prints the message in one line "
+        "and exits with code 2.\n\n"
     )
-    text += literal("\n".join(line[4:] for line in tree)) + directive("module", "frobs_core.errors")
-    return text + "".join(
-        directive("autoexception", f"frobs_core.errors.{error.__name__}", no_members="") for error in classes()
-    )
+    for module, about in MODULES.items():
+        text += heading(module, "-") + f"{about}\n\n" + literal(_tree(module)) + directive("module", module)
+        text += "".join(
+            directive("autoexception", f"{module}.{error.__name__}", no_members="") for error in classes(module)
+        )
+    return text
+
+
+def _tree(module: str) -> str:
+    """Return the tree of classes that the module's docstring draws."""
+    lines = (import_module(module).__doc__ or "").splitlines()
+    drawn = [i for i, line in enumerate(lines) if "──" in line]
+    tree = lines[drawn[0] - 1 : drawn[-1] + 1]
+    margin = min(len(line) - len(line.lstrip()) for line in tree)
+    return "\n".join(line[margin:] for line in tree)

@@ -1,11 +1,15 @@
-"""The page of what stands of FRobs_RL's functions and arguments, from the tables of frobs-ros."""
+"""The page of what stands of FRobs_RL's functions and arguments, from frobs_rl.yaml and the table of the backends."""
 
 import importlib
 import inspect
+from pathlib import Path
+
+import yaml
 
 from frobs_ros.backends import TREATMENT
-from frobs_ros.functions import FUNCTIONS, PARAMETERS
 from generate.rst import code, escape, heading, label, literal, table
+
+TABLES = yaml.safe_load(Path(__file__).with_name("frobs_rl.yaml").read_text("utf-8"))
 
 
 def page() -> str:
@@ -17,7 +21,7 @@ def page() -> str:
         "against the bridge over MuJoCo and over a real Gazebo 11. Processes are ended by handle, failures are logged "
         "with their reason, and retries are as many as documented, without needless sleeping.\n\n"
     )
-    for module, functions in FUNCTIONS.items():
+    for module, functions in TABLES["functions"].items():
         text += heading(module, "-")
         rows = [
             (code(name), escape(_summary(module, name)), escape(how) or "as in FRobs_RL")
@@ -29,7 +33,8 @@ def page() -> str:
     rows = [(code(name), escape(gazebo), escape(bridge)) for name, (gazebo, bridge) in TREATMENT.items()]
     text += table(["argument", "on Gazebo", "on the bridge"], rows, widths="25 35 40")
     text += heading("Arguments of RobotBasicEnv", "-")
-    return text + table(["argument", "what becomes of it"], [(code(n), escape(how)) for n, how in PARAMETERS.items()])
+    rows = [(code(name), escape(how)) for name, how in TABLES["parameters"].items()]
+    return text + table(["argument", "what becomes of it"], rows)
 
 
 def _function(module, name):

@@ -3,12 +3,13 @@
 from frobs_core.interfaces.algorithm import Algorithm, TrainingMonitor
 from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.controller import Controller
+from frobs_core.interfaces.parameters import WrittenParameters
 from frobs_core.interfaces.robot import DifferentialDrive, DriveGains, Robot
 from frobs_core.interfaces.scene import Body, Camera, Contact, Marker, Placement, Scene
 from frobs_core.interfaces.sensor import Bumper, Imu, Lidar, Sensor
 from frobs_core.interfaces.simulation import BareEngine, BodyHandle, RobotHandle, Simulation, Snapshot
 from frobs_core.interfaces.task import GoalTask, ResetOptions, Task
-from frobs_core.interfaces.translation import Overlap, Translation, TranslationTable, translate
+from frobs_core.interfaces.translation import Overlap, Translation, TranslationTable, read_tables, translate
 
 __all__ = [
     "Algorithm",
@@ -39,5 +40,7 @@ __all__ = [
     "TrainingMonitor",
     "Translation",
     "TranslationTable",
+    "WrittenParameters",
+    "read_tables",
     "translate",
 ]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from math import dist
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import SceneError
+from frobs_core.errors import SceneError, UnknownNameError
 from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.robot import Robot
 from frobs_core.models.model import Geometry, Pose, RobotModel
@@ -147,3 +147,44 @@ class Scene:
         """
         far = [dist(camera.pos, camera.target) for camera in self.cameras.values() if camera.frame is None]
         return max(far, default=0.0)
+
+    def check(self, robots: Mapping[str, Placement]) -> None:
+        """Check that nothing contradicts itself or names what the scene does not have; simulators call it first.
+
+        Args:
+            robots: All robots of the simulation.
+
+        Raises:
+            ConfigurationError: A kinematic body has a mass, or a contact or camera names no body.
+        """
+        links = {f"{name}/{link.name}" for name, placement in robots.items() for link in placement.model.links}
+        known = [*self.bodies, *robots, *(["floor"] if self.floor else [])]
+        for name, contact in self.contacts.items():
+            for side in (contact.first, contact.second, *contact.ignore):
+                if side != "*" and side not in known and side not in links:
+                    raise SceneError(f"contact '{name}'", f"names '{side}', which is none of {', '.join(known)}.")
+        for name, camera in self.cameras.items():
+            if camera.frame is not None and camera.frame not in links and camera.frame not in self.bodies:
+                raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is no body of the scene.")
+        for name, body in self.bodies.items():
+            if body.mass is not None and body.kinematic:
+                raise SceneError(f"scene body '{name}'", "is kinematic, so it has no mass; give one or the other.")
+
+    def contact_number(self, name: str, *, force: bool = False) -> int:
+        """Return the place of a declared contact among all, in their order.
+
+        Args:
+            name: The contact.
+            force: Whether its force is asked for.
+
+        Raises:
+            UnknownNameError: The scene declares no such contact.
+            ConfigurationError: The force of a contact that ignores something is asked for.
+        """
+        if name not in self.contacts:
+            raise UnknownNameError("declared contact", name, self.contacts)
+        if force and self.contacts[name].ignore:
+            raise SceneError(
+                f"contact '{name}'", "ignores something, so its force is not available; declare other contacts."
+            )
+        return list(self.contacts).index(name)

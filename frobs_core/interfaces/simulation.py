@@ -15,14 +15,15 @@ from typing import Any, ClassVar, Protocol, TypeAlias
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import UnknownNameError
+from frobs_core.errors import CapabilityError, UnknownNameError
 from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.robot import Robot
 from frobs_core.interfaces.scene import Marker, Placement, Scene
 from frobs_core.interfaces.sensor import Lidar
 from frobs_core.interfaces.translation import Overlap, Translation
-from frobs_core.models.model import RobotModel
-from frobs_core.rotations import quat_rotate
+from frobs_core.models.defaults import default_gains, default_tcp, home_positions
+from frobs_core.models.model import Pose, RobotModel
+from frobs_core.rotations import quat_multiply, quat_rotate
 
 Snapshot: TypeAlias = dict[str, np.ndarray[Any, Any]]
 """A complete state: arrays by name, each (num_envs, …)."""
@@ -62,6 +63,41 @@ class RobotHandle(ABC):
     position_upper: Floats
     velocity_limit: Floats
     effort_limit: Floats
+    _start: Pose
+
+    def describe(self, name: str, placement: Placement, num_envs: int) -> None:
+        """Fill in all attributes of the class, which follow from the placement; a constructor's first call.
+
+        Args:
+            name: In the simulation.
+            placement: Of the robot.
+            num_envs: ≥ 1.
+
+        Raises:
+            UnknownNameError: The tool centre point or a joint of the home position is not in the model.
+        """
+        model, robot = placement.model, placement.robot
+        self.name, self.robot, self.model, self.num_envs = name, robot, model, num_envs
+        self.joint_names, self.dof = model.joint_names, len(model.joint_names)
+        self.tcp = robot.tcp or default_tcp(model)
+        self.frame_name("tcp")
+        self._start = placement.pose
+        limits = [joint.limits for joint in model.actuated_joints]
+        self.home = self.expand(home_positions(model, robot.home))
+        self.position_lower = self.expand([limit.lower for limit in limits])
+        self.position_upper = self.expand([limit.upper for limit in limits])
+        self.velocity_limit = self.expand([limit.velocity for limit in limits])
+        self.effort_limit = self.expand([limit.effort for limit in limits])
+
+    def described_gains(self) -> tuple[Floats, Floats]:
+        """Return Kp and Kd of the robot's description, or else the default gains of its model, (num_envs, dof) each."""
+        gains = self.robot.gains or default_gains(self.model, home_positions(self.model, self.robot.home))
+        pairs = [gains.of(joint) for joint in self.joint_names]
+        return self.expand([kp for kp, _ in pairs]), self.expand([kd for _, kd in pairs])
+
+    def expand(self, row: Sequence[float] | Floats) -> Floats:
+        """Return a value for each joint as (num_envs, dof)."""
+        return np.repeat(np.asarray(row, np.float64)[None], self.num_envs, axis=0)
 
     @property
     @abstractmethod
@@ -111,14 +147,14 @@ class RobotHandle(ABC):
         """Return Kp and Kd, (num_envs, dof) each, whatever the command mode."""
 
     @property
-    @abstractmethod
     def base_pose(self) -> tuple[Floats, Floats]:
         """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the root link in the world."""
+        return self.frame_pose(self.model.root)
 
     @property
-    @abstractmethod
     def base_twist(self) -> tuple[Floats, Floats]:
         """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link's origin."""
+        return self.frame_velocity(self.model.root)
 
     @abstractmethod
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
@@ -158,6 +194,12 @@ class RobotHandle(ABC):
         Raises:
             UnknownNameError: No link is named so.
         """
+
+    def planned_frame_pose(self, frame: str, joint_positions: Floats) -> tuple[Floats, Floats]:
+        """Return :meth:`frame_pose` for given joint positions, (k, dof) [rad or m]."""
+        pos, quat = self.model.frame_pose(self.frame_name(frame), joint_positions)
+        base = np.broadcast_to(np.array(self._start.quat_wxyz), quat.shape)
+        return quat_rotate(base, pos) + np.array(self._start.pos), quat_multiply(base, quat)
 
     @abstractmethod
     def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
@@ -256,6 +298,8 @@ class BareEngine(Protocol):
 class Simulation(ABC):
     """``num_envs`` copies of robots and a scene.
 
+    A simulator that lacks a capability leaves its methods out: they raise :class:`~frobs_core.errors.CapabilityError`.
+
     Further keyword-only parameters of a constructor are options of the simulator. Users give them to the environment as
     ``simulator_kwargs``, and ``frobs show`` lists them with the text of the class's docstring.
 
@@ -336,7 +380,6 @@ class Simulation(ABC):
             SimulationError: The engine failed as a whole.
         """
 
-    @abstractmethod
     def contact(self, name: str) -> Mask:
         """(num_envs,) bool: whether a contact that the scene declares was there in any physics step of the last ``step``.
 
@@ -345,8 +388,8 @@ class Simulation(ABC):
         Raises:
             UnknownNameError: The scene declares no such contact.
         """
+        raise self._lacks("contacts")
 
-    @abstractmethod
     def contact_force(self, name: str) -> Floats:
         """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``.
 
@@ -354,8 +397,8 @@ class Simulation(ABC):
             UnknownNameError: The scene declares no such contact.
             ConfigurationError: The contact ignores something, so that its force is not told.
         """
+        raise self._lacks("contacts")
 
-    @abstractmethod
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
         """Cast rays.
 
@@ -367,6 +410,7 @@ class Simulation(ABC):
         Returns:
             (num_envs, k) [m]; ``max_range`` where nothing is hit.
         """
+        raise self._lacks("rays")
 
     def write_body_poses(
         self, names: Sequence[str], pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None
@@ -385,7 +429,6 @@ class Simulation(ABC):
         for i, name in enumerate(names):
             self.bodies[name].write_pose(pos[:, i], None if quat_wxyz is None else quat_wxyz[:, i], mask)
 
-    @abstractmethod
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
         """Push a body at its centre of mass during the next ``step``, then no more.
 
@@ -395,8 +438,8 @@ class Simulation(ABC):
             torque_world: (n, 3) [N·m]
             mask: The environments.
         """
+        raise self._lacks("wrench")
 
-    @abstractmethod
     def parameter(self, name: str, target: str = "") -> Floats:
         """Return a physical parameter of each environment.
 
@@ -409,10 +452,11 @@ class Simulation(ABC):
         Raises:
             UnknownNameError: No such parameter or target.
         """
+        raise UnknownNameError("parameter", name, ())
 
-    @abstractmethod
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
         """Change a physical parameter; the arguments are those of :meth:`parameter`."""
+        raise UnknownNameError("parameter", name, ())
 
     @abstractmethod
     def snapshot(self) -> Snapshot:
@@ -422,7 +466,6 @@ class Simulation(ABC):
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot of this simulation or of one that was built alike."""
 
-    @abstractmethod
     def render(
         self,
         mask: Mask | None = None,
@@ -448,14 +491,15 @@ class Simulation(ABC):
             RenderingUnavailableError: Nothing can be drawn on this machine.
             UnknownNameError: No such camera or modality.
         """
+        raise self._lacks("cameras")
 
-    @abstractmethod
     def open_viewer(self) -> None:
         """Open a window that shows the first environment and follows it at each ``step``.
 
         Raises:
             RenderingUnavailableError: There is no display.
         """
+        raise self._lacks("cameras")
 
     def overlaps(self, robot: str = "robot") -> Sequence[Overlap] | None:
         """Return which links of a robot are in each other now, in the first environment, the deepest first.
@@ -477,3 +521,6 @@ class Simulation(ABC):
     @abstractmethod
     def close(self) -> None:
         """Release everything; twice is harmless."""
+
+    def _lacks(self, capability: str) -> CapabilityError:
+        return CapabilityError(type(self).__name__, [("the caller", capability, "approximate", "unsupported")])

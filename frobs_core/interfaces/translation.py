@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import TypeAlias
+
+import yaml
 
 from frobs_core.models.elements import elements
 from frobs_core.models.model import RobotModel
@@ -29,6 +33,22 @@ class Translation:
     treatment: Treatment
     how: str = ""
     names: tuple[str, ...] = ()
+
+
+@cache
+def read_tables(path: Path) -> Mapping[str, TranslationTable]:
+    """Read a simulator's tables, by format of the model.
+
+    Args:
+        path: YAML file whose keys are ``both``, ``urdf`` and ``mjcf``; under them ``element: [treatment, how]``.
+    """
+    given = yaml.safe_load(path.read_text("utf-8"))
+    return {
+        format: {
+            kind: (Treatment(row[0]), "".join(row[1:])) for kind, row in {**given["both"], **given[format]}.items()
+        }
+        for format in ("urdf", "mjcf")
+    }
 
 
 def translate(model: RobotModel, table: TranslationTable) -> list[Translation]:

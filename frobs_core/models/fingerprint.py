@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from frobs_core.errors import ModelFileError
+from frobs_core.files import check_regular
+from frobs_core.models.mesh_files import MAX_BYTES
 from frobs_core.models.model import RobotModel
 
 _DIGITS = 9
@@ -50,6 +52,7 @@ def _one(value: Any) -> Any:
 
 def _file(path: Path) -> str:
     try:
+        check_regular(path, MAX_BYTES)
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from frobs_core.arrays import Floats
+from frobs_core.models.limits import MAX_INERTIA, MAX_MASS
 from frobs_core.models.model import Inertial, Joint, JointType, Pose
 from frobs_core.models.notes import Notes
 from frobs_core.models.urdf_shapes import read_pose
@@ -68,11 +69,11 @@ def _read(name: str, link: Element, notes: Notes) -> Inertial | None:
     if element is None:
         return None
     mass_element = element.child("mass")
-    mass = mass_element.number("value") if mass_element is not None else 0.0
+    mass = mass_element.number("value", limit=MAX_MASS) if mass_element is not None else 0.0
     if mass < 0.0:
         element.refuse(f"link '{name}' has a mass of {mass:g} kg.")
     inertia = element.child("inertia")
-    moments = tuple(inertia.number(key, "0") for key in _KEYS) if inertia is not None else (0.0,) * 6
+    moments = tuple(inertia.number(key, "0", MAX_INERTIA) for key in _KEYS) if inertia is not None else (0.0,) * 6
     if mass == 0.0:
         notes.add("zero-mass", link, "has a mass of 0; its <inertial> is left out")
         link.remove(element)

@@ -13,10 +13,12 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from frobs_core.files import cache_folder, write_aside
+from frobs_core.files import cache_folder, read_limited, write_aside
+from frobs_core.models.mesh_files import MAX_BYTES
 
 _VERSION = b"1"  # of the parser: what it makes of a file is part of the key
 _MATERIALS = re.compile(rb"^\s*mtllib\s+(.+?)\s*$", re.MULTILINE)
+_MAX_NAMES = 1_000  # of files beside the mesh
 _BUFFERS = re.compile(rb'"uri"\s*:\s*"(?!data:)([^"]+)"')
 
 
@@ -47,9 +49,12 @@ class MeshCache:
         suffix = path.suffix.lower()
         key = hashlib.sha256(_VERSION + suffix.encode() + b"\0" + data)
         pattern = {".obj": _MATERIALS, ".gltf": _BUFFERS}.get(suffix)
-        for name in pattern.findall(data) if pattern else ():
+        left = MAX_BYTES
+        for name in list(dict.fromkeys(pattern.findall(data)))[:_MAX_NAMES] if pattern else ():
             with contextlib.suppress(OSError, ValueError):
-                key.update(b"\0" + (path.parent / os.fsdecode(name)).read_bytes())
+                beside = read_limited(path.parent / os.fsdecode(name), left)
+                left -= len(beside)
+                key.update(b"\0" + beside)
         self.file = cache_folder("meshes") / f"{key.hexdigest()}.npz"
 
     def load(self, part: Callable[[Any, Any, Any], P]) -> tuple[P, ...] | None:

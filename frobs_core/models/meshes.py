@@ -21,14 +21,15 @@ import numpy.typing as npt
 from frobs_core.arrays import Floats
 from frobs_core.errors import ModelFileError
 from frobs_core.models.mesh_cache import MeshCache
+from frobs_core.models.mesh_checks import check_collada, check_gltf, check_obj
+from frobs_core.models.mesh_files import SiblingFiles, read_mesh_file
 from frobs_core.models.model import Mesh
 
 FORMATS = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
 """Endings of the mesh files that can be read."""
 
-MAX_BYTES = 256 * 2**20
 MAX_FACES = 2_000_000
-"""Beyond these a mesh is refused: building a model of it would look like a hang."""
+"""Beyond this number of triangles a mesh is refused: building a model of it would look like a hang."""
 
 _UNIT = re.compile(rb'<unit\b[^>]*\bmeter\s*=\s*["\']([^"\']+)["\']')
 _LOOKS = re.compile(
@@ -64,11 +65,11 @@ def read_mesh(path: Path) -> tuple[MeshPart, ...]:
     """
     data = _read_file(path)
     if path.suffix.lower() == ".stl" and data[:5] != b"solid":
-        return _checked(path, _parse(path))  # as fast as any cache
+        return _checked(path, _parse(path, data))  # as fast as any cache
     cache = MeshCache(path, data)
     parts = cache.load(MeshPart)
     if parts is None:
-        parts = _checked(path, _parse(path, _metres(path, data)))
+        parts = _checked(path, _parse(path, data, _metres(path, data)))
         cache.store(parts)
     return parts
 
@@ -117,17 +118,14 @@ def _read_file(path: Path) -> bytes:
         raise ModelFileError(
             path, f"a mesh that ends in '{path.suffix}' cannot be read; there are {', '.join(FORMATS)}."
         )
-    try:
-        size = path.stat().st_size
-        if size > MAX_BYTES:
-            raise ModelFileError(
-                path, f"the mesh has {size / 2**20:.0f} MiB; at most {MAX_BYTES // 2**20} are read. Simplify it."
-            )
-        data = path.read_bytes()
-    except OSError as error:
-        raise ModelFileError(path, f"the mesh cannot be read: {error.strerror or error}.") from error
-    if path.suffix.lower() == ".dae" and re.search(rb"<!(DOCTYPE|ENTITY)", data):
-        raise ModelFileError(path, "the mesh declares a document type (<!DOCTYPE …>), which none needs: remove it.")
+    data = read_mesh_file(path)
+    match path.suffix.lower():
+        case ".dae":
+            check_collada(path, data)
+        case ".obj":
+            check_obj(path, data)
+        case ".gltf" | ".glb":
+            return check_gltf(path, data)
     return data
 
 
@@ -143,47 +141,58 @@ def _metres(path: Path, data: bytes) -> float:
     return unit
 
 
-def _parse(path: Path, unit: float = 1.0) -> list[MeshPart]:
+def _parse(path: Path, data: bytes, unit: float = 1.0) -> list[MeshPart]:
     import trimesh
 
     groups: dict[Rgba | None, list[MeshPart]] = {}
+    beside = SiblingFiles(path)
+    faces = 0
     with _quiet():
         try:
-            scene = _load_collada(path) if path.suffix.lower() == ".dae" else trimesh.load_scene(path, process=False)
+            scene = _load(path, data, beside)
             for node in scene.graph.nodes_geometry:
                 transform, name = scene.graph[node]
                 mesh = scene.geometry[name]
                 if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
                     continue  # points and lines
-                mesh = mesh.copy()
-                mesh.apply_transform(transform)
+                faces += len(mesh.faces)
+                if faces > MAX_FACES:
+                    break  # the caller refuses it
                 rgba = _colour(mesh)
+                mesh = mesh.copy(include_visual=False)
+                mesh.apply_transform(transform)
                 mesh = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
                 if np.isfinite(mesh.vertices).all():
                     mesh.merge_vertices()
                 part = MeshPart(np.array(mesh.vertices, float) * unit, np.array(mesh.faces, np.int32), rgba)
                 groups.setdefault(rgba, []).append(part)
         except Exception as error:  # parsers raise all kinds
-            reason = f"the mesh is broken: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
-            raise ModelFileError(path, reason) from error
+            if beside.refused is None:
+                reason = f"the mesh is broken: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
+                raise ModelFileError(path, reason) from error
+    if beside.refused is not None:
+        raise ModelFileError(path, beside.refused)
+    if faces > MAX_FACES:
+        raise ModelFileError(path, f"the mesh has more than the limit of {MAX_FACES:,} triangles. Simplify it.")
     parts = ((rgba, joined(found)) for rgba, found in groups.items())
     return [MeshPart(part.vertices, part.faces, rgba) for rgba, part in parts]
 
 
-def _load_collada(path: Path) -> Any:
-    """Load a COLLADA file whole: where its materials are broken without colours, but never without a part."""
+def _load(path: Path, data: bytes, beside: SiblingFiles) -> Any:
+    """Load a mesh file whole: where a COLLADA file's materials are broken without colours, but never without a part."""
     import collada
     import trimesh
 
-    data = path.read_bytes()
+    def load(text: bytes, **keywords: Any) -> Any:
+        kind = path.suffix.lower().removeprefix(".")
+        return trimesh.load_scene(io.BytesIO(text), file_type=kind, process=False, **keywords)
 
-    def load(text: bytes) -> Any:
-        return trimesh.load_scene(io.BytesIO(text), file_type="dae", process=False, ignore_broken=False)
-
+    if path.suffix.lower() != ".dae":
+        return load(data, resolver=beside)
     try:
-        return load(data)
+        return load(data, ignore_broken=False)  # without its textures
     except collada.common.DaeError:
-        return load(_LOOKS.sub(b"", data))
+        return load(_LOOKS.sub(b"", data), ignore_broken=False)
 
 
 def _colour(mesh: Any) -> Rgba | None:
@@ -203,9 +212,6 @@ def _colour(mesh: Any) -> Rgba | None:
 def _checked(path: Path, parts: list[MeshPart]) -> tuple[MeshPart, ...]:
     if not parts:
         raise ModelFileError(path, "the mesh is broken or empty: there is no triangle in it.")
-    faces = sum(len(part.faces) for part in parts)
-    if faces > MAX_FACES:
-        raise ModelFileError(path, f"the mesh has {faces:,} triangles; at most {MAX_FACES:,} are read. Simplify it.")
     for part in parts:
         if not np.isfinite(part.vertices).all():
             raise ModelFileError(path, "the mesh is broken: a coordinate is not finite.")

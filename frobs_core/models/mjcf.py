@@ -31,6 +31,7 @@ _UNREADABLE = (
     "attach",
     "composite",
     "flexcomp",
+    "model",
 )  # these make bodies and joints that the file does not name
 _LEFT_OUT = {"actuator": "actuators", "sensor": "sensor", "keyframe": "keyframes", "option": "engine-settings"}
 _IDENTITY = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])

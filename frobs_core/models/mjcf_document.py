@@ -10,6 +10,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import nearest
+from frobs_core.models.mjcf_limits import check_asset, check_numbers
 from frobs_core.models.xmltree import Element, parse_xml, read_bytes
 from frobs_core.rotations import quat_from_axis_angle, quat_from_matrix, quat_multiply
 
@@ -48,6 +49,7 @@ class MjcfDocument:
         self.root = root
         self.path = path
         _include(root, path.parent, {path})
+        check_numbers(root)
         compiler: dict[str, str] = {}
         for element in root.children("compiler"):
             compiler.update(element.attrib)
@@ -138,6 +140,7 @@ class MjcfDocument:
     def _resolve_files(self, compiler: dict[str, str]) -> None:
         """Make the paths of assets absolute."""
         strip = compiler.get("strippath", "false") == "true"
+        pixels = 0.0
         for section in ("asset", "deformable"):
             for element in self.children(*_FOLDERS, of=section):
                 folder = compiler.get(_FOLDERS[element.tag], compiler.get("assetdir", ""))
@@ -146,8 +149,9 @@ class MjcfDocument:
                     if not name:
                         continue
                     file = self.path.parent / folder / (Path(name).name if strip else name)
-                    if not file.is_file():
+                    if not file.exists():
                         element.refuse(f"the file '{name}' is missing: looked for {file}.")
+                    pixels = check_asset(element, file, pixels)
                     element.set(attribute, str(file.resolve()))
         for element in self.root.children("compiler"):
             element.attrib.pop("strippath", None)
@@ -173,7 +177,7 @@ def _include(element: Element, folder: Path, seen: set[Path]) -> None:
         file = (folder / child.required("file")).resolve()
         if file in seen:
             child.refuse(f"'{file}' is included already.")
-        if not file.is_file():
+        if not file.exists():
             child.refuse(f"the file '{child.get('file')}' is missing: looked for {file}.")
         seen.add(file)
         included = parse_xml(read_bytes(file), file)

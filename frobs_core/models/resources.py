@@ -9,8 +9,10 @@ from importlib.resources import files
 from pathlib import Path
 
 from frobs_core.errors import ModelFileError, nearest
+from frobs_core.files import read_limited
 
 _PACKAGE = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
+_MAX_PACKAGE_BYTES = 2**20
 _SCHEME = re.compile(r"^([A-Za-z][A-Za-z0-9+.-]+)://(.*)$", re.DOTALL)  # one letter is a Windows drive
 
 
@@ -135,7 +137,8 @@ class Packages:
 def package_name(folder: Path) -> str:
     """Return the name that a folder's ``package.xml`` gives it, else its own."""
     try:
-        match = _PACKAGE.search((folder / "package.xml").read_text(errors="replace"))
+        text = read_limited(folder / "package.xml", _MAX_PACKAGE_BYTES).decode(errors="replace")
+        match = _PACKAGE.search(text)
     except OSError:
         match = None
     return match[1] if match else folder.name

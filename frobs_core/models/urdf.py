@@ -15,6 +15,7 @@ from pathlib import Path
 from frobs_core.errors import nearest
 from frobs_core.models.inertia import read_inertials
 from frobs_core.models.kinematics import MOVING
+from frobs_core.models.limits import MAX_COEFFICIENT
 from frobs_core.models.model import Joint, JointLimits, JointType, Link, Mimic, RobotModel
 from frobs_core.models.notes import Notes
 from frobs_core.models.resources import Packages
@@ -118,8 +119,8 @@ def _joint(element: Element, links: dict[str, Element], joints: dict[str, Elemen
         joint,
         type=kind,
         limits=limits,
-        damping=_not_negative(dynamics, "damping") if dynamics is not None else 0.0,
-        friction=_not_negative(dynamics, "friction") if dynamics is not None else 0.0,
+        damping=_not_negative(dynamics, "damping", MAX_COEFFICIENT) if dynamics is not None else 0.0,
+        friction=_not_negative(dynamics, "friction", MAX_COEFFICIENT) if dynamics is not None else 0.0,
     )
 
 
@@ -138,8 +139,8 @@ def _held(joint: Joint, joints: Sequence[Joint], element: Element, notes: Notes)
     return replace(joint, type=JointType.FIXED)
 
 
-def _not_negative(element: Element, attribute: str) -> float:
-    value = element.number(attribute, "0")
+def _not_negative(element: Element, attribute: str, limit: float = math.inf) -> float:
+    value = element.number(attribute, "0", limit)
     return value if value >= 0.0 else element.refuse(f"{attribute}={value:g} is negative.")
 
 

@@ -6,6 +6,7 @@ import math
 from typing import TypeAlias
 
 from frobs_core.errors import ModelFileError
+from frobs_core.models.limits import MAX_LENGTH
 from frobs_core.models.model import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Pose, Sphere, Visual
 from frobs_core.models.notes import Notes
 from frobs_core.models.resources import Packages
@@ -22,7 +23,7 @@ def read_pose(element: Element) -> Pose:
     origin = element.child("origin")
     if origin is None:
         return Pose()
-    x, y, z = origin.numbers("xyz", 3, "0 0 0")
+    x, y, z = origin.numbers("xyz", 3, "0 0 0", MAX_LENGTH)
     if "quat_xyzw" in origin.attrib:
         if "rpy" in origin.attrib:
             origin.refuse("gives its orientation twice, as rpy and as quat_xyzw.")
@@ -90,21 +91,21 @@ class Shapes:
         shape = shapes[0]
         match shape.tag:
             case "box":
-                x, y, z = shape.numbers("size", 3)
+                x, y, z = shape.numbers("size", 3, limit=MAX_LENGTH)
                 return Box((_positive(shape, x), _positive(shape, y), _positive(shape, z)))
             case "sphere":
-                return Sphere(_positive(shape, shape.number("radius")))
+                return Sphere(_length(shape, "radius"))
             case "cylinder":
-                return Cylinder(_positive(shape, shape.number("radius")), _positive(shape, shape.number("length")))
+                return Cylinder(_length(shape, "radius"), _length(shape, "length"))
             case "capsule":
-                return Capsule(_positive(shape, shape.number("radius")), _positive(shape, shape.number("length")))
+                return Capsule(_length(shape, "radius"), _length(shape, "length"))
             case "mesh":
                 return self.mesh(shape)
         return shape.refuse(f"no shape of URDF; there are {', '.join(SHAPES)}.")
 
     def mesh(self, shape: Element) -> Mesh:
         """Read a ``<mesh>`` and find its file."""
-        x, y, z = shape.numbers("scale", 3, "1 1 1")
+        x, y, z = shape.numbers("scale", 3, "1 1 1", MAX_LENGTH)
         if 0.0 in (x, y, z):
             shape.refuse("a scale of 0.")
         uri = shape.required("filename")
@@ -125,6 +126,10 @@ def _is_zero(text: str) -> bool:
 
 def _positive(element: Element, number: float) -> float:
     return number if number > 0.0 else element.refuse(f"sizes must be > 0, not {number:g}.")
+
+
+def _length(element: Element, attribute: str) -> float:
+    return _positive(element, element.number(attribute, limit=MAX_LENGTH))
 
 
 def read_colour(material: Element, notes: Notes) -> Rgba | None:

@@ -8,6 +8,8 @@ from pathlib import Path
 from frobs_core.errors import ModelFileError, nearest
 from frobs_core.models.xmltree import Element
 
+_LONGEST = 2_000  # of xacro's text: it repeats what the file says, at any length
+
 
 class Declarations:
     """What the files that were read declare, for messages that suggest a name and find a line."""
@@ -48,7 +50,7 @@ def choices(name: str, available: set[str]) -> str:
 def explain(error: Exception, file: Path, seen: Declarations) -> ModelFileError:
     """Turn what xacro raised into one sentence with a way out."""
     cause = getattr(error, "exc", None) or error
-    text = str(error).replace("\n", " ").strip() or type(error).__name__
+    text = str(error)[:_LONGEST].replace("\n", " ").strip() or type(error).__name__
     if isinstance(cause, RecursionError):
         return ModelFileError(file, "macros or properties that use each other without end.")
     if match := re.search(r"Undefined substitution argument '?([^' ]+)'?", text):

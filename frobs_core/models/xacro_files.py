@@ -1,34 +1,56 @@
-"""Xacro without ROS: the PyPI package ``xacro``, with ``$(find …)`` of our own and its expressions fenced in.
+"""Xacro without ROS: the PyPI package ``xacro`` expands the macros, and what it would evaluate or open goes through us.
 
-As published, ``$(eval …)`` reaches all of Python, and ``${…}`` does through nested scopes, frames and ``vars``. Here both
-go through one check of the expression's syntax tree. What is left: a file can read environment variables
-(``$(env …)``) and YAML files, and can use up time and memory, as any program that a macro language allows.
+Of the package only the handling of elements, macros and properties is used. Expressions are evaluated by
+:class:`frobs_core.models.xacro_expressions.Interpreter`, files are opened by
+:func:`frobs_core.files.read_limited`, and the work is counted. Each file starts with new tables: nothing in it
+changes how another one expands. A file can read environment variables (``$(env …)``) and YAML files.
 """
 
 from __future__ import annotations
 
-import ast
-import math
+import fnmatch
+import keyword
+import logging
+import os
+import re
 import threading
+from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from frobs_core.errors import ModelFileError
+from frobs_core.files import MAX_TEXT_BYTES, UnsuitableFileError, read_limited
 from frobs_core.models.resources import Packages
 from frobs_core.models.xacro_errors import Declarations, choices, explain
+from frobs_core.models.xacro_expressions import Function, Interpreter
+from frobs_core.models.xacro_library import METHODS, XACRO, eval_names, global_names
+from frobs_core.models.xacro_limits import MAX_CHARACTERS, Budget
 from frobs_core.models.xmltree import parse_xml, read_bytes
 
+_log = logging.getLogger("frobs")
+
 _LOCK = threading.Lock()  # xacro keeps its state in module globals
-_FRAMES = frozenset({"gi_frame", "gi_code", "cr_frame", "cr_code", "ag_frame", "ag_code", "format", "format_map"})
-_MATH = {name: value for name, value in vars(math).items() if not name.startswith("_")}
-_EVAL_NAMES = {
-    **_MATH,
-    **{kind.__name__: kind for kind in (list, dict, map, str, float, int, bool, len, min, max, round, abs)},
-    "true": True,
-    "false": False,
-}
+_TOKENS = re.compile(
+    r"(?P<escaped>\$\$+[{(])|\$\{(?P<expression>[^}]*)\}|\$\((?P<extension>[^)]*)\)|(?P<text>[^$]+|\$[^{($]+|\$\Z)"
+)
+_DEFAULT = r"""\$\{.*?\}|\$\(.*?\)|(?>(?:'.*?'|".*?"|[^\s'"]+)+)|"""
+_PARAMETER = re.compile(r"\s*([^\s:=]+)\s*:?=\s*(\^\|?)?(" + _DEFAULT + r")(?:\s+|$)(.*)")
+_FIND = re.compile(r"\$\(\s*find\s+([^\s()]+)\s*\)")
+_UNPRINTABLE = re.compile(r"[^\x20-\x7e\u00a0-\uffff]")
+
+_MAX_PARAMETERS = 10_000
+"""Longest text that declares a macro's parameters [characters]."""
+
+_MAX_ENTRIES = 10_000
+"""Most folder entries that one ``<xacro:include filename="*.xacro"/>`` looks at."""
+
+_PER_NODE, _PER_ATTRIBUTE, _PER_TAG = 10, 4, 10  # units of work that they take
+_SIBLINGS_PER_UNIT = 12  # that are passed when a node is looked for, which happens about three times
+_BYTES_PER_UNIT = 64
+_PER_MESSAGE = 1_000
 
 
 def expand_xacro(path: Path, arguments: Mapping[str, str], packages: Packages) -> str:
@@ -41,12 +63,13 @@ def expand_xacro(path: Path, arguments: Mapping[str, str], packages: Packages) -
 
     Raises:
         ModelFileError: The file, or one that it includes, is broken, has a document type, misses an argument, is given
-            one that it does not declare, or names a macro, parameter, property, package or file that does not exist.
+            one that it does not declare, names a macro, parameter, property, package or file that does not exist, uses
+            an expression that is not allowed, or exceeds a limit.
     """
     import xacro
 
     seen = Declarations()
-    with _LOCK, _patched(xacro, seen, packages):
+    with _LOCK, _Expansion(xacro, path, seen, packages).installed():
         xacro.init_stacks(str(path))
         try:
             document = xacro.parse(None, str(path))
@@ -58,102 +81,357 @@ def expand_xacro(path: Path, arguments: Mapping[str, str], packages: Packages) -
             where = Path((xacro.filestack or [str(path)])[-1])
             raise explain(error, where, seen) from error
         finally:
-            xacro.substitution_args_context.clear()
+            xacro.init_stacks(None)
     for name in arguments:
         if name not in seen.arguments:
             raise ModelFileError(path, f"takes no xacro argument '{name}'.{choices(name, seen.arguments)}")
     return text
 
 
-@contextmanager
-def _patched(xacro: Any, seen: Declarations, packages: Packages) -> Iterator[None]:
-    """Put our parser, our package look-up and our expression check in the place of xacro's, for one file."""
-    from xml.dom import minidom
+class _Expansion:
+    """The expansion of one file, its includes among it.
 
-    from xacro import substitution_args as substitution
+    Args:
+        xacro: The module.
+        path: The file.
+        seen: Takes what the files declare.
+        packages: Where ``$(find …)`` looks.
+    """
 
-    original_eval = xacro.safe_eval
+    def __init__(self, xacro: Any, path: Path, seen: Declarations, packages: Packages) -> None:
+        from xacro import substitution_args
 
-    def parse(inp: Any, filename: str) -> Any:
+        self._xacro, self._seen, self._packages = xacro, seen, packages
+        self._convert = substitution_args.convert_value
+        self._budget = Budget(path)
+        self._machine = Interpreter(self._budget, METHODS, xacro.NameSpace)
+        self._eval_names = {**eval_names(), **_as_functions(self._eval_functions())}
+        self._globals = global_names({**XACRO, **_as_functions(self._file_functions())})
+
+    @contextmanager
+    def installed(self) -> Iterator[None]:
+        """Put our functions and new tables in the place of xacro's."""
+        from xml.dom import minidom
+
+        implementation = minidom.getDOMImplementation()
+        assert implementation is not None
+        patches = {
+            "_global_symbols": self._globals,
+            "_empty_text_node": implementation.createDocument(None, "dummy", None).createTextNode("\n\n"),
+            "substitution_args_context": {},
+            "all_includes": [],
+            "parse": self._parse,
+            "eval_text": self._eval_text,
+            "safe_eval": self._machine.evaluate,
+            "eval_extension": self._extension,
+            "get_include_files": self._include_files,
+            "parse_macro_arg": self._parse_parameter,
+            "is_valid_name": lambda name: name.isidentifier() and not keyword.iskeyword(name),
+            "replace_node": self._replace_node,
+        }
+        originals = {name: getattr(self._xacro, name) for name in patches}
+        try:
+            for name, value in patches.items():
+                setattr(self._xacro, name, value)
+            yield
+        finally:
+            for name, value in originals.items():
+                setattr(self._xacro, name, value)
+
+    def _parse(self, _: Any, filename: str) -> Any:
+        """Parse a file into a document whose copies of nodes are counted."""
+        from xml.dom import minidom
+
         file = Path(filename)
         try:
-            text = file.read_bytes()
+            text = read_limited(file, MAX_TEXT_BYTES)
+        except UnsuitableFileError as error:
+            raise ModelFileError(file, f"cannot be read: {error.strerror}.") from error
         except OSError as error:
-            xacro.filestack.pop()
+            self._xacro.filestack.pop()
             # this class with this cause is what <xacro:include optional="true"> forgives
-            raise xacro.XacroException(f"{error.strerror}: {file}", exc=error) from error
-        seen.note(file, parse_xml(text, file), text)  # refuses a document type, names the line of a mistake
-        return minidom.parseString(text)
+            raise self._xacro.XacroException(f"{error.strerror}: {file}", exc=error) from error
+        self._budget.spend(_PER_TAG * text.count(b"<") + len(text) // _BYTES_PER_UNIT)
+        self._seen.note(file, parse_xml(text, file), text)  # refuses a document type, names the line of a mistake
+        document = minidom.parseString(text)
+        self._count_copies(document, minidom)
+        return document
 
-    def safe_eval(expression: str, symbols: Any, local_symbols: Any = None) -> Any:
-        check_expression(expression)
-        return original_eval(expression, symbols, local_symbols)
+    def _count_copies(self, document: Any, minidom: Any) -> None:
+        """Make a document count the nodes that are copied in it: each call of a macro copies its body."""
+        spend = self._budget.spend
 
-    def eval_extension(expression: str, context: dict[str, Any]) -> str:
-        check_expression(expression)
-        arguments = {name: substitution.convert_value(value, "auto") for name, value in context.get("arg", {}).items()}
-        functions: dict[str, Callable[..., Any]] = {
-            "find": find,
-            "env": substitution._eval_env,
-            "optenv": substitution._eval_optenv,
-            "dirname": dirname,
-            "arg": lambda name: arguments[name],
-        }
-        names = {**_EVAL_NAMES, **functions, **arguments, "__builtins__": {}}
-        return str(eval(expression.strip(), names))
+        class CountedElement(minidom.Element):  # type: ignore[misc]
+            def setAttributeNS(self, *args: Any) -> None:  # noqa: N802 - the name of DOM
+                spend(_PER_ATTRIBUTE)
+                super().setAttributeNS(*args)
 
-    def find(package: str) -> str:
-        return str(packages.find(package))
+        def counted(create: Callable[..., Any]) -> Callable[..., Any]:
+            def created(*args: Any) -> Any:
+                spend(_PER_NODE)
+                node = create(*args)
+                if type(node) is minidom.Element:
+                    node.__class__ = CountedElement
+                return node
 
-    def dirname(_: Any = None) -> str:
-        return str(Path(xacro.filestack[-1]).absolute().parent)
+            return created
 
-    patches: list[tuple[Any, str, Any]] = [
-        (xacro, "parse", parse),
-        (xacro, "safe_eval", safe_eval),
-        (xacro, "eval_extension", _reraising(xacro, xacro.eval_extension)),
-        (substitution, "_eval", eval_extension),
-        (substitution, "_eval_find", find),
-        (substitution, "_eval_dirname", dirname),
-    ]
-    namespace = xacro._global_symbols["python"]
-    variables = namespace.pop("vars", None)  # a way to every attribute
-    originals = [(owner, name, getattr(owner, name)) for owner, name, _ in patches]
-    try:
-        for owner, name, value in patches:
-            setattr(owner, name, value)
-        yield
-    finally:
-        for owner, name, value in originals:
-            setattr(owner, name, value)
-        if variables is not None:
-            dict.__setitem__(namespace, "vars", variables)
+        for name in ("createElementNS", "createTextNode", "createComment", "createCDATASection"):
+            setattr(document, name, counted(getattr(document, name)))
 
+    def _eval_text(self, text: str, symbols: Any) -> Any:
+        """Return a text with its expressions evaluated; a single expression keeps its type."""
+        self._budget.check_length(len(text))
+        results: list[Any] = []
+        at = length = 0
+        while at < len(text):
+            match = _TOKENS.match(text, at)
+            if match is None:
+                raise self._xacro.XacroException("invalid expression: " + text[at:])
+            at = match.end()
+            if match["escaped"]:
+                value: Any = match["escaped"][1:]
+            elif match["expression"] is not None:
+                value = self._expression(match["expression"], symbols)
+            elif match["extension"] is not None:
+                value = self._extension(f"$({self._eval_text(match['extension'], symbols)})")
+            else:
+                value = match["text"]
+            if at == len(text) and not results:
+                if isinstance(value, str):  # xacro looks whether it is a number, and copies it into the document
+                    self._budget.check_length(len(value))
+                return value
+            results.append(str(value))
+            length += len(results[-1])
+            self._budget.spend(1)
+            self._budget.check_length(len(results[-1]))
+            if length > MAX_CHARACTERS:
+                self._budget.check_length(length)
+        return "".join(results)
 
-def _reraising(xacro: Any, eval_extension: Callable[[str], str]) -> Callable[[str], str]:
-    """Let our own errors through, which xacro would wrap in its own."""
-
-    def wrapper(text: str) -> str:
+    def _expression(self, text: str, symbols: Any) -> Any:
         try:
-            return eval_extension(text)
-        except xacro.XacroException as error:
-            if isinstance(error.exc, ModelFileError):
-                raise error.exc from error
+            return self._machine.evaluate(str(self._eval_text(text, symbols)), symbols)
+        except ModelFileError:
             raise
+        except Exception as error:
+            raise self._xacro.XacroException(
+                exc=error, suffix=f"{os.linesep}when evaluating expression '{text}'"
+            ) from error
 
-    return wrapper
+    def _extension(self, text: str) -> str:
+        """Return what ``$(arg …)``, ``$(find …)`` or the like stands for."""
+        if text == "$(cwd)":
+            return os.path.abspath(os.curdir)
+        if text.startswith("$(eval "):
+            return self._eval(text[len("$(eval ") : -1])
+        words = text[2:-1].split()
+        if not words:
+            return text
+        command, *given = words
+        try:
+            return _FIND.sub(lambda match: self._find(match[1]), self._substitute(command, given))
+        except ModelFileError:
+            raise
+        except Exception as error:
+            raise self._xacro.XacroException(f"{text}: {error}", exc=error) from error
+
+    def _substitute(self, command: str, given: list[str]) -> str:
+        if command not in ("arg", "env", "optenv", "find", "dirname"):
+            raise ValueError(
+                f"unknown substitution command '{command}'; there are arg, env, optenv, find, dirname, eval"
+            )
+        if command == "dirname":
+            return self._dirname()
+        if not given or (len(given) > 1 and command != "optenv"):
+            raise ValueError(f"$({command} …) takes one name")
+        name = given[0]
+        match command:
+            case "arg":
+                return str(self._arg(name))
+            case "env":
+                return _env(name)
+            case "optenv":
+                return os.environ.get(name, " ".join(given[1:]))
+        return self._find(name)
+
+    def _eval(self, expression: str) -> str:
+        """Return the value of ``$(eval …)``, whose names are the file's arguments."""
+        names = ChainMap(
+            _Converted(self._arguments(), self._converted), self._eval_names
+        )  # an argument hides a function
+        try:
+            return str(self._machine.evaluate(expression, names))
+        except ModelFileError:
+            raise
+        except Exception as error:
+            raise self._xacro.XacroException(
+                f"{type(error).__name__}: {error}", f"{os.linesep}when evaluating '{expression}'", error
+            ) from error
+
+    def _eval_functions(self) -> dict[str, Callable[..., Any]]:
+        """Return the functions of ``$(eval …)`` that know the file."""
+        return {
+            "find": self._find,
+            "env": _env,
+            "optenv": lambda name, default="": os.environ.get(name, default),
+            "dirname": lambda _=None: self._dirname(),
+            "arg": lambda name: self._converted(self._arg(name)),
+        }
+
+    def _converted(self, text: str) -> Any:
+        self._budget.check_length(len(text))
+        return self._convert(text, "auto")
+
+    def _arguments(self) -> dict[str, str]:
+        found: dict[str, str] = self._xacro.substitution_args_context.get("arg", {})
+        return found
+
+    def _arg(self, name: str) -> str:
+        try:
+            return str(self._arguments()[name])
+        except KeyError as error:
+            raise self._xacro.XacroException("Undefined substitution argument", exc=error) from None
+
+    def _find(self, package: str) -> str:
+        return str(self._packages.find(package))
+
+    def _dirname(self) -> str:
+        return str(Path(self._xacro.filestack[-1]).absolute().parent)
+
+    def _file_functions(self) -> dict[str, Callable[..., Any]]:
+        """Return the functions of the namespace ``xacro`` that know the file."""
+
+        def fatal(*words: Any) -> None:
+            raise self._xacro.XacroException(" ".join(map(str, words)))
+
+        def message(level: int) -> Callable[..., str]:
+            def write(*words: Any, **_: Any) -> str:
+                self._budget.spend(_PER_MESSAGE)
+                text = _UNPRINTABLE.sub("?", " ".join(map(str, words)))[:500]
+                _log.log(level, "%s: %s", self._xacro.filestack[-1], text)
+                return ""
+
+            return write
+
+        return {
+            "load_yaml": self._load_yaml,
+            "abs_filename": self._absolute,
+            "arg": lambda name: self._arguments()[name],
+            "fatal": fatal,
+            "message": message(logging.INFO),
+            "warning": message(logging.WARNING),
+            "error": message(logging.ERROR),
+            "print_location": lambda: "",
+        }
+
+    def _absolute(self, name: str) -> str:
+        return str(self._xacro.abs_filename_spec(name))
+
+    def _load_yaml(self, name: str) -> Any:
+        from frobs_core.models.xacro_yaml import load_yaml  # a model without macros needs no PyYAML
+
+        file = Path(self._absolute(name))
+        try:
+            return load_yaml(file, self._budget, lambda text: self._machine.evaluate(text, self._globals))
+        except UnsuitableFileError as error:
+            raise ModelFileError(file, f"cannot be read: {error.strerror}.") from error
+        except UnicodeDecodeError as error:
+            raise ValueError(f"{file} is not UTF-8 text") from error
+
+    def _include_files(self, spec: str, symbols: Any) -> Iterator[str]:
+        """Yield the files that an include names, perhaps by a pattern."""
+        name = self._absolute(str(self._eval_text(spec, symbols)))
+        if not re.search(r"[*[?]", name):
+            yield name
+            return
+        left = _MAX_ENTRIES
+        found = [Path(Path(name).anchor)]
+        for part in Path(name).parts[bool(Path(name).anchor) :]:
+            if not re.search(r"[*[?]", part):
+                found = [folder / part for folder in found]
+                continue
+            matches = re.compile(fnmatch.translate(part)).match
+            below = []
+            for folder in filter(Path.is_dir, found):
+                with os.scandir(folder) as scanned:
+                    entries = [entry.name for entry in islice(scanned, left)]
+                left -= len(entries)
+                if not left:
+                    self._budget.refuse(f"the include '{spec}' looks at more than the limit of {_MAX_ENTRIES:,} files")
+                below += [folder / entry for entry in entries if matches(entry) and (entry[0] != "." or part[0] == ".")]
+            found = below
+        yield from sorted(str(file) for file in found if os.path.lexists(file))
+
+    def _parse_parameter(self, text: str) -> tuple[str, tuple[str | None, str | None] | None, str]:
+        """Return the first parameter of a macro, its default, and the rest of the text.
+
+        The expression is xacro's own, made so that it cannot try again and again.
+        """
+        if len(text) > _MAX_PARAMETERS:
+            self._budget.refuse(f"a macro's parameters are longer than the limit of {_MAX_PARAMETERS:,} characters")
+        self._budget.spend(len(text) // 8)
+        match = _PARAMETER.match(text)
+        if match is None:
+            name, *rest = text.lstrip().split(None, 1)
+            return name, None, rest[0] if rest else ""
+        name, forward, default, remaining = match.groups()
+        return name, (name if forward else None, default or None), remaining
+
+    def _replace_node(self, node: Any, by: Any, content_only: bool = False) -> None:
+        """Put nodes in the place of another, all at once: one by one takes the square of their number."""
+        parent = node.parentNode
+        siblings = parent.childNodes
+        new: list[Any] = []
+        for source in [] if by is None else by if isinstance(by, list) else [by]:
+            if content_only:
+                new += source.childNodes
+                del source.childNodes[:]
+            else:
+                if source.parentNode is not None:
+                    source.parentNode.removeChild(source)
+                new.append(source)
+        self._budget.spend(1 + len(siblings) // _SIBLINGS_PER_UNIT)
+        at = siblings.index(node)
+        before, after = node.previousSibling, node.nextSibling
+        siblings[at : at + 1] = new
+        for first, second in zip([before, *new], [*new, after], strict=True):
+            if first is not None:
+                first.nextSibling = second
+            if second is not None:
+                second.previousSibling = first
+        for child in new:
+            child.parentNode = parent
+        node.parentNode = node.previousSibling = node.nextSibling = None
 
 
-def check_expression(expression: str) -> None:
-    """Refuse what leads from an expression to the rest of Python.
+class _Converted(dict[str, Any]):
+    """The file's arguments as numbers or booleans where they look like some.
 
-    Raises:
-        ValueError: The expression uses a name that begins with two underscores, or a frame's attribute.
+    Args:
+        values: The arguments.
+        convert: Converts one.
     """
-    for node in ast.walk(ast.parse(expression.strip(), mode="eval")):
-        name = getattr(node, "attr", None) or getattr(node, "id", None) or getattr(node, "arg", None)
-        if isinstance(name, str) and (name.startswith("__") or (isinstance(node, ast.Attribute) and name in _FRAMES)):
-            raise ValueError(f"'{name}' is not allowed in expressions")
+
+    def __init__(self, values: Mapping[str, str], convert: Callable[[str], Any]) -> None:
+        super().__init__()
+        self._values, self._convert = values, convert
+
+    def __missing__(self, name: str) -> Any:
+        return self._convert(self._values[name])
+
+
+def _as_functions(functions: Mapping[str, Callable[..., Any]]) -> dict[str, Function]:
+    return {
+        name: Function(name, lambda _, *args, f=call, **keywords: f(*args, **keywords))
+        for name, call in functions.items()
+    }
+
+
+def _env(name: str) -> str:
+    if name not in os.environ:
+        raise ValueError(f"the environment variable '{name}' is not set")
+    return os.environ[name]
 
 
 def read_text(path: Path, arguments: Mapping[str, str], packages: Packages) -> tuple[bytes | str, bool]:

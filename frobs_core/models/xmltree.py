@@ -11,9 +11,18 @@ from xml.etree import ElementTree
 from xml.parsers import expat
 
 from frobs_core.errors import ModelFileError
+from frobs_core.files import MAX_TEXT_BYTES, read_limited
 
 MAX_DEPTH = 400
 """Elements within elements; readers recurse, and Python allows about 1,000 calls."""
+
+MAX_ELEMENTS = 200_000
+"""Most elements in a document."""
+
+_DOCTYPE = (
+    "declares a document type (<!DOCTYPE …>); robot models need none, and its entities could exhaust the memory or read "
+    "other files: remove it."
+)
 
 
 class Element(ElementTree.Element):
@@ -57,8 +66,17 @@ class Element(ElementTree.Element):
         value = (self.get(attribute) or "").strip()
         return value or self.refuse(f"the attribute '{attribute}' is missing or empty.")
 
-    def numbers(self, attribute: str, count: int | None = None, default: str | None = None) -> tuple[float, ...]:
-        """Return finite numbers, ``count`` of them or at least one; without a default the attribute must be there."""
+    def numbers(
+        self,
+        attribute: str,
+        count: int | None = None,
+        default: str | None = None,
+        limit: float = math.inf,
+    ) -> tuple[float, ...]:
+        """Return finite numbers from -``limit`` to ``limit``, ``count`` of them or at least one.
+
+        Without a default the attribute must be there.
+        """
         text = self.get(attribute, default)
         if text is None:
             self.refuse(f"the attribute '{attribute}' is missing; it takes {_numbers(count)}.")
@@ -71,11 +89,13 @@ class Element(ElementTree.Element):
             self.refuse(f'{attribute}="{text}" holds {_numbers(len(values))}; it takes {count or 1}.')
         if not all(math.isfinite(value) for value in values):
             self.refuse(f'{attribute}="{text}" is not finite.')
+        if max(map(abs, values)) > limit:
+            self.refuse(f'{attribute}="{text}" exceeds the limit of {limit:g}.')
         return values
 
-    def number(self, attribute: str, default: str | None = None) -> float:
-        """Return one finite number; without a default the attribute must be there."""
-        return self.numbers(attribute, 1, default)[0]
+    def number(self, attribute: str, default: str | None = None, limit: float = math.inf) -> float:
+        """Return one finite number from -``limit`` to ``limit``; without a default the attribute must be there."""
+        return self.numbers(attribute, 1, default, limit)[0]
 
 
 def _numbers(count: int | None) -> str:
@@ -100,6 +120,7 @@ def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False) -> Eleme
     trimmed = text.lstrip()  # many begin with an empty line, which XML forbids before its declaration
     skipped = text[: len(text) - len(trimmed)]
     first_line = skipped.count(b"\n" if isinstance(skipped, bytes) else "\n")  # type: ignore[arg-type]
+    count = 0
     stack: list[Element] = []
     roots: list[Element] = []
     parser = expat.ParserCreate()
@@ -108,6 +129,10 @@ def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False) -> Eleme
     def start(tag: str, attributes: dict[str, str]) -> None:
         element = Element(tag, attributes)
         element.file, element.line = file, None if expanded else first_line + parser.CurrentLineNumber
+        nonlocal count
+        count += 1
+        if count > MAX_ELEMENTS:
+            element.refuse(f"the file has more than the limit of {MAX_ELEMENTS:,} elements.")
         if len(stack) >= MAX_DEPTH:
             element.refuse(f"elements are nested deeper than {MAX_DEPTH}.")
         (stack[-1].append if stack else roots.append)(element)
@@ -120,12 +145,7 @@ def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False) -> Eleme
             stack[-1].text = (stack[-1].text or "") + text
 
     def doctype(*_: Any) -> None:
-        raise ModelFileError(
-            file,
-            "the file declares a document type (<!DOCTYPE …>); robot models need none, and its entities could "
-            "exhaust the memory or read other files: remove it.",
-            first_line + parser.CurrentLineNumber,
-        )
+        raise ModelFileError(file, f"the file {_DOCTYPE}", first_line + parser.CurrentLineNumber)
 
     parser.StartElementHandler = start
     parser.EndElementHandler = lambda tag: stack.pop()
@@ -147,12 +167,12 @@ def to_text(root: Element) -> str:
 
 
 def read_bytes(file: Path) -> bytes:
-    """Read a file.
+    """Read a model file.
 
     Raises:
-        ModelFileError: It cannot be read.
+        ModelFileError: It cannot be read, is not a regular file, or exceeds the size limit.
     """
     try:
-        return file.read_bytes()
+        return read_limited(file, MAX_TEXT_BYTES)
     except OSError as error:
         raise ModelFileError(file, f"cannot be read: {error.strerror or error}.") from error

@@ -107,7 +107,7 @@ def test_train_again_in_a_folder_that_exists(frobs: Frobs, tmp_path: Path) -> No
     assert "resuming CartPole-v1" not in frobs(*train, "--on-existing", "resume").stderr
     assert str(tmp_path / "run_2") in frobs(*train, "--on-existing", "increment").stdout
     result = frobs(*train, "--on-existing", "incremnt")
-    assert "the most similar is 'increment'" in result.stderr
+    assert "did you mean 'increment'?" in result.stderr
 
 
 def test_plot_draws_one_run_and_several(frobs: Frobs, run: Path, tmp_path: Path) -> None:

@@ -140,7 +140,7 @@ def test_without_the_core_a_robots_file_is_refused(
     monkeypatch.setenv("PYTHONPATH", str(_without_core(tmp_path)))
     with pytest.raises(CookiecutterException):
         cookiecutters({"what": "pair", "example": "file", "name": "my_arm", "robot_file": str(ARM)})
-    assert "pip install frobs-core" in capfd.readouterr().err
+    assert "pip install frobs-devkit" in capfd.readouterr().err
 
 
 def test_cookiecutter_asks_the_same_questions() -> None:

@@ -5,15 +5,24 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import re
+import sys
 
 import gymnasium as gym
 import pytest
 
+import frobs_core.errors
+import frobs_deploy.errors
+import frobs_train.errors
 from frobs_cli.parameters import descriptions
-from frobs_core import capabilities, errors, hookspecs, interfaces, models, plugins, registry, specs
+from frobs_core import capabilities, hookspecs, interfaces, models, plugins, registry, specs
 
 HOOKS = [value for value in vars(hookspecs).values() if hasattr(value, "frobs_spec")]
-ERRORS = [value for value in vars(errors).values() if inspect.isclass(value) and value.__module__ == errors.__name__]
+ERRORS = [
+    value
+    for module in (frobs_core.errors, frobs_deploy.errors, frobs_train.errors)
+    for value in vars(module).values()
+    if inspect.isclass(value) and value.__module__ == module.__name__
+]
 DATACLASSES = [
     value
     for module in (specs, interfaces, models, plugins)
@@ -49,7 +58,7 @@ def test_fields_of_records_and_descriptions_are_explained(cls: type) -> None:
 @pytest.mark.parametrize("error", ERRORS, ids=short)
 def test_errors_are_explained_and_stand_in_the_tree(error: type[Exception]) -> None:
     assert error.__doc__
-    assert re.search(rf"\b{error.__name__}\b", errors.__doc__ or "")
+    assert re.search(rf"\b{error.__name__}\b", sys.modules[error.__module__].__doc__ or "")
     taken = [name for name in inspect.signature(error.__init__).parameters if name not in ("self", "args", "kwargs")]
     if error.__init__ is not Exception.__init__:
         assert [name for name in taken if name not in descriptions(error)] == []

@@ -18,7 +18,7 @@ README = (ROOT / "README.md").read_text("utf-8")
 DISTRIBUTIONS = sorted(path.parent for path in ROOT.glob("plugins/*/pyproject.toml"))
 
 
-@pytest.mark.parametrize("page", PAGES, ids=name)
+@pytest.mark.parametrize("page", [*PAGES, *(path / "README.md" for path in DISTRIBUTIONS)], ids=name)
 def test_links_between_files_resolve(page: Path) -> None:
     broken = []
     for target in LINK.findall(page.read_text("utf-8")):
@@ -27,6 +27,13 @@ def test_links_between_files_resolve(page: Path) -> None:
         if not target.startswith(("http", "#", "mailto:")) and not generated and not path.exists():
             broken.append(target)
     assert broken == []
+
+
+@pytest.mark.parametrize("folder", DISTRIBUTIONS, ids=lambda path: path.name)
+def test_the_readme_of_a_distribution_explains_it(folder: Path) -> None:
+    text = (folder / "README.md").read_text("utf-8")
+    assert text.startswith(f"# {folder.name}\n")
+    assert len(text.split()) > 10
 
 
 @pytest.mark.parametrize("folder", DISTRIBUTIONS, ids=lambda path: path.name)

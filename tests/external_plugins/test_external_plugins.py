@@ -16,6 +16,12 @@ from clean import HERE, PLUGINS, ROOT, Environment, build_wheels
 sys.path.insert(0, str(ROOT / "docs"))
 from generate import api
 
+PUBLIC = {module for modules in api.MODULES.values() for module in modules}
+PUBLIC |= {f"frobs_core.{name}" for name in ("errors", "hookspecs", "specs")}
+
+FROBS = ("frobs-cli", "frobs-deploy", "frobs-devkit", "frobs-train")
+"""Distributions of FRobs beside the core that the commands of this test need."""
+
 WORDS = {
     "acme-sim-ideal": (),
     "acme-robot-scara": (),
@@ -36,8 +42,7 @@ def imports(path: Path) -> Iterator[tuple[str, str]]:
 
 def is_public(module: str, name: str) -> bool:
     """Return whether the documentation's reference lists a name of a module."""
-    package, _, part = module.partition(".")
-    if package != "frobs_core" or part not in {*api.modules(), "errors", "hookspecs", "specs"} or name.startswith("_"):
+    if module not in PUBLIC or name.startswith("_"):
         return False
     found = importlib.import_module(module)
     return name in (found.__all__ if hasattr(found, "__all__") else _defined(Path(found.__file__ or "")))
@@ -70,15 +75,15 @@ def test_there_is_one_of_each_kind() -> None:
 def wheels(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Build all wheels, from copies: a build writes beside its sources."""
     folder = tmp_path_factory.mktemp("wheels")
-    copies = [shutil.copytree(path, folder / "src" / path.name) for path in PLUGINS]
-    core = folder / "src" / "frobs-core"
-    core.mkdir()
+    ignore = shutil.ignore_patterns("__pycache__")
+    root = folder / "src"
+    for name in ("frobs_core", "templates", "cookiecutter", *(f"plugins/{name}" for name in FROBS)):
+        shutil.copytree(ROOT / name, root / name, ignore=ignore)
     for name in ("pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy(ROOT / name, core)
-    for name in ("frobs_core", "templates", "cookiecutter"):
-        if (ROOT / name).is_dir():
-            shutil.copytree(ROOT / name, core / name, ignore=shutil.ignore_patterns("__pycache__"))
-    return {path.name.split("-")[0].replace("_", "-"): path for path in build_wheels([core, *copies], folder / "dist")}
+        shutil.copy(ROOT / name, root)
+    theirs = [shutil.copytree(path, root / "acme" / path.name, ignore=ignore) for path in PLUGINS]
+    projects = [root, *(root / "plugins" / name for name in FROBS), *theirs]
+    return {path.name.split("-")[0].replace("_", "-"): path for path in build_wheels(projects, folder / "dist")}
 
 
 @pytest.fixture(scope="module")

@@ -106,6 +106,6 @@ def test_an_algorithm_that_reads_no_files_says_so(monkeypatch: pytest.MonkeyPatc
 
 def test_a_model_file_plays(reach: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[Any] = []
-    monkeypatch.setattr("frobs_train.evaluation.view", lambda run, **kwargs: opened.append(run))
+    monkeypatch.setattr("frobs_train.evaluation.view.view", lambda run, **kwargs: opened.append(run))
     assert frobs("play", REACH, "--model", reach).exit_code == 0
     assert isinstance(opened[0], ModelFile)

@@ -77,8 +77,9 @@ def test_rospkg_finds_the_ros_package_before_those_of_the_workspace(legacy_run, 
 
 
 def test_ctrl_c_reaches_the_script_and_nothing_else_is_printed(legacy_run, script):
-    waits = "    print('ready', flush=True)\n    signal.pause()"
-    file = script(f"import signal, sys\ntry:\n{waits}\nexcept KeyboardInterrupt:\n    sys.exit(3)")
+    waits = "    print('ready', flush=True)\n    while True:\n        time.sleep(0.1)"
+    handles = "signal.signal(signal.SIGINT, signal.default_int_handler)"  # a background shell ignores SIGINT
+    file = script(f"import signal, sys, time\n{handles}\ntry:\n{waits}\nexcept KeyboardInterrupt:\n    sys.exit(3)")
     process = subprocess.Popen([*legacy_run, str(file)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout.readline() == "ready\n"
     process.send_signal(signal.SIGINT)

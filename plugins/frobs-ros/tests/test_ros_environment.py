@@ -83,9 +83,7 @@ def test_nothing_of_ros_is_imported_until_it_is_used() -> None:
     modules = (
         "frobs_ros.ros_gazebo frobs_ros.ros_controllers frobs_ros.ros_launch frobs_ros.ros_node frobs_ros.ros_params"
     )
-    modules += (
-        " frobs_ros.ros_spawn frobs_ros.ros_urdf frobs_ros.robot_basic_env frobs_ros.cli.ros frobs_ros.cli.doctor_ros"
-    )
+    modules += " frobs_ros.ros_spawn frobs_ros.ros_urdf frobs_ros.robot_basic_env frobs_ros.commands frobs_ros.cli.serve frobs_ros.cli.doctor_ros"
     code = f"import sys, {modules.replace(' ', ', ')}; print([m for m in ('rospy', 'rosgraph', 'mujoco') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -9,10 +9,10 @@ import re
 from pathlib import Path
 
 import pytest
+import yaml
 
 from frobs_cli.parameters import descriptions
 from frobs_ros import backends, robot_settings
-from frobs_ros.functions import FUNCTIONS, PARAMETERS
 from frobs_ros.robot_basic_env import RobotBasicEnv
 
 _TIMES = "ns=None, strictness=1, start_asap=False, timeout=3.0"
@@ -111,6 +111,7 @@ ENVIRONMENT = (
     f"{_PLACE.replace('pos', 'model_pos')}, model_ori_x=0.0, model_ori_y=0.0, model_ori_z=0.0, model_ori_w=0.0, "
     "reset_controllers=False, reset_mode=1, step_mode=1, num_gazebo_steps=1"
 )
+TABLES = yaml.safe_load((Path(__file__).parents[3] / "docs/generate/frobs_rl.yaml").read_text("utf-8"))
 ALL = [(module, name) for module, functions in DOCUMENTED.items() for name in functions]
 
 
@@ -137,13 +138,13 @@ def test_the_environment_takes_what_is_documented() -> None:
 
 
 def test_the_tables_of_the_documentation_name_everything_once() -> None:
-    assert {name for functions in FUNCTIONS.values() for name in functions} == {name for _, name in ALL}
-    assert {module: set(functions) for module, functions in FUNCTIONS.items()} == {
+    assert {name for functions in TABLES["functions"].values() for name in functions} == {name for _, name in ALL}
+    assert {module: set(functions) for module, functions in TABLES["functions"].items()} == {
         module: set(functions) for module, functions in DOCUMENTED.items()
     }
     launch = inspect.signature(importlib.import_module("frobs_ros.ros_gazebo").launch_Gazebo).parameters
     assert list(backends.TREATMENT) == list(launch)
-    assert list(PARAMETERS) == list(robot_settings.RobotSettings.names())
+    assert list(TABLES["parameters"]) == list(robot_settings.RobotSettings.names())
 
 
 def test_every_argument_of_the_environment_goes_somewhere() -> None:

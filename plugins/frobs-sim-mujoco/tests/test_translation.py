@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from frobs_core.interfaces import read_tables
 from frobs_core.models import ELEMENTS
-from frobs_sim_mujoco.translation import TABLES
+from frobs_sim_mujoco.simulation import TABLES
 
 
 def test_every_kind_of_element_has_a_row() -> None:
-    assert set().union(*TABLES.values()) == set(ELEMENTS)
+    assert set().union(*read_tables(TABLES).values()) == set(ELEMENTS)

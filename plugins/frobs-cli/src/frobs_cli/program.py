@@ -37,8 +37,6 @@ class LazyCommand(TyperCommand):
         Raises:
             CommandImportError: Its function cannot be imported.
         """
-        if not self.record.loads_plugins and "frobs_core" not in sys.modules:  # importing it would load them
-            os.environ["FROBS_NO_PLUGINS"] = "1"
         try:
             function = self.record.load()
         except Exception as error:
@@ -52,6 +50,8 @@ class LazyCommand(TyperCommand):
 
     def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
         """Import the command and parse its arguments."""
+        if not self.record.loads_plugins and "frobs_core" not in sys.modules:  # importing it would load them
+            os.environ["FROBS_NO_PLUGINS"] = "1"
         return self.loaded.make_context(info_name, args, parent=parent, **extra)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import stat
 import struct
 import zipfile
 from collections.abc import Mapping
@@ -20,6 +21,8 @@ FORMAT = 1
 GRAPH, MANIFEST, LICENSE = "policy.onnx", "bundle.json", "LICENSE"
 _LARGEST = {GRAPH: 2**30, MANIFEST: 2**26, LICENSE: 2**20}
 """[bytes] of each member, and at the same time the members that there may be."""
+
+_LARGEST_FILE = sum(_LARGEST.values()) + 2**16  # [bytes]
 
 _DATE = (1980, 1, 1, 0, 0, 0)  # the same bundle is the same bytes
 _AGAIN = "Copy it anew, or export it again."
@@ -86,6 +89,11 @@ def read_bundle(path: Path | str) -> Bundle:
     if path.is_dir():
         raise BundleError(path, "is a folder; name a bundle, as 'frobs export' prints it.")
     try:
+        found = path.stat()
+        if not stat.S_ISREG(found.st_mode):  # a FIFO or a device could block forever
+            raise BundleError(path, "is no regular file; name a bundle, as 'frobs export' prints it.")
+        if found.st_size > _LARGEST_FILE:
+            raise BundleError(path, f"is larger than {_LARGEST_FILE // 2**20} MiB, the limit of bundles.")
         data = path.read_bytes()
     except OSError as error:
         raise BundleError(path, f"cannot be read: {error.strerror}.") from error

@@ -12,6 +12,7 @@ from frobs_deploy.errors import BundleError, OnnxruntimeMissingError
 from frobs_deploy.spaces import Array, Space
 
 _ERRORS_ONLY = 3
+_LOOPS = (b"Loop", b"Scan")  # no exported policy has one
 _TYPES = {
     "tensor(float)": "float32",
     "tensor(double)": "float64",
@@ -44,6 +45,9 @@ class Graph:
             import onnxruntime
         except ImportError as error:
             raise OnnxruntimeMissingError from error
+        for operator in _LOOPS:
+            if b'"' + bytes([len(operator)]) + operator in bundle.graph:  # as a node of the file names its operator
+                raise BundleError(bundle.path, f"{GRAPH} has a {operator.decode()}, which may run without end.")
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads, options.inter_op_num_threads = num_threads, 1
         options.log_severity_level = _ERRORS_ONLY

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -524,7 +525,7 @@ def overlapping_links_push(original: Any, self: Any, decimation: int) -> None:
 
 
 def plant(monkeypatch: pytest.MonkeyPatch, owner: type, name: str, faulty: Callable[..., Any]) -> None:
-    original = owner.__dict__[name]
+    original = inspect.getattr_static(owner, name)
     if isinstance(original, classmethod):
         of_class = original.__func__
         monkeypatch.setattr(owner, name, classmethod(lambda cls, *args: faulty(of_class, cls, *args)))

@@ -5,8 +5,8 @@ It stands beside the five kinds, for those who port. Six hooks are the user's to
 
 from __future__ import annotations
 
+import inspect
 import weakref
-from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import gymnasium as gym
@@ -78,43 +78,8 @@ class RobotBasicEnv(gym.Env[Any, Any]):
     metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
     _open: ClassVar[weakref.WeakSet[RobotBasicEnv]] = weakref.WeakSet()
 
-    def __init__(
-        self,
-        launch_gazebo: bool = False,
-        gazebo_init_paused: bool = True,
-        gazebo_use_gui: bool = True,
-        gazebo_recording: bool = False,
-        gazebo_freq: int = 100,
-        world_path: str | None = None,
-        world_pkg: str | None = None,
-        world_filename: str | None = None,
-        gazebo_max_freq: float | None = None,
-        gazebo_timestep: float | None = None,
-        spawn_robot: bool = False,
-        model_name_in_gazebo: str = "robot",
-        namespace: str = "/robot",
-        pkg_name: str | None = None,
-        urdf_file: str | None = None,
-        urdf_folder: str = "/urdf",
-        controller_file: str | None = None,
-        controller_list: Sequence[str] | None = None,
-        urdf_xacro_args: Sequence[str] | None = None,
-        rob_state_publisher_max_freq: float | None = None,
-        rob_st_term: bool = False,
-        model_pos_x: float = 0.0,
-        model_pos_y: float = 0.0,
-        model_pos_z: float = 0.0,
-        model_ori_x: float = 0.0,
-        model_ori_y: float = 0.0,
-        model_ori_z: float = 0.0,
-        model_ori_w: float = 0.0,
-        reset_controllers: bool = False,
-        reset_mode: int = 1,
-        step_mode: int = 1,
-        num_gazebo_steps: int = 1,
-    ) -> None:
-        given = {name: value for name, value in locals().items() if name not in ("self", "__class__")}
-        settings = RobotSettings(**given)
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        settings = RobotSettings(*args, **kwargs)
         settings.check()
         use_ros()
         self.info: dict[str, Any] = {}
@@ -264,6 +229,9 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         raise NotImplementedError(
             f"{type(self).__name__} does not say how an episode begins: write _set_episode_init_params"
         )
+
+
+RobotBasicEnv.__init__.__signature__ = inspect.signature(RobotSettings.__init__)  # type: ignore[attr-defined]
 
 
 def _ensure_node() -> None:

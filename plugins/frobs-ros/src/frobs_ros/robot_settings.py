@@ -43,42 +43,42 @@ ROBOT: Mapping[str, str] = {
 """Argument of RobotBasicEnv, then of spawn_model_in_gazebo."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class RobotSettings:
     """The arguments of :class:`frobs_ros.robot_basic_env.RobotBasicEnv`, which explains them."""
 
-    launch_gazebo: bool
-    gazebo_init_paused: bool
-    gazebo_use_gui: bool
-    gazebo_recording: bool
-    gazebo_freq: int
-    world_path: str | None
-    world_pkg: str | None
-    world_filename: str | None
-    gazebo_max_freq: float | None
-    gazebo_timestep: float | None
-    spawn_robot: bool
-    model_name_in_gazebo: str
-    namespace: str
-    pkg_name: str | None
-    urdf_file: str | None
-    urdf_folder: str
-    controller_file: str | None
-    controller_list: Sequence[str] | None
-    urdf_xacro_args: Sequence[str] | None
-    rob_state_publisher_max_freq: float | None
-    rob_st_term: bool
-    model_pos_x: float
-    model_pos_y: float
-    model_pos_z: float
-    model_ori_x: float
-    model_ori_y: float
-    model_ori_z: float
-    model_ori_w: float
-    reset_controllers: bool
-    reset_mode: int
-    step_mode: int
-    num_gazebo_steps: int
+    launch_gazebo: bool = False
+    gazebo_init_paused: bool = True
+    gazebo_use_gui: bool = True
+    gazebo_recording: bool = False
+    gazebo_freq: int = 100
+    world_path: str | None = None
+    world_pkg: str | None = None
+    world_filename: str | None = None
+    gazebo_max_freq: float | None = None
+    gazebo_timestep: float | None = None
+    spawn_robot: bool = False
+    model_name_in_gazebo: str = "robot"
+    namespace: str = "/robot"
+    pkg_name: str | None = None
+    urdf_file: str | None = None
+    urdf_folder: str = "/urdf"
+    controller_file: str | None = None
+    controller_list: Sequence[str] | None = None
+    urdf_xacro_args: Sequence[str] | None = None
+    rob_state_publisher_max_freq: float | None = None
+    rob_st_term: bool = False
+    model_pos_x: float = 0.0
+    model_pos_y: float = 0.0
+    model_pos_z: float = 0.0
+    model_ori_x: float = 0.0
+    model_ori_y: float = 0.0
+    model_ori_z: float = 0.0
+    model_ori_w: float = 0.0
+    reset_controllers: bool = False
+    reset_mode: int = 1
+    step_mode: int = 1
+    num_gazebo_steps: int = 1
 
     def check(self) -> None:
         """Refuse what cannot be meant, before anything is started.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import SimulationError
 from frobs_core.interfaces import Body, BodyHandle
 from frobs_sim_gazebo.skeleton import pose_array
@@ -65,10 +65,3 @@ class GazeboBody(BodyHandle):
         else:
             raw = np.concatenate([pose, np.zeros((len(envs), 6))], axis=1)[:, None]
             self._simulation.write(self._span, raw, envs, _NO_JOINTS, np.zeros((len(envs), 0)))
-
-
-def read_only(array: Floats) -> Floats:
-    """Return an array that nobody can write to."""
-    view = array.view()
-    view.flags.writeable = False
-    return view

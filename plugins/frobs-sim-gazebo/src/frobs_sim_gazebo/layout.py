@@ -8,7 +8,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import SceneError
 from frobs_core.interfaces import Placement, Scene
 from frobs_core.models import home_positions
 from frobs_sim_gazebo import protocol
@@ -45,7 +44,7 @@ class Layout:
     """
 
     def __init__(self, robots: Mapping[str, Placement], scene: Scene, meshes: MeshFiles) -> None:
-        _check(robots, scene)
+        scene.check(robots)
         self._robots, self._scene = robots, scene
         floor = [FLOOR] if scene.floor else []
         # A robot may have the name of a body: each kind has names of its own.
@@ -153,23 +152,3 @@ class Layout:
     def start(self, robot: str) -> Floats:
         """Return where the scene places a robot's base, (7,)."""
         return pose_array(self._robots[robot].pose)
-
-
-def _check(robots: Mapping[str, Placement], scene: Scene) -> None:
-    """Refuse what contradicts itself, and names of what is not there.
-
-    Raises:
-        ConfigurationError: Something does.
-    """
-    links = {f"{name}/{link.name}" for name, placement in robots.items() for link in placement.model.links}
-    known = [*scene.bodies, *robots, *([FLOOR] if scene.floor else [])]
-    for name, contact in scene.contacts.items():
-        for side in (contact.first, contact.second, *contact.ignore):
-            if side != "*" and side not in known and side not in links:
-                raise SceneError(f"contact '{name}'", f"names '{side}', which is none of {', '.join(known)}.")
-    for name, camera in scene.cameras.items():
-        if camera.frame is not None and camera.frame not in links and camera.frame not in scene.bodies:
-            raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is no body of the scene.")
-    for name, body in scene.bodies.items():
-        if body.mass is not None and body.kinematic:
-            raise SceneError(f"scene body '{name}'", "is kinematic, so it has no mass; give one or the other.")

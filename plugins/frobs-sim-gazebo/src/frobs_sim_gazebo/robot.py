@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import SimulationError
 from frobs_core.interfaces import CommandMode, Placement, RobotHandle
-from frobs_core.models import default_gains, default_tcp, home_positions
 from frobs_core.rotations import quat_from_matrix, quat_multiply, quat_rotate
-from frobs_sim_gazebo.body import read_only
 
 if TYPE_CHECKING:
     from frobs_sim_gazebo.simulation import GazeboSimulation
@@ -29,32 +27,17 @@ class GazeboRobot(RobotHandle):
     """
 
     def __init__(self, simulation: GazeboSimulation, name: str, placement: Placement) -> None:
-        self._simulation, self._placement = simulation, placement
-        model, robot = placement.model, placement.robot
-        self.name, self.robot, self.model = name, robot, model
-        self.num_envs = n = simulation.num_envs
-        self.joint_names, self.dof = model.joint_names, len(model.joint_names)
-        self.tcp = robot.tcp or default_tcp(model)
-        self.frame_name("tcp")
+        self._simulation = simulation
+        self.describe(name, placement, simulation.num_envs)
         self._bones = simulation.layout.skeletons[name]
         self._joints, self._links = simulation.layout.joints[name], simulation.layout.bodies["robot", name]
         self._columns = self._joints.start + np.array(self._bones.actuated, np.intp)
-        self._fixed = robot.base == "fixed"
-
-        expand = lambda values: np.repeat(np.asarray(values, np.float64)[None], n, axis=0)  # noqa: E731 - (n, dof)
-        limits = [joint.limits for joint in model.actuated_joints]
-        self.home = expand(home_positions(model, robot.home))
-        self.position_lower = expand([limit.lower for limit in limits])
-        self.position_upper = expand([limit.upper for limit in limits])
-        self.velocity_limit = expand([limit.velocity for limit in limits])
-        self.effort_limit = expand([limit.effort for limit in limits])
-        gains = robot.gains or default_gains(model, home_positions(model, robot.home))
-        pairs = [gains.of(joint) for joint in self.joint_names]
-        self._stiffness, self._damping = expand([kp for kp, _ in pairs]), expand([kd for _, kd in pairs])
-        self.joint_damping = expand([joint.damping for joint in model.actuated_joints])
-        self._friction = np.array([joint.friction for joint in model.actuated_joints])
+        self._fixed = self.robot.base == "fixed"
+        self._stiffness, self._damping = self.described_gains()
+        self.joint_damping = self.expand([joint.damping for joint in self.model.actuated_joints])
+        self._friction = np.array([joint.friction for joint in self.model.actuated_joints])
         self._command_mode = placement.command_mode
-        self.target = np.zeros((n, self.dof))  # Kp·q*, Kd·v* or ff
+        self.target = np.zeros_like(self.home)  # Kp·q*, Kd·v* or ff
         self._seen: dict[str, tuple[int, tuple[Floats, ...]]] = {}
 
     @property
@@ -125,7 +108,7 @@ class GazeboRobot(RobotHandle):
             return np.ones_like(self._damping)
         return self._stiffness if self._command_mode is CommandMode.POSITION else self._damping
 
-    def write_gains(self, which: int, rows: Sequence[int], values: Floats) -> None:
+    def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
         """Change Kp (0) or Kd (1) of some environments; what the drives follow stays what it is."""
         before = self._gain[rows].copy()
         self.drive_gains()[which][rows] = values

@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError, SceneError, SimulationError, UnknownNameError
-from frobs_core.interfaces import Marker, Placement, Scene, Simulation, Snapshot, Translation, translate
+from frobs_core.arrays import Floats, Mask, read_only
+from frobs_core.errors import ConfigurationError, SimulationError
+from frobs_core.interfaces import Marker, Placement, Scene, Simulation, Snapshot, Translation, read_tables, translate
 from frobs_core.models import RobotModel
-from frobs_sim_gazebo import parameters, protocol, snapshots
+from frobs_sim_gazebo import protocol, snapshots
 from frobs_sim_gazebo.body import GazeboBody
 from frobs_sim_gazebo.fleet import Fleet, Message
 from frobs_sim_gazebo.installation import find_gazebo
 from frobs_sim_gazebo.layout import Layout
 from frobs_sim_gazebo.meshes import MeshFiles
 from frobs_sim_gazebo.options import world_text
+from frobs_sim_gazebo.parameters import GazeboParameters, centre
 from frobs_sim_gazebo.protocol import Op
 from frobs_sim_gazebo.robot import GazeboRobot
 from frobs_sim_gazebo.server import Server
 from frobs_sim_gazebo.skeleton import pose_array
-from frobs_sim_gazebo.translation import TABLES
+
+TABLES = Path(__file__).with_name("translation.yaml")
+"""What becomes of each kind of element of a model file."""
 
 FASTEST = 1e6
 """[rad/s or m/s] beyond which an environment has diverged."""
@@ -82,13 +86,13 @@ class GazeboSimulation(Simulation):
         self.stands = {name: np.tile(pose_array(body.pose), (n, 1)) for name, body in scene.bodies.items()}
         self._contact, self._force = np.zeros((2, n, len(scene.contacts)))
         self.steps, self._diverged = np.zeros(n, np.int64), np.zeros(n, bool)
-        self.written: dict[tuple[str, str], Floats] = {}
         self.command_rows: dict[str, Floats] = {}
         self._queues: list[list[Message]] = [[] for _ in range(n)]
         self.stale_gains = np.ones(n, bool)
         self._parted = np.zeros(n, bool)
         self._closed = False
         self.robots = {name: GazeboRobot(self, name, placement) for name, placement in robots.items()}
+        self.parameters = GazeboParameters(self)
         self.bodies = {name: GazeboBody(self, name, body) for name, body in scene.bodies.items()}
         self._fleet = Fleet(installation, n, world, self._prepare)
         try:
@@ -108,7 +112,7 @@ class GazeboSimulation(Simulation):
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
         """Say what becomes of a robot's model file."""
-        return translate(model, TABLES[model.format])
+        return translate(model, read_tables(TABLES)[model.format])
 
     @property
     def native(self) -> tuple[Server | None, ...]:
@@ -140,7 +144,7 @@ class GazeboSimulation(Simulation):
         for env in envs:
             self._queues[env] = [(Op.CLEAR, b"")]
         for env in fresh:
-            self._queues[env] += parameters.messages(self, env)
+            self._queues[env] += self.parameters.messages(env)
         for name in self.layout.placed:
             home = pose_array(self.scene.bodies[name].pose)
             self.place(name, np.tile(home, (len(envs), 1)), envs)
@@ -273,22 +277,11 @@ class GazeboSimulation(Simulation):
 
     def contact(self, name: str) -> Mask:
         """(num_envs,) bool: whether a declared contact was there in any physics step of the last ``step``."""
-        return _read_only(self._contact[:, self._index(name)] > 0.0)
+        return read_only(self._contact[:, self.scene.contact_number(name)] > 0.0)
 
     def contact_force(self, name: str) -> Floats:
         """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``."""
-        force = self._force[:, self._index(name)]
-        if self.scene.contacts[name].ignore:
-            raise SceneError(
-                f"contact '{name}'", "ignores something, so its force is not available; declare other contacts."
-            )
-        return _read_only(force)
-
-    def _index(self, name: str) -> int:
-        names = list(self.scene.contacts)
-        if name not in names:
-            raise UnknownNameError("declared contact", name, names)
-        return names.index(name)
+        return read_only(self._force[:, self.scene.contact_number(name, force=True)])
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
         """Cast rays at everything that collides."""
@@ -311,9 +304,9 @@ class GazeboSimulation(Simulation):
 
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
         """Push a body at its centre of mass during the next ``step``."""
-        parameters.check_body(self, body)
+        self.parameters.check_body(body)
         envs = self.envs(mask)
-        number, point = parameters.centre(self, body)
+        number, point = centre(self, body)
         if number is None:
             return  # nothing moves it
         forces = np.broadcast_to(np.asarray(force_world, np.float64), (len(envs), 3))
@@ -323,20 +316,20 @@ class GazeboSimulation(Simulation):
 
     def parameter(self, name: str, target: str = "") -> Floats:
         """Return a physical parameter of each environment."""
-        return parameters.read(self, name, target)
+        return self.parameters.read(name, target)
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
         """Change a physical parameter."""
-        parameters.write(self, name, target, values, mask)
+        self.parameters.write(name, target, values, mask)
 
     def snapshot(self) -> Snapshot:
         """Return where everything is and how it moves, what the drives follow, and the parameters that were written."""
-        return {**snapshots.take(self), **parameters.snapshot(self)}
+        return {**snapshots.take(self), **self.parameters.snapshot()}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
         self.reset(self._diverged | np.array([server is None for server in self.native], bool))
-        parameters.restore(self, snapshot)
+        self.parameters.restore(snapshot)
         snapshots.put_back(self, snapshot)
 
     def render(
@@ -363,9 +356,3 @@ class GazeboSimulation(Simulation):
     def envs(self, mask: Mask | None) -> list[int]:
         """Return the environments of a mask."""
         return list(range(self.num_envs)) if mask is None else np.flatnonzero(mask).tolist()
-
-
-def _read_only(array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    view = array.view()
-    view.flags.writeable = False
-    return view

@@ -45,6 +45,7 @@ def build_model(
         ModelFileError: MuJoCo refuses a robot's model.
         ConfigurationError: The scene is contradictory.
     """
+    scene.check(robots)
     spec = mujoco.MjSpec()
     spec.option.timestep = physics_timestep
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST

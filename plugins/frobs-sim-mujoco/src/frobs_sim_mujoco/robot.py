@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import SimulationError
 from frobs_core.interfaces import CommandMode, Placement, RobotHandle
-from frobs_core.models import default_tcp, home_positions
-from frobs_core.rotations import quat_multiply, quat_rotate
+from frobs_core.rotations import quat_rotate
 from frobs_sim_mujoco.articulation import drive_bias, drive_gains
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, SCENE_GROUP
 
@@ -33,22 +32,8 @@ class MujocoRobot(RobotHandle):
         self._simulation = simulation
         self._batch = simulation.batch
         self._group = group
-        self._placement = placement
-        model, mj = placement.model, simulation.model
-        self.name, self.robot, self.model = name, placement.robot, model
-        self.num_envs = n = simulation.num_envs
-        self.joint_names, self.dof = model.joint_names, len(model.joint_names)
-        self.tcp = placement.robot.tcp or default_tcp(model)
-        self.frame_name("tcp")
-
-        expand = lambda values: np.repeat(np.asarray(values, np.float64)[None], n, axis=0)  # noqa: E731 - (n, dof)
-        limits = [joint.limits for joint in model.actuated_joints]
-        self.home = expand(home_positions(model, placement.robot.home))
-        self.position_lower = expand([limit.lower for limit in limits])
-        self.position_upper = expand([limit.upper for limit in limits])
-        self.velocity_limit = expand([limit.velocity for limit in limits])
-        self.effort_limit = expand([limit.effort for limit in limits])
-
+        self.describe(name, placement, simulation.num_envs)
+        model, mj, n = placement.model, simulation.model, simulation.num_envs
         joints = [mj.joint(f"{name}/{joint}").id for joint in self.joint_names]
         self.dofs = _columns([mj.jnt_dofadr[j] for j in joints])
         self._qpos = self._batch.bind("qpos")
@@ -58,7 +43,7 @@ class MujocoRobot(RobotHandle):
         self.actuators = slice(actuators[0], actuators[0] + self.dof) if actuators else slice(0, 0)
         self._ctrl = self._batch.bind("ctrl")[:, self.actuators]  # a view of the state rows
         self._efforts = self._batch.bind("actuator_force")[:, self.actuators]
-        self._stiffness, self._damping = (expand(gain) for gain in drive_gains(placement))
+        self._stiffness, self._damping = (self.expand(gain) for gain in drive_gains(placement))
         self._command_mode = placement.command_mode
         self._gain = self._mode_gain()
         self.gains_written = False
@@ -164,16 +149,6 @@ class MujocoRobot(RobotHandle):
         position = self._command_mode is CommandMode.POSITION
         self.command(self.joint_positions if position else np.zeros((self.num_envs, self.dof)))
 
-    @property
-    def base_pose(self) -> tuple[Floats, Floats]:
-        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the root link in the world."""
-        return self.frame_pose(self.model.root)
-
-    @property
-    def base_twist(self) -> tuple[Floats, Floats]:
-        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link's origin."""
-        return self.frame_velocity(self.model.root)
-
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
         """Put the root link somewhere at once."""
         rows = _rows(mask)
@@ -200,10 +175,7 @@ class MujocoRobot(RobotHandle):
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
         """Return where a link is, or would be, in the world."""
         if joint_positions is not None:
-            pos, quat = self.model.frame_pose(self.frame_name(frame), joint_positions)
-            pose = self._placement.pose
-            base = np.broadcast_to(np.array(pose.quat_wxyz), quat.shape)
-            return quat_rotate(base, pos) + np.array(pose.pos), quat_multiply(base, quat)
+            return self.planned_frame_pose(frame, joint_positions)
         found = self._poses.get(frame)
         if found is None:
             body, derived = self._body(frame), self._simulation.derived
@@ -262,9 +234,7 @@ def _view(state: Floats, columns: slice | np.ndarray) -> Floats | None:
     """Return a read-only view of columns that follow each other; None: they do not."""
     if not isinstance(columns, slice):
         return None
-    view = state[:, columns]
-    view.flags.writeable = False
-    return view
+    return read_only(state[:, columns])
 
 
 def _rows(mask: Mask | None) -> slice | np.ndarray:

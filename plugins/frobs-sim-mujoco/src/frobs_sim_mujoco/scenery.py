@@ -65,13 +65,7 @@ def add_floor(spec: mujoco.MjSpec, span: float) -> None:
 
 
 def add_body(spec: mujoco.MjSpec, name: str, body: Body) -> None:
-    """Add a body of the scene.
-
-    Raises:
-        ConfigurationError: It is kinematic and has a mass.
-    """
-    if body.mass is not None and body.kinematic:
-        raise SceneError(f"scene body '{name}'", "is kinematic, so it has no mass; give one or the other.")
+    """Add a body of the scene."""
     element = spec.worldbody.add_body(name=name, pos=body.pose.pos, quat=body.pose.quat_wxyz, mocap=body.kinematic)
     if body.mass is not None:
         element.add_freejoint(name=name)
@@ -90,7 +84,7 @@ def add_camera(spec: mujoco.MjSpec, name: str, camera: Camera) -> None:
         ConfigurationError: It is fixed to what is no body of the scene.
     """
     parent = spec.worldbody if camera.frame is None else spec.body(camera.frame)
-    if parent is None:
+    if parent is None:  # links between the joints of one MJCF body are no bodies
         raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is no body of the scene.")
     back = np.subtract(camera.pos, camera.target)
     back = back / np.linalg.norm(back)

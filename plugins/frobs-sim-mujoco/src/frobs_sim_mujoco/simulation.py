@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import mujoco
@@ -10,8 +11,18 @@ import numpy as np
 from mujoco.batch import Batch
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError, SceneError, SimulationError, UnknownNameError
-from frobs_core.interfaces import Marker, Overlap, Placement, Scene, Simulation, Snapshot, Translation, translate
+from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
+from frobs_core.interfaces import (
+    Marker,
+    Overlap,
+    Placement,
+    Scene,
+    Simulation,
+    Snapshot,
+    Translation,
+    read_tables,
+    translate,
+)
 from frobs_core.models import RobotModel
 from frobs_sim_mujoco import parameters
 from frobs_sim_mujoco.body import MujocoBody
@@ -22,7 +33,6 @@ from frobs_sim_mujoco.options import read_options
 from frobs_sim_mujoco.overlaps import find_overlaps
 from frobs_sim_mujoco.rendering import Renderer, Viewer
 from frobs_sim_mujoco.robot import MujocoRobot
-from frobs_sim_mujoco.translation import TABLES
 
 _VEL = int(mujoco.mjtStage.mjSTAGE_VEL)
 _NONE = int(mujoco.mjtStage.mjSTAGE_NONE)
@@ -30,6 +40,8 @@ _CTRL = int(mujoco.mjtState.mjSTATE_CTRL)
 _DIVERGED = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)
 _OTHERS = np.array([group != ROBOT_GROUPS[0] for group in range(int(mujoco.mjNGROUP))], np.uint8)
 """Geom groups of all but the first robot."""
+TABLES = Path(__file__).with_name("translation.yaml")
+"""What becomes of each kind of element of a model file."""
 
 
 class Native(NamedTuple):
@@ -191,7 +203,7 @@ class MujocoSimulation(Simulation):
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
         """Say what becomes of a robot's model file."""
-        return translate(model, TABLES[model.format])
+        return translate(model, read_tables(TABLES)[model.format])
 
     @property
     def native(self) -> Native:
@@ -260,20 +272,12 @@ class MujocoSimulation(Simulation):
 
     def contact_force(self, name: str) -> Floats:
         """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``."""
-        force = self._contact_column(name)[1]
-        if self.scene.contacts[name].ignore:
-            raise SceneError(
-                f"contact '{name}'", "ignores something, so its force is not available; declare other contacts."
-            )
-        return force
+        return self._contact_column(name, force=True)[1]
 
-    def _contact_column(self, name: str) -> tuple[Mask, Floats]:
-        names = list(self.scene.contacts)
-        if name not in names:
-            raise UnknownNameError("declared contact", name, names)
+    def _contact_column(self, name: str, *, force: bool = False) -> tuple[Mask, Floats]:
+        column = self.scene.contact_number(name, force=force)
         if self._contacts is None:
             return np.zeros(self.num_envs, np.bool_), np.zeros(self.num_envs)
-        column = names.index(name)
         return self._contacts[0][:, column], self._contacts[1][:, column]
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:

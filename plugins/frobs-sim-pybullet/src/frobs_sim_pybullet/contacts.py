@@ -1,4 +1,4 @@
-"""What a scene says of bodies by their names: contacts, as questions to Bullet, and cameras."""
+"""The contacts of a scene, as questions to Bullet."""
 
 from __future__ import annotations
 
@@ -6,39 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from frobs_core.errors import SceneError
-from frobs_core.interfaces import Contact, Placement, Scene
+from frobs_core.interfaces import Contact
 
 Side: TypeAlias = tuple[int, int]
 """Bullet's body and link; −1 for any body, −2 for any link."""
 
 ANY: Side = (-1, -2)
-
-
-def check_contacts(robots: Mapping[str, Placement], scene: Scene) -> None:
-    """Refuse a contact with something that is not there.
-
-    Raises:
-        ConfigurationError: It names no body.
-    """
-    links = {f"{name}/{link.name}" for name, placement in robots.items() for link in placement.model.links}
-    for name, contact in scene.contacts.items():
-        for side in (contact.first, contact.second, *contact.ignore):
-            known = [*scene.bodies, *robots, *(["floor"] if scene.floor else [])]
-            if side != "*" and side not in known and side not in links:
-                raise SceneError(f"contact '{name}'", f"names '{side}', which is none of {', '.join(known)}.")
-
-
-def check_cameras(robots: Mapping[str, Placement], scene: Scene) -> None:
-    """Refuse a camera that is fixed to nothing.
-
-    Raises:
-        ConfigurationError: It names no body.
-    """
-    links = {f"{name}/{link.name}" for name, placement in robots.items() for link in placement.model.links}
-    for name, camera in scene.cameras.items():
-        if camera.frame is not None and camera.frame not in links and camera.frame not in scene.bodies:
-            raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is no body of the scene.")
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import SimulationError
 from frobs_core.interfaces import CommandMode, Placement, RobotHandle
-from frobs_core.models import default_gains, default_tcp, home_positions
-from frobs_core.rotations import quat_multiply, quat_rotate
 
 if TYPE_CHECKING:
     from frobs_sim_pybullet.simulation import PybulletSimulation
@@ -20,34 +18,18 @@ class PybulletRobot(RobotHandle):
     """One robot, in every environment; see :class:`frobs_core.interfaces.RobotHandle`."""
 
     def __init__(self, simulation: PybulletSimulation, name: str, placement: Placement) -> None:
-        self._simulation, self._placement = simulation, placement
-        model, robot = placement.model, placement.robot
-        self.name, self.robot, self.model = name, robot, model
-        self.num_envs = n = simulation.num_envs
-        self.joint_names, self.dof = model.joint_names, len(model.joint_names)
-        self.tcp = robot.tcp or default_tcp(model)
-        self.frame_name("tcp")
-
-        expand = lambda values: np.repeat(np.asarray(values, np.float64)[None], n, axis=0)  # noqa: E731 - (n, dof)
-        limits = [joint.limits for joint in model.actuated_joints]
-        self.home = expand(home_positions(model, robot.home))
-        self.position_lower = expand([limit.lower for limit in limits])
-        self.position_upper = expand([limit.upper for limit in limits])
-        self.velocity_limit = expand([limit.velocity for limit in limits])
-        self.effort_limit = expand([limit.effort for limit in limits])
-
+        self._simulation = simulation
+        self.describe(name, placement, simulation.num_envs)
         arrays = {
             field: simulation.arrays[f"robots/{name}/{field}"]
             for field in ("command", "gains", "positions", "velocities", "efforts")
         }
         self._command = arrays["command"]
         self._kp, self._kd, self.joint_damping = (arrays["gains"][:, i] for i in range(3))  # (num_envs, dof) each
-        self._positions, self._velocities = _read_only(arrays["positions"]), _read_only(arrays["velocities"])
-        self._efforts = _read_only(arrays["efforts"])
-        gains = robot.gains or default_gains(model, self.home[0] if n else home_positions(model, robot.home))
-        pairs = [gains.of(joint) for joint in self.joint_names]
-        self._stiffness, self._damping = expand([kp for kp, _ in pairs]), expand([kd for _, kd in pairs])
-        self.joint_damping[:] = [joint.damping for joint in model.actuated_joints]
+        self._positions, self._velocities = read_only(arrays["positions"]), read_only(arrays["velocities"])
+        self._efforts = read_only(arrays["efforts"])
+        self._stiffness, self._damping = self.described_gains()
+        self.joint_damping[:] = [joint.damping for joint in self.model.actuated_joints]
         self._command_mode = placement.command_mode
         self.apply_gains()
         self._poses: dict[str, tuple[Floats, Floats]] = {}
@@ -113,16 +95,6 @@ class PybulletRobot(RobotHandle):
         """Return Kp and Kd, (num_envs, dof) each; write to them through ``write_parameter``."""
         return self._stiffness, self._damping
 
-    @property
-    def base_pose(self) -> tuple[Floats, Floats]:
-        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the root link in the world."""
-        return self.frame_pose(self.model.root)
-
-    @property
-    def base_twist(self) -> tuple[Floats, Floats]:
-        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link's origin."""
-        return self.frame_velocity(self.model.root)
-
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
         """Put the root link somewhere at once."""
         n = self._simulation.count(mask)
@@ -140,10 +112,7 @@ class PybulletRobot(RobotHandle):
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
         """Return where a link is, or would be, in the world."""
         if joint_positions is not None:
-            pos, quat = self.model.frame_pose(self.frame_name(frame), joint_positions)
-            pose = self._placement.pose
-            base = np.broadcast_to(np.array(pose.quat_wxyz), quat.shape)
-            return quat_rotate(base, pos) + np.array(pose.pos), quat_multiply(base, quat)
+            return self.planned_frame_pose(frame, joint_positions)
         found = self._poses.get(frame)
         if found is None:
             pose = self._watched("pose", frame)
@@ -166,9 +135,3 @@ class PybulletRobot(RobotHandle):
 
     def _watched(self, kind: str, frame: str) -> Floats:
         return self._simulation.watched(f"robots/{self.name}/{kind}/{self.frame_name(frame)}")
-
-
-def _read_only(array: Floats) -> Floats:
-    view = array.view()
-    view.flags.writeable = False
-    return view

@@ -3,26 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError, SceneError, SimulationError, UnknownNameError
-from frobs_core.interfaces import Marker, Overlap, Placement, Scene, Simulation, Snapshot, Translation, translate
+from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
+from frobs_core.interfaces import (
+    Marker,
+    Overlap,
+    Placement,
+    Scene,
+    Simulation,
+    Snapshot,
+    Translation,
+    read_tables,
+    translate,
+)
 from frobs_core.models import RobotModel
-from frobs_sim_pybullet import layout, parameters
+from frobs_sim_pybullet import layout
 from frobs_sim_pybullet.bare import BarePybullet
 from frobs_sim_pybullet.block import Block
 from frobs_sim_pybullet.body import PybulletBody
-from frobs_sim_pybullet.contacts import check_cameras, check_contacts
 from frobs_sim_pybullet.options import Engine, read_options
 from frobs_sim_pybullet.overlaps import find_overlaps
+from frobs_sim_pybullet.parameters import PybulletParameters
 from frobs_sim_pybullet.pool import CONTEXT, Pool, count_workers
 from frobs_sim_pybullet.rendering import Renderer, Viewer
 from frobs_sim_pybullet.robot import PybulletRobot
 from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector
-from frobs_sim_pybullet.translation import TABLES
+
+TABLES = Path(__file__).with_name("translation.yaml")
+"""What becomes of each kind of element of a model file."""
 
 
 class Native(NamedTuple):
@@ -91,11 +104,7 @@ class PybulletSimulation(Simulation):
         self.engine = Engine(physics_timestep, options)
         self.num_envs, self.physics_timestep, self.scene = num_envs, physics_timestep, scene
         self.placements = robots
-        check_contacts(robots, scene)
-        check_cameras(robots, scene)
-        for name, body in scene.bodies.items():
-            if body.mass is not None and body.kinematic:
-                raise SceneError(f"scene body '{name}'", "is kinematic, so it has no mass; give one or the other.")
+        scene.check(robots)
         workers = count_workers(num_envs, num_threads)
         fields = layout.layout(robots, scene)
         buffer = layout.allocate(fields, num_envs, CONTEXT if workers > 1 else None)
@@ -108,7 +117,7 @@ class PybulletSimulation(Simulation):
         else:
             self._backend = Pool(robots, scene, self.engine, fields, num_envs, buffer, workers)
         self.command_rows: dict[str, Floats] = {}
-        self.written: dict[tuple[str, str], Floats] = {}
+        self.parameters = PybulletParameters(self)
         self._seen: dict[str, Floats] = {}
         self._diverged = self.arrays["diverged"]
         self._sound = self._diverged.tobytes()
@@ -120,7 +129,7 @@ class PybulletSimulation(Simulation):
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
         """Say what becomes of a robot's model file."""
-        return translate(model, TABLES[model.format])
+        return translate(model, read_tables(TABLES)[model.format])
 
     @property
     def native(self) -> tuple[Native, ...]:
@@ -173,23 +182,13 @@ class PybulletSimulation(Simulation):
 
     def contact(self, name: str) -> Mask:
         """(num_envs,) bool: whether a declared contact was there in any physics step of the last ``step``."""
-        found: Mask = self.arrays["contact"][:, self._contact(name)]
+        found: Mask = self.arrays["contact"][:, self.scene.contact_number(name)]
         return found
 
     def contact_force(self, name: str) -> Floats:
         """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``."""
-        force: Floats = self.arrays["contact_force"][:, self._contact(name)]
-        if self.scene.contacts[name].ignore:
-            raise SceneError(
-                f"contact '{name}'", "ignores something, so its force is not available; declare other contacts."
-            )
+        force: Floats = self.arrays["contact_force"][:, self.scene.contact_number(name, force=True)]
         return force
-
-    def _contact(self, name: str) -> int:
-        names = list(self.scene.contacts)
-        if name not in names:
-            raise UnknownNameError("declared contact", name, names)
-        return names.index(name)
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
         """Cast rays at everything that collides."""
@@ -212,16 +211,16 @@ class PybulletSimulation(Simulation):
 
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
         """Push a body at its centre of mass during the next ``step``."""
-        parameters.check_body(self, body)
+        self.parameters.check_body(body)
         self.call("push", mask, body, (force_world, (3,)), (torque_world, (3,)))
 
     def parameter(self, name: str, target: str = "") -> Floats:
         """Return a physical parameter of each environment."""
-        return parameters.read(self, name, target)
+        return self.parameters.read(name, target)
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
         """Change a physical parameter."""
-        parameters.write(self, name, target, values, mask)
+        self.parameters.write(name, target, values, mask)
 
     def snapshot(self) -> Snapshot:
         """Return what Bullet knows of the state, what the simulation does, and the parameters that were written."""
@@ -230,11 +229,11 @@ class PybulletSimulation(Simulation):
         state = {name: self.arrays[name].copy() for name in layout.state_names(self.arrays)}
         state["bullet"] = np.stack([np.pad(row, (0, longest - len(row))) for row in saved])
         state["bullet_bytes"] = np.array([len(row) for row in saved])
-        return {**state, **parameters.snapshot(self)}
+        return {**state, **self.parameters.snapshot()}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
-        parameters.restore(self, snapshot)
+        self.parameters.restore(snapshot)
         for name in layout.state_names(self.arrays):
             self.arrays[name][...] = snapshot[name]
         steps = np.rint(snapshot["time"] / self.physics_timestep).astype(np.int64)

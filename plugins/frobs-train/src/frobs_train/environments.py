@@ -9,6 +9,7 @@ from typing import Any
 import gymnasium as gym
 from gymnasium.vector import AutoresetMode
 
+from frobs_core.compose import check_num_envs
 from frobs_core.errors import FrobsError
 from frobs_core.registry import find_spec
 from frobs_train.configuration.components import build_component, load_wrapper
@@ -23,7 +24,7 @@ def make_vector_env(
 
     Args:
         environment: Gymnasium ID.
-        num_envs: Environments.
+        num_envs: Environments, at most :data:`frobs_core.compose.MAX_NUM_ENVS`.
         kwargs: Keywords of the environment.
         wrappers: Those of single environments are put around each, which are then stepped one by one; those of vectors
             around all of them.
@@ -32,6 +33,7 @@ def make_vector_env(
         UnknownNameError: No such ID.
         ConfigurationError: The environment cannot be built with these keywords.
     """
+    check_num_envs(num_envs)
     spec = find_spec(environment)
     loaded = [(load_wrapper(component), component) for component in wrappers]
     single = [item for item in loaded if issubclass(item[0], gym.Wrapper)]

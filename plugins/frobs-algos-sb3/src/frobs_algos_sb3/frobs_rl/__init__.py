@@ -8,13 +8,8 @@ It works on any Gymnasium environment, with ROS and without::
     model.train()
 """
 
-from frobs_algos_sb3.frobs_rl.a2c import A2C
 from frobs_algos_sb3.frobs_rl.basic_model import BasicModel
-from frobs_algos_sb3.frobs_rl.ddpg import DDPG
-from frobs_algos_sb3.frobs_rl.dqn import DQN
 from frobs_algos_sb3.frobs_rl.errors import LogFolderExistsError, NotTrainedError
-from frobs_algos_sb3.frobs_rl.ppo import PPO
-from frobs_algos_sb3.frobs_rl.sac import SAC
-from frobs_algos_sb3.frobs_rl.td3 import TD3
+from frobs_algos_sb3.frobs_rl.models import A2C, DDPG, DQN, PPO, SAC, TD3
 
 __all__ = ["A2C", "DDPG", "DQN", "PPO", "SAC", "TD3", "BasicModel", "LogFolderExistsError", "NotTrainedError"]

@@ -21,6 +21,10 @@ from typing import Any
 import torch as th
 
 from frobs_core.errors import CheckpointError, UntrustedFileError
+from frobs_core.files import read_limited
+
+MAX_FILE_BYTES = 2**32
+"""Largest model file."""
 
 MAX_JSON_BYTES = 64 * 2**20
 """Largest ``data``: pictures among the attributes make it some megabytes."""
@@ -68,7 +72,10 @@ def read_archive(path: Path | str) -> ModelArchive:
         UntrustedFileError: What should be tensors is something else.
     """
     path = find_file(path)
-    content = path.read_bytes()
+    try:
+        content = read_limited(path, MAX_FILE_BYTES)
+    except OSError as error:
+        raise CheckpointError(f"{path} cannot be read: {error.strerror or error}.") from error
     with _open(path, io.BytesIO(content), len(content), _NAME) as archive:
         names = archive.namelist()
         if "data" not in names or "policy.pth" not in names:

@@ -56,7 +56,7 @@ def draw_robot_sheet(robot: Robot, model: RobotModel, path: Path | str, simulato
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError as error:
-        raise MissingDependencyError("a picture", ["matplotlib"], "pip install 'frobs-core[plots]'") from error
+        raise MissingDependencyError("a picture", ["matplotlib"], "pip install 'frobs-train[plots]'") from error
     shots = choose_shots(model, robot.home, _JOINTS)
     stage = Stage(robot, model, shots.all, simulator)
     layout = _Layout(stage, shots)

@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import frobs_core
 from frobs_core.errors import MissingFileError, TargetExistsError
 from frobs_devkit.scaffold.answers import QUESTIONS, asked, find_problem
 from frobs_devkit.scaffold.clashes import check_clashes
@@ -23,15 +22,14 @@ def template_folder() -> Path:
     """Return the folder of ``cookiecutter.json``: in the wheel, or in the repository beside an editable install.
 
     Raises:
-        ConfigurationError: It is in neither.
+        MissingFileError: It is in neither.
     """
-    core = Path(frobs_core.__file__).parent
-    for folder in (core / "scaffold" / "files" / "cookiecutter", core.parent / "cookiecutter"):
+    here = Path(__file__).parent
+    for folder in (here / "files" / "cookiecutter", here.parents[4] / "cookiecutter"):
         if (folder / "cookiecutter.json").is_file():
             return folder
     raise MissingFileError(
-        core.parent / "cookiecutter",
-        "the templates are missing, so install frobs-core again: pip install --force-reinstall frobs-core",
+        here / "files", "the templates are missing; reinstall: pip install --force-reinstall frobs-devkit"
     )
 
 

@@ -173,7 +173,8 @@ def _take(source: Path, folder: Path, taken: dict[Path, str]) -> str:
         if source.suffix.lower() == ".obj":
             for line in source.read_text(errors="replace").splitlines():
                 material = source.parent / line.removeprefix("mtllib ").strip()
-                if line.startswith("mtllib ") and material.is_file():
+                beside = material.resolve().is_relative_to(source.parent.resolve())
+                if line.startswith("mtllib ") and beside and material.is_file():
                     shutil.copyfile(material, folder / material.name)
     return taken[source]
 

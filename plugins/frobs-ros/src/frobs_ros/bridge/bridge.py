@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
+from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.loop import Loop
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.ode import Ode
@@ -14,31 +15,6 @@ from frobs_ros.bridge.world import NANO, World
 _Result = TypeVar("_Result")
 LOG = logging.getLogger("frobs.bridge")
 _LONGEST = 0.02  # [s] of simulated time between two looks at what waits
-
-
-class Component(Protocol):
-    """Something that takes part in the simulation: a publisher, or what drives a robot. Only the loop's thread calls it."""
-
-    def before(self, world: World, steps: int) -> None:
-        """Set what the drives follow in the next physics steps."""
-
-    def most_steps(self, world: World) -> int | None:
-        """Return how many steps it can look ahead; None: any number."""
-
-    def due_ns(self) -> int | None:
-        """Return when :meth:`publish` is due [ns]; None: never."""
-
-    def publish(self, world: World) -> None:
-        """Tell what is due."""
-
-    def after(self, world: World) -> None:
-        """See what the steps have brought."""
-
-    def reset(self, world: World) -> None:
-        """Begin anew: models are back, and the time may be."""
-
-    def close(self) -> None:
-        """Leave the ROS graph."""
 
 
 class Bridge:

@@ -8,7 +8,9 @@ from frobs_ros.bridge.world import NANO, World
 
 
 class Component:
-    """A component that publishes at a rate; see :class:`frobs_ros.bridge.bridge.Component`. A subclass overrides what it needs.
+    """A component of the bridge: a publisher, or what drives a robot. A subclass overrides what it needs.
+
+    Only the loop's thread calls it.
 
     Args:
         rate: Publications per simulated second [Hz]; 0: none.
@@ -17,6 +19,13 @@ class Component:
     def __init__(self, rate: float = 0.0) -> None:
         self._period_ns = round(NANO / rate) if rate > 0.0 else None
         self._next_ns = 0
+        self._stamps = Stamps()
+        self._topics: list[Any] = []
+
+    def own(self, topic: Any) -> Any:
+        """Return a publisher or subscriber, which :meth:`close` unregisters."""
+        self._topics.append(topic)
+        return topic
 
     def before(self, world: World, steps: int) -> None:
         """Set what the drives follow in the next physics steps."""
@@ -45,9 +54,12 @@ class Component:
     def reset(self, world: World) -> None:
         """Begin anew: models are back, and the time may be."""
         self._next_ns = world.time_ns
+        self._stamps.reset()
 
     def close(self) -> None:
         """Leave the ROS graph."""
+        for topic in self._topics:
+            topic.unregister()
 
 
 class Stamps:

@@ -28,15 +28,11 @@ class Clock(Component):
 
         super().__init__(rate)
         self._message = Message
-        self._publisher = rospy.Publisher("/clock", Message, queue_size=10, latch=True, tcp_nodelay=True)
+        self._publisher = self.own(rospy.Publisher("/clock", Message, queue_size=10, latch=True, tcp_nodelay=True))
 
     def tell(self, world: World) -> None:
         """Publish."""
         self._publisher.publish(self._message(stamp(world.time_ns)))
-
-    def close(self) -> None:
-        """Leave the ROS graph."""
-        self._publisher.unregister()
 
 
 class States(Component):
@@ -51,8 +47,8 @@ class States(Component):
         from gazebo_msgs.msg import LinkStates, ModelStates
 
         super().__init__(rate)
-        self._models = rospy.Publisher("/gazebo/model_states", ModelStates, queue_size=1, tcp_nodelay=True)
-        self._links = rospy.Publisher("/gazebo/link_states", LinkStates, queue_size=1, tcp_nodelay=True)
+        self._models = self.own(rospy.Publisher("/gazebo/model_states", ModelStates, queue_size=1, tcp_nodelay=True))
+        self._links = self.own(rospy.Publisher("/gazebo/link_states", LinkStates, queue_size=1, tcp_nodelay=True))
 
     def tell(self, world: World) -> None:
         """Publish."""
@@ -75,11 +71,6 @@ class States(Component):
             message.twist.append(write_twist(motion, Twist()))
         publisher.publish(message)
 
-    def close(self) -> None:
-        """Leave the ROS graph."""
-        self._models.unregister()
-        self._links.unregister()
-
 
 class Wishes(Component):
     """Listens to ``/gazebo/set_model_state`` and ``/gazebo/set_link_state``, which are the services without an answer.
@@ -95,18 +86,12 @@ class Wishes(Component):
         super().__init__()
         self._bridge = bridge
         topics = ((ModelState, "set_model_state", set_model_state), (LinkState, "set_link_state", set_link_state))
-        self._subscribers = [
-            rospy.Subscriber(f"/gazebo/{name}", kind, partial(self._obey, act), queue_size=10, tcp_nodelay=True)
-            for kind, name, act in topics
-        ]
+        for kind, name, act in topics:
+            obey = partial(self._obey, act)
+            self.own(rospy.Subscriber(f"/gazebo/{name}", kind, obey, queue_size=10, tcp_nodelay=True))
 
     def _obey(self, act: Callable[[Bridge, Any], Any], message: Any) -> None:
         try:
             self._bridge.call(lambda: act(self._bridge, message))
         except FrobsError as error:
             LOG.warning("%s", error)
-
-    def close(self) -> None:
-        """Leave the ROS graph."""
-        for subscriber in self._subscribers:
-            subscriber.unregister()

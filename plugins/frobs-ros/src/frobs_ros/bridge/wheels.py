@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 
 from frobs_core.models.defaults import BANDWIDTH
+from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.poses import Motion, Place, write_pose, write_twist
 from frobs_ros.bridge.world import NANO, World
+
+_RENEWED = 0.005  # [s] between two commands while the speed changes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,6 +150,53 @@ class Driver:
 
 def _towards(present: float, wanted: float, most: float) -> float:
     return present + max(-most, min(most, wanted - present))
+
+
+class Driving(Component):
+    """A part that drives on two wheels: listens to twists, and publishes where they have brought the robot."""
+
+    def listen(self, driver: Driver, command: str, odom: str, frames: tuple[str, str], tf: bool) -> None:
+        """Connect to the ROS graph; a constructor's last call.
+
+        Args:
+            driver: Of the wheels.
+            command: Topic of the twists.
+            odom: Topic of the odometry.
+            frames: Of the odometry, and of the base.
+            tf: Whether to publish the transform too.
+        """
+        import rospy
+        from geometry_msgs.msg import Twist
+        from nav_msgs.msg import Odometry
+        from tf2_msgs.msg import TFMessage
+
+        self._driver, self._frames, self._last_ns = driver, frames, 0
+        self.own(rospy.Subscriber(command, Twist, driver.take, queue_size=1, tcp_nodelay=True))
+        self._odom = self.own(rospy.Publisher(odom, Odometry, queue_size=10, tcp_nodelay=True))
+        self._tf = self.own(rospy.Publisher("/tf", TFMessage, queue_size=10)) if tf else None
+
+    def most_steps(self, world: World) -> int | None:
+        """A few while the speed changes."""
+        return max(1, round(_RENEWED / world.timestep)) if self._driver.is_changing else None
+
+    def before(self, world: World, steps: int) -> None:
+        """Set what the wheels follow."""
+        self._driver.command(world, steps)
+
+    def where(self) -> tuple[Place, Motion]:
+        """Return the place and the motion that the odometry tells: those by the wheels."""
+        return self._driver.place, self._driver.motion
+
+    def tell(self, world: World) -> None:
+        """Publish where the base is."""
+        span, self._last_ns = (world.time_ns - self._last_ns) / NANO, world.time_ns
+        if span <= 0.0:
+            return
+        self._driver.reckon(span)
+        odom, transform = odometry(*self._frames, self._stamps.next(world), *self.where())
+        self._odom.publish(odom)
+        if self._tf is not None:
+            self._tf.publish([transform])
 
 
 def odometry(frame: str, child: str, stamp: Any, place: Place, motion: Motion) -> tuple[Any, Any]:

@@ -1,10 +1,13 @@
-"""Models come: from URDF and SDF, as a file, a file of a package, a text, or a parameter.
+"""Spawn models from URDF and SDF: from a file, a file of a package, a text, or a parameter.
 
 Each function returns whether the model is there and what the simulation says; a False is logged with its reason.
 """
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
 from typing import Any
 
@@ -17,25 +20,7 @@ from frobs_ros.packages import find_file
 from frobs_ros.ros_urdf import parse_model
 from frobs_ros.services import call
 
-
-@answers(False, pair=True)
-def gazebo_spawn_urdf_path(
-    model_path: str,
-    model_name: str = "robot1",
-    robot_namespace: str = "/",
-    reference_frame: str = "world",
-    pos_x: float = 0.0,
-    pos_y: float = 0.0,
-    pos_z: float = 0.0,
-    ori_x: float = 0.0,
-    ori_y: float = 0.0,
-    ori_z: float = 0.0,
-    ori_w: float = 1.0,
-) -> tuple[bool, str]:
-    """Spawn a model from a URDF or xacro file.
-
-    Args:
-        model_path: The file.
+_PLACE_DOC = """
         model_name: Its name in the simulation; none may be taken twice.
         robot_namespace: Of its topics and of its controller manager.
         reference_frame: The model or link that the pose is relative to; ``"world"`` for none.
@@ -50,293 +35,23 @@ def gazebo_spawn_urdf_path(
     Returns:
         Whether the model is there; what the simulation says, or why it was not asked.
     """
-    pose = ((pos_x, pos_y, pos_z), (ori_x, ori_y, ori_z, ori_w))
-    return _spawn("spawn_urdf_model", parse_model(Path(model_path)), model_name, robot_namespace, reference_frame, pose)
-
-
-@answers(False, pair=True)
-def gazebo_spawn_urdf_pkg(
-    pkg_name: str,
-    file_name: str,
-    file_folder: str = "/urdf",
-    model_name: str = "robot1",
-    robot_namespace: str = "/",
-    reference_frame: str = "world",
-    pos_x: float = 0.0,
-    pos_y: float = 0.0,
-    pos_z: float = 0.0,
-    ori_x: float = 0.0,
-    ori_y: float = 0.0,
-    ori_z: float = 0.0,
-    ori_w: float = 1.0,
-) -> tuple[bool, str]:
-    """Spawn a model from a URDF or xacro file of a ROS package.
-
-    Args:
-        pkg_name: The ROS package that holds it.
-        file_name: The file.
-        file_folder: Its folder in the package.
-        model_name: Its name in the simulation; none may be taken twice.
-        robot_namespace: Of its topics and of its controller manager.
-        reference_frame: The model or link that the pose is relative to; ``"world"`` for none.
-        pos_x: [m]
-        pos_y: [m]
-        pos_z: [m]
-        ori_x: Of a quaternion of length 1; four zeros are no rotation.
-        ori_y: Of the quaternion.
-        ori_z: Of the quaternion.
-        ori_w: Scalar of the quaternion.
-
-    Returns:
-        Whether the model is there; what the simulation says, or why it was not asked.
-    """
-    pose = ((pos_x, pos_y, pos_z), (ori_x, ori_y, ori_z, ori_w))
-    return _spawn(
-        "spawn_urdf_model",
-        parse_model(find_file(pkg_name, file_folder, file_name)),
-        model_name,
-        robot_namespace,
-        reference_frame,
-        pose,
-    )
-
-
-@answers(False, pair=True)
-def gazebo_spawn_urdf_string(
-    model_string: str,
-    model_name: str = "robot1",
-    robot_namespace: str = "/",
-    reference_frame: str = "world",
-    pos_x: float = 0.0,
-    pos_y: float = 0.0,
-    pos_z: float = 0.0,
-    ori_x: float = 0.0,
-    ori_y: float = 0.0,
-    ori_z: float = 0.0,
-    ori_w: float = 1.0,
-) -> tuple[bool, str]:
-    """Spawn a model from a URDF text.
-
-    Args:
-        model_string: The model.
-        model_name: Its name in the simulation; none may be taken twice.
-        robot_namespace: Of its topics and of its controller manager.
-        reference_frame: The model or link that the pose is relative to; ``"world"`` for none.
-        pos_x: [m]
-        pos_y: [m]
-        pos_z: [m]
-        ori_x: Of a quaternion of length 1; four zeros are no rotation.
-        ori_y: Of the quaternion.
-        ori_z: Of the quaternion.
-        ori_w: Scalar of the quaternion.
-
-    Returns:
-        Whether the model is there; what the simulation says, or why it was not asked.
-    """
-    pose = ((pos_x, pos_y, pos_z), (ori_x, ori_y, ori_z, ori_w))
-    return _spawn("spawn_urdf_model", model_string, model_name, robot_namespace, reference_frame, pose)
-
-
-@answers(False, pair=True)
-def gazebo_spawn_urdf_param(
-    param_name: str,
-    model_name: str = "robot1",
-    robot_namespace: str = "/",
-    reference_frame: str = "world",
-    pos_x: float = 0.0,
-    pos_y: float = 0.0,
-    pos_z: float = 0.0,
-    ori_x: float = 0.0,
-    ori_y: float = 0.0,
-    ori_z: float = 0.0,
-    ori_w: float = 1.0,
-) -> tuple[bool, str]:
-    """Spawn a model from a URDF on the parameter server.
-
-    Args:
-        param_name: The parameter that holds the model.
-        model_name: Its name in the simulation; none may be taken twice.
-        robot_namespace: Of its topics and of its controller manager.
-        reference_frame: The model or link that the pose is relative to; ``"world"`` for none.
-        pos_x: [m]
-        pos_y: [m]
-        pos_z: [m]
-        ori_x: Of a quaternion of length 1; four zeros are no rotation.
-        ori_y: Of the quaternion.
-        ori_z: Of the quaternion.
-        ori_w: Scalar of the quaternion.
-
-    Returns:
-        Whether the model is there; what the simulation says, or why it was not asked.
-    """
-    pose = ((pos_x, pos_y, pos_z), (ori_x, ori_y, ori_z, ori_w))
-    return _spawn("spawn_urdf_model", _parameter(param_name), model_name, robot_namespace, reference_frame, pose)
-
-
-@answers(False, pair=True)
-def gazebo_spawn_sdf_path(
-    model_path: str,
-    model_name: str = "robot1",
-    robot_namespace: str = "/",
-    reference_frame: str = "world",
-    pos_x: float = 0.0,
-    pos_y: float = 0.0,
-    pos_z: float = 0.0,
-    ori_x: float = 0.0,
-    ori_y: float = 0.0,
-    ori_z: float = 0.0,
-    ori_w: float = 1.0,
-) -> tuple[bool, str]:
-    """Spawn a model from an SDF file.
-
-    Args:
-        model_path: The file.
-        model_name: Its name in the simulation; none may be taken twice.
-        robot_namespace: Of its topics and of its controller manager.
-        reference_frame: The model or link that the pose is relative to; ``"world"`` for none.
-        pos_x: [m]
-        pos_y: [m]
-        pos_z: [m]
-        ori_x: Of a quaternion of length 1; four zeros are no rotation.
-        ori_y: Of the quaternion.
-        ori_z: Of the quaternion.
-        ori_w: Scalar of the quaternion.
-
-    Returns:
-        Whether the model is there; what the simulation says, or why it was not asked.
-    """
-    pose = ((pos_x, pos_y, pos_z), (ori_x, ori_y, ori_z, ori_w))
-    return _spawn("spawn_sdf_model", _read(Path(model_path)), model_name, robot_namespace, reference_frame, pose)
-
-
-@answers(False, pair=True)
-def gazebo_spawn_sdf_pkg(
-    pkg_name: str,
-    file_name: str,
-    file_folder: str = "sdf",
-    model_name: str = "robot1",
-    robot_namespace: str = "/",
-    reference_frame: str = "world",
-    pos_x: float = 0.0,
-    pos_y: float = 0.0,
-    pos_z: float = 0.0,
-    ori_x: float = 0.0,
-    ori_y: float = 0.0,
-    ori_z: float = 0.0,
-    ori_w: float = 1.0,
-) -> tuple[bool, str]:
-    """Spawn a model from an SDF file of a ROS package.
-
-    Args:
-        pkg_name: The ROS package that holds it.
-        file_name: The file.
-        file_folder: Its folder in the package.
-        model_name: Its name in the simulation; none may be taken twice.
-        robot_namespace: Of its topics and of its controller manager.
-        reference_frame: The model or link that the pose is relative to; ``"world"`` for none.
-        pos_x: [m]
-        pos_y: [m]
-        pos_z: [m]
-        ori_x: Of a quaternion of length 1; four zeros are no rotation.
-        ori_y: Of the quaternion.
-        ori_z: Of the quaternion.
-        ori_w: Scalar of the quaternion.
-
-    Returns:
-        Whether the model is there; what the simulation says, or why it was not asked.
-    """
-    pose = ((pos_x, pos_y, pos_z), (ori_x, ori_y, ori_z, ori_w))
-    return _spawn(
-        "spawn_sdf_model",
-        _read(find_file(pkg_name, file_folder, file_name)),
-        model_name,
-        robot_namespace,
-        reference_frame,
-        pose,
-    )
-
-
-@answers(False, pair=True)
-def gazebo_spawn_sdf_string(
-    model_string: str,
-    model_name: str = "robot1",
-    robot_namespace: str = "/",
-    reference_frame: str = "world",
-    pos_x: float = 0.0,
-    pos_y: float = 0.0,
-    pos_z: float = 0.0,
-    ori_x: float = 0.0,
-    ori_y: float = 0.0,
-    ori_z: float = 0.0,
-    ori_w: float = 1.0,
-) -> tuple[bool, str]:
-    """Spawn a model from an SDF text.
-
-    Args:
-        model_string: The model.
-        model_name: Its name in the simulation; none may be taken twice.
-        robot_namespace: Of its topics and of its controller manager.
-        reference_frame: The model or link that the pose is relative to; ``"world"`` for none.
-        pos_x: [m]
-        pos_y: [m]
-        pos_z: [m]
-        ori_x: Of a quaternion of length 1; four zeros are no rotation.
-        ori_y: Of the quaternion.
-        ori_z: Of the quaternion.
-        ori_w: Scalar of the quaternion.
-
-    Returns:
-        Whether the model is there; what the simulation says, or why it was not asked.
-    """
-    pose = ((pos_x, pos_y, pos_z), (ori_x, ori_y, ori_z, ori_w))
-    return _spawn("spawn_sdf_model", model_string, model_name, robot_namespace, reference_frame, pose)
-
-
-@answers(False, pair=True)
-def gazebo_spawn_sdf_param(
-    param_name: str,
-    model_name: str = "robot1",
-    robot_namespace: str = "/",
-    reference_frame: str = "world",
-    pos_x: float = 0.0,
-    pos_y: float = 0.0,
-    pos_z: float = 0.0,
-    ori_x: float = 0.0,
-    ori_y: float = 0.0,
-    ori_z: float = 0.0,
-    ori_w: float = 1.0,
-) -> tuple[bool, str]:
-    """Spawn a model from an SDF on the parameter server.
-
-    Args:
-        param_name: The parameter that holds the model.
-        model_name: Its name in the simulation; none may be taken twice.
-        robot_namespace: Of its topics and of its controller manager.
-        reference_frame: The model or link that the pose is relative to; ``"world"`` for none.
-        pos_x: [m]
-        pos_y: [m]
-        pos_z: [m]
-        ori_x: Of a quaternion of length 1; four zeros are no rotation.
-        ori_y: Of the quaternion.
-        ori_z: Of the quaternion.
-        ori_w: Scalar of the quaternion.
-
-    Returns:
-        Whether the model is there; what the simulation says, or why it was not asked.
-    """
-    pose = ((pos_x, pos_y, pos_z), (ori_x, ori_y, ori_z, ori_w))
-    return _spawn("spawn_sdf_model", _parameter(param_name), model_name, robot_namespace, reference_frame, pose)
 
 
 def _spawn(
     service: str,
     text: str,
-    model_name: str,
-    robot_namespace: str,
-    reference_frame: str,
-    pose: tuple[tuple[float, float, float], tuple[float, float, float, float]],
+    model_name: str = "robot1",
+    robot_namespace: str = "/",
+    reference_frame: str = "world",
+    pos_x: float = 0.0,
+    pos_y: float = 0.0,
+    pos_z: float = 0.0,
+    ori_x: float = 0.0,
+    ori_y: float = 0.0,
+    ori_z: float = 0.0,
+    ori_w: float = 1.0,
 ) -> tuple[bool, str]:
-    """Ask the simulation.
+    """Call a spawn service.
 
     Raises:
         ServiceError: It refuses.
@@ -345,10 +60,124 @@ def _spawn(
     from gazebo_msgs.srv import SpawnModel
 
     name = f"/gazebo/{service}"
-    answer = call(name, SpawnModel, model_name, text, robot_namespace, pose_message(*pose), reference_frame)
+    pose = pose_message((pos_x, pos_y, pos_z), (ori_x, ori_y, ori_z, ori_w))
+    answer = call(name, SpawnModel, model_name, text, robot_namespace, pose, reference_frame)
     if not answer.success:
         raise RefusedError(name, answer.status_message)
     return True, answer.status_message
+
+
+_PLACE = list(inspect.signature(_spawn).parameters.values())[2:]
+"""The parameters that all of FRobs_RL's spawn functions share."""
+
+
+def _spawns(service: str) -> Callable[[Callable[..., str]], Callable[..., tuple[bool, str]]]:
+    """Turn a function that returns a model's text into one that spawns it, and that also takes the place.
+
+    Args:
+        service: Name of Gazebo's service.
+    """
+
+    def decorate(read: Callable[..., str]) -> Callable[..., tuple[bool, str]]:
+        source = inspect.signature(read)
+        signature = inspect.Signature([*source.parameters.values(), *_PLACE], return_annotation="tuple[bool, str]")
+
+        @answers(False, pair=True)
+        @wraps(read)
+        def spawn(*args: Any, **kwargs: Any) -> tuple[bool, str]:
+            place = dict(signature.bind(*args, **kwargs).arguments)
+            model = {name: place.pop(name) for name in source.parameters if name in place}
+            return _spawn(service, read(**model), **place)
+
+        spawn.__signature__ = signature  # type: ignore[attr-defined]
+        spawn.__doc__ = (read.__doc__ or "").rstrip() + _PLACE_DOC
+        return spawn
+
+    return decorate
+
+
+@_spawns("spawn_urdf_model")
+def gazebo_spawn_urdf_path(model_path: str) -> str:
+    """Spawn a model from a URDF or xacro file.
+
+    Args:
+        model_path: The file.
+    """
+    return parse_model(Path(model_path))
+
+
+@_spawns("spawn_urdf_model")
+def gazebo_spawn_urdf_pkg(pkg_name: str, file_name: str, file_folder: str = "/urdf") -> str:
+    """Spawn a model from a URDF or xacro file of a ROS package.
+
+    Args:
+        pkg_name: The ROS package that holds it.
+        file_name: The file.
+        file_folder: Its folder in the package.
+    """
+    return parse_model(find_file(pkg_name, file_folder, file_name))
+
+
+@_spawns("spawn_urdf_model")
+def gazebo_spawn_urdf_string(model_string: str) -> str:
+    """Spawn a model from a URDF text.
+
+    Args:
+        model_string: The model.
+    """
+    return model_string
+
+
+@_spawns("spawn_urdf_model")
+def gazebo_spawn_urdf_param(param_name: str) -> str:
+    """Spawn a model from a URDF on the parameter server.
+
+    Args:
+        param_name: The parameter that holds the model.
+    """
+    return _parameter(param_name)
+
+
+@_spawns("spawn_sdf_model")
+def gazebo_spawn_sdf_path(model_path: str) -> str:
+    """Spawn a model from an SDF file.
+
+    Args:
+        model_path: The file.
+    """
+    return _read(Path(model_path))
+
+
+@_spawns("spawn_sdf_model")
+def gazebo_spawn_sdf_pkg(pkg_name: str, file_name: str, file_folder: str = "sdf") -> str:
+    """Spawn a model from an SDF file of a ROS package.
+
+    Args:
+        pkg_name: The ROS package that holds it.
+        file_name: The file.
+        file_folder: Its folder in the package.
+    """
+    return _read(find_file(pkg_name, file_folder, file_name))
+
+
+@_spawns("spawn_sdf_model")
+def gazebo_spawn_sdf_string(model_string: str) -> str:
+    """Spawn a model from an SDF text.
+
+    Args:
+        model_string: The model.
+    """
+    return model_string
+
+
+@_spawns("spawn_sdf_model")
+def gazebo_spawn_sdf_param(param_name: str) -> str:
+    """Spawn a model from an SDF on the parameter server.
+
+    Args:
+        param_name: The parameter that holds the model.
+    """
+    return _parameter(param_name)
 
 
 class RefusedError(ServiceError):
@@ -371,7 +200,7 @@ def _read(path: Path) -> str:
         raise ServiceError("/gazebo/spawn_sdf_model", f"{path} cannot be read: {error}") from error
 
 
-def _parameter(name: str) -> Any:
+def _parameter(name: str) -> str:
     master = connect()
     if not master.hasParam(name):
         raise MasterError(master_uri(), f"there is no parameter '{name}'")

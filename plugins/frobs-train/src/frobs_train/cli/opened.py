@@ -56,7 +56,9 @@ ModelSettings = Annotated[
 Trust = Annotated[
     bool,
     typer.Option(
-        "--trust", help="Open --model also where that executes code that it holds: only if you know its author."
+        "--trust",
+        help="Open --model also where that executes code that it holds, and a bundle also where it names files, modules "
+        "or wrappers to import: only if you know its author.",
     ),
 ]
 
@@ -75,6 +77,7 @@ def open_run(
         ConfigurationError: A flag that belongs to ``--model`` stands alone, or a setting cannot be used.
         RunError: The folder is no run, or no policy comes with the ID.
         BundleError: The file is no bundle.
+        UntrustedFileError: The bundle needs ``--trust``.
     """
     from frobs_core.registry import bare_id, pretrained_ids
     from frobs_train import ModelFile, open_pretrained
@@ -84,13 +87,15 @@ def open_run(
         raise ConflictingOptionsError(["--model", "--pretrained"])
     if model is not None:
         return ModelFile(model, str(run), algorithm, settings or (), trust)
-    for flag, given in (("--algorithm", algorithm), ("--set", settings), ("--trust", trust)):
+    for flag, given in (("--algorithm", algorithm), ("--set", settings), ("--trust", trust and run.is_dir())):
         if given:
-            raise CommandLineError(flag, "it belongs to --model FILE; a run stores its own settings.")
+            raise CommandLineError(
+                flag, "it belongs to --model FILE; a run stores its own settings, and its folder is always trusted."
+            )
     if pretrained:
         return open_pretrained(str(run))
     if not run.exists() and bare_id(str(run)) in pretrained_ids():
         raise CommandLineError(
             str(run), "this is an ID, not a run; add --pretrained to use the policy that comes with it."
         )
-    return open_run_or_bundle(run)
+    return open_run_or_bundle(run, trust)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, NoReturn, Self
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Action, Mask
 from frobs_core.errors import RunError
-from frobs_core.interfaces.algorithm import Algorithm, TrainingMonitor
 from frobs_core.interfaces.task import Observation
 from frobs_core.validation import validate
 from frobs_deploy import Bundle, Policy, read_bundle
@@ -20,25 +19,37 @@ from frobs_train.configuration.config import RunConfig
 from frobs_train.environments import make_vector_env
 from frobs_train.export.export_facts import environment_facts, spaces_facts
 from frobs_train.export.pretrained import read_pretrained
+from frobs_train.export.untrusted import check_config
 from frobs_train.runs.run import Run
 
 
 class BundleRun(Run):
     """What a bundle says about the run that it came from, and its policy.
 
+    Args:
+        bundle: What was read.
+        trust: Build its environment also where it names a file, a module or a wrapper that is not listed.
+
     Attributes:
         path: The bundle.
         config: Of the run.
         bundle: What was read.
+
+    Raises:
+        BundleError: It does not say how its policy was trained.
+        ConfigurationError: The configuration in it is damaged.
+        UntrustedFileError: Its environment needs trust; see :mod:`frobs_train.export.untrusted`.
     """
 
-    def __init__(self, bundle: Bundle) -> None:
+    def __init__(self, bundle: Bundle, trust: bool = False) -> None:
         training = bundle.manifest.get("training")
         if not isinstance(training, Mapping) or not isinstance(training.get("config"), Mapping):
             raise BundleError(
                 bundle.path, "does not say how its policy was trained, so there is nothing to play it in."
             )
         super().__init__(bundle.path, validate(RunConfig, training["config"], f"the configuration in {bundle.path}"))
+        if not trust:
+            check_config(bundle.path, self.config)
         self.bundle = bundle
         self.steps = int(training.get("steps") or 0)
 
@@ -63,8 +74,8 @@ class BundleRun(Run):
         return BundlePolicy(policy, observation_space, action_space), self.steps
 
 
-class BundlePolicy(Algorithm):
-    """A bundle's policy as an algorithm that can only predict.
+class BundlePolicy:
+    """A bundle's policy, which has the spaces and ``predict`` of an algorithm.
 
     Args:
         policy: The policy.
@@ -96,40 +107,6 @@ class BundlePolicy(Algorithm):
             self._policy.reset(episode_start)
         return self._policy.act(observation), None
 
-    @classmethod
-    def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
-        """Refuse.
-
-        Raises:
-            RunError: Always.
-        """
-        _refuse()
-
-    def train(self, steps: int, monitor: TrainingMonitor) -> None:
-        """Refuse.
-
-        Raises:
-            RunError: Always.
-        """
-        _refuse()
-
-    def save(self, folder: Path, previous: Path | None = None) -> None:
-        """Refuse.
-
-        Raises:
-            RunError: Always.
-        """
-        _refuse()
-
-    @classmethod
-    def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
-        """Refuse.
-
-        Raises:
-            RunError: Always.
-        """
-        _refuse()
-
 
 def open_pretrained(environment: str) -> BundleRun:
     """Open the trained policy that comes with an ID, to be evaluated and played as a run is.
@@ -143,7 +120,7 @@ def open_pretrained(environment: str) -> BundleRun:
         BundleError: The file is missing, damaged, or of another ID.
         ConfigurationError: The configuration in it is damaged.
     """
-    return BundleRun(read_pretrained(environment))
+    return BundleRun(read_pretrained(environment), trust=True)  # it is a part of an installed distribution
 
 
 def changes_since(run: BundleRun) -> list[str]:
@@ -173,16 +150,17 @@ def _changes(then: Any, now: Any, name: str = "") -> Iterator[str]:
         yield f"{name} was {then}, and is {now} now"
 
 
-def open_run_or_bundle(path: Path | str) -> Run:
+def open_run_or_bundle(path: Path | str, trust: bool = False) -> Run:
     """Open a run folder, or a policy bundle in the place of one.
+
+    Args:
+        path: The folder or the bundle.
+        trust: As :class:`BundleRun` takes it.
 
     Raises:
         RunError: It is a folder, and no run's.
         BundleError: It is a file, and no bundle.
         ConfigurationError: The configuration in it is damaged.
+        UntrustedFileError: The bundle needs trust.
     """
     return BundleRun(read_bundle(path)) if Path(path).is_file() else Run.open(path)
-
-
-def _refuse() -> NoReturn:
-    raise RunError("a policy bundle can only act; train the run that it came from.")

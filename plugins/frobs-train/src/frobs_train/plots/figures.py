@@ -30,7 +30,7 @@ def make_figure(width: float, height: float) -> Any:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError as error:
-        raise RunError("a plot needs matplotlib: pip install 'frobs-core[plots]'.") from error
+        raise RunError("a plot needs matplotlib: pip install 'frobs-train[plots]'.") from error
     figure = Figure(figsize=(width, height), dpi=150, layout="constrained")
     FigureCanvasAgg(figure)
     return figure

@@ -24,7 +24,7 @@ def plot_comparison(found: Comparison, path: Path | str) -> Path:
     its seeds reached in the end (dots), their interquartile mean (line) and its 95 % interval (band).
 
     Args:
-        found: From :func:`frobs_train.comparison.compare`.
+        found: From :func:`frobs_train.compare`.
         path: The file.
 
     Returns:

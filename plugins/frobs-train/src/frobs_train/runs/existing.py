@@ -6,7 +6,8 @@ from collections.abc import Callable
 from itertools import count
 from pathlib import Path
 
-from frobs_core.errors import ParameterValueError, RunError, nearest
+from frobs_core.errors import RunError
+from frobs_core.validation import choice
 from frobs_train.configuration.config import RunConfig
 from frobs_train.errors import RunExistsError
 from frobs_train.runs.lock import RunLock
@@ -31,10 +32,7 @@ def settle_existing(path: Path, on_existing: str) -> Path:
         RunError: It is no run, and would have to be removed or continued.
         RunBusyError: Another process trains in it, and it would have to be removed.
     """
-    if on_existing not in ON_EXISTING:
-        similar = nearest(on_existing, ON_EXISTING) or "error"
-        rule = f"one of {', '.join(ON_EXISTING)}; the most similar is '{similar}'"
-        raise ParameterValueError("on_existing", on_existing, rule)
+    choice("on_existing", on_existing, ON_EXISTING)
     if not path.exists():
         return path
     if on_existing == "error":

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import gymnasium as gym
 
@@ -17,9 +17,6 @@ from frobs_core.yaml import merge
 from frobs_train.configuration.config import RunConfig, algorithm_record
 from frobs_train.configuration.resolve import read_setting
 from frobs_train.runs.run import Run
-
-if TYPE_CHECKING:
-    from frobs_core.interfaces.algorithm import Algorithm
 
 
 class ModelFile(Run):
@@ -56,7 +53,7 @@ class ModelFile(Run):
         given = merge({"environment": environment, "seed": 0}, *(read_setting(setting) for setting in settings))
         super().__init__(path, validate(RunConfig, given, "a model file"))
 
-    def load_policy(self, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> tuple[Algorithm, int]:
+    def load_policy(self, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> tuple[Any, int]:
         """Open the file for an environment.
 
         Args:
@@ -73,10 +70,7 @@ class ModelFile(Run):
         """
         module, _, function = self._opener.partition(":")
         opener = getattr(import_module(module), function)
-        return cast(
-            "tuple[Algorithm, int]",
-            opener(self.path, observation_space, action_space, self._algorithm, self._trust),
-        )
+        return opener(self.path, observation_space, action_space, self._algorithm, self._trust)
 
 
 def _opener(file: Path, algorithm: str | None) -> str:

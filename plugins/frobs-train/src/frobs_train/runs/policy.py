@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from typing import Any
+from typing import Any, cast
 
 import gymnasium as gym
 
@@ -29,7 +29,8 @@ def load_policy(
         checkpoint: ``"newest"`` that is undamaged, ``"best"``, or its environment steps.
 
     Returns:
-        The algorithm, and the environment steps that it had trained for.
+        The algorithm, and the environment steps that it had trained for. Of a bundle or a model file only the spaces and
+        ``predict`` can be used.
 
     Raises:
         CheckpointError: The checkpoint is not there, or none is usable.
@@ -39,7 +40,7 @@ def load_policy(
         if checkpoint != "newest":
             what = "policy bundle" if isinstance(run, BundleRun) else "model file"
             raise RunError(f"{run.path} is a {what}, which holds one policy; leave out --checkpoint.")
-        return run.load_policy(observation_space, action_space)
+        return cast("tuple[Algorithm, int]", run.load_policy(observation_space, action_space))
     algorithm, steps = _load(run, checkpoint)
     for what, trained, now in (
         ("observation", algorithm.observation_space, observation_space),

@@ -98,7 +98,7 @@ def open_study(name: str, storage: str, sampler: str, pruner: str, seeds: int) -
     try:
         import optuna
     except ImportError as error:
-        raise RunError("a search needs Optuna: pip install 'frobs-core[tune]'.") from error
+        raise RunError("a search needs Optuna: pip install 'frobs-train[tune]'.") from error
     for what, value, known in (("sampler", sampler, SAMPLERS), ("pruner", pruner, PRUNERS)):
         if value not in known:
             raise ParameterValueError(what, value, f"one of {', '.join(known)}")

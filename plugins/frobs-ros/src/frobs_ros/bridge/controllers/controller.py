@@ -107,6 +107,7 @@ class Controller(Component):
     def reset(self, world: World) -> None:
         """Begin anew: the robot is back where it was spawned."""
         self.start(world)
+        self._stamps.reset()
 
 
 def listed(parameters: Mapping[str, Any], *names: str) -> list[str]:

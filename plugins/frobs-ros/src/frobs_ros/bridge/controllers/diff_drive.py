@@ -7,17 +7,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from frobs_core.interfaces import CommandMode
-from frobs_ros.bridge.component import Stamps
 from frobs_ros.bridge.controllers.controller import Controller, listed
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.wheels import Base, Driver, odometry
-from frobs_ros.bridge.world import NANO, World
+from frobs_ros.bridge.wheels import Base, Driver, Driving
+from frobs_ros.bridge.world import World
 from frobs_ros.errors import ControllerError
 
-_RENEWED = 0.005  # [s] between two commands while the speed changes
 
-
-class DiffDriveController(Controller):
+class DiffDriveController(Driving, Controller):
     """Listens to ``cmd_vel``, tells ``odom`` and the transform of it.
 
     The wheels' separation and radius must be parameters; ros_control can also measure them in the robot's file.
@@ -31,11 +28,6 @@ class DiffDriveController(Controller):
     """
 
     def __init__(self, model: Model, topic: str, parameters: Mapping[str, Any]) -> None:
-        import rospy
-        from geometry_msgs.msg import Twist
-        from nav_msgs.msg import Odometry
-        from tf2_msgs.msg import TFMessage
-
         rate = float(parameters.get("publish_rate", 50.0))
         super().__init__(model, topic, parameters, CommandMode.VELOCITY, rate)
         left, right = listed(parameters, "left_wheel"), listed(parameters, "right_wheel")
@@ -44,7 +36,7 @@ class DiffDriveController(Controller):
             if not float(parameters.get(name, 0.0)) > 0.0:
                 raise ControllerError(topic, f"needs the parameter {name} [m], above 0.")
         linear, angular = (parameters.get(a, {}).get(b, {}) for a, b in (("linear", "x"), ("angular", "z")))
-        self._driver = Driver(
+        driver = Driver(
             model,
             Base(
                 left=tuple(model.joints[name] for name in left),
@@ -59,14 +51,9 @@ class DiffDriveController(Controller):
                 timeout=float(parameters.get("cmd_vel_timeout", 0.5)),
             ),
         )
-        self._frames = parameters.get("odom_frame_id", "odom"), parameters.get("base_frame_id", "base_link")
-        self._last_ns = 0
-        self._stamps = Stamps()
-        self._subscriber = rospy.Subscriber(
-            f"{topic}/cmd_vel", Twist, self._driver.take, queue_size=1, tcp_nodelay=True
-        )
-        self._odom = rospy.Publisher(f"{topic}/odom", Odometry, queue_size=10, tcp_nodelay=True)
-        self._tf = rospy.Publisher("/tf", TFMessage, queue_size=10) if parameters.get("enable_odom_tf", True) else None
+        frames = parameters.get("odom_frame_id", "odom"), parameters.get("base_frame_id", "base_link")
+        tf = parameters.get("enable_odom_tf", True)
+        self.listen(driver, f"{topic}/cmd_vel", f"{topic}/odom", frames, tf)
 
     def start(self, world: World) -> None:
         """Take over the wheels."""
@@ -74,32 +61,6 @@ class DiffDriveController(Controller):
         self._driver.start(world)
         self._stamps.reset()
         self._last_ns = world.time_ns
-
-    def most_steps(self, world: World) -> int | None:
-        """A few while the speed changes."""
-        return max(1, round(_RENEWED / world.timestep)) if self._driver.is_changing else None
-
-    def before(self, world: World, steps: int) -> None:
-        """Set what the wheels follow."""
-        self._driver.command(world, steps)
-
-    def tell(self, world: World) -> None:
-        """Publish where the wheels have brought the robot."""
-        span, self._last_ns = (world.time_ns - self._last_ns) / NANO, world.time_ns
-        if span <= 0.0:
-            return
-        self._driver.reckon(span)
-        odom, transform = odometry(*self._frames, self._stamps.next(world), self._driver.place, self._driver.motion)
-        self._odom.publish(odom)
-        if self._tf is not None:
-            self._tf.publish([transform])
-
-    def close(self) -> None:
-        """Leave the ROS graph."""
-        self._subscriber.unregister()
-        self._odom.unregister()
-        if self._tf is not None:
-            self._tf.unregister()
 
 
 def _limit(limits: Mapping[str, Any], kind: str) -> float:

@@ -11,7 +11,6 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.interfaces import CommandMode
 from frobs_core.models import JointType
-from frobs_ros.bridge.component import Stamps
 from frobs_ros.bridge.controllers.controller import Controller, listed
 from frobs_ros.bridge.controllers.pid import Pid
 from frobs_ros.bridge.model import Model
@@ -48,9 +47,8 @@ class Commanded(Controller):
         self.claim(listed(parameters, "joints" if group else "joint", "joint_name"))
         self._wanted: Floats | None = None
         self._runs = False
-        self._subscriber = rospy.Subscriber(
-            f"{topic}/command", Float64MultiArray if group else Float64, self._take, queue_size=1, tcp_nodelay=True
-        )
+        kind = Float64MultiArray if group else Float64
+        self.own(rospy.Subscriber(f"{topic}/command", kind, self._take, queue_size=1, tcp_nodelay=True))
 
     def _take(self, message: Any) -> None:
         """Keep what was sent; in rospy's thread."""
@@ -79,10 +77,6 @@ class Commanded(Controller):
             robot = self.robot
             wanted = np.clip(wanted, robot.position_lower[0, self.columns], robot.position_upper[0, self.columns])
         self.command(wanted)
-
-    def close(self) -> None:
-        """Leave the ROS graph."""
-        self._subscriber.unregister()
 
 
 class Regulated(Commanded):
@@ -119,8 +113,9 @@ class Regulated(Commanded):
         self._turns = np.array([joints[name].type is JointType.CONTINUOUS for name in self.joints])
         self._target = np.zeros(len(self.joints))
         self._effort = np.zeros(len(self.joints))
-        self._stamps = Stamps()
-        self._state = None if group else rospy.Publisher(f"{topic}/state", JointControllerState, queue_size=1)
+        self._state = None
+        if not group:
+            self._state = self.own(rospy.Publisher(f"{topic}/state", JointControllerState, queue_size=1))
         self._message = JointControllerState
 
     def most_steps(self, world: World) -> int | None:
@@ -171,9 +166,3 @@ class Regulated(Commanded):
         )
         message.header.stamp = self._stamps.next(world)
         self._state.publish(message)
-
-    def close(self) -> None:
-        """Leave the ROS graph."""
-        super().close()
-        if self._state is not None:
-            self._state.unregister()

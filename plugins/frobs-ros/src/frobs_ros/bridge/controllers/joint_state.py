@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from frobs_ros.bridge.component import Stamps
 from frobs_ros.bridge.controllers.controller import Controller
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.world import World
@@ -26,9 +25,10 @@ class JointStateController(Controller):
         driven = parameters.get("joints", driven)
         self._names = sorted(name for name in model.joints if name in driven)
         self._columns = [model.joints[name] for name in self._names]
-        self._stamps = Stamps()
         space = topic.rpartition("/")[0]
-        self._publisher = rospy.Publisher(f"{space}/joint_states", JointState, queue_size=10, tcp_nodelay=True)
+        self._publisher = self.own(
+            rospy.Publisher(f"{space}/joint_states", JointState, queue_size=10, tcp_nodelay=True)
+        )
         self._message = JointState
 
     def tell(self, world: World) -> None:
@@ -42,12 +42,3 @@ class JointStateController(Controller):
         message.velocity = robot.joint_velocities[0, self._columns].tolist()
         message.effort = robot.joint_efforts[0, self._columns].tolist()
         self._publisher.publish(message)
-
-    def reset(self, world: World) -> None:
-        """Begin anew; the time may have gone back."""
-        super().reset(world)
-        self._stamps.reset()
-
-    def close(self) -> None:
-        """Leave the ROS graph."""
-        self._publisher.unregister()

@@ -12,7 +12,6 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.errors import FrobsError, UnknownNameError
 from frobs_core.interfaces import CommandMode
-from frobs_ros.bridge.component import Stamps
 from frobs_ros.bridge.controllers.action import start_action_server
 from frobs_ros.bridge.controllers.controller import Controller, listed
 from frobs_ros.bridge.controllers.goal import Points, read_points
@@ -58,12 +57,9 @@ class TrajectoryController(Controller):
         self._desired = (self._held, self._held, self._held)
         self._goal: Any = None
         self._inbox: queue.SimpleQueue[tuple[Points | None, Any]] = queue.SimpleQueue()
-        self._stamps = Stamps()
         self._message = JointTrajectoryControllerState
-        self._state = rospy.Publisher(f"{topic}/state", JointTrajectoryControllerState, queue_size=1)
-        self._subscriber = rospy.Subscriber(
-            f"{topic}/command", JointTrajectory, self._take, queue_size=10, tcp_nodelay=True
-        )
+        self._state = self.own(rospy.Publisher(f"{topic}/state", JointTrajectoryControllerState, queue_size=1))
+        self.own(rospy.Subscriber(f"{topic}/command", JointTrajectory, self._take, queue_size=10, tcp_nodelay=True))
         self._server = start_action_server(
             f"{topic}/follow_joint_trajectory", FollowJointTrajectoryAction, self._accept, self._cancel
         )
@@ -262,6 +258,5 @@ class TrajectoryController(Controller):
     def close(self) -> None:
         """Leave the ROS graph."""
         self._end_goal(None, "the controller was unloaded")
-        self._subscriber.unregister()
-        self._state.unregister()
+        super().close()
         self._server.stop()

@@ -7,14 +7,12 @@ import math
 from frobs_core.errors import UnknownNameError
 from frobs_core.interfaces import CommandMode
 from frobs_core.rotations import quat_conjugate
-from frobs_ros.bridge.component import Component, Stamps
 from frobs_ros.bridge.extras import Plugin
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.wheels import Base, Driver, odometry
-from frobs_ros.bridge.world import NANO, World
+from frobs_ros.bridge.poses import Motion, Place
+from frobs_ros.bridge.wheels import Base, Driver, Driving
+from frobs_ros.bridge.world import World
 from frobs_ros.errors import GazeboElementError
-
-_RENEWED = 0.005  # [s] between two commands while the speed changes
 
 
 class DriveSettings:
@@ -129,7 +127,7 @@ def _base(
     )
 
 
-class Drive(Component):
+class Drive(Driving):
     """Drives on two wheels.
 
     Args:
@@ -140,59 +138,25 @@ class Drive(Component):
     """
 
     def __init__(self, world: World, model: Model, base: Base, settings: DriveSettings) -> None:
-        import rospy
-        from geometry_msgs.msg import Twist
-        from nav_msgs.msg import Odometry
-        from tf2_msgs.msg import TFMessage
-
         super().__init__(settings.rate)
-        self._model, self._settings = model, settings
+        self._model, self._truth = model, settings.truth
         self._wheels = [*base.left, *base.right]
-        self._driver = Driver(model, base)
-        self._stamps = Stamps()
-        self._last_ns = 0
-        self._subscriber = rospy.Subscriber(settings.command, Twist, self._driver.take, queue_size=1, tcp_nodelay=True)
-        self._odom = rospy.Publisher(settings.odom, Odometry, queue_size=10, tcp_nodelay=True)
-        self._tf = rospy.Publisher("/tf", TFMessage, queue_size=10) if settings.tf else None
+        frames = settings.frame, settings.child
+        self.listen(Driver(model, base), settings.command, settings.odom, frames, settings.tf)
         self._take_over(world)
 
-    def most_steps(self, world: World) -> int | None:
-        """A few while the speed changes."""
-        return max(1, round(_RENEWED / world.timestep)) if self._driver.is_changing else None
-
-    def before(self, world: World, steps: int) -> None:
-        """Set what the wheels follow."""
-        self._driver.command(world, steps)
-
-    def tell(self, world: World) -> None:
-        """Publish where the base is."""
-        span, self._last_ns = (world.time_ns - self._last_ns) / NANO, world.time_ns
-        if span <= 0.0:
-            return
-        self._driver.reckon(span)
-        place, motion = self._driver.place, self._driver.motion
-        if self._settings.truth:
-            place = self._model.place()
-            motion = self._model.motion().turned(quat_conjugate(place.quat_wxyz))
-        stamp = self._stamps.next(world)
-        odom, transform = odometry(self._settings.frame, self._settings.child, stamp, place, motion)
-        self._odom.publish(odom)
-        if self._tf is not None:
-            self._tf.publish([transform])
+    def where(self) -> tuple[Place, Motion]:
+        """Return the true place and motion, or those by the wheels."""
+        if not self._truth:
+            return super().where()
+        place = self._model.place()
+        return place, self._model.motion().turned(quat_conjugate(place.quat_wxyz))
 
     def reset(self, world: World) -> None:
         """Begin anew."""
         super().reset(world)
-        self._stamps.reset()
         self._last_ns = world.time_ns
         self._take_over(world)
-
-    def close(self) -> None:
-        """Leave the ROS graph."""
-        self._subscriber.unregister()
-        self._odom.unregister()
-        if self._tf is not None:
-            self._tf.unregister()
 
     def _take_over(self, world: World) -> None:
         robot = self._model.robot

@@ -8,7 +8,7 @@ import numpy as np
 
 from frobs_core.interfaces import Lidar
 from frobs_core.rotations import quat_conjugate
-from frobs_ros.bridge.component import Component, Stamps
+from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.wheels import odometry
 from frobs_ros.bridge.world import World
@@ -33,10 +33,9 @@ class Scan(Component):
         self._lidar: Lidar = model.description.placement.robot.lidars[sensor]
         super().__init__(self._lidar.rate or 100.0)
         self._model, self._sensor, self._noise = model, sensor, noise
-        self._stamps = Stamps()
         self._random = np.random.default_rng(0)
         self._message = LaserScan
-        self._publisher = rospy.Publisher(topic, LaserScan, queue_size=1, tcp_nodelay=True)
+        self._publisher = self.own(rospy.Publisher(topic, LaserScan, queue_size=1, tcp_nodelay=True))
         angles = self._lidar.angles
         self._fixed = {
             "angle_min": float(angles[0]),
@@ -63,15 +62,6 @@ class Scan(Component):
         message.header.frame_id, message.header.stamp = self._frame, self._stamps.next(world)
         self._publisher.publish(message)
 
-    def reset(self, world: World) -> None:
-        """Begin anew; the time may have gone back."""
-        super().reset(world)
-        self._stamps.reset()
-
-    def close(self) -> None:
-        """Leave the ROS graph."""
-        self._publisher.unregister()
-
 
 class Truth(Component):
     """The true pose and twist of a link as ``nav_msgs/Odometry``: libgazebo_ros_p3d.so.
@@ -90,8 +80,7 @@ class Truth(Component):
 
         super().__init__(rate)
         self._model, self._link, self._frame = model, link, frame
-        self._stamps = Stamps()
-        self._publisher = rospy.Publisher(topic, Odometry, queue_size=1, tcp_nodelay=True)
+        self._publisher = self.own(rospy.Publisher(topic, Odometry, queue_size=1, tcp_nodelay=True))
 
     def tell(self, world: World) -> None:
         """Publish, where somebody listens."""
@@ -100,12 +89,3 @@ class Truth(Component):
         place = self._model.link_place(self._link)
         motion = self._model.link_motion(self._link).turned(quat_conjugate(place.quat_wxyz))
         self._publisher.publish(odometry(self._frame, self._link, self._stamps.next(world), place, motion)[0])
-
-    def reset(self, world: World) -> None:
-        """Begin anew; the time may have gone back."""
-        super().reset(world)
-        self._stamps.reset()
-
-    def close(self) -> None:
-        """Leave the ROS graph."""
-        self._publisher.unregister()

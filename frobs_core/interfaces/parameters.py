@@ -1,0 +1,166 @@
+"""Physical parameters of a simulator whose engine does not keep them for each environment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import PhysicsParameterError, UnknownNameError
+from frobs_core.interfaces.scene import Placement, Scene
+from frobs_core.interfaces.simulation import Snapshot
+from frobs_core.models.model import Link
+
+NAMES = ("mass", "friction", "stiffness", "damping", "joint_damping", "gravity")
+
+
+class Driven(Protocol):
+    """A robot whose drive gains can be written.
+
+    Attributes:
+        joint_damping: (num_envs, dof)
+    """
+
+    joint_damping: Floats
+
+    def drive_gains(self) -> tuple[Floats, Floats]:
+        """Return Kp and Kd, (num_envs, dof) each."""
+
+    def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
+        """Change Kp (0) or Kd (1) of some environments."""
+
+
+class WrittenParameters:
+    """Implements ``parameter`` and ``write_parameter`` of a simulation; a subclass passes changes on to its engine.
+
+    Args:
+        placements: The robots of the scene.
+        scene: Everything else.
+        robots: The robots' handles; may be filled later.
+        num_envs: ≥ 1.
+
+    Attributes:
+        written: What was written, by parameter and target: (num_envs, …).
+    """
+
+    def __init__(
+        self, placements: Mapping[str, Placement], scene: Scene, robots: Mapping[str, Driven], num_envs: int
+    ) -> None:
+        self._placements, self._scene, self._robots, self._num_envs = placements, scene, robots, num_envs
+        self.written: dict[tuple[str, str], Floats] = {}
+
+    def apply(self, name: str, target: str, mask: Mask | None) -> None:
+        """Pass a mass, a friction or the gravity that was written on to the engine."""
+        raise NotImplementedError
+
+    def collides(self, target: str) -> bool:
+        """Return whether a scene body or ``robot/link`` has a shape that can touch others."""
+        if target in self._scene.bodies:
+            return self._scene.bodies[target].collides
+        return bool(self._link(target).collisions)
+
+    def check_body(self, name: str) -> None:
+        """Check that a scene body or ``robot/link`` exists.
+
+        Raises:
+            UnknownNameError: There is no such body.
+        """
+        links = [f"{robot}/{link.name}" for robot, placed in self._placements.items() for link in placed.model.links]
+        names = [*self._scene.bodies, *links]
+        if name not in names:
+            raise UnknownNameError("body", name, names)
+
+    def read(self, name: str, target: str) -> Floats:
+        """Return a parameter of each environment, (num_envs, …)."""
+        match name:
+            case "stiffness":
+                return self._robot(target).drive_gains()[0].copy()
+            case "damping":
+                return self._robot(target).drive_gains()[1].copy()
+            case "joint_damping":
+                return self._robot(target).joint_damping.copy()
+            case "mass" | "friction" | "gravity":
+                nominal = self._nominal(name, target)
+                written = self.written.get((name, target))
+                return np.repeat(nominal[None], self._num_envs, axis=0) if written is None else written.copy()
+        raise UnknownNameError("parameter", name, NAMES)
+
+    def write(self, name: str, target: str, values: Floats, mask: Mask | None) -> None:
+        """Change a parameter of the environments of ``mask``."""
+        if name not in NAMES:
+            raise UnknownNameError("parameter", name, NAMES)
+        values = np.asarray(values, np.float64)
+        if name != "gravity" and not (values >= 0).all():
+            raise PhysicsParameterError(name, target, f"must not be negative or NaN: {values.min()}.")
+        rows = slice(None) if mask is None else np.flatnonzero(mask)
+        match name:
+            case "stiffness" | "damping":
+                self._robot(target).write_gains(int(name == "damping"), rows, values)
+            case "joint_damping":
+                self._robot(target).joint_damping[rows] = values
+            case _:
+                whole = self.read(name, target)
+                if name == "mass" and not (values > 0).all():
+                    raise PhysicsParameterError("mass", target, f"must be above 0: {values.min()}.")
+                whole[rows] = values
+                self.written[name, target] = whole
+                self.apply(name, target, mask)
+
+    def snapshot(self) -> Snapshot:
+        """Return what was written, and the drive gains."""
+        state: Snapshot = {f"parameter/{name}:{target}": value.copy() for (name, target), value in self.written.items()}
+        for name, robot in self._robots.items():
+            state[f"stiffness/{name}"], state[f"damping/{name}"] = (gain.copy() for gain in robot.drive_gains())
+        return state
+
+    def restore(self, state: Snapshot) -> None:
+        """Return to a snapshot; parameters that it leaves out return to the values of the scene and the models."""
+        saved = {
+            (name, target): value
+            for key, value in state.items()
+            if key.startswith("parameter/")
+            for name, _, target in [key.removeprefix("parameter/").partition(":")]
+        }
+        for name, target in {*saved, *self.written}:
+            nominal = np.repeat(self._nominal(name, target)[None], self._num_envs, axis=0)
+            value = np.asarray(saved.get((name, target), nominal))
+            if (value != self.read(name, target)).any():
+                self.write(name, target, value, None)
+        for name, robot in self._robots.items():
+            stiffness, damping = robot.drive_gains()
+            stiffness[:], damping[:] = state[f"stiffness/{name}"], state[f"damping/{name}"]
+
+    def _nominal(self, name: str, target: str) -> Floats:
+        """Return the value of the scene or the model."""
+        scene = self._scene
+        if name == "gravity":
+            return np.array(scene.gravity, np.float64)
+        if name == "friction" and target == "floor" and scene.floor:
+            return np.array(1.0)
+        self.check_body(target)
+        if name == "friction" and not self.collides(target):
+            raise PhysicsParameterError("friction", target, "cannot change: it collides with nothing.")
+        if target in scene.bodies:
+            body = scene.bodies[target]
+            friction, mass = body.friction, body.mass
+        else:
+            robot, _, name_of_link = target.partition("/")
+            friction = self._placements[robot].robot.friction.get(name_of_link, 1.0)
+            inertial = self._link(target).inertial
+            mass = None if inertial is None else inertial.mass
+        if name == "friction":
+            return np.array(friction)
+        if mass is None:
+            raise PhysicsParameterError("mass", target, "cannot change: it has no mass.")
+        return np.array(mass)
+
+    def _link(self, target: str) -> Link:
+        robot, _, name = target.partition("/")
+        return next(link for link in self._placements[robot].model.links if link.name == name)
+
+    def _robot(self, name: str) -> Driven:
+        if name not in self._robots:
+            raise UnknownNameError("robot", name, self._robots)
+        return self._robots[name]

@@ -1,0 +1,176 @@
+"""Checks of mesh files before they are parsed: a small file must not become a huge mesh."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import struct
+from collections import Counter, defaultdict
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NoReturn
+from xml.parsers import expat
+
+from frobs_core.errors import ModelFileError
+from frobs_core.models.mesh_files import PIXEL
+
+MAX_PARTS = 2_000
+"""Most parts of a mesh: shapes of one material, each counted as often as the scene shows it."""
+
+MAX_MATERIALS = 1_000
+"""Most materials of an OBJ file; reading it takes the square of them."""
+
+MAX_VERTICES = 12_000_000
+"""Most vertices that the parts of a glTF file may have together."""
+
+_HOLDERS = ("node", "geometry")
+_INSTANCES = ("instance_node", "instance_geometry", "instance_controller")
+_PARTS = ("triangles", "polylist", "polygons", "trifans", "tristrips")
+_MATERIAL = re.compile(rb"^\s*usemtl\s+(.*?)\s*$", re.MULTILINE)
+_GLB, _JSON = 0x46546C67, 0x4E4F534A
+_PIXEL_URI = "data:image/png;base64," + base64.b64encode(PIXEL).decode()
+
+
+def check_collada(path: Path, data: bytes) -> None:
+    """Check a COLLADA file: XML without a document type, whose nodes do not repeat each other without end.
+
+    Raises:
+        ModelFileError: It is something else.
+    """
+    below: dict[str, Counter[str]] = defaultdict(Counter)  # what each node shows, and how often
+    parts: Counter[str] = Counter()  # of each geometry
+    stack: list[str] = [""]
+    parser = expat.ParserCreate()
+
+    def doctype(*_: Any) -> None:
+        raise ModelFileError(path, "the mesh declares a document type (<!DOCTYPE …>), which none needs: remove it.")
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        kind = tag.rpartition(":")[2]
+        if kind in _HOLDERS:
+            name = attributes.get("id") or f"/{parser.CurrentByteIndex}"
+            if kind == "node":
+                below[stack[-1]][name] += 1
+            stack.append(name)
+        elif kind in _INSTANCES:
+            below[stack[-1]][attributes.get("url", "").removeprefix("#")] += 1
+        elif kind in _PARTS:
+            parts[stack[-1]] += 1
+
+    def end(tag: str) -> None:
+        if tag.rpartition(":")[2] in _HOLDERS:
+            stack.pop()
+
+    parser.StartDoctypeDeclHandler = doctype
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
+    try:
+        parser.Parse(data, True)
+    except (expat.ExpatError, LookupError, ValueError) as error:
+        raise ModelFileError(path, f"the mesh is broken: it is not well-formed XML ({error}).") from error
+    _check_parts(path, sum(parts.values()))
+    _check_instances(path, below, parts)
+
+
+def check_obj(path: Path, data: bytes) -> None:
+    """Check an OBJ file: the number of its materials.
+
+    Raises:
+        ModelFileError: There are more than :data:`MAX_MATERIALS`.
+    """
+    materials = len(set(_MATERIAL.findall(data)))
+    if materials > MAX_MATERIALS:
+        _refuse(path, f"has {materials:,} materials", f"{MAX_MATERIALS:,}")
+
+
+def check_gltf(path: Path, data: bytes) -> bytes:
+    """Check a glTF file: the sizes that it claims, and how often its nodes show a mesh.
+
+    Returns:
+        The file without its pictures, which may be huge once they are unpacked.
+
+    Raises:
+        ModelFileError: It claims too much, or is broken.
+    """
+    try:
+        binary = len(data) >= 20 and struct.unpack_from("<I", data)[0] == _GLB
+        length = struct.unpack_from("<I", data, 12)[0] if binary else 0
+        text = data[20 : 20 + length] if binary else data
+        tree = json.loads(text)
+        _check_tree(path, tree)
+        if not tree.get("images"):
+            return data
+        tree["images"] = [{"uri": _PIXEL_URI} for _ in tree["images"]]
+        changed = json.dumps(tree).encode()
+        if not binary:
+            return changed
+        changed += b" " * (-len(changed) % 4)
+        rest = data[20 + length :]
+        return b"".join(
+            [struct.pack("<IIIII", _GLB, 2, 20 + len(changed) + len(rest), len(changed), _JSON), changed, rest]
+        )
+    except ModelFileError:
+        raise
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError, struct.error) as error:
+        raise ModelFileError(path, f"the mesh is broken: {type(error).__name__}: {error}.") from error
+
+
+def _check_tree(path: Path, tree: Any) -> None:
+    counts = [int(accessor["count"]) for accessor in tree.get("accessors", ())]
+    for total in (sum(counts), sum(_vertices(part, counts) for part in _primitives(tree))):
+        if total > MAX_VERTICES or min(counts, default=0) < 0:
+            _refuse(path, f"claims {total:,} vertices", f"{MAX_VERTICES:,}")
+    nodes, meshes = tree.get("nodes", []), tree.get("meshes", [])
+    below: dict[str, Counter[str]] = {}
+    for i, node in enumerate(nodes):
+        below[str(i)] = Counter(map(str, node.get("children", ())))
+        if "mesh" in node:
+            below[str(i)][f"mesh {node['mesh']}"] += 1
+    below[""] = Counter(str(i) for scene in tree.get("scenes", ()) for i in scene.get("nodes", ()))
+    _check_parts(path, len(_primitives(tree)))
+    _check_instances(path, below, {f"mesh {i}": len(mesh["primitives"]) for i, mesh in enumerate(meshes)})
+
+
+def _primitives(tree: Any) -> list[Any]:
+    return [part for mesh in tree.get("meshes", ()) for part in mesh["primitives"]]
+
+
+def _vertices(part: Any, counts: list[int]) -> int:
+    """Return how many vertices a part of a mesh reads."""
+    return sum(counts[i] for i in (*part["attributes"].values(), *([part["indices"]] if "indices" in part else [])))
+
+
+def _check_parts(path: Path, count: int) -> None:
+    if count > MAX_PARTS:
+        _refuse(path, f"has {count:,} parts or more", f"{MAX_PARTS:,}")
+
+
+def _check_instances(path: Path, below: Mapping[str, Mapping[str, int]], parts: Mapping[str, int]) -> None:
+    """Count the parts and the empty nodes that a scene has once all repetition is written out.
+
+    Args:
+        path: The file.
+        below: What each node shows, nodes and geometries, and how often.
+        parts: Of each geometry.
+    """
+    totals: dict[str, int] = {}
+    opened: set[str] = set()
+    for first in below:
+        waiting = [(first, False)]
+        while waiting:
+            name, done = waiting.pop()
+            if done:
+                opened.discard(name)
+                totals[name] = parts.get(name, 0) + sum(n * totals[inner] for inner, n in below.get(name, {}).items())
+                _check_parts(path, totals[name])
+                totals[name] = max(1, totals[name])  # a node that shows nothing costs time too
+            elif name not in totals:
+                if name in opened:
+                    raise ModelFileError(path, "the mesh is broken: a node contains itself.")
+                opened.add(name)
+                waiting += [(name, True), *((inner, False) for inner in below.get(name, {}))]
+
+
+def _refuse(path: Path, what: str, limit: str) -> NoReturn:
+    raise ModelFileError(path, f"the mesh {what}; the limit is {limit}. Simplify it.")

@@ -1,0 +1,124 @@
+"""Checks of an MJCF document before MuJoCo sees it: counts, sizes and files that would take its memory or its time."""
+
+from __future__ import annotations
+
+import struct
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+
+from frobs_core.errors import ModelFileError
+from frobs_core.files import check_regular
+from frobs_core.models.limits import MAX_COEFFICIENT, MAX_INERTIA, MAX_LENGTH, MAX_MASS
+from frobs_core.models.mesh_files import MAX_BYTES
+from frobs_core.models.xmltree import Element
+
+MAX_PIXELS = 2**24
+"""Most pixels of all textures, and most cells of all height fields, of a file together."""
+
+MAX_COUNTS: Mapping[str, int] = {"geom": 3_000, "site": 5_000, "joint": 2_000, "camera": 500, "light": 500}
+"""Most elements of a kind."""
+
+MAX_MJCF_ELEMENTS = 20_000
+"""Most elements of an MJCF file, includes among them."""
+
+MAX_MESH_PARAMETER = 200
+"""Largest parameter of a mesh that MuJoCo makes itself (``<mesh builtin="…" params="…"/>``)."""
+
+_LIMITS: Mapping[str, float] = {
+    "mass": MAX_MASS,
+    "diaginertia": MAX_INERTIA,
+    "fullinertia": MAX_INERTIA,
+    **dict.fromkeys(("size", "pos", "fromto", "scale", "ref", "refpos"), MAX_LENGTH),
+    **dict.fromkeys(("density", "armature", "damping", "stiffness", "frictionloss", "gear", "coef"), MAX_COEFFICIENT),
+}
+_PHYSICAL = ("geom", "inertial", "joint", "body", "frame", "site", "mesh", "hfield", "freejoint", "tendon", "general")
+_FACES_OF_A_CUBE = 6
+
+
+def check_numbers(root: Element) -> None:
+    """Check the number of elements, and the sizes that they have.
+
+    Raises:
+        ModelFileError: One exceeds its limit.
+    """
+    counts = Counter(element.tag for element in root.iter())
+    if counts.total() > MAX_MJCF_ELEMENTS:
+        root.refuse(f"the file has {counts.total():,} elements; the limit is {MAX_MJCF_ELEMENTS:,}.")
+    for tag, most in MAX_COUNTS.items():
+        if counts[tag] > most:
+            root.refuse(f"the file has {counts[tag]:,} <{tag}> elements; the limit is {most:,}.")
+    for tag in _PHYSICAL:
+        for element in root.descendants(tag):
+            for attribute, limit in _LIMITS.items():
+                if attribute in element.attrib:
+                    element.numbers(attribute, limit=limit)
+    for mesh in root.descendants("mesh"):
+        if "builtin" in mesh.attrib and "params" in mesh.attrib:
+            mesh.numbers("params", limit=MAX_MESH_PARAMETER)
+    _check_areas(root)
+
+
+def _check_areas(root: Element) -> None:
+    """Check the pixels and cells that need no file."""
+    for tag, width, height in (("hfield", "ncol", "nrow"), ("texture", "width", "height")):
+        total = 0.0
+        for element in root.descendants(tag):
+            wide, high = element.number(width, "0"), element.number(height, "0")
+            if tag == "texture" and element.get("type", "cube") != "2d":
+                high = max(high, wide * _FACES_OF_A_CUBE)
+            total += max(0.0, wide) * max(0.0, high)
+            _check_area(element, total)
+
+
+def check_asset(element: Element, file: Path, pixels: float) -> float:
+    """Check a file that MuJoCo opens.
+
+    Args:
+        element: What names it.
+        file: The file.
+        pixels: Those of the files that were checked before.
+
+    Returns:
+        Pixels or cells of all files.
+
+    Raises:
+        ModelFileError: It is not a regular file, or exceeds a limit.
+    """
+    try:
+        check_regular(file, MAX_BYTES)
+        with open(file, "rb") as opened:
+            head = opened.read(24)
+    except OSError as error:
+        element.refuse(f"the file '{file}' cannot be used: {error.strerror}.")
+    if element.tag not in ("texture", "hfield"):
+        return pixels
+    if head[:4] == b"\x89PNG" and len(head) == 24:
+        wide, high = struct.unpack(">II", head[16:24])
+    elif len(head) >= 8:
+        wide, high = struct.unpack("<ii", head[:8])  # MuJoCo's own formats
+    else:
+        wide = high = 0
+    pixels += max(0, wide) * max(0, high)
+    _check_area(element, pixels)
+    return pixels
+
+
+def _check_area(element: Element, total: float) -> None:
+    if total > MAX_PIXELS:
+        what = "cells of the height fields" if element.tag == "hfield" else "pixels of the textures"
+        element.refuse(f"there are {total:,.0f} {what}; the limit is {MAX_PIXELS:,}.")
+
+
+def check_mass(element: Element, mass: float) -> None:
+    """Check what a body weighs that is weighed by its shapes.
+
+    Raises:
+        ModelFileError: Its mass exceeds the limit.
+    """
+    if not mass <= MAX_MASS:
+        raise ModelFileError(
+            element.file,
+            f"{element.named()}: its shapes weigh {mass:g} kg; the limit is {MAX_MASS:g} kg.",
+            element.line,
+        )

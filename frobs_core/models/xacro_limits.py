@@ -1,0 +1,111 @@
+"""What one xacro file may cost, so that a small file cannot fill the memory or expand without end."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from frobs_core.errors import ModelFileError
+
+MAX_WORK = 400_000
+"""Most work that the expansion of one file may take, includes and macros included. One unit is one to two microseconds;
+a PR2 takes 135,000."""
+
+MAX_CHARACTERS = 1_000_000
+"""Longest text that an expression, a property or an attribute may become."""
+
+MAX_ITEMS = 100_000
+"""Most values in a list or mapping, those of nested ones included."""
+
+MAX_INTEGER = 2**63
+"""Integers of expressions are smaller than this."""
+
+MAX_EXPRESSION = 5_000
+"""Longest expression [characters]."""
+
+MAX_NESTING = 50
+"""Deepest nesting of lists and mappings."""
+
+_CHARACTERS_PER_UNIT = 16
+_CONTAINERS = (list, tuple, set, frozenset, dict)
+
+
+class Budget:
+    """Counts the work of expanding one file.
+
+    Args:
+        file: The file, for messages.
+    """
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+        self.left = MAX_WORK
+
+    def spend(self, work: int) -> None:
+        """Count work.
+
+        Raises:
+            ModelFileError: It exceeds the limit.
+        """
+        self.left -= work
+        if self.left < 0:
+            self.refuse(f"expanding it takes more than the limit of {MAX_WORK:,} steps")
+
+    def refuse(self, reason: str) -> None:
+        """Raise a ModelFileError.
+
+        Raises:
+            ModelFileError: Always.
+        """
+        raise ModelFileError(self.file, f"xacro: {reason}; simplify its macros and expressions.")
+
+    def check_length(self, count: int) -> None:
+        """Check the length of a text before it is built, and count it as work.
+
+        Raises:
+            ModelFileError: It exceeds :data:`MAX_CHARACTERS`.
+        """
+        if count > MAX_CHARACTERS:
+            self.refuse(f"a text has {count:,} characters, and the limit is {MAX_CHARACTERS:,}")
+        self.spend(count // _CHARACTERS_PER_UNIT)
+
+    def check_items(self, count: int) -> None:
+        """Check the number of items before a list is built, and count them.
+
+        Raises:
+            ModelFileError: It exceeds :data:`MAX_ITEMS`.
+        """
+        if count > MAX_ITEMS:
+            self.refuse(f"a list has {count:,} values, and the limit is {MAX_ITEMS:,}")
+        self.spend(count)
+
+    def weigh(self, value: Any) -> int:
+        """Return the size of a value, nested values included, and count it.
+
+        Raises:
+            ModelFileError: It exceeds a limit.
+        """
+        if type(value) is int and not -MAX_INTEGER < value < MAX_INTEGER:
+            self.refuse("an integer exceeds the limit of 2**63")
+        if not isinstance(value, (str, *_CONTAINERS)):
+            return 1
+        weight, waiting = 0, [(value, 0)]
+        while waiting:
+            found, depth = waiting.pop()
+            weight += 1
+            if isinstance(found, str):
+                weight += len(found) // _CHARACTERS_PER_UNIT
+                if len(found) > MAX_CHARACTERS:
+                    self.check_length(len(found))
+            elif isinstance(found, _CONTAINERS):
+                if depth > MAX_NESTING:
+                    self.refuse(f"lists are nested deeper than {MAX_NESTING} levels")
+                if weight + len(found) > MAX_ITEMS:
+                    self.check_items(weight + len(found))
+                waiting += [(item, depth + 1) for item in found]
+                if isinstance(found, dict):
+                    waiting += [(item, depth + 1) for item in found.values()]
+            if weight > MAX_ITEMS:
+                self.check_items(weight)
+        self.spend(weight)
+        return weight

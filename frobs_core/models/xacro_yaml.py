@@ -1,0 +1,89 @@
+"""YAML files that xacro expressions load: plain data, with xacro's units, and nothing else."""
+
+from __future__ import annotations
+
+import datetime
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from frobs_core.files import read_limited
+from frobs_core.models.xacro_expressions import YamlDict
+from frobs_core.models.xacro_limits import MAX_NESTING, Budget
+from frobs_core.yaml import MAX_YAML_BYTES, LimitedLoader
+
+_UNITS = {
+    "!radians": 1.0,
+    "!degrees": math.pi / 180.0,
+    "!meters": 1.0,
+    "!millimeters": 0.001,
+    "!foot": 0.3048,
+    "!inches": 0.0254,
+}
+_MAX_MERGED = 10_000
+_MAX_MERGES = 100
+
+
+def load_yaml(path: Path, budget: Budget, evaluate: Callable[[str], Any]) -> Any:
+    """Return what a YAML file holds; its mappings give their keys as attributes.
+
+    Args:
+        path: The file.
+        budget: Counts the values.
+        evaluate: Evaluates the expression under a unit's tag: ``!degrees 90 / 2``.
+
+    Raises:
+        OSError: The file cannot be read, or is larger than the limit.
+        ModelFileError: It holds too much.
+        yaml.YAMLError: It is not YAML, or has a tag other than the units.
+        ValueError: It is a text and no more.
+    """
+    data = read_limited(path, MAX_YAML_BYTES)
+    budget.spend(len(data) // 4)
+
+    class Loader(LimitedLoader):
+        def flatten_mapping(self, node: yaml.MappingNode) -> None:
+            """Merge ``<<``, which could double a mapping again and again."""
+            for key, value in node.value:
+                if key.tag == "tag:yaml.org,2002:merge" and len(getattr(value, "value", ())) > _MAX_MERGES:
+                    budget.refuse(f"{path} merges more mappings than the limit of {_MAX_MERGES}")
+            super().flatten_mapping(node)
+            if len(node.value) > _MAX_MERGED:
+                budget.refuse(f"{path} merges more keys than the limit of {_MAX_MERGED:,}")
+
+    def constructor(factor: float) -> Callable[[Any, yaml.Node], float]:
+        return lambda loader, node: float(evaluate(loader.construct_scalar(node))) * factor
+
+    for tag, factor in _UNITS.items():
+        Loader.add_constructor(tag, constructor(factor))
+    loader = Loader(data.decode("utf-8-sig"))
+    try:
+        found = loader.get_single_data()
+        if isinstance(found, str):  # any text file is one
+            raise ValueError(f"{path} holds neither a mapping nor a list")
+        return _plain(found, budget, 0)
+    finally:
+        loader.dispose()
+
+
+def _plain(value: Any, budget: Budget, depth: int) -> Any:
+    """Return plain data; aliases are written out, so that counting stops an alias bomb."""
+    budget.spend(1)
+    if depth > MAX_NESTING:
+        budget.refuse(f"a YAML file is nested deeper than {MAX_NESTING} levels")
+    if isinstance(value, dict):
+        return YamlDict({key: _plain(item, budget, depth + 1) for key, item in value.items()})
+    if isinstance(value, (list, tuple)):
+        return type(value)(_plain(item, budget, depth + 1) for item in value)
+    if isinstance(value, datetime.date):
+        return str(value)
+    if isinstance(value, set):
+        return set(value)
+    if isinstance(value, str):
+        budget.check_length(len(value))
+    elif value is not None and not isinstance(value, (bool, int, float)):
+        raise ValueError(f"a YAML file holds a {type(value).__name__}, which is not plain data")
+    return value

@@ -1,0 +1,116 @@
+"""What a policy bundle of unknown origin may ask for: registered names, listed wrappers and plain data."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from frobs_core.errors import UntrustedFileError
+from frobs_train.configuration.config import RunConfig
+
+PARTS = ("task", "robot", "controller", "simulator")
+"""Keywords of an environment that name a registered part."""
+
+WRAPPERS: Mapping[str, int] = {
+    **{
+        f"frobs_core.wrappers:{name}": 10**7
+        for name in ("NormalizeActionWrapper", "NormalizeObservationWrapper", "TimeLimitWrapper")
+    },
+    "gymnasium.wrappers:TimeLimit": 10**7,
+    "gymnasium.wrappers:FrameStackObservation": 100,
+    **{
+        f"gymnasium.wrappers:{name}": 1_000
+        for name in (
+            "ClipAction",
+            "ClipReward",
+            "DelayObservation",
+            "FilterObservation",
+            "FlattenObservation",
+            "GrayscaleObservation",
+            "MaxAndSkipObservation",
+            "NormalizeObservation",
+            "NormalizeReward",
+            "RecordEpisodeStatistics",
+            "RescaleAction",
+            "RescaleObservation",
+            "ResizeObservation",
+            "StickyAction",
+            "TimeAwareObservation",
+        )
+    },
+    **{
+        f"gymnasium.wrappers.vector:{name}": 1_000
+        for name in (
+            "ClipAction",
+            "ClipReward",
+            "FlattenObservation",
+            "NormalizeObservation",
+            "NormalizeReward",
+            "RecordEpisodeStatistics",
+            "RescaleAction",
+        )
+    },
+}
+"""The wrappers that a bundle may name, with the largest integer that each takes: they compute, and write no file."""
+
+_OWN = ("frobs_core",)  # modules that are imported anyway
+_NAME = re.compile(r"[\w.-]+(:[\w.-]+)?")  # perhaps "distribution:name"
+_FILE = re.compile(r"[/\\~$:\0]|\.[A-Za-z]\w*$|^\.+$")  # what makes a text a path, a URL or an import name
+
+
+def check_config(path: Path, config: RunConfig) -> None:
+    """Check what evaluating or playing a bundle would build, before anything of it is imported or created.
+
+    Args:
+        path: The bundle.
+        config: Of the run that it came from.
+
+    Raises:
+        UntrustedFileError: It names a module, a file, a wrapper that is not listed, or anything but plain data.
+    """
+    for reason in _reasons(config):
+        raise UntrustedFileError(path, reason)
+
+
+def _reasons(config: RunConfig) -> Iterator[str]:
+    module = config.environment.rpartition(":")[0]
+    if module and module not in _OWN:
+        yield f"it imports the module '{module}' (environment '{config.environment}')"
+    for key, value in config.environment_kwargs.items():
+        name = f"environment_kwargs.{key}"
+        if key == "package_paths" and value:
+            yield f"it names folders ({name})"
+        elif key in PARTS and isinstance(value, str):
+            if not _NAME.fullmatch(value) or _FILE.search(value.rpartition(":")[2]):
+                yield f"it names a file or a module ({name} = '{value}'), and not a registered {key}"
+        else:
+            yield from _not_plain(name, value)
+    yield from _not_plain("randomize", config.randomize)
+    for part in config.wrappers:
+        if part.name not in WRAPPERS:
+            yield f"it imports the wrapper '{part.name}', which is not among {', '.join(WRAPPERS)}"
+        yield from _not_plain(f"wrapper '{part.name}'", part.kwargs, WRAPPERS.get(part.name))
+
+
+def _not_plain(name: str, value: Any, largest: int | None = None) -> Iterator[str]:
+    """Yield a reason for each value that is not plain data."""
+    if isinstance(value, Mapping):
+        yield from _each(((f"{name}.{key}", item) for key, item in value.items()), largest)
+        yield from _each(((f"a key of {name}", key) for key in value), largest)
+    elif isinstance(value, list | tuple):
+        yield from _each(((f"{name}[{i}]", item) for i, item in enumerate(value)), largest)
+    elif isinstance(value, str):
+        if _FILE.search(value) or os.path.isfile(value):
+            yield f"it names a file or a module ({name} = '{value}')"
+    elif largest is not None and isinstance(value, int) and abs(value) > largest:
+        yield f"{name} = {value:,} exceeds the limit of {largest:,}"
+    elif not (value is None or isinstance(value, bool | int | float)):
+        yield f"{name} is a {type(value).__name__}, and not plain data"
+
+
+def _each(items: Iterable[tuple[str, Any]], largest: int | None) -> Iterator[str]:
+    for name, value in items:
+        yield from _not_plain(name, value, largest)

@@ -1,0 +1,157 @@
+"""A policy bundle names registered things, listed wrappers and plain data; whatever else it names needs trust."""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import pytest
+from typer.testing import CliRunner
+
+from frobs_cli.program import program
+from frobs_core.errors import ConfigurationError, FrobsError, UntrustedFileError
+from frobs_deploy import BundleError, DeployError, Policy, read_bundle
+from frobs_deploy.bundle import pack_bundle
+from frobs_train import evaluate
+from frobs_train.export.bundle_run import open_run_or_bundle
+from frobs_train.export.pretrained import read_pretrained
+from frobs_train.export.untrusted import WRAPPERS
+
+REACH = "frobs/Irb120Reach-v0"
+
+REFUSED: dict[str, dict[str, Any]] = {
+    "a module": {"environment": "os:CartPole-v1"},
+    "a module of the package": {"environment": "frobs_devkit.testing:CartPole-v1"},
+    "a module that is made up": {"environment": f"made.up:{REACH}"},
+    "a robot by file": {"environment_kwargs": {"robot": "PATH/evil.urdf.xacro"}},
+    "a robot by file in the working directory": {"environment_kwargs": {"robot": "evil.urdf"}},
+    "a robot by file, in capitals": {"environment_kwargs": {"robot": "EVIL.URDF"}},
+    "a robot of a package": {"environment_kwargs": {"robot": "frobs_robots_abb:models/irb120.urdf.xacro"}},
+    "a robot in the parent": {"environment_kwargs": {"robot": "../evil"}},
+    "a robot as a mapping": {"environment_kwargs": {"robot": {"model": "evil.urdf"}}},
+    "a task by path": {"environment_kwargs": {"task": "./reach"}},
+    "a simulator by import name": {"environment_kwargs": {"simulator": "package.module:Name.py"}},
+    "folders of packages": {"environment_kwargs": {"package_paths": {"a": "b"}}},
+    "an argument that is a path": {"environment_kwargs": {"robot_args": {"file": "/etc/passwd"}}},
+    "an argument that is a file": {"environment_kwargs": {"robot_args": {"file": "evil.yaml"}}},
+    "an argument that is evaluated": {"environment_kwargs": {"robot_args": {"a": "$(find x)"}}},
+    "a key that is a path": {"environment_kwargs": {"home": {"../a": 1.0}}},
+    "a path in a list": {"environment_kwargs": {"sensors": {"lidar": ["a", ["~/b"]]}}},
+    "a file of another environment": {"environment": "Ant-v5", "environment_kwargs": {"xml_file": "evil.xml"}},
+    "a path in the randomization": {"randomize": {"mass": {"range": "/etc/passwd"}}},
+    "a recorder": {"wrappers": [{"name": "gymnasium.wrappers:RecordVideo", "video_folder": "made"}]},
+    "a wrapper by another way": {
+        "wrappers": [{"name": "gymnasium.wrappers.rendering:RecordVideo", "video_folder": "m"}]
+    },
+    "a wrapper of one's own": {"wrappers": [{"name": "evil.module:Wrapper"}]},
+    "a function": {"wrappers": [{"name": "os:system", "command": "touch made"}]},
+    "a function of a wrapper": {"wrappers": [{"name": "gymnasium.wrappers:TransformReward", "func": "os:system"}]},
+    "a wrapper with a path": {"wrappers": [{"name": "gymnasium.wrappers:ClipReward", "min_reward": "/tmp/x"}]},
+    "a wrapper of a billion frames": {
+        "wrappers": [{"name": "gymnasium.wrappers:FrameStackObservation", "stack_size": 10**9}]
+    },
+}
+ALLOWED: dict[str, dict[str, Any]] = {
+    "nothing": {},
+    "the package of the IDs": {"environment": f"frobs_core:{REACH}"},
+    "registered parts": {
+        "environment_kwargs": {
+            "robot": "irb120",
+            "controller": "joint_position",
+            "simulator": "mujoco",
+            "task": "reach",
+        }
+    },
+    "a part of a distribution": {"environment_kwargs": {"robot": "frobs-robots-abb:irb120"}},
+    "plain data": {"environment_kwargs": {"tolerance": 0.02, "reward_type": "dense", "home": {"joint_1": 0.5}}},
+    "text that is a number": {"environment_kwargs": {"robot_args": {"length": "0.5"}}},
+    "wrappers": {
+        "wrappers": [
+            {"name": "gymnasium.wrappers:RescaleAction", "min_action": -0.5, "max_action": 0.5},
+            {"name": "frobs_core.wrappers:TimeLimitWrapper", "max_steps": 100},
+        ]
+    },
+}
+
+
+@pytest.fixture
+def bundle(tmp_path: Path) -> Callable[..., Path]:
+    """Return a function that writes a bundle whose run had another configuration."""
+    original = read_pretrained(REACH)
+
+    def bundle(**changes: Any) -> Path:
+        manifest = {key: value for key, value in original.manifest.items() if key not in ("format", "files")}
+        text = json.dumps(changes).replace("PATH", str(tmp_path))
+        config = manifest["training"]["config"] | json.loads(text)
+        manifest["training"] = manifest["training"] | {"config": config}
+        path = tmp_path / "policy.frobs"
+        path.write_bytes(pack_bundle(manifest, original.graph, original.license))
+        return path
+
+    return bundle
+
+
+@pytest.mark.parametrize("changes", REFUSED.values(), ids=REFUSED.keys())
+def test_a_bundle_cannot_name_what_is_not_registered(bundle, monkeypatch, changes):
+    path = bundle(**changes)
+    for function in ("make", "make_vec"):
+        monkeypatch.setattr(gym, function, lambda *_, **__: pytest.fail("an environment was built"))
+    monkeypatch.setattr("frobs_core.registry.import_module", lambda name: pytest.fail(f"imported {name}"))
+    with pytest.raises(UntrustedFileError, match="--trust"):
+        evaluate(open_run_or_bundle(path), 1)
+
+
+@pytest.mark.parametrize("changes", ALLOWED.values(), ids=ALLOWED.keys())
+def test_a_bundle_may_name_what_is_registered(bundle, changes):
+    open_run_or_bundle(bundle(**changes))
+
+
+def test_what_needs_trust_opens_with_it(bundle):
+    path = bundle(environment="frobs_made_up_module:CartPole-v1")
+    run = open_run_or_bundle(path, trust=True)
+    with pytest.raises(ConfigurationError, match="'frobs_made_up_module' cannot be imported"):
+        evaluate(run, 1)
+
+
+@pytest.mark.parametrize("command", ["evaluate", "play"])
+def test_the_commands_refuse_it_and_create_nothing(bundle, command):
+    path = bundle(wrappers=[{"name": "gymnasium.wrappers:RecordVideo", "video_folder": "made"}])
+    found = CliRunner().invoke(program(), [command, str(path), "--episodes", "1"])
+    assert found.exit_code != 0
+    assert isinstance(found.exception, UntrustedFileError) or "--trust" in found.output
+
+
+def test_the_listed_wrappers_exist():
+    from importlib import import_module
+
+    for name in WRAPPERS:
+        module, _, attribute = name.partition(":")
+        assert hasattr(import_module(module), attribute), name
+
+
+@pytest.mark.parametrize("operator", [b"Loop", b"Scan"])
+def test_a_graph_that_may_run_without_end_is_refused(bundle, tmp_path, operator):
+    original = read_bundle(bundle())
+    manifest = {key: value for key, value in original.manifest.items() if key not in ("format", "files")}
+    graph = original.graph + b'"' + bytes([len(operator)]) + operator
+    (tmp_path / "loop.frobs").write_bytes(pack_bundle(manifest, graph, original.license))
+    with pytest.raises(BundleError, match=f"has a {operator.decode()}"):
+        Policy(tmp_path / "loop.frobs")
+
+
+def test_a_bundle_that_is_a_fifo_is_refused(tmp_path):
+    os.mkfifo(tmp_path / "p.frobs")
+    with pytest.raises(BundleError, match="regular file"):
+        open_run_or_bundle(tmp_path / "p.frobs")
+
+
+def test_a_bundle_that_is_another_archive_is_refused(tmp_path):
+    with zipfile.ZipFile(tmp_path / "p.frobs", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("policy.onnx", b"\0" * 10**7)
+    with pytest.raises((FrobsError, DeployError)):
+        open_run_or_bundle(tmp_path / "p.frobs")

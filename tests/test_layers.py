@@ -1,0 +1,122 @@
+"""The layers of FRobs: which distribution may import which; docs/explanation/architecture.md explains them."""
+
+from __future__ import annotations
+
+import sys
+from fnmatch import fnmatch
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))
+
+from layers import Distribution, distributions, imported_distributions, imports
+
+CORE, CLI, DEPLOY, TRAIN, DEVKIT = "frobs-core", "frobs-cli", "frobs-deploy", "frobs-train", "frobs-devkit"
+
+ALLOWED = {
+    CORE: set(),
+    DEPLOY: set(),
+    CLI: {CORE},
+    TRAIN: {CORE, CLI, DEPLOY},
+    DEVKIT: {CORE, CLI, DEPLOY, TRAIN},
+    "frobs-sim-*": {CORE},
+    "frobs-robots-*": {CORE},
+    "frobs-controllers*": {CORE},
+    "frobs-tasks-legacy": {CORE, "frobs-tasks-reach", "frobs-tasks-navigation"},
+    "frobs-tasks-*": {CORE},
+    "frobs-algos-*": {CORE},
+    "frobs-ros": {CORE, CLI, DEPLOY},
+    "frobs-rl-compat": {CORE, CLI, "frobs-ros", "frobs-algos-sb3", "frobs-tasks-legacy", DEVKIT},
+    "frobs": set(),
+}
+"""What each distribution may import; the first pattern that matches counts."""
+
+REQUIRED_ONLY = {"frobs-rl-compat": {"frobs-tasks-legacy"}}
+"""Required without an import: packages for FRobs_RL use its tasks by ID."""
+
+OTHER_NAMES = {"PIL": "pillow", "coal": "pin", "collada": "pycollada", "pinocchio": "pin", "yaml": "pyyaml"}
+"""Distributions whose import packages have another name."""
+
+OPTIONAL = {
+    "frobs-algos-sb3": {"rospkg"},  # finds the packages that a configuration of FRobs_RL names
+    DEVKIT: {"pytest", "stable_baselines3"},  # in the tests of plugins; a further checker of environments
+    TRAIN: {"sqlalchemy", "tensorboard"},  # comes with Optuna; event files are written if it is installed
+    "frobs-rl-compat": {"gym"},  # its own stand-in for old gym
+}
+"""Imports that no requirement covers: each is used only if it is installed."""
+
+FROM_ROS = {"actionlib", "genmsg", "genpy", "rosgraph", "rosparam", "rospy"}
+"""Modules of ROS 1, besides those of messages and services."""
+
+USED_BY_OTHERS = {
+    "frobs-algos-sb3": {"onnxscript", "tensorboard"},  # by torch.onnx and by stable-baselines3
+    "frobs-ros": {"defusedxml", "netifaces", "pycryptodomex", "python-gnupg", "rospkg"},  # by rospy
+}
+"""Requirements that a distribution does not import itself."""
+
+
+def allowed(name: str) -> set[str]:
+    return next(found for pattern, found in ALLOWED.items() if fnmatch(name, pattern))
+
+
+def third_party(distribution: Distribution) -> set[str]:
+    """Return the imported packages that are neither ours, nor Python's, nor ROS's."""
+    ours = {package.name for other in distributions().values() for package in other.packages}
+    known = ours | FROM_ROS | set(sys.stdlib_module_names)
+    return {name for name in imports(distribution) if name not in known and not name.endswith(("_msgs", "_srvs"))}
+
+
+def inherited(distribution: Distribution) -> set[str]:
+    """Return all requirements of a distribution, with those of the distributions of this repository among them."""
+    found = distribution.requirements()
+    for name in found & set(distributions()):
+        found = found | inherited(distributions()[name])
+    return found
+
+
+@pytest.fixture(params=distributions(), name="distribution")
+def each_distribution(request: pytest.FixtureRequest) -> Distribution:
+    return distributions()[request.param]
+
+
+def test_a_distribution_imports_only_lower_layers(distribution: Distribution) -> None:
+    forbidden = imported_distributions(distribution) - allowed(distribution.name)
+    places = {name: sorted(imports(distribution).get(name.replace("-", "_"), ())) for name in sorted(forbidden)}
+    assert not forbidden, f"{distribution.name} must not import {places}"
+
+
+def test_a_distribution_requires_what_it_imports_of_frobs(distribution: Distribution) -> None:
+    if not distribution.packages:
+        pytest.skip("the meta-package has no code")
+    required = distribution.requirements() & set(distributions())
+    assert required == imported_distributions(distribution) | REQUIRED_ONLY.get(distribution.name, set())
+
+
+def test_the_meta_package_requires_every_distribution() -> None:
+    meta = distributions()["frobs"]
+    assert meta.packages == ()
+    assert meta.requirements() == set(distributions()) - {"frobs"}
+
+
+def test_imported_libraries_are_required_here_or_below(distribution: Distribution) -> None:
+    used = {
+        OTHER_NAMES.get(name, name).replace("_", "-")
+        for name in third_party(distribution) - OPTIONAL.get(distribution.name, set())
+    }
+    assert sorted(used - inherited(distribution)) == []
+
+
+def test_required_libraries_are_imported(distribution: Distribution) -> None:
+    used = {OTHER_NAMES.get(name, name).replace("_", "-") for name in third_party(distribution)}
+    required = distribution.requirements() - set(distributions())
+    assert sorted(required - used - USED_BY_OTHERS.get(distribution.name, set())) == []
+
+
+def test_optional_imports_are_still_used() -> None:
+    stale = {
+        name: sorted(packages - third_party(distributions()[name]))
+        for name, packages in OPTIONAL.items()
+        if packages - third_party(distributions()[name])
+    }
+    assert stale == {}
