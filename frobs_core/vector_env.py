@@ -118,16 +118,16 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self._ended[rows] = False
         if self.render_mode == "human":
             self.simulation.open_viewer()
-        return observation, self._told(self._all if mask is None else mask)
+        return observation, self._reset_info(self._all if mask is None else mask)
 
-    def _told(self, mask: Mask) -> dict[str, Any]:
+    def _reset_info(self, mask: Mask) -> dict[str, Any]:
         """Return what the info of a reset tells of the environments of ``mask``."""
         if self.randomization is None:
             return {}
-        told: dict[str, Any] = {}
+        drawn: dict[str, Any] = {}
         for name, values in self.randomization.values.items():
-            told[name], told[f"_{name}"] = values, mask
-        return {"frobs/randomization": told, "_frobs/randomization": mask}
+            drawn[name], drawn[f"_{name}"] = values, mask
+        return {"frobs/randomization": drawn, "_frobs/randomization": mask}
 
     def _seed(self, seed: int | Sequence[int | None] | None, mask: Mask | None) -> None:
         rng = self._loop.rng

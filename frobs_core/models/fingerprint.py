@@ -27,8 +27,8 @@ def fingerprint(model: RobotModel) -> str:
     Raises:
         ModelFileError: A mesh file cannot be read.
     """
-    parts = {"links": list(_plain(model.links)), "joints": list(_plain(model.joints))}
-    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+    content = {"links": list(_plain(model.links)), "joints": list(_plain(model.joints))}
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def _plain(values: Any) -> Iterator[Any]:

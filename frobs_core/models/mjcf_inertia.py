@@ -28,7 +28,7 @@ def body_inertial(document: MjcfDocument, body: Element, geoms: Sequence[tuple[E
     """
     element = body.child("inertial")
     if element is not None:
-        return _given(document, element)
+        return _read_inertial(document, element)
     parts = [part for geom, frame in geoms if (part := _geom(document, geom, frame)) is not None]
     mass = sum(part[0] for part in parts)
     check_mass(body, mass)
@@ -43,7 +43,7 @@ def body_inertial(document: MjcfDocument, body: Element, geoms: Sequence[tuple[E
     return Inertial(mass, Pose((x, y, z)), _six(inertia))
 
 
-def _given(document: MjcfDocument, element: Element) -> Inertial:
+def _read_inertial(document: MjcfDocument, element: Element) -> Inertial:
     x, y, z, w, i, j, k = document.pose(element).tolist()
     mass = element.number("mass")
     if mass < 0.0:

@@ -53,8 +53,8 @@ def find_terms(task: Task) -> dict[str, Term]:
     return {**columns, **others}
 
 
-class Part:
-    """One array of an observation, as it is observed: noise is added where it is measured, then it is late.
+class ObservedArray:
+    """One array of an observation with its noise and delay; noise is added before the delay.
 
     The history makes a reset of some environments harmless to the others: what they observe is looked up, not drawn
     again.
@@ -122,8 +122,8 @@ class Part:
         self._history[:] = snapshot[f"measured/{self.key}"]
 
 
-class ObservedParts:
-    """All of an observation that noise or delay touches.
+class ObservedArrays:
+    """The arrays of an observation that have noise or delay.
 
     Args:
         noise: Settings of ``observation_noise``.
@@ -143,7 +143,7 @@ class ObservedParts:
         self._terms = find_terms(task)
         self._space, self._num_envs, self._timestep = task.observation_space, num_envs, control_timestep
         self._depth = 1 + max((int(setting.distribution.high) for setting in delays), default=0)
-        self.parts: dict[str, Part] = {}
+        self.arrays: dict[str, ObservedArray] = {}
         self.draws: list[Draw] = []
         self.constant: dict[str, tuple[Draw, slice]] = {}  # what holds for a while, and is worth telling
         for setting in noise:
@@ -155,50 +155,50 @@ class ObservedParts:
     @property
     def terms(self) -> set[str]:
         """The keys that are not observed as they are; ``"observation"`` where the observation is one array."""
-        return set(self.parts)
+        return set(self.arrays)
 
     def begin(self, rng: RandomSource, true: Observation, mask: Mask) -> Observation:
         """Return what is observed when episodes begin where ``mask`` says."""
         for draw in self.draws:
             draw.begin(rng, mask)
-        return self._each(true, lambda part, values: part.begin(values, mask))
+        return self._each(true, lambda array, values: array.begin(values, mask))
 
     def step(self, rng: RandomSource, true: Observation) -> Observation:
         """Return what is observed after a step."""
         for draw in self._changing:
             draw.step(rng)
-        return self._each(true, Part.step)
+        return self._each(true, ObservedArray.step)
 
     def _each(self, true: Observation, observe: Any) -> Observation:
         if not isinstance(true, dict):
-            result: np.ndarray[Any, Any] = observe(self.parts[WHOLE], true)
+            result: np.ndarray[Any, Any] = observe(self.arrays[WHOLE], true)
             return result
-        return {key: observe(self.parts[key], true[key]) if key in self.parts else true[key] for key in true}
+        return {key: observe(self.arrays[key], true[key]) if key in self.arrays else true[key] for key in true}
 
     def _named(self, setting: Setting) -> dict[str, Term]:
         names = list(self._terms)
         found = matches(setting.targets or ("*",), names, f"observation term of {setting.place}")
         return {names[i]: self._terms[names[i]] for i in found}
 
-    def _part(self, key: str, setting: Setting) -> tuple[Part, gym.spaces.Box]:
+    def _find_array(self, key: str, setting: Setting) -> tuple[ObservedArray, gym.spaces.Box]:
         space: Any = self._space[key] if isinstance(self._space, gym.spaces.Dict) else self._space
         if not isinstance(space, gym.spaces.Box):
             raise RandomizationError(setting.place, f"the observation '{key}' is {space}; only a Box can be changed.")
-        if key not in self.parts:
-            self.parts[key] = Part(key, space, self._num_envs, self._depth)
-        return self.parts[key], space
+        if key not in self.arrays:
+            self.arrays[key] = ObservedArray(key, space, self._num_envs, self._depth)
+        return self.arrays[key], space
 
     def _add_noise(self, setting: Setting) -> None:
         places, start = [], 0
         for name, term in self._named(setting).items():
-            part, space = self._part(term.key, setting)
+            array, space = self._find_array(term.key, setting)
             if len(space.shape) != 1 or space.dtype.kind != "f":
                 raise RandomizationError(
                     setting.place, f"the observation '{term.key}' is {space}; noise is added to vectors of floats."
                 )
             columns = slice(*(term.columns or slice(None)).indices(space.shape[0]))
             numbers = slice(start, start := start + columns.stop - columns.start)
-            places.append((name, part, columns, numbers))
+            places.append((name, array, columns, numbers))
         if setting.distribution.width not in (1, start):
             raise RandomizationError(
                 setting.place,
@@ -207,8 +207,8 @@ class ObservedParts:
             )
         sample = partial(_sample, setting.distribution, start)
         draw = self._add_draw(Draw(setting.stream, setting.schedule, sample, self._zeros(start), self._timestep))
-        for name, part, columns, numbers in places:
-            part.add_noise(columns, draw, numbers)
+        for name, array, columns, numbers in places:
+            array.add_noise(columns, draw, numbers)
             if not draw.changes_in_episode:
                 self.constant[f"{setting.stream}: {name}"] = draw, numbers
 
@@ -216,7 +216,7 @@ class ObservedParts:
         sample = whole_steps(setting.distribution)
         draw = self._add_draw(Draw(setting.stream, setting.schedule, sample, self._zeros(), self._timestep))
         for term in self._named(setting).values():
-            self._part(term.key, setting)[0].add_delay(term.columns, draw)
+            self._find_array(term.key, setting)[0].add_delay(term.columns, draw)
 
     def _add_draw(self, draw: Draw) -> Draw:
         self.draws.append(draw)
@@ -228,16 +228,16 @@ class ObservedParts:
     def snapshot(self) -> Snapshot:
         """Return what was measured, and what is in force."""
         state: Snapshot = {}
-        for part in self.parts.values():
-            state |= part.snapshot()
+        for array in self.arrays.values():
+            state |= array.snapshot()
         for draw in self.draws:
             state |= draw.snapshot()
         return state
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
-        for part in self.parts.values():
-            part.restore(snapshot)
+        for array in self.arrays.values():
+            array.restore(snapshot)
         for draw in self.draws:
             draw.restore(snapshot)
 

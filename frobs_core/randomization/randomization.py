@@ -15,7 +15,7 @@ from frobs_core.interfaces.simulation import Snapshot
 from frobs_core.interfaces.task import Observation
 from frobs_core.random import RandomSource
 from frobs_core.randomization.delay import ActionDelay
-from frobs_core.randomization.observation import ObservedParts
+from frobs_core.randomization.observation import ObservedArrays
 from frobs_core.randomization.physics import PhysicalParameter
 from frobs_core.randomization.schedule import Draw
 from frobs_core.randomization.settings import CAPABILITY, Settings
@@ -53,10 +53,10 @@ class Randomization:
         late = settings.of("action_delay")
         self._delay = ActionDelay(late[0], simulation.robots[ROBOT], control_timestep) if late else None
         noise, delays = settings.of("observation_noise"), settings.of("observation_delay")
-        self._observed: ObservedParts | None = None
+        self._observed: ObservedArrays | None = None
         self._observation_delays: list[Draw] = []
         if noise or delays:
-            self._observed = ObservedParts(noise, delays, task, simulation.num_envs, control_timestep)
+            self._observed = ObservedArrays(noise, delays, task, simulation.num_envs, control_timestep)
             self._observation_delays = self._observed.draws[len(noise) :]
         self._changing = [part for part in self._physics if any(draw.changes_in_episode for draw in part.draws)]
 
@@ -113,7 +113,7 @@ class Randomization:
     @cached_property
     def observed_keys(self) -> frozenset[str]:
         """Keys of a dictionary observation that noise or delay changes; ``"observation"`` where it is one array."""
-        return frozenset(() if self._observed is None else self._observed.parts)
+        return frozenset(() if self._observed is None else self._observed.arrays)
 
     def snapshot(self) -> Snapshot:
         """Return all that is in force, and what is on its way."""

@@ -64,8 +64,8 @@ class Sensors:
             delay = count_delay(name, sensor, control_timestep)
             if period > 1 or not sensor.is_ideal:
                 self._channels[name] = Channel(f"sensor/{robot}/{name}", sensor, self._num_envs, period, delay)
-        self._parts: dict[str, Instrument | Channel] = {**self._instruments}
-        self._parts |= {f"{name}/read": channel for name, channel in self._channels.items()}
+        self._stateful: dict[str, Instrument | Channel] = {**self._instruments}
+        self._stateful |= {f"{name}/read": channel for name, channel in self._channels.items()}
         self._readings: dict[str, Floats] = {}
 
     @property
@@ -135,13 +135,15 @@ class Sensors:
         """Return what the sensors keep between steps; a task puts it into its own snapshot."""
         return {
             f"sensor/{name}/{key}": value
-            for name, part in self._parts.items()
-            for key, value in part.snapshot().items()
+            for name, stateful in self._stateful.items()
+            for key, value in stateful.snapshot().items()
         }
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot; what in it is not the sensors' is passed over."""
         self._readings.clear()
-        for name, part in self._parts.items():
+        for name, stateful in self._stateful.items():
             start = f"sensor/{name}/"
-            part.restore({key.removeprefix(start): value for key, value in snapshot.items() if key.startswith(start)})
+            stateful.restore(
+                {key.removeprefix(start): value for key, value in snapshot.items() if key.startswith(start)}
+            )

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 from typer.testing import Result
 
-from frobs_devkit.testing import Check, CheckFailure, Hollow, NotApplicable, find
+from frobs_devkit.testing import Check, CheckFailure, Inconclusive, NotApplicable, find
 
 Frobs = Callable[..., Result]
 
@@ -19,7 +19,7 @@ def _crash() -> None:
 
 
 PASSES = Check("it_holds", "It holds.", lambda: None)
-HOLLOW = Check("it_saw_nothing", "It saw nothing.", lambda: Hollow("no episode ended"))
+INCONCLUSIVE = Check("it_saw_nothing", "It saw nothing.", lambda: Inconclusive("no episode ended"))
 OTHER = Check("it_is_not_meant", "It is not meant.", lambda: NotApplicable("no goal"))
 FAILS = Check("it_breaks", "It breaks.", _fail)
 CRASHES = Check("it_crashes", "It crashes.", _crash)
@@ -36,7 +36,7 @@ def checks(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
 
 
 def test_all_is_well(frobs: Frobs, checks: Callable[..., None]) -> None:
-    checks(PASSES, HOLLOW, OTHER)
+    checks(PASSES, INCONCLUSIVE, OTHER)
     result = frobs("check", "CartPole-v1")
     assert result.exit_code == 0
     assert "✓ it holds" in result.stdout
@@ -44,7 +44,7 @@ def test_all_is_well(frobs: Frobs, checks: Callable[..., None]) -> None:
     assert "no episode ended" in result.stdout
     assert "warning: these saw nothing that could have failed: it_saw_nothing" in result.stdout
     assert "on python 3" in result.stdout
-    assert result.stdout.splitlines()[-1] == "1 passed, 1 hollow, 1 not applicable"
+    assert result.stdout.splitlines()[-1] == "1 passed, 1 inconclusive, 1 not applicable"
 
 
 def test_a_failure_is_shown_and_the_others_go_on(frobs: Frobs, checks: Callable[..., None]) -> None:

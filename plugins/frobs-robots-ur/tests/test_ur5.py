@@ -27,7 +27,7 @@ def limits(model: RobotModel) -> tuple[np.ndarray, np.ndarray]:
     return np.array([j.limits.lower for j in joints]), np.array([j.limits.upper for j in joints])
 
 
-test_the_kit = pytest_checks(check_robot("ur5"), allow_hollow=False)
+test_the_kit = pytest_checks(check_robot("ur5"), allow_inconclusive=False)
 
 
 def test_the_record_leads_to_the_robot():

@@ -88,7 +88,7 @@ def test_a_controller_that_runs_is_not_unloaded(reasons: Callable[[], str]) -> N
 
 
 def test_strictness_is_one_of_two() -> None:
-    with pytest.raises(ConfigurationError, match="it is 1"):
+    with pytest.raises(ConfigurationError, match="it must be 1"):
         or_raise(ros_controllers.switch_controllers_srv)([], [], NS, strictness=3)
     with pytest.raises(ConfigurationError, match="timeout is"):
         or_raise(ros_controllers.switch_controllers_srv)([], [], NS, timeout=-1.0)

@@ -47,7 +47,7 @@ def test_a_launch_file_without_nodes_is_done_at_once() -> None:
     [
         ("none.launch", None, "has no file"),
         ("broken.launch", None, "it ended with exit code"),
-        ("talk.launch", ["word=hello"], "not of the form"),
+        ("talk.launch", ["word=hello"], "must be of the form"),
     ],
 )
 def test_a_launch_that_fails_is_refused_with_a_reason(

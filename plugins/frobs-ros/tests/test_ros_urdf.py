@@ -39,7 +39,7 @@ def test_a_description_is_loaded_into_a_parameter(own_master: str, ns: str | Non
         (None, None, "no such file"),
         ("<robot name='a'><link name='b'></robot>", None, "not well-formed"),
         ("<sdf version='1.6'/>", None, "its root is <sdf>"),
-        ("<robot name='a'/>", ["length=3"], "'length=3' is not of the form"),
+        ("<robot name='a'/>", ["length=3"], "'length=3'; it must be of the form"),
         ("<robot name='a'/>", "length:=3", "a list of 'name:=value'"),
         ("<robot name='a'/>", ["length:=3"], "takes no xacro argument 'length'"),
     ],

@@ -12,7 +12,7 @@ import pytest
 
 from frobs_train import Run, resolve_config, train
 
-sys.path.append(str(Path(__file__).parent))  # for parts_to_name, which configurations name
+sys.path.append(str(Path(__file__).parent))  # for components_to_name, which configurations name
 
 LINE = "FrobsTests/Line-v0"
 

@@ -85,7 +85,7 @@ SDE = {"use_sde": True}
         ),
         pytest.param({"environment_kwargs": {"simulator": "pybullet"}}, id="PyBullet", marks=pytest.mark.slow),
         pytest.param({"num_envs": 1, "log_every": 40, "checkpoint_every": 48}, id="one environment"),
-        pytest.param({"wrappers": [{"name": "parts_to_name:Counting"}]}, id="wrapper"),
+        pytest.param({"wrappers": [{"name": "components_to_name:Counting"}]}, id="wrapper"),
         pytest.param({"evaluate_every": 48, "evaluation_episodes": 2}, id="evaluated"),
     ],
 )

@@ -91,16 +91,16 @@ class BatchedNormal(VectorizedActionNoise):
 
 def noise_state(noise: ActionNoise | None) -> Floats | None:
     """Return what wandering noise keeps between draws, (num_envs, k); None: there is nothing."""
-    parts = _parts(noise)
-    return np.stack([part.noise_prev for part in parts]) if parts else None
+    noises = _correlated(noise)
+    return np.stack([noise_process.noise_prev for noise_process in noises]) if noises else None
 
 
 def restore_noise(noise: ActionNoise | None, state: Floats) -> None:
     """Let wandering noise go on from a state."""
-    for part, row in zip(_parts(noise), state, strict=True):
-        part.noise_prev = row.copy()
+    for noise_process, row in zip(_correlated(noise), state, strict=True):
+        noise_process.noise_prev = row.copy()
 
 
-def _parts(noise: ActionNoise | None) -> list[OrnsteinUhlenbeckActionNoise]:
-    parts = noise.noises if isinstance(noise, VectorizedActionNoise) else [noise]
-    return [part for part in parts if isinstance(part, OrnsteinUhlenbeckActionNoise)]
+def _correlated(noise: ActionNoise | None) -> list[OrnsteinUhlenbeckActionNoise]:
+    noises = noise.noises if isinstance(noise, VectorizedActionNoise) else [noise]
+    return [noise_process for noise_process in noises if isinstance(noise_process, OrnsteinUhlenbeckActionNoise)]

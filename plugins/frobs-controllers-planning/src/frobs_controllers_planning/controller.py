@@ -95,7 +95,7 @@ class TrajectoryController(Controller):
         self.workspace = self.planner.workspace()
         self._target = np.zeros((robot.num_envs, robot.dof))
         self._rows = np.zeros((robot.num_envs, decimation, robot.dof))
-        self._told = {
+        self._info = {
             name: np.zeros(robot.num_envs)
             for name in ("plan_success", "plan_reason", "plan_time", "plan_waypoints", "motion_duration")
         }
@@ -151,12 +151,12 @@ class TrajectoryController(Controller):
         self.planner.place(bodies, (pos[i], quat[i]))
 
     def _tell(self, i: int, plan: Plan) -> None:
-        told = self._told
-        told["plan_success"][i] = float(plan.success)
-        told["plan_reason"][i] = float(plan.reason)
-        told["plan_time"][i] = plan.seconds
-        told["plan_waypoints"][i] = 0.0 if plan.path is None else len(plan.path)
-        told["motion_duration"][i] = 0.0 if plan.trajectory is None else plan.trajectory.duration
+        info = self._info
+        info["plan_success"][i] = float(plan.success)
+        info["plan_reason"][i] = float(plan.reason)
+        info["plan_time"][i] = plan.seconds
+        info["plan_waypoints"][i] = 0.0 if plan.path is None else len(plan.path)
+        info["motion_duration"][i] = 0.0 if plan.trajectory is None else plan.trajectory.duration
 
     def info(self) -> Mapping[str, np.ndarray[Any, Any]]:
         """Return how the last motions were planned, (num_envs,) each.
@@ -165,7 +165,7 @@ class TrajectoryController(Controller):
         ``plan_time`` [s] that planning took, ``plan_waypoints`` of the way (2: a straight line in joint space; 0: none),
         ``motion_duration`` [s] of the motion, 0 where the robot stays.
         """
-        return self._told
+        return self._info
 
     def snapshot(self) -> Snapshot:
         """Return where the last motions were to end."""

@@ -61,7 +61,7 @@ class TcpDeltaPose(Controller):
         self._ones, self._minus_ones = np.ones(shape), -np.ones(shape)
         self._leash = np.broadcast_to(steps, shape).copy()
         self._minus_leash = -self._leash
-        self._step, self._left, self._kept = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+        self._step, self._left, self._remainder = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         self._target_pos, self._target_quat = np.zeros((robot.num_envs, 3)), np.zeros((robot.num_envs, 4))
         self._error = np.zeros(shape)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (6,), np.float32)
@@ -76,7 +76,7 @@ class TcpDeltaPose(Controller):
 
     def apply(self, action: Action) -> Floats:
         """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""
-        step, left, kept = self._step, self._left, self._kept
+        step, left, remainder = self._step, self._left, self._remainder
         np.maximum(action, self._minus_ones, out=step)
         np.minimum(step, self._ones, out=step)
         np.multiply(step, self._leash, out=step)
@@ -85,11 +85,11 @@ class TcpDeltaPose(Controller):
         np.subtract(self._target_pos, pos, out=left[:, :3])
         left[:, 3:] = quat_between(quat_wxyz, self._target_quat)
         np.subtract(left, self._ik.lead(), out=left)  # what earlier steps have left over
-        np.maximum(left, self._minus_leash, out=kept)
-        np.minimum(kept, self._leash, out=kept)
-        np.add(kept, step, out=self._error)
+        np.maximum(left, self._minus_leash, out=remainder)
+        np.minimum(remainder, self._leash, out=remainder)
+        np.add(remainder, step, out=self._error)
 
-        np.subtract(kept, left, out=left)  # 0, unless the leash is tight
+        np.subtract(remainder, left, out=left)  # 0, unless the leash is tight
         np.add(left, step, out=left)  # how the target moves
         np.add(self._target_pos, left[:, :3], out=self._target_pos)
         self._target_quat[:] = quat_multiply(quat_from_rotation_vector(left[:, 3:]), self._target_quat)

@@ -52,7 +52,7 @@ class TcpDeltaPosition(Controller):
         shape = (robot.num_envs, 3)
         self._ones, self._minus_ones = np.ones(shape), -np.ones(shape)
         self._leash, self._minus_leash = np.full(shape, self.max_delta), np.full(shape, -self.max_delta)
-        self._step, self._there, self._kept = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+        self._step, self._there, self._remainder = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         self._target = np.zeros(shape)
         self._error = np.zeros(shape)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (3,), np.float32)
@@ -65,16 +65,16 @@ class TcpDeltaPosition(Controller):
 
     def apply(self, action: Action) -> Floats:
         """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""
-        step, there, kept, target, error = self._step, self._there, self._kept, self._target, self._error
+        step, there, remainder, target, error = self._step, self._there, self._remainder, self._target, self._error
         np.maximum(action, self._minus_ones, out=step)
         np.minimum(step, self._ones, out=step)
         np.multiply(step, self._leash, out=step)
 
         np.add(self._robot.frame_pose("tcp")[0], self._ik.lead(), out=there)  # where the command brings the tool
-        np.subtract(target, there, out=kept)  # what earlier steps have left over
-        np.maximum(kept, self._minus_leash, out=kept)
-        np.minimum(kept, self._leash, out=kept)
-        np.add(kept, step, out=error)
+        np.subtract(target, there, out=remainder)  # what earlier steps have left over
+        np.maximum(remainder, self._minus_leash, out=remainder)
+        np.minimum(remainder, self._leash, out=remainder)
+        np.add(remainder, step, out=error)
         np.add(there, error, out=target)
         return self._ik.move(self._error)
 

@@ -5,15 +5,17 @@ import sys
 
 import pytest
 
-from frobs_devkit.testing import Check, CheckFailure, Hollow, NotApplicable, check_env, pytest_checks, run_checks
+from frobs_devkit.testing import Check, CheckFailure, Inconclusive, NotApplicable, check_env, pytest_checks, run_checks
 
 
 def find(name: str, check: str) -> Check:
     return next(c for c in check_env(f"kit_environments:kit/{name}-v0") if c.name == check)
 
 
-test_a_sound_environment_passes = pytest_checks(check_env("kit_environments:kit/Point-v0"), allow_hollow=False)
-test_a_sound_goal_environment_passes = pytest_checks(check_env("kit_environments:kit/GoalPoint-v0"), allow_hollow=False)
+test_a_sound_environment_passes = pytest_checks(check_env("kit_environments:kit/Point-v0"), allow_inconclusive=False)
+test_a_sound_goal_environment_passes = pytest_checks(
+    check_env("kit_environments:kit/GoalPoint-v0"), allow_inconclusive=False
+)
 
 
 @pytest.mark.parametrize(
@@ -107,12 +109,12 @@ def test_an_id_that_no_other_process_knows_fails(monkeypatch: pytest.MonkeyPatch
         find("Point", "fresh_process").run()
 
 
-def test_a_vector_that_sees_no_episode_end_is_hollow(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_vector_that_sees_no_episode_end_is_inconclusive(monkeypatch: pytest.MonkeyPatch) -> None:
     from frobs_devkit.testing.environment import vector
 
     monkeypatch.setattr(vector, "STEPS", 3)
     outcome = find("Point", "same_step_equals_single").run()
-    assert isinstance(outcome, Hollow)
+    assert isinstance(outcome, Inconclusive)
     assert "no episode ended" in outcome.reason
 
 

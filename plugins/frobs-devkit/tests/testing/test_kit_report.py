@@ -5,7 +5,7 @@ import json
 import pytest
 
 from frobs_core.errors import UnknownNameError
-from frobs_devkit.testing import Check, CheckFailure, Hollow, NotApplicable, pytest_checks, run_checks
+from frobs_devkit.testing import Check, CheckFailure, Inconclusive, NotApplicable, pytest_checks, run_checks
 
 
 def fail() -> None:
@@ -21,7 +21,7 @@ CHECKS = [
     Check("bad", "It is bad.", fail, capability="drive"),
     Check("good_drive", "It is good.", lambda: None, capability="drive"),
     Check("broken", "It raises.", crash),
-    Check("empty", "It saw nothing.", lambda: Hollow("nothing moved"), capability="wrench"),
+    Check("empty", "It saw nothing.", lambda: Inconclusive("nothing moved"), capability="wrench"),
     Check("foreign", "It is not meant.", lambda: NotApplicable("no lidar")),
 ]
 
@@ -30,9 +30,16 @@ def test_every_check_runs_and_tells_its_status() -> None:
     seen: list[str] = []
     report = run_checks(CHECKS, lambda result: seen.append(result.name))
     assert seen == [check.name for check in CHECKS]
-    assert [r.status for r in report.results] == ["passed", "failed", "passed", "failed", "hollow", "not_applicable"]
+    assert [r.status for r in report.results] == [
+        "passed",
+        "failed",
+        "passed",
+        "failed",
+        "inconclusive",
+        "not_applicable",
+    ]
     assert [r.message for r in report.failed] == ["it is 3 instead of 2", "ZeroDivisionError: by zero"]
-    assert [r.message for r in report.hollow] == ["nothing moved"]
+    assert [r.message for r in report.inconclusive] == ["nothing moved"]
     assert not report.ok
     assert run_checks(CHECKS[:1]).ok
 
@@ -63,13 +70,13 @@ def test_an_expected_failure_of_no_check_is_refused() -> None:
         pytest_checks(CHECKS, expected_failures={"goood": "a slip"})
 
 
-def test_hollow_checks_are_skipped_or_fail() -> None:
-    with pytest.raises(pytest.skip.Exception, match="hollow: nothing moved"):
+def test_inconclusive_checks_are_skipped_or_fail() -> None:
+    with pytest.raises(pytest.skip.Exception, match="inconclusive: nothing moved"):
         pytest_checks(CHECKS)(CHECKS[4])
-    with pytest.raises(pytest.fail.Exception, match="hollow: nothing moved"):
-        pytest_checks(CHECKS, allow_hollow=False)(CHECKS[4])
+    with pytest.raises(pytest.fail.Exception, match="inconclusive: nothing moved"):
+        pytest_checks(CHECKS, allow_inconclusive=False)(CHECKS[4])
     with pytest.raises(pytest.skip.Exception, match="not applicable: no lidar"):
-        pytest_checks(CHECKS, allow_hollow=False)(CHECKS[5])
+        pytest_checks(CHECKS, allow_inconclusive=False)(CHECKS[5])
 
 
 def test_an_expected_failure_must_fail() -> None:

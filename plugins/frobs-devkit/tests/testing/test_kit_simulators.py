@@ -15,7 +15,7 @@ from frobs_core.capabilities import Level
 from frobs_core.errors import ModelFileError, SimulationError
 from frobs_core.interfaces import Overlap
 from frobs_core.specs import SimulatorRecord
-from frobs_devkit.testing import CheckFailure, Hollow, NotApplicable, check_simulator, run_checks
+from frobs_devkit.testing import CheckFailure, Inconclusive, NotApplicable, check_simulator, run_checks
 from frobs_sim_mujoco.body import MujocoBody
 from frobs_sim_mujoco.meshes import RobotMeshes
 from frobs_sim_mujoco.robot import MujocoRobot
@@ -29,7 +29,7 @@ INSEPARABLE = {
     "capabilities_are_known": "it reads the record, which is no method: test_a_capability_that_does_not_exist_fails",
     "time_stands_between_steps": "what moves by itself shows wherever the state is read twice",
     "steps_take_their_time": "no simulator here claims real_time: test_a_claim_of_real_time_is_measured",
-    "spawning_is_seen": "the contract has no way yet to ask for it; it is always hollow",
+    "spawning_is_seen": "the contract has no way yet to ask for it; it is always inconclusive",
 }
 """Checks that no fault can be caught by alone, each with the reason."""
 
@@ -547,7 +547,7 @@ def test_the_kit_catches(
         outcome = found.run()
     except CheckFailure:
         return
-    if isinstance(outcome, Hollow) and "no picture can be drawn" in outcome.reason:
+    if isinstance(outcome, Inconclusive) and "no picture can be drawn" in outcome.reason:
         pytest.skip(outcome.reason)
     pytest.fail(f"not caught: {outcome}")
 
@@ -566,7 +566,7 @@ def test_no_other_check_catches(
     )  # seconds each; no fault but those of render reaches them
     found = [one for one in check_simulator("mujoco") if name == "render" or one.name not in drawing]
     report = run_checks(found)
-    if check in [result.name for result in report.hollow]:
+    if check in [result.name for result in report.inconclusive]:
         pytest.skip("nothing can be drawn here")
     assert [result.name for result in report.failed] == [check]
 

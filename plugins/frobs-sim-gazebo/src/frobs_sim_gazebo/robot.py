@@ -197,7 +197,7 @@ class GazeboRobot(RobotHandle):
         if joint_positions is not None:
             base = self._simulation.layout.start(self.name)[None]
             return self._on_base(base, *self.model.frame_pose(link, joint_positions))
-        pos, quat = self._kept(
+        pos, quat = self._cached(
             f"pose {link}",
             lambda: self._on_base(self._base(), *self.model.frame_pose(link, self.joint_positions)),
         )
@@ -221,16 +221,16 @@ class GazeboRobot(RobotHandle):
     def frame_jacobian(self, frame: str) -> Floats:
         """Return (num_envs, 6, dof): rows 0–2 linear, rows 3–5 angular, in the world."""
         link = self.frame_name(frame)
-        (found,) = self._kept(f"jacobian {link}", lambda: (self._bones.jacobian(link, *self._placed()),))
+        (found,) = self._cached(f"jacobian {link}", lambda: (self._bones.jacobian(link, *self._placed()),))
         return found
 
     def _placed(self) -> tuple[Floats, Floats, Floats]:
-        pos, turn, axes = self._kept(
+        pos, turn, axes = self._cached(
             "bodies", lambda: self._bones.place(self._base(), self._simulation.positions[:, self._joints])
         )
         return pos, turn, axes
 
-    def _kept(self, what: str, compute: Callable[[], tuple[Floats, ...]]) -> tuple[Floats, ...]:
+    def _cached(self, what: str, compute: Callable[[], tuple[Floats, ...]]) -> tuple[Floats, ...]:
         """Return what is computed from the state, once for each state."""
         version, found = self._seen.get(what, (-1, ()))
         if version != self._simulation.version:

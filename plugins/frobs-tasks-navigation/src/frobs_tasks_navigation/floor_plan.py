@@ -34,11 +34,11 @@ Positive = Annotated[float, Field(gt=0.0), AfterValidator(_finite)]
 Point = tuple[Number, Number]
 
 
-class _Part(BaseModel):
+class _Element(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-class Box2d(_Part):
+class Box2d(_Element):
     """A rectangle along the axes.
 
     Attributes:
@@ -56,7 +56,7 @@ class Box2d(_Part):
         return self
 
 
-class Wall(_Part):
+class Wall(_Element):
     """A straight wall: from one point to another, or a centre with a length along an axis or in a direction.
 
     Attributes:
@@ -104,7 +104,7 @@ class Wall(_Part):
         return self.centre, self.length, math.radians(float(degrees))
 
 
-class Walls(_Part):
+class Walls(_Element):
     """All walls.
 
     Attributes:
@@ -118,7 +118,7 @@ class Walls(_Part):
     height: Positive = 2.5
 
 
-class MovingBox(_Part):
+class MovingBox(_Element):
     """A box on the floor that stands, or goes to and fro along its own x axis.
 
     Attributes:
@@ -138,7 +138,7 @@ class MovingBox(_Part):
     first_turn: Positive | None = None
 
 
-class Start(_Part):
+class Start(_Element):
     """Where episodes begin: at a point, or somewhere in a rectangle.
 
     Attributes:
@@ -167,7 +167,7 @@ class Start(_Part):
         return np.array(self.pos or self.low, float), np.array(self.pos or self.high, float)
 
 
-class FloorPlan(_Part):
+class FloorPlan(_Element):
     """Where a robot drives: walls, boxes, where it starts and where it is to go.
 
     Attributes:

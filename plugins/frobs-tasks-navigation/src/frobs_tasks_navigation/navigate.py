@@ -22,8 +22,8 @@ from frobs_tasks_navigation import terms
 from frobs_tasks_navigation.boxes import MovingBoxes
 from frobs_tasks_navigation.course import Course
 from frobs_tasks_navigation.floor_plan import read_floor_plan
-from frobs_tasks_navigation.given import checked_goal, checked_start
 from frobs_tasks_navigation.observation import OBSERVABLE, observation_terms
+from frobs_tasks_navigation.reset_options import checked_goal, checked_start
 from frobs_tasks_navigation.scenery import build_scene
 
 
@@ -302,7 +302,7 @@ class Navigate(Task):
         self._observation.values[:] = snapshot["observation"]
         self._distance = snapshot["distance"].copy()
 
-    # -- Parts --
+    # -- Helpers --
 
     def _failed(self) -> Mask:
         failed = self._step.outside if self.area_ends else np.zeros_like(self._step.outside)

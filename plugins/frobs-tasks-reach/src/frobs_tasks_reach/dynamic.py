@@ -13,9 +13,9 @@ from frobs_core.flat_observation import ObservationTerm
 from frobs_core.interfaces import Controller, Simulation, Snapshot
 from frobs_core.random import RandomSource
 from frobs_core.validation import positive
-from frobs_tasks_reach.given import checked_goal
 from frobs_tasks_reach.motion import Oscillation
 from frobs_tasks_reach.reach import Reach
+from frobs_tasks_reach.reset_options import checked_goal
 from frobs_tasks_reach.workspace import Workspace
 
 _SURVEY = 1 << 17  # joint vectors that tell which cells of the goal box are within reach

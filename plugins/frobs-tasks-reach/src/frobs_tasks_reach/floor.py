@@ -11,7 +11,7 @@ from frobs_core.models.meshes import bounding_box
 from frobs_core.rotations import matrix_from_quat
 from frobs_tasks_reach.keep_out import fixed_links
 
-Part = tuple[Geometry, Floats, Floats]
+Solid = tuple[Geometry, Floats, Floats]
 """A shape with its origin (3,) [m] and its rotation matrix (3, 3) in its link's frame."""
 
 
@@ -30,36 +30,36 @@ class FloorClearance:
         self._robot = robot
         self._margin = margin
         standing = {name for name, _, _ in fixed_links(robot.model)}
-        self._parts: dict[str, list[Part]] = {}
+        self._solids: dict[str, list[Solid]] = {}
         for link in robot.model.links:
             if not link.collisions or link.name in standing:
                 continue
-            parts = [
+            solids = [
                 _solid(c.geometry, np.array(c.origin.pos), matrix_from_quat(np.array(c.origin.quat_wxyz)))
                 for c in link.collisions
             ]
-            if self._link_is_clear(link.name, parts, postures).any():
-                self._parts[link.name] = parts
+            if self._link_is_clear(link.name, solids, postures).any():
+                self._solids[link.name] = solids
 
     def is_clear(self, joint_positions: Floats) -> Mask:
         """Return which postures (n, dof) [rad or m] keep z above the margin everywhere; (n,) bool."""
         clear = np.ones(len(joint_positions), bool)
-        for link, parts in self._parts.items():
-            clear &= self._link_is_clear(link, parts, joint_positions)
+        for link, solids in self._solids.items():
+            clear &= self._link_is_clear(link, solids, joint_positions)
         return clear
 
-    def _link_is_clear(self, link: str, parts: list[Part], joint_positions: Floats) -> Mask:
+    def _link_is_clear(self, link: str, solids: list[Solid], joint_positions: Floats) -> Mask:
         pos, quat = self._robot.frame_pose(link, joint_positions)
         w, x, y, z = quat.T
         up = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=-1)  # (n, 3)
         clear = np.ones(len(joint_positions), bool)
-        for geometry, origin, rotation in parts:
+        for geometry, origin, rotation in solids:
             height = pos[:, 2] + (up * origin).sum(axis=-1)
             clear &= height > depth(geometry, (up[:, :, None] * rotation).sum(axis=1)) + self._margin
         return clear
 
 
-def _solid(geometry: Geometry, origin: Floats, rotation: Floats) -> Part:
+def _solid(geometry: Geometry, origin: Floats, rotation: Floats) -> Solid:
     """Return a shape that :func:`depth` knows."""
     if not isinstance(geometry, Mesh):
         return geometry, origin, rotation

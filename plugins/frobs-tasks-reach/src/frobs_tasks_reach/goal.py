@@ -78,9 +78,9 @@ class ReachGoal(Reach, GoalTask):
         tcp, goal = flat.columns["tcp_position"], flat.columns["goal"]
         self.observation_space = gym.spaces.Dict(
             {
-                "observation": _part(flat.space, slice(0, width)),
-                "achieved_goal": _part(flat.space, tcp),
-                "desired_goal": _part(flat.space, goal),
+                "observation": _columns_of(flat.space, slice(0, width)),
+                "achieved_goal": _columns_of(flat.space, tcp),
+                "desired_goal": _columns_of(flat.space, goal),
             }
         )
 
@@ -143,5 +143,5 @@ def _goal_distance(achieved_goal: npt.ArrayLike, desired_goal: npt.ArrayLike) ->
     return distance(np.asarray(desired_goal, np.float64) - np.asarray(achieved_goal, np.float64))
 
 
-def _part(space: gym.spaces.Box, columns: slice) -> gym.spaces.Box:
+def _columns_of(space: gym.spaces.Box, columns: slice) -> gym.spaces.Box:
     return gym.spaces.Box(space.low[columns], space.high[columns], dtype=np.float32)

@@ -231,7 +231,7 @@ class Reach(EpisodeStart):
             turned = self._robot.frame_pose(self._shoulder)[1]
             turn_back(turned, self._offset, out=self._from_shoulder)
 
-    # -- Parts --
+    # -- Helpers --
 
     def _view_or_buffer(self, name: str) -> Floats:
         """Return where something is measured to, (num_envs, 3), observed or not."""

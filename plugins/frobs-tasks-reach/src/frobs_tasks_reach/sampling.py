@@ -59,7 +59,7 @@ class JointSampler:
     def survey(self, count: int) -> Floats:
         """Return where ``count`` joint vectors put the tool: (count, 3) [m], always the same."""
         vectors = self._postures("survey", count)
-        return np.concatenate([self._robot.frame_pose("tcp", part)[0] for part in _parts(vectors, _CHUNK)])
+        return np.concatenate([self._robot.frame_pose("tcp", chunk)[0] for chunk in _chunks(vectors, _CHUNK)])
 
     def start(self) -> Floats | None:
         """Return (dof,) the posture nearest to home that is 5 cm above the floor, or None: home is, or none was found."""
@@ -99,7 +99,7 @@ class JointSampler:
         wanted = np.flatnonzero(open_rows)
         joint_positions, positions = np.empty((len(open_rows), dof)), np.empty((len(open_rows), 3))
         for count in _ROUNDS:
-            for rows in _parts(np.flatnonzero(open_rows), max(1, _CHUNK // count)):
+            for rows in _chunks(np.flatnonzero(open_rows), max(1, _CHUNK // count)):
                 drawn_for = np.zeros(len(open_rows), bool)
                 drawn_for[rows] = True
                 candidates = rng.uniform(stream, self.lower, self.upper, (count, dof), drawn_for)  # (m, count, dof)
@@ -121,7 +121,7 @@ class JointSampler:
         return joint_positions[wanted], positions[wanted]
 
 
-def _parts(rows: np.ndarray[Any, Any], size: int) -> Iterator[np.ndarray[Any, Any]]:
+def _chunks(rows: np.ndarray[Any, Any], size: int) -> Iterator[np.ndarray[Any, Any]]:
     return (rows[start : start + size] for start in range(0, len(rows), size))
 
 

@@ -13,8 +13,8 @@ from frobs_core.interfaces import RobotHandle, Task
 from frobs_core.models import longest_reach
 from frobs_core.random import RandomSource
 from frobs_core.validation import box, number_list, numbers
-from frobs_tasks_reach.given import checked_goal, checked_joint_positions
 from frobs_tasks_reach.keep_out import Foot
+from frobs_tasks_reach.reset_options import checked_goal, checked_joint_positions
 from frobs_tasks_reach.sampling import JointSampler, box_of, in_box
 
 _FLOOR_CLEARANCE = 0.05  # [m] lowest tool at the start of an episode, so that the arm does not start in the floor
@@ -97,7 +97,7 @@ class EpisodeStart(Task):
         """Return how far from where it is put a goal may go along an axis [m]."""
         return 0.0
 
-    # -- Parts --
+    # -- Helpers --
 
     def _place_robot(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
         robot = self._robot

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from frobs_train.comparison.compare import Comparison as Comparison
     from frobs_train.comparison.compare import compare as compare
-    from frobs_train.configuration.config import PartConfig as PartConfig
+    from frobs_train.configuration.config import ComponentConfig as ComponentConfig
     from frobs_train.configuration.config import RunConfig as RunConfig
     from frobs_train.configuration.config import ThreadsConfig as ThreadsConfig
     from frobs_train.configuration.resolve import resolve_config as resolve_config
@@ -56,7 +56,7 @@ _MODULES = {
     "ModelFile": "frobs_train.runs.model_file",
     "ON_EXISTING": "frobs_train.runs.existing",
     "OctantResult": "frobs_train.evaluation.playing",
-    "PartConfig": "frobs_train.configuration.config",
+    "ComponentConfig": "frobs_train.configuration.config",
     "Progress": "frobs_train.training.monitor",
     "Run": "frobs_train.runs.run",
     "RunConfig": "frobs_train.configuration.config",

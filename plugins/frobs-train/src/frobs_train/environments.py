@@ -12,13 +12,13 @@ from gymnasium.vector import AutoresetMode
 from frobs_core.compose import check_num_envs
 from frobs_core.errors import FrobsError
 from frobs_core.registry import find_spec
-from frobs_train.configuration.components import build_part, load_wrapper
-from frobs_train.configuration.config import PartConfig
+from frobs_train.configuration.components import build_component, load_wrapper
+from frobs_train.configuration.config import ComponentConfig
 from frobs_train.errors import ComponentError, EnvironmentBuildError
 
 
 def make_vector_env(
-    environment: str, num_envs: int, kwargs: Mapping[str, Any], wrappers: Sequence[PartConfig] = ()
+    environment: str, num_envs: int, kwargs: Mapping[str, Any], wrappers: Sequence[ComponentConfig] = ()
 ) -> gym.vector.VectorEnv[Any, Any, Any]:
     """Make a vector environment with same-step autoreset: the ID's own where there is one, else one by one.
 
@@ -35,7 +35,7 @@ def make_vector_env(
     """
     check_num_envs(num_envs)
     spec = find_spec(environment)
-    loaded = [(load_wrapper(part), part) for part in wrappers]
+    loaded = [(load_wrapper(component), component) for component in wrappers]
     single = [item for item in loaded if issubclass(item[0], gym.Wrapper)]
     try:
         env = _make_vec(spec, num_envs, kwargs, single)
@@ -44,9 +44,9 @@ def make_vector_env(
     except Exception as error:
         raise EnvironmentBuildError(environment, kwargs, error) from error
     try:
-        for cls, part in loaded:
+        for cls, component in loaded:
             if issubclass(cls, gym.vector.VectorWrapper):
-                env = build_part(cls, [env], part, "wrapper")
+                env = build_component(cls, [env], component, "wrapper")
     except BaseException:
         env.close()
         raise
@@ -57,7 +57,7 @@ def _make_vec(
     spec: gym.envs.registration.EnvSpec,
     num_envs: int,
     kwargs: Mapping[str, Any],
-    wrappers: Sequence[tuple[type[Any], PartConfig]],
+    wrappers: Sequence[tuple[type[Any], ComponentConfig]],
 ) -> gym.vector.VectorEnv[Any, Any, Any]:
     if spec.vector_entry_point is not None and not spec.additional_wrappers and not wrappers:
         env = gym.make_vec(spec, num_envs, vectorization_mode="vector_entry_point", **kwargs)
@@ -69,17 +69,20 @@ def _make_vec(
         num_envs,
         vectorization_mode="sync",
         vector_kwargs={"autoreset_mode": AutoresetMode.SAME_STEP},
-        wrappers=[partial(_wrap, cls, part) for cls, part in wrappers],
+        wrappers=[partial(_wrap, cls, component) for cls, component in wrappers],
         **kwargs,
     )
 
 
-def _wrap(cls: type[Any], part: PartConfig, env: gym.Env[Any, Any]) -> Any:
-    return build_part(cls, [env], part, "wrapper")
+def _wrap(cls: type[Any], component: ComponentConfig, env: gym.Env[Any, Any]) -> Any:
+    return build_component(cls, [env], component, "wrapper")
 
 
 def make_env(
-    environment: str, kwargs: Mapping[str, Any], render_mode: str | None = None, wrappers: Sequence[PartConfig] = ()
+    environment: str,
+    kwargs: Mapping[str, Any],
+    render_mode: str | None = None,
+    wrappers: Sequence[ComponentConfig] = (),
 ) -> gym.Env[Any, Any]:
     """Make one environment.
 
@@ -94,12 +97,12 @@ def make_env(
         ConfigurationError: The environment cannot be built with these keywords, or a wrapper is one of vectors.
     """
     spec = find_spec(environment)
-    loaded = [(load_wrapper(part), part) for part in wrappers]
-    for cls, part in loaded:
+    loaded = [(load_wrapper(component), component) for component in wrappers]
+    for cls, component in loaded:
         if not issubclass(cls, gym.Wrapper):
             raise ComponentError(
                 "wrapper",
-                part.name,
+                component.name,
                 "is one of vectors, and a window or video shows a single environment; "
                 "evaluate the run instead, or write it as a gymnasium.Wrapper.",
             )
@@ -109,6 +112,6 @@ def make_env(
         raise
     except Exception as error:
         raise EnvironmentBuildError(environment, kwargs, error) from error
-    for cls, part in loaded:
-        env = _wrap(cls, part, env)
+    for cls, component in loaded:
+        env = _wrap(cls, component, env)
     return env

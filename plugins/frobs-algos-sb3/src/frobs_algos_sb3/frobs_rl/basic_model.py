@@ -86,8 +86,8 @@ class BasicModel:
         if env is None or log_path is None:
             raise MissingSettingError(type(self).__name__, "an environment and a log_path")
         path = find_config(config_file_pkg, config_filename or f"{self.algorithm}_config.yaml")
-        self._given = load_parameters(path, ns)
-        self.settings = read_settings(self._given, self.algorithm, path)
+        self._parameters = load_parameters(path, ns)
+        self.settings = read_settings(self._parameters, self.algorithm, path)
         for key in self.settings.unused:
             _log.warning("%s: '%s' means nothing to %s; it is not used.", path, key, type(self).__name__)
         self._models = Path(save_model_path)
@@ -260,8 +260,8 @@ class BasicModel:
         """Return the settings as they stand now."""
         if self.settings is None:
             raise RunError("this model was opened for predictions; build it with a YAML file to train or save it.")
-        mapping = current_parameters(self._given, self._ns)
-        if mapping is not self._given:
+        mapping = current_parameters(self._parameters, self._ns)
+        if mapping is not self._parameters:
             self.settings = read_settings(mapping, self.algorithm, f"the parameter server, {self._ns}")
         return self.settings
 

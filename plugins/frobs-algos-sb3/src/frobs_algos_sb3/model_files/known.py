@@ -119,7 +119,7 @@ def policy_class(value: Any) -> type[Any]:
     return result
 
 
-def part(field: str, written: Any) -> type[Any]:
+def policy_argument_class(field: str, written: Any) -> type[Any]:
     """Return a class that ``policy_kwargs`` names.
 
     Args:

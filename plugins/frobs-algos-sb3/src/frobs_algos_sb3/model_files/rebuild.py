@@ -184,7 +184,7 @@ def _keyword(key: str, value: Any, accepted: Mapping[str, Any], sizes: set[int])
     if key not in accepted:
         raise Unreadable(f"the policy takes no '{key}'")
     if key in ("activation_fn", "optimizer_class", "features_extractor_class"):
-        return known.part(key, value)
+        return known.policy_argument_class(key, value)
     if key in ("net_arch", "critic_net_arch"):
         return _net_arch(value, sizes)
     if key in ("features_extractor_kwargs", "optimizer_kwargs", "lstm_kwargs"):

@@ -18,7 +18,7 @@ _SIGNS = {
     "passed": ("✓", "green"),
     "failed": ("✗", "bold red"),
     "expected_failure": ("✗", "yellow"),
-    "hollow": ("○", "yellow"),
+    "inconclusive": ("○", "yellow"),
     "not_applicable": ("–", "dim"),
 }
 
@@ -53,7 +53,7 @@ def check(
 ) -> None:
     """Check that an environment, a part or a plugin keeps its contract.
 
-    A check is hollow (○) where it ran and saw nothing that could have failed: no episode ended, nothing moved. At the
+    A check is inconclusive (○) where it ran and saw nothing that could have failed: no episode ended, nothing moved. At the
     end stand the simulator's capabilities that were verified, and on which versions. Exits with 1 where a check failed
     (✗).
 
@@ -104,8 +104,8 @@ def _print_end(subject: Subject, report: Report) -> None:
     from rich.text import Text
 
     out = console()
-    if report.hollow:
-        names = ", ".join(result.name for result in report.hollow)
+    if report.inconclusive:
+        names = ", ".join(result.name for result in report.inconclusive)
         out.print(Text(f"warning: these saw nothing that could have failed: {names}", style="yellow"), soft_wrap=True)
     verified = [f"{name} ({subject.claims[name]})" if name in subject.claims else name
                 for name in report.verified_capabilities]  # fmt: skip

@@ -10,7 +10,7 @@ or run them with :func:`run_checks`, which is what ``frobs check`` does with wha
 """
 
 from frobs_devkit.testing.algorithm import check_algorithm
-from frobs_devkit.testing.checks import Check, CheckFailure, Hollow, NotApplicable
+from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, NotApplicable
 from frobs_devkit.testing.controller import check_controller
 from frobs_devkit.testing.environment import check_env
 from frobs_devkit.testing.find import Subject, find_subject
@@ -24,7 +24,7 @@ from frobs_devkit.testing.task import check_task
 __all__ = [
     "Check",
     "CheckFailure",
-    "Hollow",
+    "Inconclusive",
     "NotApplicable",
     "Report",
     "Result",

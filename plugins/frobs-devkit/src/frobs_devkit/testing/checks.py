@@ -18,7 +18,7 @@ class CheckFailure(FrobsError, AssertionError):  # noqa: N818 - pytest's word, a
 
 
 @dataclass(frozen=True)
-class Hollow:
+class Inconclusive:
     """The check ran and saw nothing that could have failed: no episode ended, nothing moved, a package is missing.
 
     Attributes:
@@ -39,7 +39,7 @@ class NotApplicable:
     reason: str
 
 
-Outcome: TypeAlias = Hollow | NotApplicable | None
+Outcome: TypeAlias = Inconclusive | NotApplicable | None
 """None: the check held."""
 
 

@@ -14,7 +14,7 @@ from frobs_core.plugins import PluginReport
 from frobs_core.plugins.discovery import normalize
 from frobs_core.specs import KINDS, SimulatorRecord, TaskRecord
 from frobs_devkit.testing.algorithm import check_algorithm
-from frobs_devkit.testing.checks import Check, Hollow
+from frobs_devkit.testing.checks import Check, Inconclusive
 from frobs_devkit.testing.controller import check_controller
 from frobs_devkit.testing.environment import CHECKS as ENVIRONMENT_CHECKS
 from frobs_devkit.testing.environment import check_env
@@ -23,7 +23,7 @@ from frobs_devkit.testing.robot import check_robot
 from frobs_devkit.testing.simulator import check_simulator
 from frobs_devkit.testing.task import check_task
 
-_NO_ROBOT = Hollow("the ID takes any robot; name one with --robot, or robot= of check_env")
+_NO_ROBOT = Inconclusive("the ID takes any robot; name one with --robot, or robot= of check_env")
 
 
 @dataclass(frozen=True)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 
-from frobs_devkit.testing.checks import Check, Hollow, NotApplicable
+from frobs_devkit.testing.checks import Check, Inconclusive, NotApplicable
 from frobs_devkit.testing.report import refuse_unknown
 
 
 def pytest_checks(
-    checks: Iterable[Check], *, expected_failures: Mapping[str, str] | None = None, allow_hollow: bool = True
+    checks: Iterable[Check], *, expected_failures: Mapping[str, str] | None = None, allow_inconclusive: bool = True
 ) -> Callable[[Check], None]:
     """Return a test function with one case for each check.
 
@@ -17,12 +17,12 @@ def pytest_checks(
 
         test_conformance = pytest_checks(check_env("frobs_core:frobs/Irb120Reach-v0"))
 
-    A check that is hollow or not applicable is shown as skipped, with its reason.
+    A check that is inconclusive or not applicable is shown as skipped, with its reason.
 
     Args:
         checks: From the ``check_…`` functions.
         expected_failures: Why a check fails, by its name. It must fail: one that passes is a failure.
-        allow_hollow: False: a hollow check fails.
+        allow_inconclusive: False: an inconclusive check fails.
 
     Raises:
         UnknownNameError: An expected failure names none of the checks.
@@ -43,10 +43,10 @@ def pytest_checks(
     @pytest.mark.parametrize("check", cases)
     def test_conformance(check: Check) -> None:
         outcome = check.run()
-        if isinstance(outcome, Hollow) and not allow_hollow:
-            pytest.fail(f"hollow: {outcome.reason}")
-        if isinstance(outcome, Hollow):
-            pytest.skip(f"hollow: {outcome.reason}")
+        if isinstance(outcome, Inconclusive) and not allow_inconclusive:
+            pytest.fail(f"inconclusive: {outcome.reason}")
+        if isinstance(outcome, Inconclusive):
+            pytest.skip(f"inconclusive: {outcome.reason}")
         if isinstance(outcome, NotApplicable):
             pytest.skip(f"not applicable: {outcome.reason}")
 

@@ -17,7 +17,7 @@ from frobs_core.plugins.probe import Probe, probe
 from frobs_core.plugins.requirements import core_versions, has_upper_bound, is_made_for, missing
 from frobs_core.specs import AlgorithmRecord, Record, TaskRecord
 from frobs_devkit.doctor.plugins import HEAVY
-from frobs_devkit.testing.checks import Check, CheckFailure, Hollow, Outcome, collect, expect
+from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, Outcome, collect, expect
 
 _BASES: dict[str, type] = {"simulator": Simulation, "controller": Controller, "task": Task, "algorithm": Algorithm}
 _ID = re.compile(r"[\w.-]+/[\w.-]+-v\d+")
@@ -113,7 +113,7 @@ def core_versions_are_stated(subject: PluginUnderTest) -> Outcome:
     """The distribution requires a range of versions of frobs-core with an end, and this version is in it."""
     requirements = subject.candidate.requirements
     if not requirements and subject.candidate.version in ("0", "(no version)"):
-        return Hollow("the plugin was not installed by pip; its metadata says nothing")
+        return Inconclusive("the plugin was not installed by pip; its metadata says nothing")
     made_for = core_versions(requirements)
     expect(is_made_for(made_for, __version__), f"it is made for frobs-core {made_for}, and this is {__version__}.")
     expect(

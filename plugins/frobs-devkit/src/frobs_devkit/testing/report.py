@@ -12,7 +12,7 @@ from typing import Any
 
 from frobs_core import plugins
 from frobs_core.errors import UnknownNameError
-from frobs_devkit.testing.checks import Check, CheckFailure, Hollow, NotApplicable
+from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, NotApplicable
 
 _DECIDING = ("gymnasium", "numpy")
 """What of the core's requirements decides over numbers."""
@@ -25,7 +25,7 @@ class Result:
     Attributes:
         name: The check's.
         description: The check's.
-        status: ``"passed"``, ``"failed"``, ``"expected_failure"``, ``"hollow"`` or ``"not_applicable"``.
+        status: ``"passed"``, ``"failed"``, ``"expected_failure"``, ``"inconclusive"`` or ``"not_applicable"``.
         message: Why, where it has not passed.
         seconds: How long it took [s].
         capability: The simulator's capability that it verifies, or ``""``.
@@ -62,15 +62,15 @@ class Report:
         return tuple(result for result in self.results if result.status == "failed")
 
     @property
-    def hollow(self) -> tuple[Result, ...]:
+    def inconclusive(self) -> tuple[Result, ...]:
         """The results of the checks that saw nothing that could have failed."""
-        return tuple(result for result in self.results if result.status == "hollow")
+        return tuple(result for result in self.results if result.status == "inconclusive")
 
     @property
     def verified_capabilities(self) -> tuple[str, ...]:
-        """The capabilities of which at least one check passed and none failed or was hollow, by name."""
+        """The capabilities of which at least one check passed and none failed or was inconclusive, by name."""
         passed = {result.capability for result in self.results if result.status == "passed"}
-        doubtful = {result.capability for result in self.results if result.status in ("failed", "hollow")}
+        doubtful = {result.capability for result in self.results if result.status in ("failed", "inconclusive")}
         return tuple(sorted(passed - doubtful - {""}))
 
     def as_dict(self) -> dict[str, Any]:
@@ -137,8 +137,8 @@ def _run(check: Check) -> Result:
     except Exception as error:  # a subject may raise anything; the other checks go on
         status, message = "failed", f"{type(error).__name__}: {error}"
     else:
-        if isinstance(outcome, Hollow):
-            status, message = "hollow", outcome.reason
+        if isinstance(outcome, Inconclusive):
+            status, message = "inconclusive", outcome.reason
         elif isinstance(outcome, NotApplicable):
             status, message = "not_applicable", outcome.reason
     seconds = round(time.perf_counter() - start, 3)

@@ -6,10 +6,10 @@ import logging
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
+from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.loop import Loop
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.ode import Ode
-from frobs_ros.bridge.part import Part
 from frobs_ros.bridge.world import NANO, World
 
 _Result = TypeVar("_Result")
@@ -23,7 +23,7 @@ class Bridge:
     Args:
         world: The world.
         paused: Whether it begins paused.
-        furnish: Makes the parts of a model that has just come: its plugins and controllers.
+        furnish: Makes the components of a model that was just added: its plugins and controllers.
 
     Attributes:
         world: To be touched in the loop's thread alone: through :meth:`call`.
@@ -31,12 +31,12 @@ class Bridge:
         ode: Numbers of ODE's solver, which are kept and told.
     """
 
-    def __init__(self, world: World, *, paused: bool, furnish: Callable[[Bridge, Model], Sequence[Part]]) -> None:
+    def __init__(self, world: World, *, paused: bool, furnish: Callable[[Bridge, Model], Sequence[Component]]) -> None:
         self.world, self.ode = world, Ode()
         self.loop = Loop(self, paused)
         self._furnish = furnish
-        self._general: list[Part] = []
-        self._parts: dict[str, list[Part]] = {}
+        self._general: list[Component] = []
+        self._components: dict[str, list[Component]] = {}
         self.max_update_rate = 1000.0
 
     @property
@@ -53,9 +53,9 @@ class Bridge:
         """Let the loop's thread run something, and return its result."""
         return self.loop.call(function)
 
-    def join(self, part: Part) -> None:
-        """Let a part take part that belongs to no model."""
-        self._general.append(part)
+    def join(self, component: Component) -> None:
+        """Add a component that belongs to no model."""
+        self._general.append(component)
 
     def add(self, model: Model) -> None:
         """Put a model into the world, with its plugins; in the loop's thread.
@@ -66,14 +66,14 @@ class Bridge:
         """
         self.world.add(model)
         try:
-            self._parts[model.name] = list(self._furnish(self, model))
+            self._components[model.name] = list(self._furnish(self, model))
         except BaseException:
             self.world.remove(model.name)
             raise
 
-    def extend(self, name: str, parts: Sequence[Part]) -> None:
-        """Give further parts to a model that is there."""
-        self._parts[name] += parts
+    def extend(self, name: str, components: Sequence[Component]) -> None:
+        """Add components to an existing model."""
+        self._components[name] += components
 
     def remove(self, name: str) -> None:
         """Take a model out of the world, with its plugins; in the loop's thread.
@@ -82,8 +82,8 @@ class Bridge:
             UnknownNameError: There is none of that name.
         """
         self.world.model(name)
-        for part in self._parts.pop(name, []):
-            part.close()
+        for component in self._components.pop(name, []):
+            component.close()
         self.world.remove(name)
 
     def step(self, steps: int) -> None:
@@ -110,15 +110,15 @@ class Bridge:
     def reset(self, *, time: bool) -> None:
         """Put everything back; in the loop's thread."""
         self.world.reset(time=time)
-        for part in self._all():
-            part.reset(self.world)
+        for component in self._all():
+            component.reset(self.world)
         self.loop.keep_pace()
         self.tell()
 
     def tell(self) -> None:
         """Publish the time, so that clients have it although it stands still."""
-        for part in self._general:
-            part.publish(self.world)
+        for component in self._general:
+            component.publish(self.world)
 
     def fail(self, error: Exception) -> None:
         """Take note that a step failed; the loop has paused."""
@@ -127,32 +127,32 @@ class Bridge:
     def close(self) -> None:
         """End the loop and leave the ROS graph; twice is harmless."""
         self.loop.close()
-        for part in self._all():
-            part.close()
-        self._parts.clear()
+        for component in self._all():
+            component.close()
+        self._components.clear()
         self._general.clear()
         self.world.close()
 
-    def _all(self) -> list[Part]:
-        return [*self._general, *(part for parts in self._parts.values() for part in parts)]
+    def _all(self) -> list[Component]:
+        return [*self._general, *(component for components in self._components.values() for component in components)]
 
     def _go(self, most: int) -> None:
         """Step until something is due, and at most so far; then publish what is."""
-        world, parts = self.world, self._all()
-        due = [time for part in parts if (time := part.due_ns()) is not None]
+        world, components = self.world, self._all()
+        due = [time for component in components if (time := component.due_ns()) is not None]
         change = world.forces.next_change_ns(world.time_ns)
         steps = min([most, *(world.steps_until(time) for time in [*due, *([] if change is None else [change])])])
-        for part in parts:
-            least = part.most_steps(world)
+        for component in components:
+            least = component.most_steps(world)
             steps = steps if least is None else min(steps, least)
         if any(model.drive.needs_every_step for model in world.robots()):
             steps = 1
-        for part in parts:
-            part.before(world, steps)
+        for component in components:
+            component.before(world, steps)
         world.step(steps)
-        for part in parts:
-            part.after(world)
-        for part in parts:
-            time = part.due_ns()
+        for component in components:
+            component.after(world)
+        for component in components:
+            time = component.due_ns()
             if time is not None and time <= world.time_ns:
-                part.publish(world)
+                component.publish(world)

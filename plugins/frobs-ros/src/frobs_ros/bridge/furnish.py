@@ -8,25 +8,25 @@ from typing import Any
 
 from frobs_core.errors import UnknownNameError
 from frobs_ros.bridge.bridge import Bridge
+from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.controllers.manager import ControllerManager
 from frobs_ros.bridge.controllers.types import TYPES
 from frobs_ros.bridge.extras import Plugin, read_plugins
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.part import Part
 from frobs_ros.bridge.plugins.drive import Drive, read_diff_drive, read_kobuki, topic
 from frobs_ros.bridge.plugins.sensors import Scan, Truth
 
 LOG = logging.getLogger("frobs.bridge")
 
 
-def furnish(bridge: Bridge, model: Model) -> Sequence[Part]:
+def furnish(bridge: Bridge, model: Model) -> Sequence[Component]:
     """Make the parts of a model that has just come; in the loop's thread.
 
     Raises:
         ConfigurationError: A plugin has impossible parameters.
         UnknownNameError: A plugin names a joint or a link that there is not.
     """
-    parts: list[Part] = []
+    components: list[Component] = []
     try:
         for plugin in read_plugins(model.description.elements):
             space = plugin.text("robotNamespace", "ns", default=model.namespace).strip("/")
@@ -39,12 +39,12 @@ def furnish(bridge: Bridge, model: Model) -> Sequence[Part]:
                     plugin.file,
                 )
             elif not model.is_static:
-                parts.append(make(bridge, model, plugin, f"/{space}" if space else ""))
+                components.append(make(bridge, model, plugin, f"/{space}" if space else ""))
     except BaseException:
-        for part in parts:
-            part.close()
+        for component in components:
+            component.close()
         raise
-    return parts
+    return components
 
 
 def add_manager(bridge: Bridge, model: Model, space: str) -> ControllerManager:
@@ -62,7 +62,7 @@ def add_manager(bridge: Bridge, model: Model, space: str) -> ControllerManager:
     return manager
 
 
-def _joint_states(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Part:
+def _joint_states(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Component:
     names = plugin.text("jointName").replace(",", " ").split()
     for name in names:
         if name not in model.joints:
@@ -72,7 +72,7 @@ def _joint_states(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> P
     return make(model, f"{space}/{plugin.name}", {**parameters, "joints": names} if names else parameters)
 
 
-def _scan(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Part:
+def _scan(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Component:
     return Scan(
         model,
         plugin.sensor,
@@ -82,7 +82,7 @@ def _scan(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Part:
     )
 
 
-def _truth(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Part:
+def _truth(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Component:
     link = plugin.text("bodyName")
     if link not in model.links:
         raise UnknownNameError(f"link of '{model.name}' for the plugin '{plugin.name}'", link, model.links)
@@ -92,7 +92,7 @@ def _truth(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Part:
     )
 
 
-PLUGINS: dict[str, Callable[[Bridge, Model, Plugin, str], Part]] = {
+PLUGINS: dict[str, Callable[[Bridge, Model, Plugin, str], Component]] = {
     "gazebo_ros_control": lambda bridge, model, plugin, space: add_manager(bridge, model, space),
     "gazebo_ros_diff_drive": lambda bridge, model, plugin, space: Drive(
         bridge.world, model, *read_diff_drive(plugin, model, space)

@@ -127,10 +127,10 @@ def _receive(connection: socket.socket) -> bytes:
 def _exactly(connection: socket.socket, size: int) -> bytes:
     received = b""
     while len(received) < size:
-        part = connection.recv(size - len(received))
-        if not part:
+        component = connection.recv(size - len(received))
+        if not component:
             raise GzError("the bridge closed the connection.")
-        received += part
+        received += component
     return received
 
 

@@ -8,14 +8,14 @@ from typing import Any
 
 from frobs_core.errors import FrobsError
 from frobs_ros.bridge.bridge import LOG, Bridge
-from frobs_ros.bridge.part import Part, stamp
+from frobs_ros.bridge.component import Component, stamp
 from frobs_ros.bridge.poses import Motion, Place, write_pose, write_twist
 from frobs_ros.bridge.services.links import set_link_state
 from frobs_ros.bridge.services.models import set_model_state
 from frobs_ros.bridge.world import World
 
 
-class Clock(Part):
+class Clock(Component):
     """``/clock``.
 
     Args:
@@ -35,7 +35,7 @@ class Clock(Part):
         self._publisher.publish(self._message(stamp(world.time_ns)))
 
 
-class States(Part):
+class States(Component):
     """``/gazebo/model_states`` and ``/gazebo/link_states``, made only where somebody listens.
 
     Args:
@@ -72,7 +72,7 @@ class States(Part):
         publisher.publish(message)
 
 
-class Wishes(Part):
+class Wishes(Component):
     """Listens to ``/gazebo/set_model_state`` and ``/gazebo/set_link_state``, which are the services without an answer.
 
     Args:

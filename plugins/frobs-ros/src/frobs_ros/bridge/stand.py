@@ -9,10 +9,10 @@ from typing import Any
 from frobs_core.compose import describe
 from frobs_core.interfaces import Robot
 from frobs_ros.bridge.bridge import Bridge
+from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.controllers.manager import ControllerManager
 from frobs_ros.bridge.furnish import add_manager
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.part import Part
 from frobs_ros.bridge.plugins.drive import Drive, DriveSettings
 from frobs_ros.bridge.plugins.sensors import Scan
 from frobs_ros.bridge.poses import WORLD
@@ -68,7 +68,7 @@ def stand_up(bridge: Bridge, model: Model, description: Robot) -> None:
     else:
         LOG.warning("'%s' is described in MJCF, which ROS cannot read: there is no robot_description", model.name)
     bridge.add(model)
-    bridge.extend(model.name, _parts(bridge, model, description, prefix))
+    bridge.extend(model.name, _components(bridge, model, description, prefix))
 
 
 def fill(bridge: Bridge, file: WorldFile) -> None:
@@ -81,10 +81,10 @@ def fill(bridge: Bridge, file: WorldFile) -> None:
         bridge.add(Model(name, "", description, place))
 
 
-def _parts(bridge: Bridge, model: Model, robot: Robot, prefix: str) -> Sequence[Part]:
+def _components(bridge: Bridge, model: Model, robot: Robot, prefix: str) -> Sequence[Component]:
     placement = model.description.placement
     assert placement is not None
-    parts: list[Part] = []
+    components: list[Component] = []
     wheels: tuple[str, ...] = ()
     drive = robot.differential_drive
     if drive is not None:
@@ -100,16 +100,16 @@ def _parts(bridge: Bridge, model: Model, robot: Robot, prefix: str) -> Sequence[
             **_accelerations(drive),
         )
         root = placement.model.root
-        parts.append(
+        components.append(
             Drive(
                 bridge.world, model, base, DriveSettings(f"{prefix}/cmd_vel", f"{prefix}/odom", "odom", root, rate=50.0)
             )
         )
     for name, lidar in robot.lidars.items():
-        parts.append(Scan(model, name, f"{prefix}/{'scan' if len(robot.lidars) == 1 else name}", lidar.frame))
+        components.append(Scan(model, name, f"{prefix}/{'scan' if len(robot.lidars) == 1 else name}", lidar.frame))
     if not model.description.has_transmissions:
-        parts.append(_controllers(bridge, model, prefix, [joint for joint in model.joints if joint not in wheels]))
-    return parts
+        components.append(_controllers(bridge, model, prefix, [joint for joint in model.joints if joint not in wheels]))
+    return components
 
 
 def _accelerations(drive: Any) -> dict[str, float]:

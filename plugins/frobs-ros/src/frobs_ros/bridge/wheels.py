@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from frobs_core.models.defaults import BANDWIDTH
+from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.part import Part
 from frobs_ros.bridge.poses import Motion, Place, write_pose, write_twist
 from frobs_ros.bridge.world import NANO, World
 
@@ -152,7 +152,7 @@ def _towards(present: float, wanted: float, most: float) -> float:
     return present + max(-most, min(most, wanted - present))
 
 
-class Driving(Part):
+class Driving(Component):
     """A part that drives on two wheels: listens to twists, and publishes where they have brought the robot."""
 
     def listen(self, driver: Driver, command: str, odom: str, frames: tuple[str, str], tf: bool) -> None:

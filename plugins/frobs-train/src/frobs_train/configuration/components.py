@@ -14,11 +14,11 @@ from frobs_core.yaml import find_origin
 from frobs_train.errors import ComponentError
 
 if TYPE_CHECKING:
-    from frobs_train.configuration.config import PartConfig
+    from frobs_train.configuration.config import ComponentConfig
 
 
-def load_part(name: str, what: str) -> Any:
-    """Import what a name stands for.
+def load_component(name: str, what: str) -> Any:
+    """Import a wrapper's or callback's class by its name.
 
     Args:
         name: ``"package.module:Name"``.
@@ -46,60 +46,60 @@ def load_part(name: str, what: str) -> Any:
         ) from None
 
 
-def load_wrapper(part: PartConfig) -> type[Any]:
+def load_wrapper(component: ComponentConfig) -> type[Any]:
     """Import a wrapper's class.
 
     Raises:
         ConfigurationError: It is none of Gymnasium's two kinds.
     """
-    found = load_part(part.name, "wrapper")
+    found = load_component(component.name, "wrapper")
     if not (isinstance(found, type) and issubclass(found, (gym.Wrapper, gym.vector.VectorWrapper))):
         raise ComponentError(
-            "wrapper", part.name, "is neither a gymnasium.Wrapper nor a gymnasium.vector.VectorWrapper."
+            "wrapper", component.name, "is neither a gymnasium.Wrapper nor a gymnasium.vector.VectorWrapper."
         )
     return found
 
 
-def check_parts(parts: Sequence[PartConfig], written: Any, what: str) -> None:
-    """Import parts and check their keywords, before anything is built.
+def check_components(components: Sequence[ComponentConfig], written: Any, what: str) -> None:
+    """Import components and check their keywords before anything is built.
 
     Args:
-        parts: The parts.
+        components: Wrappers or callbacks, as the configuration lists them.
         written: What they were read from, for file and line.
         what: ``"wrapper"`` or ``"callback"``.
 
     Raises:
-        ConfigurationError: A part cannot be used.
+        ConfigurationError: A component cannot be used.
         UnknownParameterError: It takes no such keyword; the nearest is named.
         ConfigFileError: Either, where it was read from a file.
     """
-    for index, part in enumerate(parts):
+    for index, component in enumerate(components):
         key = "name"
         try:
-            found = load_wrapper(part) if what == "wrapper" else load_part(part.name, what)
+            found = load_wrapper(component) if what == "wrapper" else load_component(component.name, what)
             taken = _keywords(found, without_first=what == "wrapper")
-            for key in part.kwargs:
+            for key in component.kwargs:
                 if taken is not None and key not in taken:
-                    raise UnknownParameterError(f"{what} '{part.name}'", key, taken)
+                    raise UnknownParameterError(f"{what} '{component.name}'", key, taken)
         except ConfigurationError as error:
             origin = find_origin({f"{what}s": written}, [f"{what}s", index, key])
             raise (ConfigFileError(*origin, str(error)) if origin else error) from None
 
 
-def build_part(factory: Any, args: Sequence[Any], part: PartConfig, what: str) -> Any:
-    """Call what a part names.
+def build_component(factory: Any, args: Sequence[Any], component: ComponentConfig, what: str) -> Any:
+    """Call the factory of a component.
 
     Raises:
         ConfigurationError: It refuses its keywords.
     """
     try:
-        return factory(*args, **part.kwargs)
+        return factory(*args, **component.kwargs)
     except FrobsError:
         raise
     except Exception as error:
-        given = ", ".join(f"{key}={value!r}" for key, value in part.kwargs.items())
+        given = ", ".join(f"{key}={value!r}" for key, value in component.kwargs.items())
         raise ComponentError(
-            what, part.name, f"cannot be built{f' with {given}' if given else ''}: {type(error).__name__}: {error}"
+            what, component.name, f"cannot be built{f' with {given}' if given else ''}: {type(error).__name__}: {error}"
         ) from error
 
 

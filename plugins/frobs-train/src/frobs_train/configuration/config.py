@@ -34,8 +34,8 @@ class ThreadsConfig(BaseModel):
     torch: Annotated[int, Field(ge=1)] | None = None
 
 
-class PartConfig(BaseModel):
-    """Something by name, with the keywords that it is built with standing beside the name.
+class ComponentConfig(BaseModel):
+    """A wrapper or callback by name; further keys are the keywords of its constructor.
 
     Attributes:
         name: ``"package.module:Name"``.
@@ -93,8 +93,8 @@ class RunConfig(BaseModel):
     evaluation_episodes: Annotated[int, Field(ge=1)] = 100
     stop_at_success: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
     threads: Annotated[ThreadsConfig, BeforeValidator(_or_nothing)] = ThreadsConfig()
-    wrappers: list[PartConfig] = []
-    callbacks: list[PartConfig] = []
+    wrappers: list[ComponentConfig] = []
+    callbacks: list[ComponentConfig] = []
 
     def keywords(
         self, *, simulator: str | None = None, randomize: bool | Mapping[str, Any] | None = None

@@ -18,7 +18,7 @@ from frobs_core.randomization import read_settings
 from frobs_core.specs import AlgorithmRecord
 from frobs_core.validation import validate
 from frobs_core.yaml import ConfigMapping, find_origin, load_yaml_text, load_yaml_value, merge
-from frobs_train.configuration.components import check_parts
+from frobs_train.configuration.components import check_components
 from frobs_train.configuration.config import OWNER, RunConfig, algorithm_record, resolve_algorithm_config
 from frobs_train.configuration.other_layouts import read_config_file
 
@@ -67,8 +67,8 @@ def resolve_config(
     config = validate(RunConfig, merged, OWNER)
     _check_randomize(merged)
     _check_stop(config)
-    check_parts(config.wrappers, merged.get("wrappers"), "wrapper")
-    check_parts(config.callbacks, merged.get("callbacks"), "callback")
+    check_components(config.wrappers, merged.get("wrappers"), "wrapper")
+    check_components(config.callbacks, merged.get("callbacks"), "callback")
     own = _with_threads(merged.get("algorithm_config", {}), config.threads.torch)
     return config.model_copy(update={"algorithm_config": resolve_algorithm_config(record, own)})
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from frobs_train.configuration.components import build_part, load_part
+from frobs_train.configuration.components import build_component, load_component
 from frobs_train.errors import ComponentError
 
 if TYPE_CHECKING:
-    from frobs_train.configuration.config import PartConfig
+    from frobs_train.configuration.config import ComponentConfig
     from frobs_train.runs.checkpoints import Checkpoint
     from frobs_train.runs.run import Run
     from frobs_train.training.monitor import Progress
@@ -49,18 +49,20 @@ class TrainingCallback:
         """Take note that the training has ended, and was not interrupted."""
 
 
-def build_callbacks(parts: list[PartConfig]) -> list[TrainingCallback]:
+def build_callbacks(components: list[ComponentConfig]) -> list[TrainingCallback]:
     """Build the callbacks of a configuration.
 
     Raises:
         ConfigurationError: One cannot be built, or is none.
     """
     built = []
-    for part in parts:
-        callback = build_part(load_part(part.name, "callback"), (), part, "callback")
+    for component in components:
+        callback = build_component(load_component(component.name, "callback"), (), component, "callback")
         if not isinstance(callback, TrainingCallback):
             raise ComponentError(
-                "callback", part.name, f"is a {type(callback).__name__}; derive it from frobs_train.TrainingCallback."
+                "callback",
+                component.name,
+                f"is a {type(callback).__name__}; derive it from frobs_train.TrainingCallback.",
             )
         built.append(callback)
     return built

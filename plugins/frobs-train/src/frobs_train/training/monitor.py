@@ -49,8 +49,8 @@ class Progress:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Parts:
-    """What a monitor works with.
+class RunContext:
+    """The environment, log and callbacks of a training run.
 
     Attributes:
         env: What is trained on.
@@ -80,7 +80,7 @@ class RunMonitor:
 
     Args:
         run: The run.
-        parts: What it works with.
+        context: The environment, log and callbacks.
         state: Where the run stands; None: at its beginning.
         checkpoint: That it continues from; None: it begins.
 
@@ -91,14 +91,14 @@ class RunMonitor:
     """
 
     def __init__(
-        self, run: Run, parts: Parts, state: RunState | None = None, checkpoint: Checkpoint | None = None
+        self, run: Run, context: RunContext, state: RunState | None = None, checkpoint: Checkpoint | None = None
     ) -> None:
         config = run.config
         self._run = run
-        self._parts = parts
+        self._context = context
         self._every = config.checkpoint_every or max(1, config.steps // 10)
         self._log_every = config.log_every or max(1, config.steps // 500)
-        self._evaluate_every = math.inf if parts.evaluation is None else (config.evaluate_every or math.inf)
+        self._evaluate_every = math.inf if context.evaluation is None else (config.evaluate_every or math.inf)
         self._metrics: dict[str, float] = {} if state is None else dict(state.metrics)
         self._early = False
         self._start = time.perf_counter() - (0.0 if state is None else state.elapsed)
@@ -118,7 +118,7 @@ class RunMonitor:
         """Return whether a row, an evaluation or a checkpoint is due, or somebody wants the training to stop."""
         if steps >= self._next:
             return True
-        if self._parts.interrupts.requested is None:
+        if self._context.interrupts.requested is None:
             return False
         self._early = True
         return True
@@ -133,11 +133,11 @@ class RunMonitor:
         early, self._early = self._early, False
         if not early:
             self._write_row(steps)
-        return self.stopped is None and self._parts.interrupts.requested is None
+        return self.stopped is None and self._context.interrupts.requested is None
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
         """Write a checkpoint if one is due, or if the training stops here."""
-        stopping = self.stopped is not None or self._parts.interrupts.requested is not None
+        stopping = self.stopped is not None or self._context.interrupts.requested is not None
         if stopping or steps >= self._next_checkpoint:
             self.write_checkpoint(steps, save)
             self._next_checkpoint = (steps // self._every + 1) * self._every
@@ -154,37 +154,37 @@ class RunMonitor:
         Raises:
             CheckpointError: It cannot be written; those before are intact.
         """
-        parts = self._parts
+        context = self._context
         previous = None if self.checkpoint is None else self.checkpoint.path / "algorithm"
         state = RunState(
             steps=steps,
             elapsed=time.perf_counter() - self._start,
             metrics=self._metrics,
             stopped=self.stopped,
-            exact=parts.exact,
+            exact=context.exact,
         )
 
         def write(folder: Path) -> None:
             (folder / "algorithm").mkdir()
             save(folder / "algorithm", previous)
-            snapshot = parts.env.snapshot() if parts.snapshots else None
+            snapshot = context.env.snapshot() if context.snapshots else None
             if snapshot is not None:
                 write_arrays(folder / "environment.npz", snapshot)
-            state.write(folder, parts.episodes.snapshot())
+            state.write(folder, context.episodes.snapshot())
 
-        parts.log.sync()
+        context.log.sync()
         keep = self._run.config.keep_checkpoints
         self.checkpoint = write_checkpoint(self._run.path / "checkpoints", steps, write, keep, self.checkpoint)
         self.steps = steps
-        for callback in parts.callbacks:
+        for callback in context.callbacks:
             callback.on_checkpoint(self.checkpoint)
 
     def _write_row(self, steps: int) -> None:
-        parts = self._parts
+        context = self._context
         evaluated: Mapping[str, float] = {}
-        if parts.evaluation is not None and steps >= self._next_evaluation:
-            evaluated = parts.evaluation.evaluate(steps)
-            self.stopped = parts.evaluation.why_stop()
+        if context.evaluation is not None and steps >= self._next_evaluation:
+            evaluated = context.evaluation.evaluate(steps)
+            self.stopped = context.evaluation.why_stop()
         self.steps = steps
         elapsed = time.perf_counter() - self._start
         rate = steps / elapsed
@@ -192,7 +192,7 @@ class RunMonitor:
             "time/elapsed": elapsed,
             "time/steps_per_second": rate,
             STEPS: steps,
-            **parts.episodes.take_row(parts.env.term_names),
+            **context.episodes.take_row(context.env.term_names),
             **self._metrics,
             **evaluated,
         }
@@ -201,17 +201,17 @@ class RunMonitor:
         self._next_row = (steps // self._log_every + 1) * self._log_every
         self._next_evaluation = (steps // self._evaluate_every + 1) * self._evaluate_every
         self._next = min(self._next_row, self._next_checkpoint, self._next_evaluation)
-        parts.log.write(row)
+        context.log.write(row)
         progress = self._progress(steps, elapsed, rate)
-        if parts.tell is not None and parts.tell(progress) is False:
+        if context.tell is not None and context.tell(progress) is False:
             self.stopped = "whoever is told the progress ended it"
-        for callback in parts.callbacks:
+        for callback in context.callbacks:
             if callback.on_progress(progress, row) is False:
                 self.stopped = f"the callback {type(callback).__name__} ended it"
 
     def _progress(self, steps: int, elapsed: float, rate: float) -> Progress:
         total = self._run.config.steps
-        recent, evaluation = self._parts.episodes, self._parts.evaluation
+        recent, evaluation = self._context.episodes, self._context.evaluation
         return Progress(
             steps=steps,
             total_steps=total,

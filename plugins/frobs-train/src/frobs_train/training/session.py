@@ -27,7 +27,7 @@ from frobs_train.runs.state import RunState
 from frobs_train.training.callbacks import TrainingCallback
 from frobs_train.training.exactness import has_snapshot, why_not_exact
 from frobs_train.training.interrupts import Interrupts, TrainingInterrupt
-from frobs_train.training.monitor import Parts, Progress, RunMonitor
+from frobs_train.training.monitor import Progress, RunContext, RunMonitor
 from frobs_train.training.periodic_evaluation import TrainingEvaluation
 from frobs_train.training.threads import decide_threads
 
@@ -111,7 +111,7 @@ def run_training(
         if run.config.evaluate_every is not None:
             evaluation = TrainingEvaluation(run, algorithm)
             stack.callback(evaluation.close)
-        parts = Parts(
+        context = RunContext(
             env=env,
             episodes=episodes,
             log=log,
@@ -122,7 +122,7 @@ def run_training(
             callbacks=callbacks,
             tell=tell,
         )
-        monitor = RunMonitor(run, parts, start.state, start.checkpoint)
+        monitor = RunMonitor(run, context, start.state, start.checkpoint)
         try:
             for callback in callbacks:
                 callback.on_start(run, steps)

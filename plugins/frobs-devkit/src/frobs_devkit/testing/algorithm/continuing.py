@@ -12,7 +12,7 @@ import gymnasium as gym
 
 from frobs_core.interfaces import Algorithm
 from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest, Monitor
-from frobs_devkit.testing.checks import Hollow, NotApplicable, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, Outcome, expect
 from frobs_devkit.testing.compare import expect_same
 
 
@@ -55,7 +55,7 @@ def continues_exactly(subject: AlgorithmUnderTest) -> Outcome:
         expected = whole.predict(seen)[0].copy()
         env.close()
         if monitor.copied is None or monitor.saved_at is None:
-            return Hollow("no checkpoint is offered in the second half of the training; give smaller settings")
+            return Inconclusive("no checkpoint is offered in the second half of the training; give smaller settings")
         again = _SavingMonitor(monitor.copied, Path(folder), subject.steps + 1)
         resumed = cls.load(Path(folder), monitor.copied)
         resumed.train(subject.steps, again)

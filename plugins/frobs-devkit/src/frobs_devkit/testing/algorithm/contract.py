@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest, Monitor
-from frobs_devkit.testing.checks import Hollow, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, Outcome, expect
 
 
 class _Impatient(Monitor):
@@ -39,7 +39,7 @@ def stops_when_told(subject: AlgorithmUnderTest) -> Outcome:
     finally:
         env.close()
     if not monitor.steps:
-        return Hollow("on_progress was never called")
+        return Inconclusive("on_progress was never called")
     expect(len(monitor.steps) == 1, f"on_progress returned False at {monitor.steps[0]} steps, and training went on to "
            f"{monitor.steps[-1]}.")  # fmt: skip
     return None

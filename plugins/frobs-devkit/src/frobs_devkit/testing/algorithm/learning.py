@@ -8,7 +8,7 @@ from frobs_core.errors import UnknownParameterError
 from frobs_core.interfaces import Algorithm
 from frobs_core.plain import is_plain
 from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest
-from frobs_devkit.testing.checks import CheckFailure, Hollow, Outcome, expect
+from frobs_devkit.testing.checks import CheckFailure, Inconclusive, Outcome, expect
 from frobs_devkit.testing.compare import difference, expect_same
 
 
@@ -28,8 +28,10 @@ def learns(subject: AlgorithmUnderTest) -> Outcome:
         )
         unchanged = difference(before, algorithm.predict(seen)[0]) is None
     if unchanged:
-        return Hollow(f"{subject.steps} steps changed no prediction")
-    return None if monitor.offers else Hollow("the training was too short for a checkpoint; give smaller settings")
+        return Inconclusive(f"{subject.steps} steps changed no prediction")
+    return (
+        None if monitor.offers else Inconclusive("the training was too short for a checkpoint; give smaller settings")
+    )
 
 
 def predicts_in_the_space(subject: AlgorithmUnderTest) -> Outcome:

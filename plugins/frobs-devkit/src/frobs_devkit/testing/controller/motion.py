@@ -8,7 +8,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.interfaces import CommandMode
-from frobs_devkit.testing.checks import Hollow, NotApplicable, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, Outcome, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.controller.subject import NUM_ENVS, Bound, ControllerUnderTest
 from frobs_devkit.testing.environment.rollout import draw_actions
@@ -25,7 +25,7 @@ def actions_matter(subject: ControllerUnderTest) -> Outcome:
             drawn = np.array(draw_actions(space, 30, seed=0))
             different = [action for action in drawn if not np.array_equal(action, drawn[0])]
             if not different:
-                return Hollow("the action space holds one action")
+                return Inconclusive("the action space holds one action")
             first, second = (np.stack([action] * n) for action in (drawn[0], different[0]))
         start = bound.robot.joint_positions.copy()
         traces = []
@@ -36,7 +36,7 @@ def actions_matter(subject: ControllerUnderTest) -> Outcome:
         if isinstance(space, gym.spaces.Box):
             for number in range(space.low.size):
                 expect(_tells(bound, number), f"number {number} of an action makes no difference to the commands.")
-        return None if np.abs(bound.robot.joint_positions - start).max() > 1e-4 else Hollow("nothing moved")
+        return None if np.abs(bound.robot.joint_positions - start).max() > 1e-4 else Inconclusive("nothing moved")
 
 
 def _tells(bound: Bound, number: int) -> bool:

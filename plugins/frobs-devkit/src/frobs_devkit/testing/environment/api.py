@@ -17,7 +17,7 @@ import gymnasium as gym
 from gymnasium.utils.env_checker import check_env as gymnasium_check_env
 
 from frobs_core.errors import UnknownParameterError
-from frobs_devkit.testing.checks import CheckFailure, Hollow, Outcome, expect
+from frobs_devkit.testing.checks import CheckFailure, Inconclusive, Outcome, expect
 from frobs_devkit.testing.compare import expect_same
 from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
 from frobs_devkit.testing.environment.subject import OTHER, EnvUnderTest, is_ours
@@ -46,7 +46,7 @@ def gymnasium_checker(subject: EnvUnderTest) -> Outcome:
 def stable_baselines3_checker(subject: EnvUnderTest) -> Outcome:
     """The checker of stable-baselines3 has nothing to say, not even a warning."""
     if importlib.util.find_spec("stable_baselines3") is None:
-        return Hollow("stable-baselines3 is not installed: pip install stable-baselines3")
+        return Inconclusive("stable-baselines3 is not installed: pip install stable-baselines3")
     check = importlib.import_module("stable_baselines3.common.env_checker").check_env
     with closing(subject.make()) as env:
         _without_a_warning(lambda: check(env.unwrapped, warn=True, skip_render_check=True))

@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from frobs_devkit.testing.checks import Hollow, NotApplicable, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, Outcome, expect
 from frobs_devkit.testing.compare import difference
 from frobs_devkit.testing.environment.rollout import draw_actions
 from frobs_devkit.testing.environment.subject import OTHER, EnvUnderTest, inside, is_ours
@@ -44,7 +44,7 @@ def step_shows_its_action(subject: EnvUnderTest) -> Outcome:
             same_observation += difference(steps[0][0], steps[1][0]) is None
             same_reward += steps[0][1] == steps[1][1]
     if same_observation == 6 and isinstance(space, gym.spaces.Discrete) and space.n == 1:
-        return Hollow("there is one action")
+        return Inconclusive("there is one action")
     expect(same_observation < 6, "the observation of a step does not depend on its action; is it of the step before?")
     if len(rewards) <= 2:
         return NotApplicable(f"the reward takes {len(rewards)} values in two steps")
@@ -73,7 +73,7 @@ def ends_have_their_reason(subject: EnvUnderTest) -> Outcome:
                 if terminated or truncated:
                     break
     if not ours:
-        return None if reached else Hollow("no episode lasted to the time limit")
+        return None if reached else Inconclusive("no episode lasted to the time limit")
     with closing(subject.make_vec(2, AutoresetMode.DISABLED)) as batch:
         batch.reset(seed=0)
         for action in draw_actions(batch.action_space, limit, seed=0):
@@ -86,7 +86,7 @@ def ends_have_their_reason(subject: EnvUnderTest) -> Outcome:
                     f"the batch: terminated is {terminated}, and the task's is_terminated() {told}.",
                 )
                 break
-    return None if reached else Hollow("no episode lasted to the time limit")
+    return None if reached else Inconclusive("no episode lasted to the time limit")
 
 
 def info_keys_have_their_prefix(subject: EnvUnderTest) -> Outcome:

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 
 from frobs_core.errors import FrobsError, InvalidActionError, ResetNeededError, UnknownParameterError
-from frobs_devkit.testing.checks import CheckFailure, Hollow, NotApplicable, Outcome, expect
+from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, Outcome, expect
 from frobs_devkit.testing.compare import expect_close, expect_same
 from frobs_devkit.testing.environment.rollout import draw_actions
 from frobs_devkit.testing.environment.subject import OTHER, EnvUnderTest, inside, is_ours, observes_truly
@@ -59,7 +59,7 @@ def step_needs_reset(subject: EnvUnderTest) -> Outcome:
             if (terminated | truncated).any():
                 _expect_raises(ResetNeededError, batch, action, "a step of the batch after an episode's end")
                 return None
-    return Hollow(f"no episode ended in {_LONGEST} steps")
+    return Inconclusive(f"no episode ended in {_LONGEST} steps")
 
 
 def bad_actions_refused(subject: EnvUnderTest) -> Outcome:

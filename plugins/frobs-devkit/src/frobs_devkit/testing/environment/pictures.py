@@ -9,7 +9,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.errors import RenderingUnavailableError
-from frobs_devkit.testing.checks import Hollow, NotApplicable, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, Outcome, expect
 from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
 from frobs_devkit.testing.environment.subject import EnvUnderTest, is_ours
 
@@ -32,7 +32,7 @@ def render_draws(subject: EnvUnderTest) -> Outcome:
             _expect_picture(picture, _SIZE if ours else None)
             expect_same_play(expected, play(_Rendering(env), 14, actions), "an environment that draws every step")
     except (RenderingUnavailableError, gym.error.DependencyNotInstalled) as error:
-        return Hollow(str(error))
+        return Inconclusive(str(error))
     return None
 
 

@@ -28,13 +28,13 @@ def snapshot_continues(subject: EnvUnderTest) -> Outcome:
         for action in actions[:23]:
             env.step(action)
         snapshot = deepcopy(inside(env).snapshot())
-        told = _told(env)
+        told = _task_values(env)
         for name, array in leaves(snapshot).items():
             expect(array.shape[:1] == (_NUM_ENVS,), f"snapshot{name} is {list(array.shape)}, not (num_envs, …).")
             expect(array.dtype.kind != "O", f"snapshot{name} holds Python objects; a file of arrays cannot hold them.")
         expected = _continue(env, actions[23:])
         inside(env).restore(deepcopy(snapshot))
-        for name, value in _told(env).items():
+        for name, value in _task_values(env).items():
             expect_same(told[name], value, f"{name} of the task, as soon as the batch is restored")
         _expect_same_steps(expected, _continue(env, actions[23:]), "the batch that was restored")
     with closing(subject.make_vec(_NUM_ENVS, AutoresetMode.SAME_STEP)) as fresh:
@@ -43,7 +43,7 @@ def snapshot_continues(subject: EnvUnderTest) -> Outcome:
     return None
 
 
-def _told(env: Any) -> dict[str, Any]:
+def _task_values(env: Any) -> dict[str, Any]:
     """Return what the task says of the state, without a step."""
     task = inside(env).task
     return {"reward()": np.array(task.reward()), "is_success()": np.array(task.is_success())}

@@ -11,7 +11,7 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from frobs_devkit.testing.checks import Hollow, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, Outcome, expect
 from frobs_devkit.testing.compare import expect_same, row
 from frobs_devkit.testing.environment.rollout import Transition, advance, draw_actions, expect_same_transition
 from frobs_devkit.testing.environment.subject import OTHER, EnvUnderTest, is_ours
@@ -19,7 +19,7 @@ from frobs_devkit.testing.environment.subject import OTHER, EnvUnderTest, is_our
 NUM_ENVS = 7
 STEPS = 300
 _SEED = 20
-_NO_END = Hollow(f"no episode ended in {STEPS} steps; the autoreset was not seen")
+_NO_END = Inconclusive(f"no episode ended in {STEPS} steps; the autoreset was not seen")
 
 
 def same_step_equals_single(subject: EnvUnderTest) -> Outcome:

@@ -8,7 +8,7 @@ from frobs_core.interfaces import Robot
 from frobs_core.models import JointType
 from frobs_core.models.defaults import default_tcp, home_positions
 from frobs_core.models.inertia import inertia_matrix
-from frobs_devkit.testing.checks import Hollow, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, Outcome, expect
 from frobs_devkit.testing.robot.subject import RobotUnderTest
 
 
@@ -33,7 +33,7 @@ def limits_are_stated(subject: RobotUnderTest) -> Outcome:
             expect(limit > 0, f"joint '{joint.name}' has a {name} limit of {limit}; it must be positive.")
             if np.isinf(limit):
                 missing.append(f"{name} of '{joint.name}'")
-    return Hollow(f"the model states no limit for {', '.join(missing)}") if missing else None
+    return Inconclusive(f"the model states no limit for {', '.join(missing)}") if missing else None
 
 
 def home_is_inside_limits(subject: RobotUnderTest) -> Outcome:

@@ -9,7 +9,7 @@ import numpy as np
 from frobs_core.capabilities import Level
 from frobs_core.interfaces import Bumper, Lidar, Sensor
 from frobs_core.sensors.instrument import instrument_of
-from frobs_devkit.testing.checks import Hollow, NotApplicable, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, Outcome, expect
 from frobs_devkit.testing.robot.subject import TIMESTEP, RobotUnderTest
 
 
@@ -45,7 +45,9 @@ def sensors_read(subject: RobotUnderTest) -> Outcome:
         for name, instrument in instruments.items():
             instrument.advance()
             _expect_sound(name, able[name], instrument.measure())
-    return Hollow(f"simulator '{subject.simulator.name}' has no {', '.join(sorted(lacking))}") if lacking else None
+    return (
+        Inconclusive(f"simulator '{subject.simulator.name}' has no {', '.join(sorted(lacking))}") if lacking else None
+    )
 
 
 def _expect_sound(name: str, sensor: Sensor, read: np.ndarray) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from frobs_core.capabilities import Level
 from frobs_core.interfaces import CommandMode, Contact, Scene
 from frobs_core.rotations import quat_multiply, quat_rotate
-from frobs_devkit.testing.checks import Hollow, NotApplicable, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, Outcome, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.robot.subject import TIMESTEP, RobotUnderTest
 
@@ -94,13 +94,13 @@ def home_is_free(subject: RobotUnderTest) -> Outcome:
         return None
     assert subject.simulator is not None
     if subject.simulator.capabilities.get("contacts", Level.UNSUPPORTED) == Level.UNSUPPORTED:
-        return Hollow(f"simulator '{subject.simulator.name}' tells neither of overlaps nor of contacts")
+        return Inconclusive(f"simulator '{subject.simulator.name}' tells neither of overlaps nor of contacts")
     model = subject.model
     solid = [link.name for link in model.links if link.collisions]
     beside = {frozenset((joint.parent, joint.child)) for joint in model.joints}
     pairs = [pair for pair in combinations(solid, 2) if frozenset(pair) not in beside]
     if not pairs:
-        return Hollow("no two links that are not neighbours have collision shapes")
+        return Inconclusive("no two links that are not neighbours have collision shapes")
     contacts = {f"{a} and {b}": Contact(first=f"robot/{a}", second=f"robot/{b}") for a, b in pairs}
     with subject.build(Scene(contacts=contacts)) as (sim, robot):
         robot.command(robot.home.copy())

@@ -7,7 +7,7 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.interfaces import CommandMode
 from frobs_core.models import Pose
-from frobs_devkit.testing.checks import Hollow, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, Outcome, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import LIFT, LIFT_EFFORT_LIMIT, LIFT_INERTIA, LIFT_WEIGHT, ROVER
 from frobs_devkit.testing.simulator.subject import TIMESTEP, SimulatorUnderTest, verifies
@@ -139,5 +139,5 @@ def _expect_law(
             if reads_effort:
                 expect_close(effort, robot.joint_efforts, max(tolerance, 1e-6), f"joint_efforts of step {k + 1}")
         if np.abs(q - start).max() < 1e-3:
-            return Hollow("no joint moved")
-        return None if free and saturated == saturates else Hollow("the motion was not the one that was meant")
+            return Inconclusive("no joint moved")
+        return None if free and saturated == saturates else Inconclusive("the motion was not the one that was meant")

@@ -9,7 +9,7 @@ from frobs_core.errors import UnknownNameError
 from frobs_core.interfaces import RobotHandle
 from frobs_core.models import Pose
 from frobs_core.rotations import quat_conjugate, quat_multiply, quat_rotate
-from frobs_devkit.testing.checks import CheckFailure, Hollow, Outcome, expect
+from frobs_devkit.testing.checks import CheckFailure, Inconclusive, Outcome, expect
 from frobs_devkit.testing.compare import expect_close, expect_same
 from frobs_devkit.testing.simulator.robots import ARM
 from frobs_devkit.testing.simulator.subject import TILTED, SimulatorUnderTest, spread, verifies
@@ -53,7 +53,7 @@ def frames_are_current(subject: SimulatorUnderTest) -> Outcome:
             for frame in ("tcp", "fore"):
                 _expect_frame(robot, frame, f"after step {k + 1}")
         if np.abs(robot.joint_positions - start).max() < 1e-3:
-            return Hollow("no joint moved")
+            return Inconclusive("no joint moved")
         if subject.level("teleport"):
             robot.write_joint_state(spread(-1.0, 1.0, (sim.num_envs, 2), seed=9))
             _expect_frame(robot, "tcp", "after write_joint_state")
@@ -108,7 +108,7 @@ def frame_velocity_is_current(subject: SimulatorUnderTest) -> Outcome:
                 found = np.concatenate(robot.frame_velocity(frame), axis=1)
                 expect_close(expected, found, _TOLERANCE, f"frame_velocity('{frame}') after step {k + 1}")
             fastest = max(fastest, float(np.abs(robot.joint_velocities).max()))
-    return None if fastest > 1e-2 else Hollow("no joint moved")
+    return None if fastest > 1e-2 else Inconclusive("no joint moved")
 
 
 def unknown_frames_refused(subject: SimulatorUnderTest) -> Outcome:

@@ -15,7 +15,7 @@ import numpy as np
 from frobs_core.errors import ModelFileError, UnknownNameError
 from frobs_core.interfaces import CommandMode, Placement, RobotHandle, Scene
 from frobs_core.models import Collision, Mesh, Treatment, elements
-from frobs_devkit.testing.checks import CheckFailure, Hollow, NotApplicable, Outcome, expect
+from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, Outcome, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import ARM, GRIPPER, LIFT, PILE, PILE_DEPTH, ROVER, model_of
 from frobs_devkit.testing.simulator.subject import TIMESTEP, SimulatorUnderTest, verifies
@@ -30,7 +30,7 @@ def elements_are_accounted_for(subject: SimulatorUnderTest) -> Outcome:
         model = model_of(robot.model)
         rows = cls.translation(model)
         if not rows:
-            return Hollow("translation() tells nothing: 'frobs doctor robot' shows every element as not told")
+            return Inconclusive("translation() tells nothing: 'frobs doctor robot' shows every element as not told")
         missing = set(elements(model)) - {row.element for row in rows}
         expect(not missing, f"translation() of {robot.name} has no row for {', '.join(sorted(missing))}.")
         for row in rows:

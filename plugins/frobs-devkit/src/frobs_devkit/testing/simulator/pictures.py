@@ -7,7 +7,7 @@ import numpy as np
 from frobs_core.errors import RenderingUnavailableError
 from frobs_core.interfaces import Body, Camera
 from frobs_core.models import Box, Pose
-from frobs_devkit.testing.checks import Hollow, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, Outcome, expect
 from frobs_devkit.testing.simulator.subject import WALL, SimulatorUnderTest, verifies
 
 _RED = Body(geometry=Box((0.1, 0.2, 0.2)), pose=Pose(pos=(1.5, 0.5, 1.4)), rgba=(1.0, 0.0, 0.0, 1.0), kinematic=True)
@@ -24,7 +24,7 @@ def pictures_are_true(subject: SimulatorUnderTest) -> Outcome:
             shown = [one for one in sim.render_modalities if one != "depth"]  # depth_is_in_metres has it
             drawn = {modality: sim.render(mask, "front", _SIZE, modality)[0] for modality in shown}
         except RenderingUnavailableError as error:
-            return Hollow(str(error))
+            return Inconclusive(str(error))
         rgb = drawn["rgb"].astype(np.int64)
         red = (rgb[..., 0] > 90) & (rgb[..., 1] < 0.6 * rgb[..., 0]) & (rgb[..., 2] < 0.6 * rgb[..., 0])  # (h, w)
         expect(red.any(), "no pixel is red, and a red box is in front of the camera.")

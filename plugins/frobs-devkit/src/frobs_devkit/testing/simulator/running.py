@@ -8,7 +8,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.interfaces import CommandMode
-from frobs_devkit.testing.checks import CheckFailure, Hollow, NotApplicable, Outcome, expect
+from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, Outcome, expect
 from frobs_devkit.testing.compare import expect_close, expect_same
 from frobs_devkit.testing.simulator.motion import expect_state, move, state_of
 from frobs_devkit.testing.simulator.subject import BALL, TIMESTEP, SimulatorUnderTest, verifies
@@ -77,7 +77,7 @@ def steps_take_their_time(subject: SimulatorUnderTest) -> Outcome:
 @verifies("spawn")
 def spawning_is_seen(subject: SimulatorUnderTest) -> Outcome:
     """Bodies can be added while it runs."""
-    return Hollow("the simulation contract has no way yet to ask for it")
+    return Inconclusive("the simulation contract has no way yet to ask for it")
 
 
 @verifies("teleport")

@@ -9,7 +9,7 @@ import numpy as np
 from frobs_core.errors import ConfigurationError, RenderingUnavailableError, UnknownNameError
 from frobs_core.interfaces import Camera, CommandMode, Contact, Lidar, Marker, Scene
 from frobs_core.models import Pose
-from frobs_devkit.testing.checks import CheckFailure, Hollow, Outcome, expect
+from frobs_devkit.testing.checks import CheckFailure, Inconclusive, Outcome, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import LIFT, ROVER
 from frobs_devkit.testing.simulator.subject import BALL, BAR, TILTED, TIMESTEP, WALL, SimulatorUnderTest, verifies
@@ -180,7 +180,7 @@ def cameras_see(subject: SimulatorUnderTest) -> Outcome:
                     continue
                 raise CheckFailure(f"render({arguments}) passes; it must raise UnknownNameError.")
         except RenderingUnavailableError as error:
-            return Hollow(str(error))
+            return Inconclusive(str(error))
     return None
 
 
@@ -203,7 +203,7 @@ def depth_is_in_metres(subject: SimulatorUnderTest) -> Outcome:
                 f"a red marker before the wall is not seen: the pixel is {marked}, and {plain} without it.",
             )
         except RenderingUnavailableError as error:
-            return Hollow(str(error))
+            return Inconclusive(str(error))
     return None
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.errors import UnknownNameError
 from frobs_core.interfaces import CommandMode, RobotHandle
+from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.part import Part
 from frobs_ros.bridge.world import World
 from frobs_ros.errors import ControllerError
 
@@ -22,7 +22,7 @@ INTERFACES = {
 }
 
 
-class Controller(Part):
+class Controller(Component):
     """Base class. All but the constructor and what listens to topics runs in the loop's thread.
 
     Args:

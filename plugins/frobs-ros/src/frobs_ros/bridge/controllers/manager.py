@@ -8,10 +8,10 @@ from typing import Any
 
 from frobs_core.errors import ConfigurationError, FrobsError, UnknownNameError
 from frobs_ros.bridge.bridge import Bridge
+from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.controllers.controller import INTERFACES, Controller
 from frobs_ros.bridge.controllers.types import TYPES
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.part import Part
 from frobs_ros.bridge.services.offer import Offers
 from frobs_ros.bridge.world import World
 from frobs_ros.errors import ControllerError
@@ -20,7 +20,7 @@ LOG = logging.getLogger("frobs.bridge")
 _STRICT = 2
 
 
-class ControllerManager(Part):
+class ControllerManager(Component):
     """Loads, starts, stops and lists the controllers of one robot.
 
     Args:

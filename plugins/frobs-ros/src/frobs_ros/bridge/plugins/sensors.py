@@ -8,13 +8,13 @@ import numpy as np
 
 from frobs_core.interfaces import Lidar
 from frobs_core.rotations import quat_conjugate
+from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.part import Part
 from frobs_ros.bridge.wheels import odometry
 from frobs_ros.bridge.world import World
 
 
-class Scan(Part):
+class Scan(Component):
     """``sensor_msgs/LaserScan`` of a lidar; rays that meet nothing read inf, as in Gazebo.
 
     Args:
@@ -63,7 +63,7 @@ class Scan(Part):
         self._publisher.publish(message)
 
 
-class Truth(Part):
+class Truth(Component):
     """The true pose and twist of a link as ``nav_msgs/Odometry``: libgazebo_ros_p3d.so.
 
     Args:

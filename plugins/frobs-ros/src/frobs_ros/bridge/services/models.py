@@ -75,7 +75,7 @@ def _get_state(bridge: Bridge, request: Any) -> dict[str, Any]:
     from geometry_msgs.msg import Pose, Twist
     from std_msgs.msg import Header
 
-    from frobs_ros.bridge.part import stamp
+    from frobs_ros.bridge.component import stamp
 
     world = bridge.world
     model = world.models.get(request.model_name)

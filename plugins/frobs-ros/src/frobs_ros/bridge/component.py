@@ -1,4 +1,4 @@
-"""What parts of the bridge have in common: when they publish, and what most of them leave out."""
+"""The base class of the bridge's components: when they publish, with empty defaults for optional methods."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import Any
 from frobs_ros.bridge.world import NANO, World
 
 
-class Part:
-    """A part of the simulation: a publisher, or what drives a robot. A subclass overrides what it needs.
+class Component:
+    """A component of the simulation: a publisher, or what drives a robot. A subclass overrides what it needs.
 
     Only the loop's thread calls it.
 

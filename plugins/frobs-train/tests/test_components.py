@@ -7,10 +7,10 @@ from typing import Any
 
 import gymnasium as gym
 import pytest
-from parts_to_name import Diary
+from components_to_name import Diary
 
 from frobs_core.errors import ConfigFileError, ConfigurationError
-from frobs_train import PartConfig, RunConfig, decide_threads, record_video, resolve_config, train
+from frobs_train import ComponentConfig, RunConfig, decide_threads, record_video, resolve_config, train
 from frobs_train.environments import make_vector_env
 from frobs_train.logs.progress import read_progress
 from frobs_train.training.exactness import why_not_exact
@@ -27,8 +27,8 @@ def config(**changes: Any) -> RunConfig:
 @pytest.mark.parametrize(
     "wrappers",
     [
-        pytest.param([{"name": "parts_to_name:Doubled", "factor": 2.0}], id="single"),
-        pytest.param([{"name": "parts_to_name:DoubledVector"}], id="vector"),
+        pytest.param([{"name": "components_to_name:Doubled", "factor": 2.0}], id="single"),
+        pytest.param([{"name": "components_to_name:DoubledVector"}], id="vector"),
     ],
 )
 def test_wrappers_are_put_around_the_environment(wrappers: list[dict[str, Any]], tmp_path: Path) -> None:
@@ -41,7 +41,7 @@ def test_wrappers_are_put_around_the_environment(wrappers: list[dict[str, Any]],
 
 def test_a_wrapper_of_single_environments_makes_ours_stepped_one_by_one() -> None:
     for name, native in (("Doubled", False), ("DoubledVector", True)):
-        env = make_vector_env(REACH, 2, {}, [PartConfig(name=f"parts_to_name:{name}")])
+        env = make_vector_env(REACH, 2, {}, [ComponentConfig(name=f"components_to_name:{name}")])
         assert isinstance(env.unwrapped, gym.vector.SyncVectorEnv) is not native
         env.close()
 
@@ -49,10 +49,10 @@ def test_a_wrapper_of_single_environments_makes_ours_stepped_one_by_one() -> Non
 @pytest.mark.parametrize(
     ("name", "why"),
     [
-        ("parts_to_name:Counting", None),
+        ("components_to_name:Counting", None),
         ("gymnasium.wrappers.vector:ClipAction", None),
-        ("parts_to_name:DoubledVector", "what DoubledVector remembers is not saved"),
-        ("parts_to_name:Doubled", "stepped one by one, has no snapshot"),
+        ("components_to_name:DoubledVector", "what DoubledVector remembers is not saved"),
+        ("components_to_name:Doubled", "stepped one by one, has no snapshot"),
     ],
 )
 def test_what_a_wrapper_remembers_decides_whether_a_run_continues_exactly(name: str, why: str | None) -> None:
@@ -64,14 +64,14 @@ def test_what_a_wrapper_remembers_decides_whether_a_run_continues_exactly(name: 
 
 
 def test_a_video_takes_wrappers_of_single_environments_alone(tmp_path: Path) -> None:
-    run = train(config(steps=16, wrappers=[{"name": "parts_to_name:DoubledVector"}]), tmp_path / "run")
+    run = train(config(steps=16, wrappers=[{"name": "components_to_name:DoubledVector"}]), tmp_path / "run")
     with pytest.raises(ConfigurationError, match="is one of vectors"):
         record_video(run, tmp_path / "x.mp4")
 
 
 def test_callbacks_are_told_and_may_end_a_training(tmp_path: Path) -> None:
     Diary.entries.clear()
-    given = [{"name": "parts_to_name:Diary", "stop_at": 48}]
+    given = [{"name": "components_to_name:Diary", "stop_at": 48}]
     run = train(config(checkpoint_every=32, callbacks=given), tmp_path / "run")
     assert Diary.entries == [
         "start 0", "row 16", "row 32", "checkpoint 32", "row 48", "checkpoint 48", "end 48"
@@ -82,17 +82,21 @@ def test_callbacks_are_told_and_may_end_a_training(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "error", "message"),
     [
-        ("wrappers: [{name: parts_to_name:Dubled}]", ConfigFileError, r"bad\.yaml:1: .*Did you mean 'Doubled'"),
-        ("wrappers:\n- name: parts_to_name:Doubled\n  facto: 3", ConfigFileError, r"bad\.yaml:3: .*'facto'.*'factor'"),
+        ("wrappers: [{name: components_to_name:Dubled}]", ConfigFileError, r"bad\.yaml:1: .*Did you mean 'Doubled'"),
+        (
+            "wrappers:\n- name: components_to_name:Doubled\n  facto: 3",
+            ConfigFileError,
+            r"bad\.yaml:3: .*'facto'.*'factor'",
+        ),
         ("wrappers:\n- name: nowhere:Doubled", ConfigFileError, r"bad\.yaml:2: .*cannot be imported from 'nowhere'"),
         (
-            "wrappers:\n- name: parts_to_name",
+            "wrappers:\n- name: components_to_name",
             ConfigFileError,
             r"bad\.yaml:2: .*is not of the form package\.module:Name",
         ),
         ("wrappers:\n- name: pathlib:Path", ConfigFileError, r"bad\.yaml:2: .*neither a gymnasium\.Wrapper"),
         ("wrappers:\n- factor: 2", ConfigurationError, r"needs wrappers\.0\.name"),
-        ("callbacks:\n- {name: parts_to_name:Diary, stopp_at: 3}", ConfigFileError, r"bad\.yaml:2: .*'stop_at'"),
+        ("callbacks:\n- {name: components_to_name:Diary, stopp_at: 3}", ConfigFileError, r"bad\.yaml:2: .*'stop_at'"),
         ("threads:\n  simulators: 3", ConfigFileError, r"bad\.yaml:2: .*'simulators'.*Did you mean 'simulator'"),
         ("threads:\n  torch: 0", ConfigFileError, r"bad\.yaml:2: .*threads\.torch is 0"),
         ("evaluate_evry: 3", ConfigFileError, r"bad\.yaml:1: .*Did you mean 'evaluate_every'"),
@@ -107,12 +111,12 @@ def test_a_mistake_is_named_with_its_line(text: str, error: type[Exception], mes
 
 def test_a_mistake_in_a_setting_is_named() -> None:
     with pytest.raises(ConfigurationError, match=r"--set wrappers=.* takes no parameter 'facto'"):
-        resolve_config("CartPole-v1", settings=["wrappers=[{name: 'parts_to_name:Doubled', facto: 3}]"])
+        resolve_config("CartPole-v1", settings=["wrappers=[{name: 'components_to_name:Doubled', facto: 3}]"])
 
 
 def test_what_is_no_callback_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match=r"derive it from frobs_train\.TrainingCallback"):
-        train(config(callbacks=[{"name": "parts_to_name:no_callback"}]), tmp_path / "run")
+        train(config(callbacks=[{"name": "components_to_name:no_callback"}]), tmp_path / "run")
     assert not list(tmp_path.iterdir())
 
 
