@@ -8,7 +8,7 @@ from frobs_ros.bridge.world import NANO, World
 
 
 class Component:
-    """A component of the bridge: a publisher, or what drives a robot. A subclass overrides what it needs.
+    """A component of the simulation: a publisher, or what drives a robot. A subclass overrides what it needs.
 
     Only the loop's thread calls it.
 
