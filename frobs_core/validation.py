@@ -20,7 +20,6 @@ from frobs_core.yaml import find_origin
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
-    from pydantic_core import ErrorDetails
 
 Model = TypeVar("Model", bound="BaseModel")
 
@@ -61,7 +60,7 @@ def validate(model: type[Model], settings: Mapping[str, Any], owner: str) -> Mod
         raise error from None
 
 
-def _explain(owner: str, name: str, problem: ErrorDetails) -> ConfigurationError:
+def _explain(owner: str, name: str, problem: Mapping[str, Any]) -> ConfigurationError:
     """Return the error for one of pydantic's findings."""
     message, value = problem["msg"], problem["input"]
     if problem["type"] == "missing":

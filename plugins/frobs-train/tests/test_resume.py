@@ -141,7 +141,7 @@ def test_a_complete_run_is_left_as_it_is_and_more_steps_extend_it(
     assert longer.config.steps == Run.open(run.path).config.steps == 224
     assert rows(longer)[:10] == before
     assert [row[STEPS] for row in rows(longer)[10:]] == ["176", "192", "208", "224"]
-    with pytest.raises(ConfigurationError, match="has taken 224 already"):
+    with pytest.raises(ConfigurationError, match="must be above 224"):
         resume(longer, steps=100)
 
 
@@ -263,7 +263,7 @@ def test_what_is_no_run_is_neither_removed_nor_continued(what: str, tmp_path: Pa
 def test_a_folder_that_is_not_there_is_made_whatever_is_to_be_done(tmp_path: Path) -> None:
     for what in ("increment", "overwrite", "resume"):
         assert train(config(steps=16), tmp_path / what, on_existing=what).path == tmp_path / what
-    with pytest.raises(ConfigurationError, match="Did you mean 'resume'"):
+    with pytest.raises(ConfigurationError, match="did you mean 'resume'"):
         train(config(), tmp_path / "x", on_existing="resum")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any, cast
@@ -69,7 +69,7 @@ class ModelFile(Run):
             RunError: The environment is not like the one of the training.
         """
         module, _, function = self._opener.partition(":")
-        opener = getattr(import_module(module), function)
+        opener: Callable[..., tuple[Any, int]] = getattr(import_module(module), function)
         return opener(self.path, observation_space, action_space, self._algorithm, self._trust)
 
 
