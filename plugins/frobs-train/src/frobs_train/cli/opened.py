@@ -87,7 +87,7 @@ def open_run(
         raise ConflictingOptionsError(["--model", "--pretrained"])
     if model is not None:
         return ModelFile(model, str(run), algorithm, settings or (), trust)
-    for flag, given in (("--algorithm", algorithm), ("--set", settings), ("--trust", trust and run.is_dir())):
+    for flag, given in (("--algorithm", algorithm), ("--set", settings), ("--trust", trust and not run.is_file())):
         if given:
             raise CommandLineError(
                 flag, "it belongs to --model FILE; a run stores its own settings, and its folder is always trusted."
