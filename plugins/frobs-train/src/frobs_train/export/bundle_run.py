@@ -163,4 +163,5 @@ def open_run_or_bundle(path: Path | str, trust: bool = False) -> Run:
         ConfigurationError: The configuration in it is damaged.
         UntrustedFileError: The bundle needs trust.
     """
-    return BundleRun(read_bundle(path)) if Path(path).is_file() else Run.open(path)
+    path = Path(path)
+    return BundleRun(read_bundle(path), trust) if path.exists() and not path.is_dir() else Run.open(path)
