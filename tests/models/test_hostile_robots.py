@@ -97,7 +97,8 @@ simulation.step(10)
 print(simulation.robots["robot"].joint_positions[0, 0])
 simulation.close()
 used = resource.getrusage(resource.RUSAGE_SELF)
-print(used.ru_utime, used.ru_maxrss / 2**20)
+peak = next(line for line in open("/proc/self/status") if line.startswith("VmHWM"))  # ru_maxrss includes the parent's
+print(used.ru_utime, int(peak.split()[1]) / 2**20)
 """
 
 
