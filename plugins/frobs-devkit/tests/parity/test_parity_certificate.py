@@ -210,7 +210,10 @@ def test_a_run_is_evaluated_on_each(run: Run, tmp_path: Path) -> None:
 
 
 def test_a_run_of_another_environment_is_refused(run: Run) -> None:
-    with pytest.raises(ConfigurationError, match="trained with the ID 'frobs/Irb120Reach-v0', but the environment has 'frobs/Irb120ReachGoal-v0'"):
+    with pytest.raises(
+        ConfigurationError,
+        match="trained with the ID 'frobs/Irb120Reach-v0', but the environment has 'frobs/Irb120ReachGoal-v0'",
+    ):
         measure_parity("frobs/Irb120ReachGoal-v0", ["mujoco", "mujoco"], run=run)
 
 
