@@ -5,49 +5,50 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from frobs_core import plugins
 from frobs_core.capabilities import Level, check_capabilities
 from frobs_core.config import KEYWORDS, EnvConfig
+from frobs_core.control import Control, RobotControl, joint_groups
 from frobs_core.errors import (
-    ConfigurationError,
+    ConflictingOptionsError,
     InvalidTimestepError,
-    MissingSettingError,
     ParameterValueError,
     UnknownParameterError,
 )
 from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Simulation, Task
-from frobs_core.models import load_model
+from frobs_core.models import Pose, load_model
 from frobs_core.randomization import CAPABILITY, Randomization, read_settings
+from frobs_core.robot_config import RobotConfig
 from frobs_core.sensors.contacts import with_contacts
-from frobs_core.sensors.settings import apply_settings
-from frobs_core.specs import ControllerRecord, Record, SimulatorRecord, TaskRecord
+from frobs_core.specs import Record, SimulatorRecord, TaskRecord
+from frobs_core.validation import whole_number
 
 _Record = TypeVar("_Record", bound=Record)
 
 MAX_NUM_ENVS = 100_000
 """Most environments that are stepped together: each takes 10 kB or more, so that these take a gigabyte."""
 
-MAX_THREADS = 1_024
-"""Most threads, or worker processes, of a simulator."""
-
 MAX_DECIMATION = 10_000
 """Most physics steps in a control step."""
-
-_MODEL_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
 
 
 @dataclass(frozen=True)
 class Parts:
-    """What an environment consists of, bound to each other."""
+    """What an environment consists of, bound to each other.
+
+    Attributes:
+        robot: Handle of the first controlled robot.
+        controller: Controller of its first joint group.
+    """
 
     simulation: Simulation
+    control: Control
+    task: Task
     robot: RobotHandle
     controller: Controller
-    task: Task
     control_timestep: float
     decimation: int
     randomization: Randomization | None = None
@@ -62,56 +63,55 @@ def compose(config: EnvConfig, num_envs: int) -> Parts:
 
     Raises:
         UnknownNameError: No plugin offers one of the names.
-        UnknownParameterError: The task, the controller or the simulator does not accept a keyword.
-        CapabilityError: The simulator does not support what the task, the controller or the randomization needs.
+        UnknownParameterError: The task, a controller or the simulator does not accept a keyword.
+        CapabilityError: The simulator does not support what the task, a controller or the randomization needs.
         ConfigurationError: A value cannot be used.
     """
     check_num_envs(num_envs)
-    if config.num_threads > MAX_THREADS:
-        raise ParameterValueError("num_threads", config.num_threads, f"small enough: the limit is {MAX_THREADS:,}")
     simulator = _record(SimulatorRecord, "simulator", config.simulator)
     task = _record(TaskRecord, "task", config.task)
-    controller = _record(ControllerRecord, "controller", config.controller)
     settings = read_settings(config.randomize)
-    needs: dict[str, Mapping[str, Level]] = {
-        f"task '{task.name}'": task.needs,
-        f"controller '{controller.name}'": controller.needs,
-    }
+    robots = config.robot_configs()
+    descriptions = {name: robot.describe() for name, robot in robots.items()}
+    chosen = {name: robot.controllers(descriptions[name]) for name, robot in robots.items()}
+    records = [record for of_robot in chosen.values() for record, _ in of_robot.values()]
+
+    needs: dict[str, Mapping[str, Level]] = {f"task '{task.name}'": task.needs}
+    needs |= {f"controller '{record.name}'": record.needs for record in records}
     for name in () if settings is None else dict.fromkeys(item.parameter for item in settings.items):
         if name in CAPABILITY:
             needs[f"randomize.{name}"] = {CAPABILITY[name]: Level.APPROXIMATE}
     check_capabilities(simulator.name, simulator.capabilities, needs)
     the_task: Task = build(f"task '{task.name}'", task.load(), config.task_parameters, KEYWORDS)
-    the_controller: Controller = build(f"controller '{controller.name}'", controller.load(), config.controller_kwargs)
+    controllers: dict[str, dict[str, Controller]] = {
+        name: {
+            group: build(f"controller '{record.name}'", record.load(), keywords)
+            for group, (record, keywords) in of_robot.items()
+        }
+        for name, of_robot in chosen.items()
+    }
     the_task.reward_type = _reward_type(task.name, the_task, config.reward_type)
 
     control, physics = config.control_timestep, config.physics_timestep
     if control is None:
-        control = controller.control_timestep
+        control = next((record.control_timestep for record in records if record.control_timestep is not None), None)
     control = the_task.control_timestep if control is None else control
     physics = the_task.physics_timestep if physics is None else physics
     decimation = count_physics_steps(control, physics)
 
     scene = the_task.scene()
-    description = describe(
-        config.robot,
-        tcp=config.tcp,
-        robot_args=config.robot_args,
-        package_paths=config.package_paths,
-        home=config.home,
-        sensors=config.sensors,
-    )
-    model = load_model(description.model, xacro_args=description.xacro_args, package_paths=description.package_paths)
-    placement = Placement(
-        robot=description, model=model, pose=scene.robot_pose, command_mode=the_controller.command_mode
-    )
-    robots = {"robot": placement, **scene.robots}
+    placements = {
+        name: _place(robots[name], descriptions[name], controllers[name], scene.robot_poses.get(name, scene.robot_pose))
+        for name in robots
+    }
+    _check_apart(placements)
+    everything = {**placements, **scene.robots}
     if simulator.capabilities.get("contacts", Level.UNSUPPORTED) != Level.UNSUPPORTED:
-        scene = with_contacts(scene, robots)
+        scene = with_contacts(scene, everything)
     engine = simulator.load()
     check_parameters(f"simulator '{simulator.name}'", config.simulator_kwargs, simulator_defaults(engine))
     simulation: Simulation = engine(
-        robots,
+        everything,
         scene,
         num_envs=num_envs,
         physics_timestep=physics,
@@ -119,15 +119,46 @@ def compose(config: EnvConfig, num_envs: int) -> Parts:
         **config.simulator_kwargs,
     )
     try:
-        handle = simulation.robots["robot"]
-        the_controller.bind_scene(scene, simulation)
-        the_controller.bind(handle, control, decimation)
-        the_task.bind(simulation, the_controller, control)
-        randomization = None if settings is None else Randomization(settings, simulation, the_task, control)
+        for of_robot in controllers.values():
+            for controller in of_robot.values():
+                controller.bind_scene(scene, simulation)
+        joined = Control(
+            {
+                name: RobotControl(simulation.robots[name], of_robot, control, decimation)
+                for name, of_robot in controllers.items()
+            }
+        )
+        first = next(iter(joined.robots.values()))
+        controller = next(iter(first.controllers.values()))
+        the_task.bind(simulation, controller, control)
+        randomization = None if settings is None else Randomization(settings, simulation, joined, the_task, control)
     except BaseException:
         simulation.close()
         raise
-    return Parts(simulation, handle, the_controller, the_task, control, decimation, randomization)
+    return Parts(simulation, joined, the_task, first.robot, controller, control, decimation, randomization)
+
+
+def _place(config: RobotConfig, robot: Robot, controllers: Mapping[str, Controller], pose: Pose) -> Placement:
+    """Return where a robot stands and what its joints follow."""
+    model = load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)
+    groups = joint_groups(robot, model)
+    modes = {joint: controllers[group].command_mode for group in controllers for joint in groups[group]}
+    return Placement(robot=robot, model=model, pose=config.base_pose(pose), command_mode=modes)
+
+
+def _check_apart(placements: Mapping[str, Placement]) -> None:
+    """Check that no two robots stand at the same place.
+
+    Raises:
+        ConflictingOptionsError: Two do.
+    """
+    names: dict[tuple[float, ...], str] = {}
+    for name, placement in placements.items():
+        other = names.setdefault(placement.pose.pos, name)
+        if other != name:
+            raise ConflictingOptionsError(
+                [f"robots.{other}", f"robots.{name}"], f"both stand at {placement.pose.pos} m; give one a pose"
+            )
 
 
 def _record(cls: type[_Record], kind: str, part: str | _Record) -> _Record:
@@ -180,14 +211,9 @@ def check_num_envs(num_envs: int) -> None:
     """Check the number of environments before anything is built.
 
     Raises:
-        ConfigurationError: It is below 1 or above :data:`MAX_NUM_ENVS`.
+        ParameterValueError: It is not a whole number from 1 to :data:`MAX_NUM_ENVS`.
     """
-    if num_envs < 1:
-        raise ParameterValueError("num_envs", num_envs, "at least 1")
-    if num_envs > MAX_NUM_ENVS:
-        raise ConfigurationError(
-            f"num_envs is {num_envs:,}; the limit is {MAX_NUM_ENVS:,}. Each environment takes about 10 kB or more."
-        )
+    whole_number("num_envs", num_envs, 1, MAX_NUM_ENVS)
 
 
 def count_physics_steps(control_timestep: float, physics_timestep: float) -> int:
@@ -199,7 +225,7 @@ def count_physics_steps(control_timestep: float, physics_timestep: float) -> int
 
     Raises:
         InvalidTimestepError: The first is not a whole multiple of the second.
-        ConfigurationError: It is more than :data:`MAX_DECIMATION` times the second.
+        ParameterValueError: It is more than :data:`MAX_DECIMATION` times the second.
     """
     if not (0 < physics_timestep < math.inf and 0 < control_timestep < math.inf):
         raise InvalidTimestepError(control_timestep, physics_timestep)
@@ -207,57 +233,9 @@ def count_physics_steps(control_timestep: float, physics_timestep: float) -> int
     if steps < 1 or abs(steps * physics_timestep - control_timestep) > 1e-9 * control_timestep:
         raise InvalidTimestepError(control_timestep, physics_timestep)
     if steps > MAX_DECIMATION:
-        raise ConfigurationError(
-            f"control_timestep {control_timestep} s takes {steps:,} physics steps of {physics_timestep} s; the limit is "
-            f"{MAX_DECIMATION:,}."
-        )
+        rule = f"at most {MAX_DECIMATION:,} times the physics_timestep of {physics_timestep} s"
+        raise ParameterValueError("control_timestep", control_timestep, rule)
     return steps
-
-
-def describe(
-    robot: str | Robot,
-    *,
-    tcp: str | None = None,
-    robot_args: Mapping[str, str] | None = None,
-    package_paths: Mapping[str, str] | None = None,
-    home: Mapping[str, float] | None = None,
-    sensors: Mapping[str, Any] | None = None,
-) -> Robot:
-    """Return a robot's description from its name, the path of its model file, or itself.
-
-    Args:
-        robot: Name, path of a URDF, xacro or MJCF file, or a description.
-        tcp: Takes the place of its tool centre point.
-        robot_args: Go before the arguments of its xacro file.
-        package_paths: Go before its folders of ROS packages.
-        home: Go before its joint positions at home [rad or m].
-        sensors: What is other about its sensors; see :mod:`frobs_core.sensors`.
-
-    Raises:
-        UnknownNameError: No plugin offers the name, or the robot has no such sensor.
-        ConfigurationError: No robot is given, or a sensor cannot be so.
-    """
-    if isinstance(robot, Robot):
-        description = robot
-    elif not robot:
-        known = ", ".join(f"'{name}'" for name in plugins.records("robot")) or "none"
-        raise MissingSettingError(
-            "this environment",
-            "a robot",
-            "pass robot='path/to/arm.urdf' (or .urdf.xacro, or MJCF as .xml) and tcp='LINK', "
-            f"or the name of an installed robot: {known}",
-        )
-    elif robot.lower().endswith(_MODEL_ENDINGS):
-        description = Robot(model=robot, name=Path(robot).name.partition(".")[0])
-    else:
-        description = plugins.get_record("robot", robot).load()
-    changes: dict[str, Any] = {} if tcp is None else {"tcp": tcp}
-    for field, given in (("xacro_args", robot_args), ("package_paths", package_paths), ("home", home)):
-        if given:
-            changes[field] = {**getattr(description, field), **given}
-    if sensors:
-        changes["sensors"] = apply_settings(description.sensors, sensors)
-    return replace(description, **changes)
 
 
 def _reward_type(name: str, task: Task, reward_type: str | None) -> str:

@@ -10,11 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.errors import ConfigurationError, ParameterValueError
+from frobs_core.errors import ConfigurationError, ConflictingOptionsError, ParameterValueError
 from frobs_core.interfaces import Robot
+from frobs_core.robot_config import RobotConfig
 from frobs_core.specs import ControllerRecord, SimulatorRecord, TaskRecord
+from frobs_core.validation import choice, whole_number
 
 RENDER_MODES = ("rgb_array", "human")
+
+MAX_THREADS = 1_024
+"""Most threads, or worker processes, of a simulator."""
+
+_OF_A_ROBOT = ("robot", "controller", "controller_kwargs", "robot_args", "package_paths", "home", "tcp", "sensors")
+"""Fields that hold for a single robot."""
 
 _MAPPINGS = ("controller_kwargs", "simulator_kwargs", "robot_args", "package_paths", "home", "task_parameters")
 
@@ -29,7 +37,11 @@ class EnvConfig:
     Args:
         task: Name of the task, or a record.
         robot: Name of the robot, path of a URDF, xacro or MJCF file, or a description.
-        controller: Name of the controller, or a record.
+        robots: Several robots, by name, in place of ``robot``: names, or mappings with the fields of
+            :class:`frobs_core.robot_config.RobotConfig`, as in ``{"left": "irb120", "right": {"robot": "ur5", "controller":
+            "joint_position"}}``. ``controller`` and ``controller_kwargs`` hold for entries without their own.
+        controller: Name of the controller, or a record; or a mapping from joint group to name; see
+            :class:`frobs_core.robot_config.RobotConfig`.
         simulator: Name of the simulator, or a record.
         reward_type: One of the task's reward types; None: the task's first.
         render_mode: ``"rgb_array"``, ``"human"`` or None.
@@ -37,8 +49,8 @@ class EnvConfig:
         render_size: (height, width) of rendered images [pixels].
         control_timestep: Time between two actions [s]; None: the controller's default if it has one, else the task's.
         physics_timestep: Duration of one engine step [s]; None: the task's default.
-        controller_kwargs: Keywords of the controller.
-        simulator_kwargs: Keywords of the simulator, such as its solver; ``frobs show simulator NAME`` lists them.
+        controller_kwargs: Keywords of the controller; where ``controller`` is a mapping, keywords by joint group.
+        simulator_kwargs: Keywords of the simulator, such as its solver; ``frobs show simulator:NAME`` lists them.
         robot_args: Arguments of the robot's xacro file.
         package_paths: Folders of the ROS packages that the robot's file names, by package name.
         home: Rest position by joint name [rad or m]; joints you omit keep the robot's own.
@@ -54,8 +66,9 @@ class EnvConfig:
     """
 
     task: str | TaskRecord
-    robot: str | Robot
-    controller: str | ControllerRecord
+    robot: str | Robot = ""
+    controller: str | ControllerRecord | Mapping[str, str | ControllerRecord | None] = ""
+    robots: Mapping[str, Any] | None = None
     simulator: str | SimulatorRecord = "mujoco"
     reward_type: str | None = None
     render_mode: str | None = None
@@ -80,17 +93,15 @@ class EnvConfig:
                 object.__setattr__(self, name, {})
         _check(self, (str, TaskRecord), "a name or a TaskRecord", "task")
         _check(self, (str, Robot), "a name, the path of a model file or a Robot", "robot")
-        _check(self, (str, ControllerRecord), "a name or a ControllerRecord", "controller")
+        _check(self, (str, ControllerRecord, Mapping), "a name, a ControllerRecord or a mapping of names", "controller")
         _check(self, (str, SimulatorRecord), "a name or a SimulatorRecord", "simulator")
         _check(self, (str, type(None)), "a name or None", "reward_type", "camera", "tcp")
         _check(self, (Real, type(None)), "a number of seconds or None", "control_timestep", "physics_timestep")
-        _check(self, (Mapping, type(None)), "a mapping or None", "sensors", "randomize")
+        _check(self, (Mapping, type(None)), "a mapping or None", "sensors", "randomize", "robots")
         _check(self, Mapping, "a mapping", *_MAPPINGS)
-        _check(self, (int, np.integer), "a whole number", "num_threads")
-        if self.num_threads < 0:
-            raise ParameterValueError("num_threads", self.num_threads, "0 or more")
-        if self.render_mode is not None and self.render_mode not in RENDER_MODES:
-            raise ParameterValueError("render_mode", self.render_mode, f"one of {', '.join(RENDER_MODES)}")
+        whole_number("num_threads", self.num_threads, highest=MAX_THREADS)
+        if self.render_mode is not None:
+            choice("render_mode", self.render_mode, RENDER_MODES)
         size = tuple(self.render_size) if isinstance(self.render_size, Iterable) else ()
         if len(size) != 2 or not all(isinstance(side, int | np.integer) and side > 0 for side in size):
             raise ParameterValueError("render_size", self.render_size, "(height, width) in pixels")
@@ -102,10 +113,28 @@ class EnvConfig:
 
         Raises:
             ConfigurationError: A value has the wrong type.
-            TypeError: ``task``, ``robot`` or ``controller`` is missing.
+            TypeError: ``task`` is missing.
         """
         own = {name: value for name, value in keywords.items() if name in KEYWORDS}
         return cls(**own, task_parameters={name: keywords[name] for name in keywords if name not in KEYWORDS})
+
+    def robot_configs(self) -> dict[str, RobotConfig]:
+        """Return the configuration of each controlled robot, by name; a single one is named ``"robot"``.
+
+        Raises:
+            ConflictingOptionsError: Both ``robot`` and ``robots`` are given, or a setting of a single robot with ``robots``.
+            ConfigurationError: An entry of ``robots`` cannot be used.
+        """
+        own = {name: getattr(self, name) for name in _OF_A_ROBOT}
+        if self.robots is None:
+            return {"robot": RobotConfig(**own)}
+        for name in _OF_A_ROBOT:
+            if name not in ("controller", "controller_kwargs") and own[name]:
+                raise ConflictingOptionsError([name, "robots"], f"write '{name}' into the entries of robots")
+        if not self.robots:
+            raise ParameterValueError("robots", self.robots, "a mapping with at least one robot, by name")
+        shared = {"controller": self.controller, "controller_kwargs": self.controller_kwargs}
+        return {name: RobotConfig.from_value(name, value, shared) for name, value in self.robots.items()}
 
     def to_dict(self) -> dict[str, Any]:
         """Return the flat keywords that differ from the defaults, as values that JSON can hold.

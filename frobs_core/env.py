@@ -37,21 +37,28 @@ class Loop:
     """
 
     def __init__(self, parts: Parts, num_envs: int) -> None:
-        self.simulation, self.robot = parts.simulation, parts.robot
-        self.controller, self.task = parts.controller, parts.task
+        self.simulation, self.control, self.task = parts.simulation, parts.control, parts.task
         self.randomization = randomization = parts.randomization
         self.decimation, self.num_envs = parts.decimation, num_envs
         self.rng = RandomSource(num_envs)
-        self.discrete = not isinstance(parts.controller.action_space, gym.spaces.Box)
+        self.discrete = not isinstance(parts.control.action_space, gym.spaces.Box)
         # Optional parts of a step are resolved here, so that a step neither asks for them nor calls empty methods.
+        self._handles = [robot.robot for robot in parts.control.robots.values()]
         self._act = _unchanged if randomization is None else randomization.act
         self._degrade = _unchanged if randomization is None else randomization.observe
+        self._advance = self._advance_physics if parts.control.physics_rate else parts.simulation.step
         self._is_terminated = methodcaller("is_terminated") if _overrides(parts.task, Task, "is_terminated") else _never
         self._reports: list[tuple[Any, Callable[[Any], Any], _Keys]] = [
             (parts.task, methodcaller("reward_terms"), _Keys("frobs/reward/"))
         ]
-        if _overrides(parts.controller, Controller, "info"):
-            self._reports.append((parts.controller, methodcaller("info"), _Keys("frobs/")))
+        controllers = parts.control.controllers
+        for name, controller in controllers.items():
+            if _overrides(controller, Controller, "info"):
+                prefix = "frobs/" if len(controllers) == 1 else f"frobs/{name}/"
+                self._reports.append((controller, methodcaller("info"), _Keys(prefix)))
+
+    def _advance_physics(self, decimation: int) -> None:
+        self.simulation.step_with(decimation, self.control.update)
 
     def begin(self, mask: Mask | None, options: Mapping[str, Any]) -> Observation:
         """Begin an episode in the environments of ``mask``, and observe all environments."""
@@ -60,7 +67,7 @@ class Loop:
             self.randomization.begin_physics(self.rng, mask)
         self.simulation.reset(mask)
         self.task.reset(mask, self.rng, options)
-        self.controller.reset(mask)
+        self.control.reset(mask)
         observation = self.task.observe(self.rng)
         return observation if self.randomization is None else self.randomization.begin(self.rng, observation, mask)
 
@@ -72,9 +79,9 @@ class Loop:
         """
         rng, task = self.rng, self.task
         rng.clock += 1
-        command = self.controller.apply(actions)
-        self.robot.command(self._act(rng, command))
-        self.simulation.step(self.decimation)
+        for robot, command in zip(self._handles, self._act(rng, self.control.commands(actions)), strict=True):
+            robot.command(command)
+        self._advance(self.decimation)
         task.advance(rng)  # measures once; what follows only reads
         observation = self._degrade(rng, task.observe(rng))
         reward = task.reward()
@@ -98,7 +105,7 @@ class Loop:
             part.restore({key.removeprefix(start): array for key, array in snapshot.items() if key.startswith(start)})
 
     def _stateful(self) -> dict[str, Any]:
-        parts = {"simulation": self.simulation, "task": self.task, "controller": self.controller, "random": self.rng}
+        parts = {"simulation": self.simulation, "task": self.task, "controller": self.control, "random": self.rng}
         return parts if self.randomization is None else {**parts, "randomization": self.randomization}
 
 
@@ -127,8 +134,8 @@ def _never(task: Task) -> None:
 
 
 def _overrides(part: object, base: type, method: str) -> bool:
-    """Return whether a part's class has a method of its own in place of the empty one of ``base``."""
-    return getattr(type(part), method) is not getattr(base, method)
+    """Return whether a part has a method of its own, or of what it wraps, in place of the empty one of ``base``."""
+    return getattr(part, method).__func__ is not getattr(base, method)
 
 
 class RobotEnv(gym.Env[Any, Any]):
@@ -142,6 +149,9 @@ class RobotEnv(gym.Env[Any, Any]):
 
     Attributes:
         config: The keywords.
+        control: All controllers.
+        robot: Handle of the first controlled robot.
+        controller: Controller of its first joint group.
         randomization: What is randomized, with the current values; None: nothing.
 
     Raises:
@@ -157,11 +167,11 @@ class RobotEnv(gym.Env[Any, Any]):
         self.config = config = EnvConfig.from_dict(keywords)
         parts = compose(config, 1)
         self._loop = Loop(parts, 1)
-        self.simulation, self.robot = parts.simulation, parts.robot
-        self.controller, self.task = parts.controller, parts.task
+        self.simulation, self.control, self.task = parts.simulation, parts.control, parts.task
+        self.robot, self.controller = parts.robot, parts.controller
         self.randomization = parts.randomization
         self.control_timestep, self.decimation = parts.control_timestep, parts.decimation
-        self.action_space = parts.controller.action_space
+        self.action_space = parts.control.action_space
         self._action_shape = self.action_space.shape
         self.observation_space = parts.task.observation_space
         self.render_mode = config.render_mode

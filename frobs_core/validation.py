@@ -108,14 +108,16 @@ def non_negative(name: str, value: Any, unit: str = "") -> float:
     return float(value)
 
 
-def whole_number(name: str, value: Any, lowest: int = 0) -> int:
-    """Return a parameter that must be a whole number of at least ``lowest``.
+def whole_number(name: str, value: Any, lowest: int = 0, highest: int | None = None) -> int:
+    """Return a parameter that must be a whole number in [lowest, highest].
 
     Raises:
-        ConfigurationError: It is not.
+        ParameterValueError: It is not.
     """
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < lowest:
-        raise ParameterValueError(name, value, f"a whole number of at least {lowest}")
+    is_whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not is_whole or value < lowest or (highest is not None and value > highest):
+        limits = f"of at least {lowest}" if highest is None else f"from {lowest} to {highest:,}"
+        raise ParameterValueError(name, value, f"a whole number {limits}")
     return int(value)
 
 

@@ -40,6 +40,9 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
 
     Attributes:
         config: The keywords.
+        control: All controllers.
+        robot: Handle of the first controlled robot.
+        controller: Controller of its first joint group.
         final_observation: After a step in which episodes ended: (num_envs, …), rows valid where they ended.
         randomization: What is randomised, with the values in force; None: nothing.
     """
@@ -57,12 +60,12 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self.config = config = EnvConfig.from_dict(keywords)
         parts = compose(config, num_envs)
         self._loop = Loop(parts, num_envs)
-        self.simulation, self.robot = parts.simulation, parts.robot
-        self.controller, self.task = parts.controller, parts.task
+        self.simulation, self.control, self.task = parts.simulation, parts.control, parts.task
+        self.robot, self.controller = parts.robot, parts.controller
         self.randomization = parts.randomization
         self.control_timestep, self.decimation = parts.control_timestep, parts.decimation
         self.num_envs = num_envs
-        self.single_action_space = parts.controller.action_space
+        self.single_action_space = parts.control.action_space
         self.single_observation_space = parts.task.observation_space
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)

@@ -10,7 +10,7 @@ import numpy as np
 
 from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.errors import ParameterValueError
-from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
+from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
 
 
 class MyController(Controller):
@@ -31,19 +31,19 @@ class MyController(Controller):
         self.max_delta = max_delta
         self.smoothing = smoothing
 
-    def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
+    def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
         """Prepare for a robot: an action is a number in [−1, 1] for each joint."""
-        self._robot = robot
-        self._lower, self._upper = robot.position_lower.copy(), robot.position_upper.copy()  # (num_envs, dof)
-        self._target: Floats = robot.home.copy()
+        self._joints = joints
+        self._lower, self._upper = joints.position_lower.copy(), joints.position_upper.copy()  # (num_envs, dof)
+        self._target: Floats = joints.home.copy()
         self._smooth: Floats = np.zeros_like(self._target)
-        self._step = np.minimum(self.max_delta, robot.velocity_limit * control_timestep)  # no faster than a joint may
-        self.action_space = gym.spaces.Box(-1.0, 1.0, (robot.dof,), np.float32)
+        self._step = np.minimum(self.max_delta, joints.velocity_limit * control_timestep)  # no faster than a joint may
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
 
     def reset(self, mask: Mask | None) -> None:
         """Forget: an episode starts where the task has placed the robot."""
         rows = slice(None) if mask is None else mask
-        self._target[rows] = self._robot.joint_positions[rows]
+        self._target[rows] = self._joints.joint_positions[rows]
         self._smooth[rows] = 0.0
 
     def apply(self, action: Action) -> Floats:

@@ -94,10 +94,10 @@ def test_objects_are_accepted_but_have_no_plain_form():
         ({"simulator_kwargs": "newton"}, "simulator_kwargs is 'newton'; it must be a mapping"),
         ({"control_timestep": "0.04"}, "control_timestep is '0.04'; it must be a number of seconds"),
         ({"num_threads": 1.5}, "num_threads is 1.5; it must be a whole number"),
-        ({"num_threads": -1}, "num_threads is -1; it must be 0 or more"),
+        ({"num_threads": -1}, "num_threads is -1; it must be a whole number from 0 to 1,024"),
         ({"render_size": 84}, r"render_size is 84; it must be \(height, width\)"),
         ({"render_size": (84, 0)}, r"render_size is \(84, 0\)"),
-        ({"render_mode": "rgb"}, "render_mode is 'rgb'; it must be one of rgb_array, human"),
+        ({"render_mode": "rgb"}, "render_mode is 'rgb'; it must be one of .rgb_array., .human."),
     ],
 )
 def test_a_wrong_type_is_named(keywords, says):

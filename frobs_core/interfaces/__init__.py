@@ -1,13 +1,16 @@
 """What each of the five kinds is: the contracts that plugins implement."""
 
 from frobs_core.interfaces.algorithm import Algorithm, TrainingMonitor
+from frobs_core.interfaces.body_handle import BodyHandle
 from frobs_core.interfaces.command import CommandMode
-from frobs_core.interfaces.controller import Controller
+from frobs_core.interfaces.controller import Controller, ControllerWrapper
+from frobs_core.interfaces.joint_group import JointGroup, JointSubset
 from frobs_core.interfaces.parameters import WrittenParameters
-from frobs_core.interfaces.robot import DifferentialDrive, DriveGains, Robot
+from frobs_core.interfaces.robot import DifferentialDrive, DriveGains, EndEffector, Robot
+from frobs_core.interfaces.robot_handle import RobotHandle, active_gains
 from frobs_core.interfaces.scene import Body, Camera, Contact, Marker, Placement, Scene
 from frobs_core.interfaces.sensor import Bumper, Imu, Lidar, Sensor
-from frobs_core.interfaces.simulation import BareEngine, BodyHandle, RobotHandle, Simulation, Snapshot
+from frobs_core.interfaces.simulation import BareEngine, Simulation, Snapshot
 from frobs_core.interfaces.task import GoalTask, ResetOptions, Task
 from frobs_core.interfaces.translation import Overlap, Translation, TranslationTable, read_tables, translate
 
@@ -21,10 +24,14 @@ __all__ = [
     "CommandMode",
     "Contact",
     "Controller",
+    "ControllerWrapper",
     "DifferentialDrive",
     "DriveGains",
+    "EndEffector",
     "GoalTask",
     "Imu",
+    "JointGroup",
+    "JointSubset",
     "Lidar",
     "Marker",
     "Overlap",
@@ -41,6 +48,7 @@ __all__ = [
     "Translation",
     "TranslationTable",
     "WrittenParameters",
+    "active_gains",
     "read_tables",
     "translate",
 ]

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.interfaces.command import CommandMode
+from frobs_core.interfaces.joint_group import JointGroup
 from frobs_core.interfaces.scene import Scene
-from frobs_core.interfaces.simulation import RobotHandle, Simulation, Snapshot
+from frobs_core.interfaces.simulation import Simulation, Snapshot
 
 
 class Controller(ABC):
@@ -23,10 +24,13 @@ class Controller(ABC):
 
     Attributes:
         command_mode: What its commands mean.
+        rate: ``"control"``: one command, or one row for each physics step, per control step. ``"physics"``: the
+            environment also calls :meth:`update` before every further physics step; much slower.
         action_space: Of one environment; set by ``bind``. A Box in [−1, 1] as a rule.
     """
 
     command_mode: ClassVar[CommandMode]
+    rate: ClassVar[Literal["control", "physics"]] = "control"
     action_space: gym.Space  # type: ignore[type-arg]
 
     def bind_scene(self, scene: Scene, simulation: Simulation) -> None:
@@ -38,16 +42,16 @@ class Controller(ABC):
         """
 
     @abstractmethod
-    def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
-        """Prepare for a robot: read its limits, set :attr:`action_space`, make buffers.
+    def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
+        """Prepare for the joints to control: read their limits, set :attr:`action_space`, make buffers.
 
         Args:
-            robot: Its handle.
+            joints: A group of a robot's joints, or all of them. Arrays have the group's joints in its order.
             control_timestep: [s]
             decimation: Physics steps per control step.
 
         Raises:
-            ConfigurationError: It cannot control this robot.
+            ConfigurationError: It cannot control these joints.
         """
 
     @abstractmethod
@@ -63,9 +67,17 @@ class Controller(ABC):
                 the space: clip), int64 for Discrete.
 
         Returns:
-            (num_envs, dof), or (num_envs, decimation, dof) with a row for each physics step. The array may be
-            one that the controller uses again.
+            (num_envs, dof), or (num_envs, decimation, dof) with a row for each physics step, where dof counts the
+            joints of the group. The array may be one that the controller uses again.
         """
+
+    def update(self) -> Floats:
+        """Return the joint command of the next physics step, (num_envs, dof); for controllers at the physics rate.
+
+        Called before each physics step of a control step but the first, whose command :meth:`apply` has returned. The
+        state that the group reports is that of the last physics step.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has rate 'physics', so it must define update().")
 
     def info(self) -> Mapping[str, np.ndarray[Any, Any]]:
         """Return what the last :meth:`apply` has to say, as numbers (num_envs,) by name, with the same names each time.
@@ -89,3 +101,49 @@ class Controller(ABC):
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
+
+
+class ControllerWrapper(Controller):
+    """A controller that changes the actions of another one, which it need not know.
+
+    A subclass sets :attr:`action_space` in ``bind`` and changes the action in ``apply``; everything else is that of the
+    wrapped controller.
+
+    Args:
+        inner: The wrapped controller.
+
+    Attributes:
+        inner: The wrapped controller.
+    """
+
+    def __init__(self, inner: Controller) -> None:
+        self.inner = inner
+        self.command_mode, self.rate = inner.command_mode, inner.rate  # type: ignore[misc] # of the wrapped controller
+        # An environment asks only for what a controller overrides; so does a wrapper.
+        self.bind_scene, self.update, self.info = inner.bind_scene, inner.update, inner.info  # type: ignore[method-assign]
+
+    def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
+        """Bind the wrapped controller and take its action space."""
+        self.inner.bind(joints, control_timestep, decimation)
+        self.action_space = self.inner.action_space
+
+    def reset(self, mask: Mask | None) -> None:
+        """Reset the wrapped controller."""
+        self.inner.reset(mask)
+
+    def apply(self, action: Action) -> Floats:
+        """Return the command of the wrapped controller."""
+        return self.inner.apply(action)
+
+    @property
+    def max_action_change(self) -> Floats | None:
+        """That of the wrapped controller."""
+        return self.inner.max_action_change
+
+    def snapshot(self) -> Snapshot:
+        """Return the state of the wrapped controller."""
+        return self.inner.snapshot()
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self.inner.restore(snapshot)

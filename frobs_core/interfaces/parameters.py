@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Protocol
 
@@ -28,11 +29,14 @@ class Driven(Protocol):
     def drive_gains(self) -> tuple[Floats, Floats]:
         """Return Kp and Kd, (num_envs, dof) each."""
 
+    def refresh_gains(self) -> None:
+        """Compute what depends on the drive gains."""
+
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
         """Change Kp (0) or Kd (1) of some environments."""
 
 
-class WrittenParameters:
+class WrittenParameters(ABC):
     """Implements ``parameter`` and ``write_parameter`` of a simulation; a subclass passes changes on to its engine.
 
     Args:
@@ -51,9 +55,9 @@ class WrittenParameters:
         self._placements, self._scene, self._robots, self._num_envs = placements, scene, robots, num_envs
         self.written: dict[tuple[str, str], Floats] = {}
 
+    @abstractmethod
     def apply(self, name: str, target: str, mask: Mask | None) -> None:
         """Pass a mass, a friction or the gravity that was written on to the engine."""
-        raise NotImplementedError
 
     def collides(self, target: str) -> bool:
         """Return whether a scene body or ``robot/link`` has a shape that can touch others."""
@@ -131,6 +135,7 @@ class WrittenParameters:
         for name, robot in self._robots.items():
             stiffness, damping = robot.drive_gains()
             stiffness[:], damping[:] = state[f"stiffness/{name}"], state[f"damping/{name}"]
+            robot.refresh_gains()
 
     def _nominal(self, name: str, target: str) -> Floats:
         """Return the value of the scene or the model."""

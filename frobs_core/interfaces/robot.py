@@ -56,6 +56,25 @@ class DifferentialDrive:
 
 
 @dataclass(frozen=True, kw_only=True)
+class EndEffector:
+    """A tool at the end of an arm.
+
+    Attributes:
+        tcp: Link that is the tool center point.
+        arm: Joint group that carries it; empty: the robot's first group.
+        group: Joint group of its fingers; empty: it has none.
+        open: Joint positions at which it is open, by joint name [rad or m].
+        closed: Joint positions at which it is closed, by joint name [rad or m].
+    """
+
+    tcp: str
+    arm: str = ""
+    group: str = ""
+    open: Mapping[str, float] = field(default_factory=dict)
+    closed: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Robot:
     """A robot, as data.
 
@@ -75,6 +94,10 @@ class Robot:
         self_collision: Whether links collide that are not neighbours.
         friction: Sliding friction coefficient of links that do not have the simulators' own, by link: 0 for what
             glides, as a caster does.
+        groups: Joints that are controlled together, by group name; empty: one group, ``"all"``. Groups are disjoint.
+            Joints in no group hold their home position.
+        default_controllers: Controller of each group, for groups whose controller the user does not choose.
+        end_effectors: Tools, by name.
     """
 
     model: str
@@ -89,6 +112,14 @@ class Robot:
     differential_drive: DifferentialDrive | None = None
     self_collision: bool = True
     friction: Mapping[str, float] = field(default_factory=dict)
+    groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    default_controllers: Mapping[str, str] = field(default_factory=dict)
+    end_effectors: Mapping[str, EndEffector] = field(default_factory=dict)
+
+    def tcp_of(self, group: str) -> str | None:
+        """Return the link that is the tool center point of a joint group; None: the robot's own."""
+        first = next(iter(self.groups), "")
+        return next((tool.tcp for tool in self.end_effectors.values() if (tool.arm or first) == group), None)
 
     @cached_property
     def lidars(self) -> Mapping[str, Lidar]:

@@ -6,10 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import dist
 
+import numpy as np
+
 from frobs_core.arrays import Floats
 from frobs_core.errors import SceneError, UnknownNameError
 from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.robot import Robot
+from frobs_core.models.defaults import default_gains, home_positions
 from frobs_core.models.model import Geometry, Pose, RobotModel
 
 
@@ -106,13 +109,29 @@ class Placement:
         robot: Its description.
         model: Its model file, read.
         pose: Of the base in the world, at reset.
-        command_mode: What its drives follow.
+        command_mode: What its drives follow: one mode for all joints, or one by joint name; a joint that is left out
+            follows positions.
     """
 
     robot: Robot
     model: RobotModel
     pose: Pose = field(default_factory=Pose)
-    command_mode: CommandMode
+    command_mode: CommandMode | Mapping[str, CommandMode]
+
+    @property
+    def command_modes(self) -> tuple[CommandMode, ...]:
+        """(dof) command mode of each actuated joint, in the order of the model's ``joint_names``."""
+        given = self.command_mode
+        if isinstance(given, CommandMode):
+            return (given,) * len(self.model.joint_names)
+        return tuple(given.get(joint, CommandMode.POSITION) for joint in self.model.joint_names)
+
+    @property
+    def drive_gains(self) -> tuple[Floats, Floats]:
+        """Kp and Kd of the robot's description, or else the default gains of its model, (dof,) each."""
+        gains = self.robot.gains or default_gains(self.model, home_positions(self.model, self.robot.home))
+        pairs = [gains.of(joint) for joint in self.model.joint_names]
+        return np.array([kp for kp, _ in pairs], float), np.array([kd for _, kd in pairs], float)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,8 +144,9 @@ class Scene:
         bodies: By name.
         contacts: That the task wants to know of, by name.
         cameras: By name; the first is the default of ``render``.
-        robots: Further robots beside the environment's own, which is named ``"robot"``; by name.
-        robot_pose: Where the environment's own robot stands.
+        robots: Further robots, which no controller moves, by name.
+        robot_pose: Base pose of the controlled robot in the world.
+        robot_poses: Base poses of the controlled robots in the world, by name, where there are several.
     """
 
     floor: bool = True
@@ -138,6 +158,7 @@ class Scene:
     )
     robots: Mapping[str, Placement] = field(default_factory=dict)
     robot_pose: Pose = field(default_factory=Pose)
+    robot_poses: Mapping[str, Pose] = field(default_factory=dict)
 
     @property
     def span(self) -> float:

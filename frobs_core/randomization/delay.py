@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.interfaces import CommandMode, RobotHandle
+from frobs_core.control import Control
+from frobs_core.errors import RandomizationError
 from frobs_core.interfaces.simulation import Snapshot
 from frobs_core.random import RandomSource
 from frobs_core.randomization.distribution import Distribution
@@ -14,40 +15,49 @@ from frobs_core.randomization.settings import Setting
 
 
 class ActionDelay:
-    """Hands over commands some control steps after the controller made them.
+    """Passes commands to the robots some control steps after the controllers made them.
 
     Before the first one arrives the drives hold: the joint positions at reset, no velocity, or no effort. That is why
-    commands are kept and not actions, which have no neutral value that every controller shares.
+    commands are delayed and not actions, which have no neutral value that every controller shares.
 
     Args:
-        setting: What the steps are drawn from.
-        robot: That is commanded.
+        setting: Distribution of the number of control steps; all robots have the same.
+        control: The controllers and their robots.
         control_timestep: [s]
+
+    Raises:
+        RandomizationError: A controller commands every physics step.
     """
 
-    def __init__(self, setting: Setting, robot: RobotHandle, control_timestep: float) -> None:
-        self._robot = robot
-        self._holds_positions = robot.command_mode is CommandMode.POSITION
-        steps = np.zeros(robot.num_envs)
+    def __init__(self, setting: Setting, control: Control, control_timestep: float) -> None:
+        if control.physics_rate:
+            raise RandomizationError(setting.place, "a controller at the physics rate cannot be delayed; leave it out.")
+        self._names = list(control.robots)
+        self._robots = [robot.robot for robot in control.robots.values()]
+        num_envs = self._robots[0].num_envs
+        steps = np.zeros(num_envs)
         self.draw = Draw(setting.stream, setting.schedule, whole_steps(setting.distribution), steps, control_timestep)
         depth = int(setting.distribution.high) + 1
         # The newest first. One row for each physics step, where the controller makes them.
-        self._history: Floats = np.zeros((robot.num_envs, depth, 1, robot.dof))
-        self._each = np.arange(robot.num_envs)
+        self._histories: list[Floats] = [np.zeros((num_envs, depth, 1, robot.dof)) for robot in self._robots]
+        self._each = np.arange(num_envs)
 
     def begin(self, rng: RandomSource, mask: Mask) -> None:
-        """Draw for episodes that begin, and let their drives hold; call it when the task has placed the robot."""
+        """Draw for episodes that begin, and let their drives hold; call it when the task has placed the robots."""
         self.draw.begin(rng, mask)
-        self._history[mask] = self._robot.joint_positions[mask][:, None, None] if self._holds_positions else 0.0
+        for robot, history in zip(self._robots, self._histories, strict=True):
+            history[mask] = robot.holding_command(robot.joint_positions[mask])[:, None, None]
 
-    def apply(self, rng: RandomSource, command: Floats) -> Floats:
-        """Take a new command, and return the one that arrives now; (num_envs, dof) or (num_envs, decimation, dof)."""
+    def apply(self, rng: RandomSource, commands: list[Floats]) -> list[Floats]:
+        """Take new commands, and return those that arrive now; (num_envs, dof) or (num_envs, decimation, dof) each."""
         if self.draw.changes_in_episode:
             self.draw.step(rng)
-        rows = command if command.ndim == 3 else command[:, None]
-        if rows.shape[1] > self._history.shape[2]:
-            self._history = np.repeat(self._history, rows.shape[1], axis=2)
-        history = self._history
+        return [self._delayed(number, command) for number, command in enumerate(commands)]
+
+    def _delayed(self, number: int, command: Floats) -> Floats:
+        rows, history = command if command.ndim == 3 else command[:, None], self._histories[number]
+        if rows.shape[1] > history.shape[2]:
+            history = self._histories[number] = np.repeat(history, rows.shape[1], axis=2)
         history[:, 1:] = history[:, :-1].copy()
         history[:, 0] = rows
         arriving: Floats = history[self._each, self.draw.numbers.astype(np.intp)]
@@ -55,11 +65,12 @@ class ActionDelay:
 
     def snapshot(self) -> Snapshot:
         """Return the commands that are on their way."""
-        return {"action_delay/history": self._history.copy(), **self.draw.snapshot()}
+        histories = zip(self._names, self._histories, strict=True)
+        return {**{f"action_delay/{name}": history.copy() for name, history in histories}, **self.draw.snapshot()}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
-        self._history = snapshot["action_delay/history"].copy()
+        self._histories = [snapshot[f"action_delay/{name}"].copy() for name in self._names]
         self.draw.restore(snapshot)
 
 

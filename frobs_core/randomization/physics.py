@@ -15,7 +15,7 @@ from frobs_core.interfaces.simulation import Snapshot
 from frobs_core.random import RandomSource
 from frobs_core.randomization.schedule import Draw
 from frobs_core.randomization.settings import Setting
-from frobs_core.randomization.targets import ROBOT, find_units, matches
+from frobs_core.randomization.targets import find_units, matches
 
 _LEAST_MASS = 0.01
 """Share of its nominal mass that a body keeps, whatever an unbounded distribution gives."""
@@ -36,6 +36,7 @@ class PhysicalParameter:
         name: Of :meth:`frobs_core.interfaces.Simulation.parameter`.
         settings: Of this parameter.
         simulation: Where it is written.
+        robots: Names of the robots that controllers move; by default only their links and joints change.
         control_timestep: [s]
 
     Raises:
@@ -43,14 +44,21 @@ class PhysicalParameter:
         ConfigurationError: A value could become impossible, or a setting could change nothing.
     """
 
-    def __init__(self, name: str, settings: Sequence[Setting], simulation: Simulation, control_timestep: float) -> None:
-        self._name, self._simulation = name, simulation
-        mode = simulation.robots[ROBOT].command_mode
-        if (name, mode) in _WITHOUT_EFFECT:
+    def __init__(
+        self,
+        name: str,
+        settings: Sequence[Setting],
+        simulation: Simulation,
+        robots: Sequence[str],
+        control_timestep: float,
+    ) -> None:
+        self._name, self._simulation, self._robots = name, simulation, robots
+        modes = {mode for robot in robots for mode in simulation.robots[robot].command_modes}
+        if modes and all((name, mode) in _WITHOUT_EFFECT for mode in modes):
             raise RandomizationError(
                 settings[0].place,
                 f"it would change nothing, for the controller commands "
-                f"{_WITHOUT_EFFECT[name, mode]}; leave it out, or choose another controller.",
+                f"{_WITHOUT_EFFECT[name, modes.pop()]}; leave it out, or choose another controller.",
             )
         units = find_units(simulation, name)
         self.names = tuple(column for unit in units for column in unit.names)
@@ -110,7 +118,7 @@ class PhysicalParameter:
     def _columns(self, setting: Setting) -> list[int]:
         if self._name == "gravity":
             return [0, 1, 2]
-        patterns = setting.targets or (("*",) if self._name == "friction" else (f"{ROBOT}/*",))
+        patterns = setting.targets or (["*"] if self._name == "friction" else [f"{robot}/*" for robot in self._robots])
         found = matches(patterns, self.names, f"target of {setting.place}")
         if setting.change == "scale" and not self._changes and not self.nominal[:, found].any():
             raise RandomizationError(

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
+from frobs_core.control import Control
 from frobs_core.errors import RandomizationError
 from frobs_core.interfaces import Simulation, Task
 from frobs_core.interfaces.simulation import Snapshot
@@ -19,7 +20,6 @@ from frobs_core.randomization.observation import ObservedArrays
 from frobs_core.randomization.physics import PhysicalParameter
 from frobs_core.randomization.schedule import Draw
 from frobs_core.randomization.settings import CAPABILITY, Settings
-from frobs_core.randomization.targets import ROBOT
 
 
 class Randomization:
@@ -31,6 +31,7 @@ class Randomization:
     Args:
         settings: What was written.
         simulation: That it is written to.
+        control: Whose commands are delayed.
         task: Whose observation is changed.
         control_timestep: [s]
 
@@ -42,16 +43,18 @@ class Randomization:
         ConfigurationError: A setting cannot be used here.
     """
 
-    def __init__(self, settings: Settings, simulation: Simulation, task: Task, control_timestep: float) -> None:
+    def __init__(
+        self, settings: Settings, simulation: Simulation, control: Control, task: Task, control_timestep: float
+    ) -> None:
         self.settings: Mapping[str, Any] = settings.given
         self._all = np.ones(simulation.num_envs, np.bool_)
         self._physics = [
-            PhysicalParameter(name, items, simulation, control_timestep)
+            PhysicalParameter(name, items, simulation, list(control.robots), control_timestep)
             for name in CAPABILITY
             if (items := settings.of(name))
         ]
         late = settings.of("action_delay")
-        self._delay = ActionDelay(late[0], simulation.robots[ROBOT], control_timestep) if late else None
+        self._delay = ActionDelay(late[0], control, control_timestep) if late else None
         noise, delays = settings.of("observation_noise"), settings.of("observation_delay")
         self._observed: ObservedArrays | None = None
         self._observation_delays: list[Draw] = []
@@ -82,11 +85,11 @@ class Randomization:
             self._delay.begin(rng, rows)
         return observation if self._observed is None else self._observed.begin(rng, observation, rows)
 
-    def act(self, rng: RandomSource, command: Floats) -> Floats:
-        """Draw and write what changes within an episode, and return the command that arrives now."""
+    def act(self, rng: RandomSource, commands: list[Floats]) -> list[Floats]:
+        """Draw and write what changes within an episode, and return the commands that arrive at the robots now."""
         for parameter in self._changing:
             parameter.step(rng)
-        return command if self._delay is None else self._delay.apply(rng, command)
+        return commands if self._delay is None else self._delay.apply(rng, commands)
 
     def observe(self, rng: RandomSource, observation: Observation) -> Observation:
         """Return what is observed after a step, given the truth."""

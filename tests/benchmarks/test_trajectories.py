@@ -14,9 +14,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import trajectories
 
-from frobs_core.compose import describe
 from frobs_core.interfaces import CommandMode, Placement
 from frobs_core.models import load_model
+from frobs_core.robot_config import RobotConfig
 from frobs_sim_mujoco.simulation import MujocoSimulation
 
 
@@ -52,7 +52,7 @@ def test_the_page_says_what_was_measured() -> None:
 
 
 def test_the_judge_sees_what_touches() -> None:
-    described = describe(trajectories.ROBOT)
+    described = RobotConfig(robot=trajectories.ROBOT).describe()
     placement = Placement(robot=described, model=load_model(described.model), command_mode=CommandMode.POSITION)
     simulation = MujocoSimulation({"robot": placement}, trajectories.scene(), num_envs=1, physics_timestep=0.002)
 

@@ -24,9 +24,9 @@ from frobs_controllers_planning.controller import TrajectoryController
 from frobs_controllers_planning.plan import Reason
 from frobs_core import plugins
 from frobs_core.arrays import Floats
-from frobs_core.compose import describe
 from frobs_core.interfaces import Body, Contact, Placement, Scene
 from frobs_core.models import Box, Pose, load_model
+from frobs_core.robot_config import RobotConfig
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "explanation" / "trajectories-measured.md"
@@ -73,7 +73,7 @@ def measure(target: str, goals: int, seed: int = 0) -> dict[str, Any]:
         ``acceleration_share`` of the limits that commands use, ``real_velocity_share`` of the joints themselves, ``lag``
         [rad] of the joints behind the command, ``joint_error`` [rad] and ``tcp_error`` [m] at the ends, each the largest.
     """
-    description = describe(ROBOT)
+    description = RobotConfig(robot=ROBOT).describe()
     model = load_model(description.model, xacro_args=description.xacro_args, package_paths=description.package_paths)
     controller = TrajectoryController(target=target)
     placement = Placement(robot=description, model=model, command_mode=controller.command_mode)

@@ -156,13 +156,13 @@ def test_a_small_file_cannot_become_a_huge_mesh(tmp_path, name, text):
 @pytest.mark.parametrize("num_envs", [100_001, 10**7, 10**12])
 @pytest.mark.parametrize("simulator", ["mujoco", "pybullet", "gazebo"])
 def test_more_environments_than_the_memory_holds_are_refused(simulator, num_envs):
-    with pytest.raises(ConfigurationError, match="the limit is 100,000"):
+    with pytest.raises(ConfigurationError, match=r"must be .* 1 to 100,000"):
         gym.make_vec("frobs/Irb120Reach-v0", num_envs=num_envs, simulator=simulator)
 
 
 @pytest.mark.parametrize("environment", ["frobs/Irb120Reach-v0", "CartPole-v1"])
 def test_a_training_cannot_ask_for_them_either(environment):
-    with pytest.raises(ConfigurationError, match="the limit is 100,000"):
+    with pytest.raises(ConfigurationError, match=r"must be .* 1 to 100,000"):
         make_vector_env(environment, 10**7, {})
 
 
@@ -175,5 +175,5 @@ def test_a_training_cannot_ask_for_them_either(environment):
     ],
 )
 def test_a_step_that_would_never_end_is_refused(keywords, limit):
-    with pytest.raises(ConfigurationError, match=f"the limit is {limit}"):
+    with pytest.raises(ConfigurationError, match=f"must be .* {limit}"):
         gym.make("frobs/Irb120Reach-v0", **keywords)

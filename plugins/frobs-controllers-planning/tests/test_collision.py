@@ -16,9 +16,9 @@ import pinocchio as pin
 
 from frobs_controllers_planning.kinematics import Kinematics
 from frobs_controllers_planning.planner import Planner
-from frobs_core.compose import describe
 from frobs_core.interfaces import Body, CommandMode, Contact, Placement, Scene
 from frobs_core.models import Box, Capsule, Cylinder, Pose, Sphere, load_model
+from frobs_core.robot_config import RobotConfig
 from frobs_core.rotations import quat_from_rpy
 from frobs_sim_mujoco.simulation import MujocoSimulation
 
@@ -50,7 +50,7 @@ PRONGS = """<robot name="prongs">
 def prongs(tmp_path: Path):
     path = tmp_path / "prongs.urdf"
     path.write_text(PRONGS)
-    return describe(str(path))
+    return RobotConfig(robot=str(path)).describe()
 
 
 def in_engine(description, scene, joint_positions):
@@ -69,7 +69,7 @@ def test_the_arm_touches_what_it_touches_in_the_engine():
     scene = Scene(bodies=BODIES, contacts={side: Contact(first="robot", second=side) for side in SIDES})
     planner = Planner("irb120", scene, clearance=0.0)
     drawn = np.random.default_rng(0).uniform(planner.lower, planner.upper, (600, 6))
-    expected = in_engine(describe("irb120"), scene, drawn)
+    expected = in_engine(RobotConfig(robot="irb120").describe(), scene, drawn)
     found = np.array([planner.is_free(q) for q in drawn])
     np.testing.assert_array_equal(found, expected)
     assert 0.2 < found.mean() < 0.9
@@ -100,7 +100,7 @@ def test_a_way_is_looked_at_closely_enough_to_meet_what_is_thin():
 
 
 def test_no_part_of_the_robot_moves_farther_than_its_reach_says(prongs):
-    for description in (describe("irb120"), prongs):
+    for description in (RobotConfig(robot="irb120").describe(), prongs):
         model = load_model(description.model)
         planner, kinematics = Planner(description), Kinematics(model)
         rng = np.random.default_rng(1)
@@ -116,7 +116,7 @@ def test_no_part_of_the_robot_moves_farther_than_its_reach_says(prongs):
 
 
 def test_kinematics_are_those_of_the_core(prongs):
-    for description in (describe("irb120"), prongs):
+    for description in (RobotConfig(robot="irb120").describe(), prongs):
         model = load_model(description.model)
         kinematics, q = Kinematics(model), np.linspace(0.05, 0.15, len(model.joint_names))
         for link in model.links:

@@ -72,7 +72,7 @@ class FakeRobot(RobotHandle):
         self.model = arm_model() if model is None else model
         self.robot = Robot(model="fake.urdf", name=self.model.name) if robot is None else robot
         self.name, self.num_envs = "robot", num_envs
-        self.joint_names = self.model.joint_names
+        self.joints, self.joint_names = self.model.actuated_joints, self.model.joint_names
         self.dof = len(self.joint_names)
         self.tcp = self.model.links[-1].name
         limits = [joint.limits for joint in self.model.actuated_joints]

@@ -12,8 +12,8 @@ import numpy as np
 from frobs_controllers_planning.plan import Plan, Reason, ToolGoal
 from frobs_controllers_planning.planner import Planner, Pose
 from frobs_core.arrays import Action, Floats, Mask
-from frobs_core.errors import ParameterValueError
-from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Scene, Simulation, Snapshot
+from frobs_core.errors import ParameterValueError, UnsuitableRobotError
+from frobs_core.interfaces import CommandMode, Controller, JointGroup, Scene, Simulation, Snapshot
 
 TARGETS = ("joint", "tcp")
 """What ``target`` may be."""
@@ -80,32 +80,37 @@ class TrajectoryController(Controller):
         """Keep what stands around the robot."""
         self._scene, self._simulation = scene, simulation
 
-    def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
-        """Prepare for a robot.
+    def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
+        """Prepare for the joints to control.
 
         Raises:
             ConfigurationError: A parameter is out of its range.
+            UnsuitableRobotError: The group lacks some of the robot's joints.
             UnknownNameError: ``max_acceleration`` names no joint.
             ModelFileError: A mesh cannot be read.
         """
-        self._robot = robot
-        self.planner = Planner(robot.robot, self._scene, model=robot.model, tcp=robot.tcp, **self._parameters)
+        if joints.joint_names != joints.model.joint_names:
+            raise UnsuitableRobotError(
+                joints.robot.name, "has joints outside of the group; plan for all joints.", "trajectory"
+            )
+        self._joints = joints
+        self.planner = Planner(joints.robot, self._scene, model=joints.model, tcp=joints.tcp, **self._parameters)
         self._duration = control_timestep
         self._times = np.arange(1, decimation + 1) * (control_timestep / decimation)  # (decimation,)
         self.workspace = self.planner.workspace()
-        self._target = np.zeros((robot.num_envs, robot.dof))
-        self._rows = np.zeros((robot.num_envs, decimation, robot.dof))
+        self._target = np.zeros((joints.num_envs, joints.dof))
+        self._rows = np.zeros((joints.num_envs, decimation, joints.dof))
         self._info = {
-            name: np.zeros(robot.num_envs)
+            name: np.zeros(joints.num_envs)
             for name in ("plan_success", "plan_reason", "plan_time", "plan_waypoints", "motion_duration")
         }
-        self.action_space = gym.spaces.Box(-1.0, 1.0, (robot.dof if self.target == "joint" else 3,), np.float32)
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof if self.target == "joint" else 3,), np.float32)
         self.reset(None)
 
     def reset(self, mask: Mask | None) -> None:
         """Hold the present positions."""
         rows = slice(None) if mask is None else mask
-        self._target[rows] = self._robot.joint_positions[rows]
+        self._target[rows] = self._joints.joint_positions[rows]
 
     def apply(self, action: Action) -> Floats:
         """Return the joint positions of a whole motion, (num_envs, decimation, dof) [rad or m], inside the limits."""
@@ -147,7 +152,7 @@ class TrajectoryController(Controller):
             else:
                 pos, quat = self._simulation.robots[robot].frame_pose(link)
             bodies[name] = pos[i], quat[i]
-        pos, quat = self._robot.base_pose
+        pos, quat = self._joints.base_pose
         self.planner.place(bodies, (pos[i], quat[i]))
 
     def _tell(self, i: int, plan: Plan) -> None:

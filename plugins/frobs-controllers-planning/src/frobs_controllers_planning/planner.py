@@ -18,11 +18,11 @@ from frobs_controllers_planning.plan import Plan, Reason, ToolGoal
 from frobs_controllers_planning.search import Search
 from frobs_controllers_planning.timing import Rest, Timing
 from frobs_core.arrays import Floats
-from frobs_core.compose import describe
 from frobs_core.errors import ParameterValueError, UnknownNameError
 from frobs_core.interfaces import Robot, Scene
 from frobs_core.models import RobotModel, default_tcp, home_positions, load_model
 from frobs_core.random import RandomSource
+from frobs_core.robot_config import RobotConfig
 from frobs_core.rotations import matrix_from_quat
 
 Pose = tuple[Floats, Floats]
@@ -86,7 +86,7 @@ class Planner:
         seed: int = 1,
     ) -> None:
         scene = Scene() if scene is None else scene
-        description = describe(robot, tcp=tcp)
+        description = RobotConfig(robot=robot, tcp=tcp).describe()
         if model is None:
             paths = description.package_paths
             model = load_model(description.model, xacro_args=description.xacro_args, package_paths=paths)

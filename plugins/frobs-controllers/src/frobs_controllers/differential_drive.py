@@ -8,7 +8,7 @@ import numpy as np
 from frobs_controllers.parameters import rows
 from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.errors import UnsuitableRobotError
-from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
+from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
 from frobs_core.validation import positive
 
 _OWNER = "differential_drive"
@@ -45,16 +45,16 @@ class DifferentialDrive(Controller):
         self.max_linear_acceleration = checked("max_linear_acceleration", max_linear_acceleration, "m/s²")
         self.max_angular_acceleration = checked("max_angular_acceleration", max_angular_acceleration, "rad/s²")
 
-    def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
-        """Prepare for a robot.
+    def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
+        """Prepare for the joints to control.
 
         Raises:
             ConfigurationError: The robot describes no differential drive, or an impossible one.
         """
-        drive = robot.robot.differential_drive
+        drive = joints.robot.differential_drive
         if drive is None:
             raise UnsuitableRobotError(
-                robot.robot.name,
+                joints.robot.name,
                 "describes no differential drive; give its Robot a "
                 "differential_drive=DifferentialDrive(…), or choose another controller.",
                 _OWNER,
@@ -67,26 +67,26 @@ class DifferentialDrive(Controller):
         angular = self.max_angular_velocity or positive(
             f"{_OWNER}: the robot's max_angular_velocity", drive.max_angular_velocity, "rad/s"
         )
-        shape = (robot.num_envs, robot.dof)
+        shape = (joints.num_envs, joints.dof)
         self._per_linear, self._per_angular = np.zeros(shape), np.zeros(shape)  # wheel velocity per body velocity
-        for side, joints in ((-1.0, drive.left), (1.0, drive.right)):
-            if not joints:
-                raise UnsuitableRobotError(robot.robot.name, "names no wheels on one side.", _OWNER)
-            for joint in joints:
-                if joint not in robot.joint_names:
+        for side, wheels in ((-1.0, drive.left), (1.0, drive.right)):
+            if not wheels:
+                raise UnsuitableRobotError(joints.robot.name, "names no wheels on one side.", _OWNER)
+            for joint in wheels:
+                if joint not in joints.joint_names:
                     raise UnsuitableRobotError(
-                        robot.robot.name,
-                        f"has no actuated joint '{joint}' for a wheel; it has {', '.join(robot.joint_names)}.",
+                        joints.robot.name,
+                        f"has no actuated joint '{joint}' for a wheel; it has {', '.join(joints.joint_names)}.",
                         _OWNER,
                     )
-                column = robot.joint_names.index(joint)
+                column = joints.joint_names.index(joint)
                 self._per_linear[:, column] = 1.0 / radius
                 self._per_angular[:, column] = side * 0.5 * separation / radius
         fastest = np.abs(self._per_linear) * linear + np.abs(self._per_angular) * angular  # (num_envs, dof) [rad/s]
-        self._wheel_limit = robot.velocity_limit.copy()
+        self._wheel_limit = joints.velocity_limit.copy()
         self._wheels_may_saturate = bool((fastest > self._wheel_limit).any())
 
-        pair = (robot.num_envs, 2)
+        pair = (joints.num_envs, 2)
         acceleration = (
             self._acceleration("linear", drive.max_linear_acceleration, "m/s²"),
             self._acceleration("angular", drive.max_angular_acceleration, "rad/s²"),

@@ -9,15 +9,15 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core import plugins
-from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.arrays import Action, Floats
 from frobs_core.compose import build
 from frobs_core.errors import IncompatibleSpaceError, InvalidActionError, ParameterValueError
-from frobs_core.interfaces import Controller, RobotHandle, Snapshot
+from frobs_core.interfaces import ControllerWrapper, JointGroup
 from frobs_core.specs import ControllerRecord
 from frobs_core.validation import positive
 
 
-class Discrete(Controller):
+class Discrete(ControllerWrapper):
     """Offers 2·k + 1 moves of a controller with k action components.
 
     Action 0 stays (all components 0), 1 + 2·i lowers component i, 2 + 2·i raises it.
@@ -53,18 +53,16 @@ class Discrete(Controller):
             plugins.get_record("controller", controller) if isinstance(controller, str) else controller,
         )
         self._name = record.name
-        self.inner: Controller = build(f"controller '{record.name}'", record.load(), controller_kwargs or {})
-        self.command_mode = self.inner.command_mode  # type: ignore[misc] # of the one that it wraps
-        self.bind_scene, self.info = self.inner.bind_scene, self.inner.info  # type: ignore[method-assign]
+        super().__init__(build(f"controller '{record.name}'", record.load(), controller_kwargs or {}))
 
-    def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
-        """Prepare for a robot.
+    def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
+        """Prepare for the joints to control.
 
         Raises:
             ConfigurationError: The wrapped controller cannot control the robot, or its actions are no finite Box
                 around 0.
         """
-        self.inner.bind(robot, control_timestep, decimation)
+        self.inner.bind(joints, control_timestep, decimation)
         box = self.inner.action_space
         if not (isinstance(box, gym.spaces.Box) and len(box.shape) == 1 and box.is_bounded()):
             raise IncompatibleSpaceError(
@@ -83,10 +81,6 @@ class Discrete(Controller):
             self._moves[2 + 2 * i, i] = self.magnitude * box.high[i]
         self.action_space = gym.spaces.Discrete(2 * count + 1)
 
-    def reset(self, mask: Mask | None) -> None:
-        """Reset the wrapped controller."""
-        self.inner.reset(mask)
-
     def apply(self, action: Action) -> Floats:
         """Return the command of the wrapped controller for the moves, (num_envs,) int64.
 
@@ -98,10 +92,7 @@ class Discrete(Controller):
             raise InvalidActionError(f"discrete: actions must be in [0, {count - 1}], not {action.tolist()}.")
         return self.inner.apply(self._moves.take(action, axis=0))
 
-    def snapshot(self) -> Snapshot:
-        """Return the wrapped controller's."""
-        return self.inner.snapshot()
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
-        self.inner.restore(snapshot)
+    @property
+    def max_action_change(self) -> None:
+        """None: actions are moves, not joint positions."""
+        return None

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.interfaces import RobotHandle
+from frobs_core.interfaces import JointGroup
 from frobs_core.models.model import RobotModel
 
 
@@ -28,7 +28,7 @@ class DampedLeastSquares:
     Every product is a stack of small products, so that environment i of many gets the bits that it gets alone.
 
     Args:
-        robot: The robot; the frame is its ``"tcp"``.
+        joints: The joints; the frame is their ``"tcp"``.
         rows: Of the frame's Jacobian that count: 3 for the position, 6 for the pose.
         damping: λ, in units of the Jacobian [m/rad], > 0.
         posture_gain: g, the share of the way home in each step, in [0, 1).
@@ -39,19 +39,19 @@ class DampedLeastSquares:
     """
 
     def __init__(
-        self, robot: RobotHandle, *, rows: int, damping: float, posture_gain: float, control_timestep: float
+        self, joints: JointGroup, *, rows: int, damping: float, posture_gain: float, control_timestep: float
     ) -> None:
-        n, dof = robot.num_envs, robot.dof
-        self._robot = robot
+        n, dof = joints.num_envs, joints.dof
+        self._group = joints
         self._rows = rows
-        self._lower, self._upper = robot.position_lower.copy(), robot.position_upper.copy()
-        self._fastest = robot.velocity_limit * control_timestep  # (n, dof) [rad or m] in a control step
+        self._lower, self._upper = joints.position_lower.copy(), joints.position_upper.copy()
+        self._fastest = joints.velocity_limit * control_timestep  # (n, dof) [rad or m] in a control step
         self._slowest = -self._fastest
         self._damping = np.broadcast_to(damping**2 * np.eye(rows), (n, rows, rows)).copy()
-        self._home = robot.home.copy()
+        self._home = joints.home.copy()
         # Wheels and fingers do not move the tool: nothing would hold them against the posture.
-        moving = joints_between(robot.model, robot.tcp)
-        gains = [posture_gain if joint in moving else 0.0 for joint in robot.joint_names]
+        moving = joints_between(joints.model, joints.tcp)
+        gains = [posture_gain if joint in moving else 0.0 for joint in joints.joint_names]
         self._posture_gain = np.broadcast_to(gains, (n, dof)).copy()
         self.commanded: Floats = np.zeros((n, dof))
 
@@ -71,8 +71,8 @@ class DampedLeastSquares:
         The tool's pose plus this is, to first order, where the commanded joint positions bring it: what the drives
         have still to travel, and what gravity makes them fall short, is not mistaken for an error.
         """
-        self._jacobian: Floats = self._robot.frame_jacobian("tcp")[:, : self._rows]
-        np.subtract(self.commanded, self._robot.joint_positions, out=self._offset)
+        self._jacobian: Floats = self._group.frame_jacobian("tcp")[:, : self._rows]
+        np.subtract(self.commanded, self._group.joint_positions, out=self._offset)
         np.subtract(self._home, self.commanded, out=self._posture)
         np.multiply(self._posture, self._posture_gain, out=self._posture)
         np.matmul(self._joints, self._jacobian.transpose(0, 2, 1), out=self._tool)

@@ -7,7 +7,7 @@ import numpy as np
 
 from frobs_controllers.parameters import position_range, rows
 from frobs_core.arrays import Action, Floats, Mask
-from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
+from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
 from frobs_core.validation import boolean, positive
 
 
@@ -31,28 +31,28 @@ class JointDeltaPosition(Controller):
         self.max_delta = positive("joint_delta_position: max_delta", max_delta, "rad or m")
         self.full_range = boolean("joint_delta_position: full_range", full_range)
 
-    def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
-        """Prepare for a robot.
+    def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
+        """Prepare for the joints to control.
 
         Raises:
             ConfigurationError: ``full_range``, and a prismatic joint has no limits.
         """
-        self._robot = robot
-        shape = (robot.num_envs, robot.dof)
+        self._joints = joints
+        shape = (joints.num_envs, joints.dof)
         if self.full_range:
-            self._lower, self._upper = position_range("joint_delta_position", robot)
+            self._lower, self._upper = position_range("joint_delta_position", joints)
             self._middle, self._scale = (self._upper + self._lower) / 2, (self._upper - self._lower) / 2
         else:
-            self._lower, self._upper = robot.position_lower.copy(), robot.position_upper.copy()
-            self._scale = np.minimum(self.max_delta, robot.velocity_limit * control_timestep)
+            self._lower, self._upper = joints.position_lower.copy(), joints.position_upper.copy()
+            self._scale = np.minimum(self.max_delta, joints.velocity_limit * control_timestep)
         self._ones, self._minus_ones = np.ones(shape), -np.ones(shape)
         self._delta, self._target = np.zeros(shape), np.zeros(shape)
-        self.action_space = gym.spaces.Box(-1.0, 1.0, (robot.dof,), np.float32)
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
         self.reset(None)
 
     def reset(self, mask: Mask | None) -> None:
         """Command the present positions."""
-        self._target[rows(mask)] = self._robot.joint_positions[rows(mask)]
+        self._target[rows(mask)] = self._joints.joint_positions[rows(mask)]
 
     def apply(self, action: Action) -> Floats:
         """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""
@@ -61,7 +61,7 @@ class JointDeltaPosition(Controller):
         np.minimum(delta, self._ones, out=delta)
         np.multiply(delta, self._scale, out=delta)
         if self.full_range:
-            np.add(self._robot.joint_positions, self._middle, out=target)
+            np.add(self._joints.joint_positions, self._middle, out=target)
         np.add(target, delta, out=target)
         np.maximum(target, self._lower, out=target)
         np.minimum(target, self._upper, out=target)

@@ -7,7 +7,7 @@ import numpy as np
 
 from frobs_controllers.parameters import scale
 from frobs_core.arrays import Action, Floats, Mask
-from frobs_core.interfaces import CommandMode, Controller, RobotHandle
+from frobs_core.interfaces import CommandMode, Controller, JointGroup
 from frobs_core.validation import positive
 
 
@@ -25,16 +25,16 @@ class JointEffort(Controller):
             max_effort = positive("joint_effort: max_effort", max_effort, "N·m or N")
         self.max_effort = max_effort
 
-    def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
-        """Prepare for a robot.
+    def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
+        """Prepare for the joints to control.
 
         Raises:
             ConfigurationError: A joint has no effort limit, and ``max_effort`` was not given.
         """
-        self._upper = scale("joint_effort", "max_effort", self.max_effort, robot.effort_limit, robot, "N·m or N")
+        self._upper = scale("joint_effort", "max_effort", self.max_effort, joints.effort_limit, joints, "N·m or N")
         self._lower = -self._upper
         self._effort = np.zeros(self._upper.shape)
-        self.action_space = gym.spaces.Box(-1.0, 1.0, (robot.dof,), np.float32)
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
 
     def reset(self, mask: Mask | None) -> None:
         """Do nothing: nothing is remembered."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from frobs_controllers.parameters import position_range, rows
 from frobs_core.arrays import Action, Floats, Mask
-from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
+from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
 
 
 class JointPosition(Controller):
@@ -19,25 +19,25 @@ class JointPosition(Controller):
 
     command_mode = CommandMode.POSITION
 
-    def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
-        """Prepare for a robot.
+    def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
+        """Prepare for the joints to control.
 
         Raises:
             ConfigurationError: A prismatic joint has no limits.
         """
-        self._robot = robot
-        self._lower, self._upper = position_range("joint_position", robot)
+        self._joints = joints
+        self._lower, self._upper = position_range("joint_position", joints)
         self._middle = 0.5 * (self._lower + self._upper)
         self._half_range = 0.5 * (self._upper - self._lower)
-        self._fastest = robot.velocity_limit * control_timestep  # (num_envs, dof) [rad or m] in a control step
+        self._fastest = joints.velocity_limit * control_timestep  # (num_envs, dof) [rad or m] in a control step
         self._slowest = -self._fastest
         self._wanted, self._target = np.zeros(self._lower.shape), np.zeros(self._lower.shape)
-        self.action_space = gym.spaces.Box(-1.0, 1.0, (robot.dof,), np.float32)
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
         self.reset(None)
 
     def reset(self, mask: Mask | None) -> None:
         """Command the present positions."""
-        self._target[rows(mask)] = self._robot.joint_positions[rows(mask)]
+        self._target[rows(mask)] = self._joints.joint_positions[rows(mask)]
 
     def apply(self, action: Action) -> Floats:
         """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""

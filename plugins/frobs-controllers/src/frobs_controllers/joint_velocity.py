@@ -7,7 +7,7 @@ import numpy as np
 
 from frobs_controllers.parameters import scale
 from frobs_core.arrays import Action, Floats, Mask
-from frobs_core.interfaces import CommandMode, Controller, RobotHandle
+from frobs_core.interfaces import CommandMode, Controller, JointGroup
 from frobs_core.validation import positive
 
 
@@ -27,28 +27,28 @@ class JointVelocity(Controller):
             max_velocity = positive("joint_velocity: max_velocity", max_velocity, "rad/s or m/s")
         self.max_velocity = max_velocity
 
-    def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
-        """Prepare for a robot.
+    def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
+        """Prepare for the joints to control.
 
         Raises:
             ConfigurationError: A joint has no velocity limit, and ``max_velocity`` was not given.
         """
-        self._robot = robot
+        self._joints = joints
         self._upper = scale(
-            "joint_velocity", "max_velocity", self.max_velocity, robot.velocity_limit, robot, "rad/s or m/s"
+            "joint_velocity", "max_velocity", self.max_velocity, joints.velocity_limit, joints, "rad/s or m/s"
         )
         self._lower = -self._upper
-        self._position_lower, self._position_upper = robot.position_lower.copy(), robot.position_upper.copy()
+        self._position_lower, self._position_upper = joints.position_lower.copy(), joints.position_upper.copy()
         self._rate = np.full(self._upper.shape, 1.0 / control_timestep)  # [1/s]
         self._velocity, self._bound = np.zeros(self._upper.shape), np.zeros(self._upper.shape)
-        self.action_space = gym.spaces.Box(-1.0, 1.0, (robot.dof,), np.float32)
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
 
     def reset(self, mask: Mask | None) -> None:
         """Do nothing: nothing is remembered."""
 
     def apply(self, action: Action) -> Floats:
         """Return joint velocities, (num_envs, dof) [rad/s or m/s], inside the limits."""
-        velocity, bound, positions = self._velocity, self._bound, self._robot.joint_positions
+        velocity, bound, positions = self._velocity, self._bound, self._joints.joint_positions
         np.multiply(action, self._upper, out=velocity)
         np.subtract(self._position_upper, positions, out=bound)
         np.multiply(bound, self._rate, out=bound)

@@ -6,7 +6,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import MissingSettingError, UnsuitableRobotError
-from frobs_core.interfaces import RobotHandle
+from frobs_core.interfaces import JointGroup
 from frobs_core.models.model import JointType
 
 
@@ -15,12 +15,12 @@ def rows(mask: Mask | None) -> slice | Mask:
     return slice(None) if mask is None else mask
 
 
-def position_range(owner: str, robot: RobotHandle) -> tuple[Floats, Floats]:
+def position_range(owner: str, joints: JointGroup) -> tuple[Floats, Floats]:
     """Return finite position limits; a continuous joint turns in [−π, π].
 
     Args:
         owner: The controller's name, for the message.
-        robot: The robot.
+        joints: The joints.
 
     Returns:
         lower and upper, (num_envs, dof) [rad or m] each.
@@ -28,21 +28,21 @@ def position_range(owner: str, robot: RobotHandle) -> tuple[Floats, Floats]:
     Raises:
         ConfigurationError: A prismatic joint has no limits.
     """
-    bounded = np.isfinite(robot.position_lower) & np.isfinite(robot.position_upper)  # (num_envs, dof)
-    for i, joint in enumerate(robot.model.actuated_joints):
+    bounded = np.isfinite(joints.position_lower) & np.isfinite(joints.position_upper)  # (num_envs, dof)
+    for i, joint in enumerate(joints.joints):
         if joint.type is JointType.PRISMATIC and not bounded[:, i].all():
             raise UnsuitableRobotError(
-                robot.robot.name,
+                joints.robot.name,
                 f"gives the prismatic joint '{joint.name}' no position limits to scale to; "
                 "add limits to the model file, or use joint_delta_position.",
                 owner,
             )
-    lower = np.where(np.isfinite(robot.position_lower), robot.position_lower, -np.pi)
-    upper = np.where(np.isfinite(robot.position_upper), robot.position_upper, np.pi)
+    lower = np.where(np.isfinite(joints.position_lower), joints.position_lower, -np.pi)
+    upper = np.where(np.isfinite(joints.position_upper), joints.position_upper, np.pi)
     return lower, upper
 
 
-def scale(owner: str, name: str, given: float | None, limit: Floats, robot: RobotHandle, unit: str) -> Floats:
+def scale(owner: str, name: str, given: float | None, limit: Floats, joints: JointGroup, unit: str) -> Floats:
     """Return what an action of 1 means for each joint: its limit, and no more than what the user gave.
 
     Args:
@@ -50,7 +50,7 @@ def scale(owner: str, name: str, given: float | None, limit: Floats, robot: Robo
         name: The parameter's.
         given: What the user gave; None: the limits alone.
         limit: (num_envs, dof); infinite where the model file gives none.
-        robot: The robot.
+        joints: The joints.
         unit: For the message.
 
     Returns:
@@ -60,7 +60,7 @@ def scale(owner: str, name: str, given: float | None, limit: Floats, robot: Robo
         ConfigurationError: A joint has no limit, and the user gave none.
     """
     found = limit.copy() if given is None else np.minimum(limit, given)  # (num_envs, dof)
-    unlimited = [joint for i, joint in enumerate(robot.joint_names) if not np.isfinite(found[:, i]).all()]
+    unlimited = [joint for i, joint in enumerate(joints.joint_names) if not np.isfinite(found[:, i]).all()]
     if unlimited:
         raise MissingSettingError(
             owner, name, f"the model file gives no limit for {', '.join(unlimited)}, so set {name}=… [{unit}]"

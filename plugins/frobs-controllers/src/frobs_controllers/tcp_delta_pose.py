@@ -10,7 +10,7 @@ from frobs_controllers.parameters import rows
 from frobs_controllers.rotations import quat_between, quat_from_rotation_vector, quat_multiply
 from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.errors import ParameterValueError
-from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
+from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
 from frobs_core.validation import non_negative, positive
 
 _OWNER = "tcp_delta_pose"
@@ -46,31 +46,31 @@ class TcpDeltaPose(Controller):
         if self.posture_gain >= 1.0:
             raise ParameterValueError("posture_gain", posture_gain, "in [0, 1)", _OWNER)
 
-    def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
-        """Prepare for a robot."""
-        self._robot = robot
+    def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
+        """Prepare for the joints to control."""
+        self._joints = joints
         self._ik = DampedLeastSquares(
-            robot,
+            joints,
             rows=6,
             damping=self.damping,
             posture_gain=self.posture_gain,
             control_timestep=control_timestep,
         )
-        shape = (robot.num_envs, 6)
+        shape = (joints.num_envs, 6)
         steps = (self.max_delta,) * 3 + (self.max_rotation,) * 3
         self._ones, self._minus_ones = np.ones(shape), -np.ones(shape)
         self._leash = np.broadcast_to(steps, shape).copy()
         self._minus_leash = -self._leash
         self._step, self._left, self._remainder = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-        self._target_pos, self._target_quat = np.zeros((robot.num_envs, 3)), np.zeros((robot.num_envs, 4))
+        self._target_pos, self._target_quat = np.zeros((joints.num_envs, 3)), np.zeros((joints.num_envs, 4))
         self._error = np.zeros(shape)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (6,), np.float32)
         self.reset(None)
 
     def reset(self, mask: Mask | None) -> None:
         """Command the present positions, and take the tool's pose as the target."""
-        pos, quat_wxyz = self._robot.frame_pose("tcp")
-        self._ik.commanded[rows(mask)] = self._robot.joint_positions[rows(mask)]
+        pos, quat_wxyz = self._joints.frame_pose("tcp")
+        self._ik.commanded[rows(mask)] = self._joints.joint_positions[rows(mask)]
         self._target_pos[rows(mask)] = pos[rows(mask)]
         self._target_quat[rows(mask)] = quat_wxyz[rows(mask)]
 
@@ -81,7 +81,7 @@ class TcpDeltaPose(Controller):
         np.minimum(step, self._ones, out=step)
         np.multiply(step, self._leash, out=step)
 
-        pos, quat_wxyz = self._robot.frame_pose("tcp")
+        pos, quat_wxyz = self._joints.frame_pose("tcp")
         np.subtract(self._target_pos, pos, out=left[:, :3])
         left[:, 3:] = quat_between(quat_wxyz, self._target_quat)
         np.subtract(left, self._ik.lead(), out=left)  # what earlier steps have left over

@@ -9,7 +9,7 @@ from frobs_controllers.inverse_kinematics import DampedLeastSquares
 from frobs_controllers.parameters import rows
 from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.errors import ParameterValueError
-from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Snapshot
+from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
 from frobs_core.validation import non_negative, positive
 
 _OWNER = "tcp_delta_position"
@@ -39,17 +39,17 @@ class TcpDeltaPosition(Controller):
         if self.posture_gain >= 1.0:
             raise ParameterValueError("posture_gain", posture_gain, "in [0, 1)", _OWNER)
 
-    def bind(self, robot: RobotHandle, control_timestep: float, decimation: int) -> None:
-        """Prepare for a robot."""
-        self._robot = robot
+    def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
+        """Prepare for the joints to control."""
+        self._joints = joints
         self._ik = DampedLeastSquares(
-            robot,
+            joints,
             rows=3,
             damping=self.damping,
             posture_gain=self.posture_gain,
             control_timestep=control_timestep,
         )
-        shape = (robot.num_envs, 3)
+        shape = (joints.num_envs, 3)
         self._ones, self._minus_ones = np.ones(shape), -np.ones(shape)
         self._leash, self._minus_leash = np.full(shape, self.max_delta), np.full(shape, -self.max_delta)
         self._step, self._there, self._remainder = np.zeros(shape), np.zeros(shape), np.zeros(shape)
@@ -60,8 +60,8 @@ class TcpDeltaPosition(Controller):
 
     def reset(self, mask: Mask | None) -> None:
         """Command the present positions, and take the tool's place as the target."""
-        self._ik.commanded[rows(mask)] = self._robot.joint_positions[rows(mask)]
-        self._target[rows(mask)] = self._robot.frame_pose("tcp")[0][rows(mask)]
+        self._ik.commanded[rows(mask)] = self._joints.joint_positions[rows(mask)]
+        self._target[rows(mask)] = self._joints.frame_pose("tcp")[0][rows(mask)]
 
     def apply(self, action: Action) -> Floats:
         """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""
@@ -70,7 +70,7 @@ class TcpDeltaPosition(Controller):
         np.minimum(step, self._ones, out=step)
         np.multiply(step, self._leash, out=step)
 
-        np.add(self._robot.frame_pose("tcp")[0], self._ik.lead(), out=there)  # where the command brings the tool
+        np.add(self._joints.frame_pose("tcp")[0], self._ik.lead(), out=there)  # where the command brings the tool
         np.subtract(target, there, out=remainder)  # what earlier steps have left over
         np.maximum(remainder, self._minus_leash, out=remainder)
         np.minimum(remainder, self._leash, out=remainder)

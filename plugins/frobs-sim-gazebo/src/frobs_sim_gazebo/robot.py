@@ -33,10 +33,8 @@ class GazeboRobot(RobotHandle):
         self._joints, self._links = simulation.layout.joints[name], simulation.layout.bodies["robot", name]
         self._columns = self._joints.start + np.array(self._bones.actuated, np.intp)
         self._fixed = self.robot.base == "fixed"
-        self._stiffness, self._damping = self.described_gains()
         self.joint_damping = self.expand([joint.damping for joint in self.model.actuated_joints])
         self._friction = np.array([joint.friction for joint in self.model.actuated_joints])
-        self._command_mode = placement.command_mode
         self.target = np.zeros_like(self.home)  # Kp·q*, Kd·v* or ff
         self._seen: dict[str, tuple[int, tuple[Floats, ...]]] = {}
 
@@ -89,47 +87,32 @@ class GazeboRobot(RobotHandle):
                 simulation.velocities[env, self._joints] = velocities[row]
                 simulation.bases[self.name][env] = base[row]
 
-    @property
-    def command_mode(self) -> CommandMode:
-        """What commands mean."""
-        return self._command_mode
-
-    def set_command_mode(self, mode: CommandMode) -> None:
+    def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
         """Change what commands mean, and hold."""
-        self._command_mode = mode
+        self._set_modes(mode)
         self._simulation.stale_gains[:] = True
         self._simulation.command_rows.pop(self.name, None)
         self.hold(range(self.num_envs))
 
-    @property
-    def _gain(self) -> Floats:
-        """What a command is multiplied with, (num_envs, dof)."""
-        if self._command_mode is CommandMode.EFFORT:
-            return np.ones_like(self._damping)
-        return self._stiffness if self._command_mode is CommandMode.POSITION else self._damping
-
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
         """Change Kp (0) or Kd (1) of some environments; what the drives follow stays what it is."""
-        before = self._gain[rows].copy()
-        self.drive_gains()[which][rows] = values
+        self.target[rows] *= self._write_gains(which, rows, values)
         self._simulation.stale_gains[rows] = True
-        self.target[rows] *= np.divide(self._gain[rows], before, out=np.ones_like(before), where=before > 0)
 
     def fill_gains(self, env: int, into: Floats) -> None:
         """Write what the plugin's drives need of an environment, (joints, 5)."""
-        actuated, mode = self._bones.actuated, self._command_mode
-        into[actuated, 0] = self._stiffness[env] if mode is CommandMode.POSITION else 0.0
-        into[actuated, 1] = 0.0 if mode is CommandMode.EFFORT else self._damping[env]
+        actuated = self._bones.actuated
+        into[actuated, 0], into[actuated, 1] = self._active_stiffness[env], self._active_damping[env]
         into[actuated, 2], into[actuated, 3] = self.joint_damping[env], self._friction
         into[actuated, 4] = self.effort_limit[env]
 
     def command(self, values: Floats) -> None:
         """Set what the drives follow."""
         if values.ndim == 2:
-            np.multiply(self._gain, values, out=self.target)
+            np.multiply(self._factor, values, out=self.target)
             self._simulation.command_rows.pop(self.name, None)
         else:
-            self._simulation.command_rows[self.name] = self._gain[:, None] * values
+            self._simulation.command_rows[self.name] = self._factor[:, None] * values
 
     def fill(self, into: Floats, rows: Floats | None) -> None:
         """Write what the drives follow in the next steps, (num_envs, rows, joints); the last row is held."""
@@ -140,12 +123,7 @@ class GazeboRobot(RobotHandle):
     def hold(self, envs: Sequence[int]) -> None:
         """Command some environments to stay where they are, or to rest."""
         rows = list(envs)
-        position = self._command_mode is CommandMode.POSITION
-        self.target[rows] = (self._gain * self.joint_positions)[rows] if position else 0.0
-
-    def drive_gains(self) -> tuple[Floats, Floats]:
-        """Return Kp and Kd, (num_envs, dof) each; write to them through ``write_parameter``."""
-        return self._stiffness, self._damping
+        self.target[rows] = (self._factor * self.holding_command(self.joint_positions))[rows]
 
     def _base(self) -> Floats:
         """Return pos and quat_wxyz of the root link, (num_envs, 7)."""

@@ -25,7 +25,7 @@ def take(simulation: GazeboSimulation) -> Snapshot:
     for name, robot in simulation.robots.items():
         state[f"base/{name}"] = simulation.bases[name].copy()
         state[f"target/{name}"] = robot.target.copy()
-        state[f"mode/{name}"] = np.full(simulation.num_envs, _MODES.index(robot.command_mode))
+        state[f"modes/{name}"] = np.tile([_MODES.index(mode) for mode in robot.command_modes], (simulation.num_envs, 1))
     return state
 
 
@@ -33,7 +33,7 @@ def put_back(simulation: GazeboSimulation, state: Snapshot) -> None:
     """Return to a state."""
     envs = range(simulation.num_envs)
     for name, robot in simulation.robots.items():
-        robot.set_command_mode(_MODES[int(state[f"mode/{name}"][0])])
+        robot.set_command_mode([_MODES[int(number)] for number in state[f"modes/{name}"][0]])
     for name in simulation.layout.placed:
         simulation.place(name, state[f"stands/{name}"], envs)
     whole = slice(0, simulation.layout.body_count), slice(0, simulation.layout.joint_count)

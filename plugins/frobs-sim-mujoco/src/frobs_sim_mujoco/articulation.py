@@ -7,10 +7,9 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from frobs_core.arrays import Floats
 from frobs_core.errors import ModelFileError
-from frobs_core.interfaces import CommandMode, Placement
-from frobs_core.models import Inertial, Joint, JointType, RobotModel, default_gains, home_positions
+from frobs_core.interfaces import Placement, active_gains
+from frobs_core.models import Inertial, Joint, JointType, RobotModel
 from frobs_core.rotations import matrix_from_quat
 from frobs_sim_mujoco.geoms import VISUAL_GROUP, add_shape
 from frobs_sim_mujoco.meshes import RobotMeshes
@@ -110,8 +109,8 @@ def _set_inertia(element: mujoco.MjsBody, inertial: Inertial) -> None:
 
 def add_drives(spec: mujoco.MjSpec, robot: str, placement: Placement) -> None:
     """Add an actuator for each joint: effort = clip(ctrl + b1·q + b2·q̇), which is the drive law."""
-    bias = drive_bias(placement.command_mode, *drive_gains(placement))
-    for joint, (b1, b2) in zip(placement.model.actuated_joints, bias, strict=True):
+    stiffness, damping, _ = active_gains(placement.command_modes, *placement.drive_gains)
+    for joint, kp, kd in zip(placement.model.actuated_joints, stiffness, damping, strict=True):
         limited = np.isfinite(joint.limits.effort)
         spec.add_actuator(
             name=f"{robot}/{joint.name}",
@@ -120,24 +119,10 @@ def add_drives(spec: mujoco.MjSpec, robot: str, placement: Placement) -> None:
             gaintype=mujoco.mjtGain.mjGAIN_FIXED,
             gainprm=[1.0] + [0.0] * 9,
             biastype=mujoco.mjtBias.mjBIAS_AFFINE,
-            biasprm=[0.0, b1, b2] + [0.0] * 7,
+            biasprm=[0.0, -kp, -kd] + [0.0] * 7,
             forcelimited=mujoco.mjtLimited.mjLIMITED_TRUE if limited else mujoco.mjtLimited.mjLIMITED_FALSE,
             forcerange=(-joint.limits.effort, joint.limits.effort) if limited else (0.0, 0.0),
         )
-
-
-def drive_gains(placement: Placement) -> tuple[np.ndarray, np.ndarray]:
-    """Return Kp and Kd of a robot's joints, (dof,) each."""
-    model, robot = placement.model, placement.robot
-    gains = robot.gains or default_gains(model, home_positions(model, robot.home))
-    pairs = [gains.of(joint) for joint in model.joint_names]
-    return np.array([kp for kp, _ in pairs]), np.array([kd for _, kd in pairs])
-
-
-def drive_bias(mode: CommandMode, stiffness: Floats, damping: Floats) -> Floats:
-    """Return the actuators' (b1, b2) that realise the drive law in a command mode, (…, dof, 2)."""
-    held = float(mode is CommandMode.POSITION), float(mode is not CommandMode.EFFORT)
-    return np.stack([-held[0] * stiffness, -held[1] * damping], axis=-1)
 
 
 def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int) -> None:

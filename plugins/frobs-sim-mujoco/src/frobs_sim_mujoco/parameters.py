@@ -109,6 +109,7 @@ def restore(simulation: MujocoSimulation, state: Snapshot) -> None:
     for name, robot in simulation.robots.items():
         stiffness, damping = robot.drive_gains()
         stiffness[:], damping[:] = state[f"stiffness/{name}"], state[f"damping/{name}"]
+        robot.refresh_gains()
         robot.gains_written = True
     if changed:
         simulation.batch.set_const()

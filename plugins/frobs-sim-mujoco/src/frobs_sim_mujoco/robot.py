@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,6 @@ from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import SimulationError
 from frobs_core.interfaces import CommandMode, Placement, RobotHandle
 from frobs_core.rotations import quat_rotate
-from frobs_sim_mujoco.articulation import drive_bias, drive_gains
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, SCENE_GROUP
 
 if TYPE_CHECKING:
@@ -43,9 +43,6 @@ class MujocoRobot(RobotHandle):
         self.actuators = slice(actuators[0], actuators[0] + self.dof) if actuators else slice(0, 0)
         self._ctrl = self._batch.bind("ctrl")[:, self.actuators]  # a view of the state rows
         self._efforts = self._batch.bind("actuator_force")[:, self.actuators]
-        self._stiffness, self._damping = (self.expand(gain) for gain in drive_gains(placement))
-        self._command_mode = placement.command_mode
-        self._gain = self._mode_gain()
         self.gains_written = False
         self._mimics = [
             (mj.joint(f"{name}/{joint.name}").qposadr[0], self.joint_names.index(joint.mimic.joint), joint.mimic)
@@ -93,61 +90,37 @@ class MujocoRobot(RobotHandle):
         self.write_joint_state(self.home)
         self._hold()
 
-    @property
-    def command_mode(self) -> CommandMode:
-        """What commands mean."""
-        return self._command_mode
-
-    def set_command_mode(self, mode: CommandMode) -> None:
+    def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
         """Change what commands mean, and hold."""
-        self._command_mode = mode
+        self._set_modes(mode)
         self.apply_gains()
         self._hold()
 
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
         """Change Kp (0) or Kd (1) of some environments; what the drives follow stays what it is."""
-        before = self._gain[rows].copy()
-        self.drive_gains()[which][rows] = values
+        ratio = self._write_gains(which, rows, values)
         self.apply_gains()
-        ratio = np.divide(self._gain[rows], before, out=np.ones_like(before), where=before > 0)
         self._ctrl[rows] *= ratio
         self.gains_written = True
 
     def hold_home(self, rows: slice | np.ndarray) -> None:
         """Command home, at the gains in force."""
-        if self._command_mode is CommandMode.POSITION:
-            self._ctrl[rows] = self._gain[rows] * self.home[rows]
+        self._ctrl[rows] = self._factor[rows] * self.holding_command(self.home[rows])
 
     def apply_gains(self) -> None:
-        """Tell MuJoCo the gains of each environment, in the present command mode."""
-        self._gain = self._mode_gain()
+        """Write the gains of each environment, in the present command modes, to MuJoCo's model."""
         bias = self._batch.expand("actuator_biasprm")
-        bias[:, self.actuators, 1:3] = drive_bias(self._command_mode, self._stiffness, self._damping)
+        bias[:, self.actuators, 1:3] = -np.stack([self._active_stiffness, self._active_damping], axis=-1)
 
     def command(self, values: Floats) -> None:
         """Set what the drives follow."""
         if values.ndim == 2:
-            np.multiply(self._gain, values, out=self._ctrl)
+            np.multiply(self._factor, values, out=self._ctrl)
         else:
-            self._simulation.set_rows(self.actuators, self._gain[:, None] * values)
-
-    def drive_gains(self) -> tuple[Floats, Floats]:
-        """Return Kp and Kd, (num_envs, dof) each; write to them through ``write_parameter``."""
-        return self._stiffness, self._damping
-
-    def _mode_gain(self) -> Floats:
-        """What a command is multiplied by to become the actuators' control."""
-        match self._command_mode:
-            case CommandMode.POSITION:
-                return self._stiffness
-            case CommandMode.VELOCITY:
-                return self._damping
-            case CommandMode.EFFORT:
-                return np.ones_like(self._stiffness)
+            self._simulation.set_rows(self.actuators, self._factor[:, None] * values)
 
     def _hold(self) -> None:
-        position = self._command_mode is CommandMode.POSITION
-        self.command(self.joint_positions if position else np.zeros((self.num_envs, self.dof)))
+        self.command(self.holding_command(self.joint_positions))
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
         """Put the root link somewhere at once."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,9 +29,7 @@ class PybulletRobot(RobotHandle):
         self._kp, self._kd, self.joint_damping = (arrays["gains"][:, i] for i in range(3))  # (num_envs, dof) each
         self._positions, self._velocities = read_only(arrays["positions"]), read_only(arrays["velocities"])
         self._efforts = read_only(arrays["efforts"])
-        self._stiffness, self._damping = self.described_gains()
         self.joint_damping[:] = [joint.damping for joint in self.model.actuated_joints]
-        self._command_mode = placement.command_mode
         self.apply_gains()
         self._poses: dict[str, tuple[Floats, Floats]] = {}
 
@@ -53,47 +52,32 @@ class PybulletRobot(RobotHandle):
         """Put the joints somewhere at once."""
         self._simulation.call("write_joints", mask, self.name, (positions, (self.dof,)), (velocities, (self.dof,)))
 
-    @property
-    def command_mode(self) -> CommandMode:
-        """What commands mean."""
-        return self._command_mode
-
-    def set_command_mode(self, mode: CommandMode) -> None:
+    def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
         """Change what commands mean, and hold."""
-        self._command_mode = mode
+        self._set_modes(mode)
         self.apply_gains()
         self.hold(slice(None))
 
     def apply_gains(self) -> None:
-        """Tell the drives the gains of each environment, in the present command mode."""
-        position, effort = self._command_mode is CommandMode.POSITION, self._command_mode is CommandMode.EFFORT
-        self._kp[:] = self._stiffness if position else 0.0
-        self._kd[:] = 0.0 if effort else self._damping
-        self._gain = self._stiffness if position else np.ones_like(self._kd) if effort else self._damping
+        """Tell the drives the gains of each environment, in the present command modes."""
+        self._kp[:], self._kd[:] = self._active_stiffness, self._active_damping
 
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
         """Change Kp (0) or Kd (1) of some environments; what the drives follow stays what it is."""
-        before = self._gain[rows].copy()
-        self.drive_gains()[which][rows] = values
+        self._command[rows] *= self._write_gains(which, rows, values)
         self.apply_gains()
-        self._command[rows] *= np.divide(self._gain[rows], before, out=np.ones_like(before), where=before > 0)
 
     def command(self, values: Floats) -> None:
         """Set what the drives follow."""
         if values.ndim == 2:
-            np.multiply(self._gain, values, out=self._command)
+            np.multiply(self._factor, values, out=self._command)
             self._simulation.command_rows.pop(self.name, None)
         else:
-            self._simulation.command_rows[self.name] = self._gain[:, None] * values
+            self._simulation.command_rows[self.name] = self._factor[:, None] * values
 
     def hold(self, rows: slice | np.ndarray) -> None:
         """Command some environments to stay where they are, or to rest."""
-        position = self._command_mode is CommandMode.POSITION
-        self._command[rows] = (self._gain * self._positions)[rows] if position else 0.0
-
-    def drive_gains(self) -> tuple[Floats, Floats]:
-        """Return Kp and Kd, (num_envs, dof) each; write to them through ``write_parameter``."""
-        return self._stiffness, self._damping
+        self._command[rows] = (self._factor * self.holding_command(self._positions))[rows]
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
         """Put the root link somewhere at once."""

@@ -101,7 +101,7 @@ def free_steps(subject: Subject, rollout: Rollout) -> int:
     """
     limits = [joint.limits for joint in subject.placement.model.actuated_joints]
     lower, upper = np.array([limit.lower for limit in limits]), np.array([limit.upper for limit in limits])
-    with subject.simulate(subject.driven(subject.placement.command_mode)) as (simulation, robot):
+    with subject.simulate(subject.alone()) as (simulation, robot):
         robot.write_joint_state(rollout.joints[:1])
         for step, command in enumerate(rollout.commands):
             for k in range(subject.decimation):  # one by one, because a joint may touch its limit between two actions

@@ -6,8 +6,8 @@ import logging
 from collections.abc import Sequence
 from typing import Any
 
-from frobs_core.compose import describe
 from frobs_core.interfaces import Robot
+from frobs_core.robot_config import RobotConfig
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.controllers.manager import ControllerManager
@@ -38,7 +38,7 @@ def read_robot(robot: str, name: str, namespace: str) -> tuple[Model, Robot]:
         UnknownNameError: There is no such robot.
         ModelFileError: Its file cannot be used.
     """
-    description = describe(robot)
+    description = RobotConfig(robot=robot).describe()
     return Model(name or description.name, namespace.strip("/"), describe_robot(description), WORLD), description
 
 

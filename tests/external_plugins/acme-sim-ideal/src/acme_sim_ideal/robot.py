@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import SimulationError
-from frobs_core.interfaces import CommandMode, DriveGains, Placement, RobotHandle
-from frobs_core.models import default_gains, default_tcp, home_positions
+from frobs_core.interfaces import CommandMode, Placement, RobotHandle
 from frobs_core.rotations import quat_multiply, quat_rotate
 
 _LAG = 0.02  # [s] in which an error falls to a third and a little
@@ -18,34 +19,13 @@ class IdealRobot(RobotHandle):
     """A robot in every environment; see :class:`frobs_core.interfaces.RobotHandle`."""
 
     def __init__(self, name: str, placement: Placement, num_envs: int, timestep: float) -> None:
-        model = placement.model
-        self.name, self.robot, self.model, self.num_envs = name, placement.robot, model, num_envs
-        self.joint_names, self.dof = model.joint_names, len(model.joint_names)
-        self.tcp = placement.robot.tcp or default_tcp(model)
-        self.frame_name("tcp")
-        home = home_positions(model, placement.robot.home)
-        gains = placement.robot.gains or default_gains(model, home)
-        limits = [joint.limits for joint in model.actuated_joints]
-        self.home = self._rows(home)
-        self.position_lower = self._rows([limit.lower for limit in limits])
-        self.position_upper = self._rows([limit.upper for limit in limits])
-        self.velocity_limit = self._rows([limit.velocity for limit in limits])
-        self.effort_limit = self._rows([limit.effort for limit in limits])
-        self._gains = self._both(gains)
+        self.describe(name, placement, num_envs)
         self._place = np.array(placement.pose.pos), np.array(placement.pose.quat_wxyz)
         self._timestep, self._share = timestep, 1.0 - np.exp(-timestep / _LAG)
-        self._mode = placement.command_mode
         self._positions, self._velocities = self.home.copy(), np.zeros_like(self.home)
         self._held: Floats = np.zeros_like(self.home)
         self._commands: Floats | None = None
         self.go_home(slice(None))
-
-    def _rows(self, values: object) -> Floats:
-        return np.repeat(np.asarray(values, np.float64)[None], self.num_envs, axis=0)
-
-    def _both(self, gains: DriveGains) -> tuple[Floats, Floats]:
-        pairs = np.array([gains.of(name) for name in self.joint_names]).reshape(-1, 2)
-        return self._rows(pairs[:, 0]), self._rows(pairs[:, 1])
 
     @property
     def joint_positions(self) -> Floats:
@@ -70,18 +50,13 @@ class IdealRobot(RobotHandle):
     def go_home(self, rows: slice | Mask) -> None:
         """Go home, at rest, and hold."""
         self._positions[rows], self._velocities[rows] = self.home[rows], 0.0
-        self._held[rows] = self.home[rows] if self._mode is CommandMode.POSITION else 0.0
+        self._held[rows] = self.holding_command(self.home[rows])
         self._commands = None
 
-    @property
-    def command_mode(self) -> CommandMode:
-        """What commands mean."""
-        return self._mode
-
-    def set_command_mode(self, mode: CommandMode) -> None:
+    def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
         """Change what commands mean, and hold."""
-        self._mode, self._commands = mode, None
-        self._held = self._positions.copy() if mode is CommandMode.POSITION else np.zeros_like(self._positions)
+        self._set_modes(mode)
+        self._held, self._commands = self.holding_command(self._positions), None
 
     def command(self, values: Floats) -> None:
         """Set what the joints follow."""
@@ -97,23 +72,19 @@ class IdealRobot(RobotHandle):
         for k in range(decimation):
             if rows is not None:
                 self._held = rows[:, k].copy()
-            wanted = self._held if self._mode is CommandMode.VELOCITY else np.zeros_like(self._held)
-            if self._mode is CommandMode.POSITION:
-                wanted = (self._held - self._positions) * (self._share / self._timestep)
+            errors = (self._held - self._positions) * (self._share / self._timestep)
+            modes = np.array(self.command_modes)
+            wanted = np.select([modes == "position", modes == "velocity"], [errors, self._held], 0.0)
             self._velocities = np.clip(wanted, -self.velocity_limit, self.velocity_limit)
             self._positions = self._positions + self._timestep * self._velocities
             inside = np.clip(self._positions, self.position_lower, self.position_upper)
             self._velocities[inside != self._positions] = 0.0
             self._positions = inside
 
-    def drive_gains(self) -> tuple[Floats, Floats]:
-        """Return those of the description; nothing follows from them here."""
-        return self._gains
-
     @property
     def base_pose(self) -> tuple[Floats, Floats]:
         """Where the scene places it."""
-        return self._rows(self._place[0]), self._rows(self._place[1])
+        return self.expand(self._place[0]), self.expand(self._place[1])
 
     @property
     def base_twist(self) -> tuple[Floats, Floats]:

@@ -1,0 +1,229 @@
+"""The controllers of an environment: one action moves the joint groups of all its robots."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.errors import IncompatibleSpaceError, UnsuitableRobotError
+from frobs_core.interfaces import Controller, JointSubset, Robot, RobotHandle, Snapshot
+from frobs_core.models import RobotModel
+
+ALL = "all"
+"""Name of the only joint group of a robot that defines none."""
+
+
+def joint_groups(robot: Robot, model: RobotModel) -> dict[str, tuple[str, ...]]:
+    """Return the joints of each group of a robot; a robot that defines no groups has one, ``"all"``.
+
+    Raises:
+        UnsuitableRobotError: A group is empty, names a joint that is not actuated, or shares a joint with another.
+    """
+    if not robot.groups:
+        return {ALL: model.joint_names}
+    group_of: dict[str, str] = {}
+    for group, joints in robot.groups.items():
+        if not joints:
+            raise UnsuitableRobotError(robot.name, f"has an empty joint group '{group}'.")
+        for joint in joints:
+            if joint not in model.joint_names:
+                known = ", ".join(model.joint_names)
+                raise UnsuitableRobotError(
+                    robot.name, f"has no actuated joint '{joint}' for its group '{group}'; actuated joints: {known}."
+                )
+            if joint in group_of:
+                raise UnsuitableRobotError(
+                    robot.name, f"has the joint '{joint}' in its groups '{group_of[joint]}' and '{group}'."
+                )
+            group_of[joint] = group
+    return {group: tuple(joints) for group, joints in robot.groups.items()}
+
+
+class RobotControl:
+    """The controllers of one robot, bound to its joint groups. Joints without a controller hold their home position.
+
+    Args:
+        robot: Its handle.
+        controllers: By joint group.
+        control_timestep: [s]
+        decimation: Physics steps per control step.
+
+    Attributes:
+        robot: As given.
+        controllers: As given.
+        physics_rate: Whether a controller commands every physics step.
+    """
+
+    def __init__(
+        self, robot: RobotHandle, controllers: Mapping[str, Controller], control_timestep: float, decimation: int
+    ) -> None:
+        self.robot, self.controllers = robot, controllers
+        self._columns: list[slice | np.ndarray[Any, Any]] = []  # of each group, in the robot's command
+        groups = joint_groups(robot.robot, robot.model)
+        for name, controller in controllers.items():
+            group = robot.group(groups[name], robot.robot.tcp_of(name))
+            controller.bind(group, control_timestep, decimation)
+            self._columns.append(group.columns if isinstance(group, JointSubset) else slice(None))
+        self._covers_all = len(controllers) == 1 and self._columns == [slice(None)]
+        self.physics_rate = any(controller.rate == "physics" for controller in controllers.values())
+        self._commands: list[Floats] = []
+        self._physics_step = 0
+
+    def command(self, actions: list[Action]) -> Floats:
+        """Return the command of all joints for an action of each controller.
+
+        Args:
+            actions: (num_envs, …) each.
+
+        Returns:
+            (num_envs, dof), or (num_envs, decimation, dof) if a controller gives a row for each physics step.
+        """
+        self._physics_step = 0
+        self._commands = [
+            controller.apply(action) for controller, action in zip(self.controllers.values(), actions, strict=True)
+        ]
+        if self.physics_rate:
+            return self._join([_at(command, 0) for command in self._commands])
+        if self._covers_all:
+            return self._commands[0]
+        if any(command.ndim == 3 for command in self._commands):
+            return self._join([command if command.ndim == 3 else command[:, None] for command in self._commands])
+        return self._join(self._commands)
+
+    def update(self) -> Floats:
+        """Return the command of all joints for the next physics step, (num_envs, dof)."""
+        self._physics_step += 1
+        return self._join(
+            [
+                controller.update() if controller.rate == "physics" else _at(command, self._physics_step)
+                for controller, command in zip(self.controllers.values(), self._commands, strict=True)
+            ]
+        )
+
+    def _join(self, commands: list[Floats]) -> Floats:
+        """Join commands of groups, (num_envs, dof) each or (num_envs, 1 or decimation, dof) each."""
+        robot = self.robot
+        between = (max(command.shape[1] for command in commands),) if commands and commands[0].ndim == 3 else ()
+        whole = np.empty((robot.num_envs, *between, robot.dof))
+        whole[...] = robot.home[:1]
+        for columns, command in zip(self._columns, commands, strict=True):
+            whole[..., columns] = command
+        return whole
+
+
+def _at(command: Floats, physics_step: int) -> Floats:
+    return command if command.ndim == 2 else command[:, physics_step]
+
+
+class Control:
+    """All controllers of an environment.
+
+    The action space joins those of the controllers, in the order of the robots and of their groups: Boxes become one Box,
+    Discrete spaces a MultiDiscrete. The space of a single controller stays as it is.
+
+    Args:
+        robots: The controllers of each robot, by its name.
+
+    Attributes:
+        robots: As given.
+        controllers: By ``"robot/group"``.
+        action_space: Of one environment.
+        physics_rate: Whether a controller commands every physics step.
+
+    Raises:
+        IncompatibleSpaceError: The action spaces cannot be joined.
+    """
+
+    def __init__(self, robots: Mapping[str, RobotControl]) -> None:
+        self.robots = dict(robots)
+        self._first = next(iter(self.robots.values()))
+        self.controllers = {
+            f"{name}/{group}": controller
+            for name, robot in robots.items()
+            for group, controller in robot.controllers.items()
+        }
+        self.physics_rate = any(robot.physics_rate for robot in robots.values())
+        spaces = {name: controller.action_space for name, controller in self.controllers.items()}
+        self.action_space = next(iter(spaces.values())) if len(spaces) == 1 else _join_spaces(spaces)
+        self._places: list[list[slice | int]] = []  # of each controller's action in the whole, by robot
+        start = 0
+        for robot in robots.values():
+            places: list[slice | int] = []
+            for controller in robot.controllers.values():
+                discrete = isinstance(controller.action_space, gym.spaces.Discrete)
+                width = 1 if discrete else controller.action_space.shape[0]  # type: ignore[index]
+                places.append(start if discrete else slice(start, start + width))
+                start += width
+            self._places.append(places)
+
+    def commands(self, actions: Action) -> list[Floats]:
+        """Return the command of each robot, in their order.
+
+        Args:
+            actions: (num_envs, …) in the batched action space.
+        """
+        if len(self.controllers) == 1:
+            return [self._first.command([actions])]
+        return [
+            robot.command([actions[:, place] for place in places])
+            for robot, places in zip(self.robots.values(), self._places, strict=True)
+        ]
+
+    def update(self) -> None:
+        """Command the next physics step."""
+        for robot in self.robots.values():
+            robot.robot.command(robot.update())
+
+    def reset(self, mask: Mask | None) -> None:
+        """Begin an episode; the task has placed the robots."""
+        for controller in self.controllers.values():
+            controller.reset(mask)
+
+    @property
+    def max_action_change(self) -> Floats | None:
+        """How far an action may change in a control step for the joints to follow; None if a controller gives none."""
+        changes = [controller.max_action_change for controller in self.controllers.values()]
+        known = [change for change in changes if change is not None]
+        return np.concatenate(known) if len(known) == len(changes) else None
+
+    def snapshot(self) -> Snapshot:
+        """Return the state of all controllers."""
+        return {
+            f"{name}/{key}": array
+            for name, controller in self.controllers.items()
+            for key, array in controller.snapshot().items()
+        }
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        for name, controller in self.controllers.items():
+            start = f"{name}/"
+            controller.restore(
+                {key.removeprefix(start): array for key, array in snapshot.items() if key.startswith(start)}
+            )
+
+
+def _join_spaces(spaces: Mapping[str, gym.Space[Any]]) -> gym.Space[Any]:
+    """Return the space of all controllers' actions.
+
+    Raises:
+        IncompatibleSpaceError: They are neither all flat Boxes nor all Discrete.
+    """
+    boxes = [space for space in spaces.values() if isinstance(space, gym.spaces.Box) and len(space.shape) == 1]
+    moves = [space for space in spaces.values() if isinstance(space, gym.spaces.Discrete) and space.start == 0]
+    if len(boxes) == len(spaces):
+        low, high = np.concatenate([box.low for box in boxes]), np.concatenate([box.high for box in boxes])
+        return gym.spaces.Box(low.astype(np.float32), high.astype(np.float32), dtype=np.float32)
+    if len(moves) == len(spaces):
+        return gym.spaces.MultiDiscrete([int(space.n) for space in moves])
+    listed = "; ".join(f"{name}: {space}" for name, space in spaces.items())
+    raise IncompatibleSpaceError(
+        "the environment:",
+        spaces,
+        f"action spaces of different kinds cannot be joined ({listed}); use controllers that all have a Box, or all have "
+        "a Discrete space, as the controller 'discrete' makes one of a Box.",
+    )

@@ -1,0 +1,36 @@
+"""One body of the scene of a simulation."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+from frobs_core.arrays import Floats, Mask
+
+
+class BodyHandle(ABC):
+    """One body of the scene, in every environment."""
+
+    name: str
+
+    @property
+    @abstractmethod
+    def pose(self) -> tuple[Floats, Floats]:
+        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) in the world."""
+
+    @property
+    @abstractmethod
+    def twist(self) -> tuple[Floats, Floats]:
+        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s]."""
+
+    @abstractmethod
+    def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
+        """Put the body somewhere at once; its velocity becomes 0.
+
+        Args:
+            pos: (n, 3) [m]
+            quat_wxyz: (n, 4); None: as it is.
+            mask: The environments.
+
+        Raises:
+            SimulationError: The body is static.
+        """

@@ -1,0 +1,237 @@
+"""One robot of a simulation: its state, which can be read and written, and the drives of its joints."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import UnknownNameError, UnsuitableRobotError
+from frobs_core.interfaces.command import CommandMode
+from frobs_core.interfaces.joint_group import JointGroup, JointSubset
+from frobs_core.interfaces.scene import Placement
+from frobs_core.interfaces.sensor import Lidar
+from frobs_core.models.defaults import default_tcp, home_positions
+from frobs_core.models.model import Pose
+from frobs_core.rotations import quat_multiply, quat_rotate
+
+
+class RobotHandle(JointGroup):
+    """One robot of a simulation, in every environment.
+
+    The drive law, at the physics rate, is effort = clip(Kp·(q* − q) − Kd·q̇ + ff, ± effort limit), with the
+    damping implicit in the velocity. ``POSITION`` commands q* with ff = 0; ``VELOCITY`` commands v* as
+    ff = Kd·v* with Kp = 0; ``EFFORT`` commands ff with Kp = Kd = 0. Each joint has its own command mode.
+
+    Attributes:
+        command_modes: (dof) command mode of each joint.
+    """
+
+    command_modes: tuple[CommandMode, ...]
+    _start: Pose
+    _stiffness: Floats
+    _damping: Floats
+    _active_stiffness: Floats
+    _active_damping: Floats
+    _factor: Floats
+
+    def describe(self, name: str, placement: Placement, num_envs: int) -> None:
+        """Fill in all attributes of the class, which follow from the placement; a constructor's first call.
+
+        Args:
+            name: In the simulation.
+            placement: Of the robot.
+            num_envs: ≥ 1.
+
+        Raises:
+            UnknownNameError: The tool center point or a joint of the home position is not in the model.
+        """
+        model, robot = placement.model, placement.robot
+        self.name, self.robot, self.model, self.num_envs = name, robot, model, num_envs
+        self.joints, self.joint_names, self.dof = model.actuated_joints, model.joint_names, len(model.joint_names)
+        self.tcp = robot.tcp or default_tcp(model)
+        self.frame_name("tcp")
+        self._start = placement.pose
+        limits = [joint.limits for joint in self.joints]
+        self.home = self.expand(home_positions(model, robot.home))
+        self.position_lower = self.expand([limit.lower for limit in limits])
+        self.position_upper = self.expand([limit.upper for limit in limits])
+        self.velocity_limit = self.expand([limit.velocity for limit in limits])
+        self.effort_limit = self.expand([limit.effort for limit in limits])
+        self._stiffness, self._damping = map(self.expand, placement.drive_gains)
+        self.command_modes = placement.command_modes
+        self.refresh_gains()
+
+    def expand(self, row: Sequence[float] | Floats) -> Floats:
+        """Return a value for each joint as (num_envs, dof)."""
+        return np.repeat(np.asarray(row, np.float64)[None], self.num_envs, axis=0)
+
+    def group(self, joint_names: Sequence[str], tcp: str | None = None) -> JointGroup:
+        """Return some joints as a controller sees them; for all joints in their order, the handle itself.
+
+        Args:
+            joint_names: The joints.
+            tcp: Link that is the group's tool center point; None: the robot's.
+
+        Raises:
+            UnknownNameError: The robot has no such actuated joint or no such link.
+        """
+        if tuple(joint_names) == self.joint_names and tcp in (None, self.tcp):
+            return self
+        return JointSubset(self, joint_names, tcp)
+
+    @abstractmethod
+    def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
+        """Set the joint state at once.
+
+        Args:
+            positions: (n, dof) [rad or m]
+            velocities: (n, dof) [rad/s or m/s]
+            mask: The environments.
+        """
+
+    @property
+    def command_mode(self) -> CommandMode:
+        """Command mode of all joints.
+
+        Raises:
+            UnsuitableRobotError: The joints have different command modes; use ``command_modes``.
+        """
+        modes = set(self.command_modes)
+        if len(modes) > 1:
+            raise UnsuitableRobotError(self.robot.name, "has joints with different command modes: see command_modes.")
+        return next(iter(modes), CommandMode.POSITION)
+
+    @abstractmethod
+    def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
+        """Change what commands mean, and hold: the present positions, zero velocity or zero effort.
+
+        Args:
+            mode: One mode for all joints, or one for each.
+        """
+
+    def _set_modes(self, mode: CommandMode | Sequence[CommandMode]) -> None:
+        self.command_modes = (mode,) * self.dof if isinstance(mode, CommandMode) else tuple(mode)
+        self.refresh_gains()
+
+    @abstractmethod
+    def command(self, values: Floats) -> None:
+        """Set what the drives follow in the next steps.
+
+        Args:
+            values: (num_envs, dof), held; or (num_envs, decimation, dof), one row for each physics step of the
+                next ``step``, whose ``decimation`` it must have; afterwards the last row is held.
+        """
+
+    def drive_gains(self) -> tuple[Floats, Floats]:
+        """Return Kp and Kd, (num_envs, dof) each; write to them through ``write_parameter``."""
+        return self._stiffness, self._damping
+
+    def refresh_gains(self) -> None:
+        """Compute what the drive law uses in the present command modes, after the gains or the modes have changed."""
+        self._active_stiffness, self._active_damping, self._factor = active_gains(
+            self.command_modes, self._stiffness, self._damping
+        )
+
+    def _write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> Floats:
+        """Change Kp (0) or Kd (1) of some environments.
+
+        Returns:
+            (n, dof) what the commands in force must be multiplied by, so that the drives follow the same targets.
+        """
+        before = self._factor[rows]
+        self.drive_gains()[which][rows] = values
+        self.refresh_gains()
+        return np.divide(self._factor[rows], before, out=np.ones_like(before), where=before > 0)
+
+    def holding_command(self, joint_positions: Floats) -> Floats:
+        """Return the command that holds: given positions, zero velocity or zero effort, by each joint's mode.
+
+        Args:
+            joint_positions: (…, dof) [rad or m]
+
+        Returns:
+            (…, dof)
+        """
+        held = np.array([mode is CommandMode.POSITION for mode in self.command_modes], bool)
+        return np.where(held, joint_positions, 0.0)
+
+    @abstractmethod
+    def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
+        """Put the root link somewhere at once; a fixed base can be moved too.
+
+        Args:
+            pos: (n, 3) [m] in the world.
+            quat_wxyz: (n, 4), of length 1.
+            mask: The environments.
+        """
+
+    @abstractmethod
+    def write_base_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
+        """Give a free root link a velocity at once.
+
+        Args:
+            lin_vel_world: (n, 3) [m/s]
+            ang_vel_world: (n, 3) [rad/s]
+            mask: The environments.
+
+        Raises:
+            SimulationError: The base is fixed.
+        """
+
+    def planned_frame_pose(self, frame: str, joint_positions: Floats) -> tuple[Floats, Floats]:
+        """Return :meth:`frame_pose` for given joint positions, (k, dof) [rad or m]."""
+        pos, quat = self.model.frame_pose(self.frame_name(frame), joint_positions)
+        base = np.broadcast_to(np.array(self._start.quat_wxyz), quat.shape)
+        return quat_rotate(base, pos) + np.array(self._start.pos), quat_multiply(base, quat)
+
+    @abstractmethod
+    def lidar(self, name: str) -> Floats:
+        """Return (num_envs, rays) [m] of a lidar of the robot; it does not see the robot itself."""
+
+    def lidar_rays(self, name: str) -> tuple[Lidar, Floats, Floats]:
+        """Return a lidar, and where its rays start [m] and point in the world, (num_envs, rays, 3) each.
+
+        Raises:
+            UnknownNameError: The robot has no such lidar.
+        """
+        if name not in self.robot.lidars:
+            raise UnknownNameError("lidar", name, self.robot.lidars)
+        lidar = self.robot.lidars[name]
+        pos, quat = self.frame_pose(lidar.frame)
+        w, x, y, z = (quat[:, i, None] for i in range(4))
+        ahead, left = np.empty((2, self.num_envs, 1, 3))  # the frame's x and y axes, in which all rays lie
+        ahead[..., 0], ahead[..., 1], ahead[..., 2] = (
+            1.0 - 2.0 * (y * y + z * z),
+            2.0 * (x * y + w * z),
+            2.0 * (x * z - w * y),
+        )
+        left[..., 0], left[..., 1], left[..., 2] = (
+            2.0 * (x * y - w * z),
+            1.0 - 2.0 * (x * x + z * z),
+            2.0 * (y * z + w * x),
+        )
+        directions = lidar.directions[:, :1] * ahead + lidar.directions[:, 1:2] * left
+        if any(lidar.offset):
+            pos = pos + quat_rotate(quat, np.broadcast_to(np.array(lidar.offset), pos.shape))
+        return lidar, np.broadcast_to(pos[:, None], directions.shape), directions
+
+
+def active_gains(modes: Sequence[CommandMode], stiffness: Floats, damping: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return what the drive law multiplies errors and commands by.
+
+    Args:
+        modes: (dof) command mode of each joint.
+        stiffness: (…, dof) Kp of the drives.
+        damping: (…, dof) Kd of the drives.
+
+    Returns:
+        Kp, Kd and the factor that turns a command into an effort (Kp for positions, Kd for velocities, 1 for efforts),
+        (…, dof) each, arrays of their own.
+    """
+    position = np.array([mode is CommandMode.POSITION for mode in modes], bool)
+    effort = np.array([mode is CommandMode.EFFORT for mode in modes], bool)
+    factor = np.where(position, stiffness, np.where(effort, 1.0, damping))
+    return np.where(position, stiffness, 0.0), np.where(effort, 0.0, damping), factor

@@ -1,0 +1,165 @@
+"""The configuration of one robot of an environment: which robot, how it is changed, and what controls it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+from frobs_core import plugins
+from frobs_core.control import ALL
+from frobs_core.errors import (
+    ConfigurationError,
+    MissingSettingError,
+    ParameterValueError,
+    UnknownNameError,
+    UnknownParameterError,
+)
+from frobs_core.interfaces import Robot
+from frobs_core.models import Pose
+from frobs_core.rotations import quat_from_rpy
+from frobs_core.sensors.settings import apply_settings
+from frobs_core.specs import ControllerRecord
+from frobs_core.validation import number_list
+
+_MODEL_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotConfig:
+    """One robot of an environment.
+
+    Args:
+        robot: Name of the robot, path of a URDF, xacro or MJCF file, or a description.
+        controller: Name of the controller of the robot's first joint group, or a record; or a mapping from joint group to
+            name, in which None leaves a group without a controller. Groups you omit use the robot's default controllers.
+        controller_kwargs: Keywords of the controller; where ``controller`` is a mapping, keywords by joint group.
+        robot_args: Arguments of the robot's xacro file.
+        package_paths: Folders of the ROS packages that the robot's file names, by package name.
+        home: Rest position by joint name [rad or m]; joints you omit keep the robot's own.
+        tcp: Link that is the tool center point; None: the robot's own.
+        sensors: Sensor overrides, by name; see :mod:`frobs_core.sensors`.
+        pose: Base pose in the world: ``{"pos": [x, y, z], "rpy": [roll, pitch, yaw]}`` [m, rad]; None: the task's.
+    """
+
+    robot: str | Robot = ""
+    controller: str | ControllerRecord | Mapping[str, str | ControllerRecord | None] = ""
+    controller_kwargs: Mapping[str, Any] = field(default_factory=dict)
+    robot_args: Mapping[str, str] = field(default_factory=dict)
+    package_paths: Mapping[str, str] = field(default_factory=dict)
+    home: Mapping[str, float] = field(default_factory=dict)
+    tcp: str | None = None
+    sensors: Mapping[str, Any] | None = None
+    pose: Mapping[str, Any] | None = None
+
+    @classmethod
+    def from_value(cls, name: str, value: Any, defaults: Mapping[str, Any]) -> RobotConfig:
+        """Return the configuration for one entry of an environment's ``robots``.
+
+        Args:
+            name: Of the robot in the environment.
+            value: Name of a robot, path of a model file, a description, or a mapping with the fields of this class.
+            defaults: Fields that an entry may leave out.
+
+        Raises:
+            UnknownParameterError: The mapping has a key that is no field.
+            ParameterValueError: The value has another type.
+        """
+        if isinstance(value, str | Robot):
+            value = {"robot": value}
+        if not isinstance(value, Mapping):
+            raise ParameterValueError(f"robots.{name}", value, "the name of a robot, or a mapping of settings")
+        known = [item.name for item in fields(cls)]
+        for key in value:
+            if key not in known:
+                raise UnknownParameterError(f"robots.{name}", str(key), known)
+        return cls(**{**defaults, **value})
+
+    def describe(self) -> Robot:
+        """Return the description of the robot, with all changes.
+
+        Raises:
+            UnknownNameError: No plugin offers the name, or the robot has no such sensor.
+            MissingSettingError: No robot is named.
+            ConfigurationError: A sensor setting cannot be used.
+        """
+        description = _look_up(self.robot)
+        changes: dict[str, Any] = {} if self.tcp is None else {"tcp": self.tcp}
+        for item, given in (
+            ("xacro_args", self.robot_args),
+            ("package_paths", self.package_paths),
+            ("home", self.home),
+        ):
+            if given:
+                changes[item] = {**getattr(description, item), **given}
+        if self.sensors:
+            changes["sensors"] = apply_settings(description.sensors, self.sensors)
+        return replace(description, **changes)
+
+    def controllers(self, robot: Robot) -> dict[str, tuple[ControllerRecord, Mapping[str, Any]]]:
+        """Return the controller of each joint group with its keywords, in the order of the groups.
+
+        Args:
+            robot: The description.
+
+        Raises:
+            UnknownNameError: A name is none of a controller, or of a joint group of the robot.
+            MissingSettingError: No group has a controller.
+        """
+        groups = list(robot.groups) or [ALL]
+        chosen: dict[str, str | ControllerRecord | None] = dict(robot.default_controllers)
+        if isinstance(self.controller, Mapping):
+            chosen |= self.controller
+            keywords: Mapping[str, Mapping[str, Any]] = self.controller_kwargs
+        else:
+            if self.controller:
+                chosen[groups[0]] = self.controller
+            keywords = {groups[0]: self.controller_kwargs}
+        for group in (*chosen, *keywords):
+            if group not in groups:
+                raise UnknownNameError(f"joint group of robot '{robot.name}'", group, groups)
+        found = {group: (_record(chosen[group]), keywords.get(group, {})) for group in groups if chosen.get(group)}
+        if not found:
+            raise MissingSettingError(f"robot '{robot.name}'", "a controller", "pass controller='joint_delta_position'")
+        return found
+
+    def base_pose(self, default: Pose) -> Pose:
+        """Return the base pose in the world.
+
+        Raises:
+            UnknownParameterError: ``pose`` has a key other than ``pos`` and ``rpy``.
+            ParameterValueError: They are not three finite numbers each.
+        """
+        if self.pose is None:
+            return default
+        for key in self.pose:
+            if key not in ("pos", "rpy"):
+                raise UnknownParameterError("pose", str(key), ("pos", "rpy"))
+        x, y, z = number_list("pose.pos", self.pose.get("pos", (0.0, 0.0, 0.0)), 3)
+        a, b, c, d = quat_from_rpy(number_list("pose.rpy", self.pose.get("rpy", (0.0, 0.0, 0.0)), 3)).tolist()
+        return Pose((x, y, z), (a, b, c, d))
+
+
+def _look_up(robot: str | Robot) -> Robot:
+    if isinstance(robot, Robot):
+        return robot
+    if not robot:
+        known = ", ".join(f"'{name}'" for name in plugins.records("robot")) or "none"
+        raise MissingSettingError(
+            "this environment",
+            "a robot",
+            "pass robot='path/to/arm.urdf' (or .urdf.xacro, or MJCF as .xml) and tcp='LINK', "
+            f"or the name of an installed robot: {known}",
+        )
+    if robot.lower().endswith(_MODEL_ENDINGS):
+        return Robot(model=robot, name=Path(robot).name.partition(".")[0])
+    found: Robot = plugins.get_record("robot", robot).load()
+    return found
+
+
+def _record(controller: str | ControllerRecord | None) -> ControllerRecord:
+    record = plugins.get_record("controller", controller) if isinstance(controller, str) else controller
+    if not isinstance(record, ControllerRecord):
+        raise ConfigurationError(f"controller is {controller!r}; it must be a name or a ControllerRecord.")
+    return record
