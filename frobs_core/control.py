@@ -10,11 +10,8 @@ import numpy as np
 
 from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.errors import IncompatibleSpaceError, UnsuitableRobotError
-from frobs_core.interfaces import Controller, JointSubset, Robot, RobotHandle, Snapshot
+from frobs_core.interfaces import ALL, Controller, JointSubset, Robot, RobotHandle, Snapshot
 from frobs_core.models import RobotModel
-
-ALL = "all"
-"""Name of the only joint group of a robot that defines none."""
 
 
 def joint_groups(robot: Robot, model: RobotModel) -> dict[str, tuple[str, ...]]:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from frobs_core import plugins
-from frobs_core.control import ALL
 from frobs_core.errors import (
     ConfigurationError,
     MissingSettingError,
@@ -16,7 +15,7 @@ from frobs_core.errors import (
     UnknownNameError,
     UnknownParameterError,
 )
-from frobs_core.interfaces import Robot
+from frobs_core.interfaces import ALL, Robot
 from frobs_core.models import Pose
 from frobs_core.rotations import quat_from_rpy
 from frobs_core.sensors.settings import apply_settings

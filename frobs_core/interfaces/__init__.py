@@ -6,7 +6,7 @@ from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.controller import Controller, ControllerWrapper
 from frobs_core.interfaces.joint_group import JointGroup, JointSubset
 from frobs_core.interfaces.parameters import WrittenParameters
-from frobs_core.interfaces.robot import DifferentialDrive, DriveGains, EndEffector, Robot
+from frobs_core.interfaces.robot import ALL, DifferentialDrive, DriveGains, EndEffector, Robot
 from frobs_core.interfaces.robot_handle import RobotHandle, active_gains
 from frobs_core.interfaces.scene import Body, Camera, Contact, Marker, Placement, Scene
 from frobs_core.interfaces.sensor import Bumper, Imu, Lidar, Sensor
@@ -15,6 +15,7 @@ from frobs_core.interfaces.task import GoalTask, ResetOptions, Task
 from frobs_core.interfaces.translation import Overlap, Translation, TranslationTable, read_tables, translate
 
 __all__ = [
+    "ALL",
     "Algorithm",
     "BareEngine",
     "Body",

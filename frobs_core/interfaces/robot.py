@@ -8,6 +8,9 @@ from functools import cached_property
 
 from frobs_core.interfaces.sensor import Lidar, Sensor
 
+ALL = "all"
+"""Name of the only joint group of a robot that defines none."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class DriveGains:
@@ -120,6 +123,38 @@ class Robot:
         """Return the link that is the tool center point of a joint group; None: the robot's own."""
         first = next(iter(self.groups), "")
         return next((tool.tcp for tool in self.end_effectors.values() if (tool.arm or first) == group), None)
+
+    def attach(
+        self,
+        link: str,
+        tool: Robot,
+        *,
+        name: str = "gripper",
+        pos: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        rpy: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> Robot:
+        """Return this arm with an end effector at one of its links.
+
+        The models of both become one URDF in the cache, in which all names of the tool begin with ``name_``. The tool's
+        joints become the joint group ``name``, and the arm's joints the group ``"arm"`` if it had no groups. The tool
+        center point is the tool's.
+
+        Args:
+            link: Link that carries the tool.
+            tool: Description of the tool: a robot without joint groups. Its end effector, if it describes one, states the
+                tool center point and the open and closed positions.
+            name: Name of the end effector, of its joint group, and prefix of all its names.
+            pos: Of the tool's root link in ``link`` [m].
+            rpy: Orientation of the tool's root link in ``link`` [rad].
+
+        Raises:
+            UnknownNameError: The arm has no such link.
+            UnsuitableRobotError: A model is no URDF, the tool has joint groups, or the name is taken.
+            ModelFileError: A model cannot be read.
+        """
+        from frobs_core.interfaces.attachment import attach  # which reads model files
+
+        return attach(self, link, tool, name, pos, rpy)
 
     @cached_property
     def lidars(self) -> Mapping[str, Lidar]:

@@ -12,8 +12,14 @@ _SUMMARIES = {
     "tcp_delta_position": "actions move the tool centre point by up to a step",
     "tcp_delta_pose": "actions move and turn the tool centre point by up to a step",
     "differential_drive": "actions are the linear and the angular velocity of a wheeled base",
+    "tcp_impedance": "actions move the equilibrium of a spring that pulls the tool, at the physics rate",
+    "gripper_position": "an action is the opening of a gripper",
+    "gripper_delta": "an action changes the opening of a gripper by up to a step",
+    "gripper_binary": "the sign of an action opens or closes a gripper",
     "discrete": "a Discrete action picks one move of another controller",
 }
+
+_MODULES = dict.fromkeys(("gripper_position", "gripper_delta", "gripper_binary"), "gripper")
 
 
 @hookimpl
@@ -23,7 +29,7 @@ def frobs_controllers() -> list[ControllerRecord]:
         ControllerRecord(
             name=name,
             summary=summary,
-            entry_point=f"frobs_controllers.{name}:{''.join(word.title() for word in name.split('_'))}",
+            entry_point=f"frobs_controllers.{_MODULES.get(name, name)}:{name.title().replace('_', '')}",
             install_hint="pip install frobs-controllers",
             needs={"drive": Level.APPROXIMATE},
         )

@@ -1,0 +1,111 @@
+"""Controllers of grippers: one number opens and closes all fingers."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_controllers.parameters import rows
+from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.errors import ParameterValueError, UnsuitableRobotError
+from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
+from frobs_core.validation import positive
+
+
+class Gripper(Controller):
+    """Base class: moves the fingers between the closed and the open positions of an end effector.
+
+    The opening is 0 where the gripper is closed and 1 where it is open. No finger moves faster than its velocity limit.
+    A gripper that closes around an object keeps pressing with the effort of its drives.
+    """
+
+    command_mode = CommandMode.POSITION
+
+    def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
+        """Prepare for the joints to control.
+
+        Raises:
+            UnsuitableRobotError: The robot describes no end effector with these joints, or not its open and closed
+                positions.
+        """
+        robot = joints.robot
+        tools = [tool for tool in robot.end_effectors.values() if tool.group]
+        tool = next((tool for tool in tools if tuple(robot.groups[tool.group]) == joints.joint_names), None)
+        if tool is None:
+            raise UnsuitableRobotError(
+                robot.name,
+                f"describes no gripper with the joints {', '.join(joints.joint_names)}; give its Robot an EndEffector with "
+                "this group and its open and closed positions.",
+            )
+        for joint in joints.joint_names:
+            if joint not in tool.open or joint not in tool.closed:
+                raise UnsuitableRobotError(robot.name, f"has no open or no closed position for the finger '{joint}'.")
+        self._joints = joints
+        self._closed = np.array([tool.closed[joint] for joint in joints.joint_names])  # (dof,) [rad or m]
+        self._stroke = np.array([tool.open[joint] for joint in joints.joint_names]) - self._closed
+        self._control_timestep = control_timestep
+        with np.errstate(divide="ignore"):
+            per_finger = joints.velocity_limit[0] * control_timestep / np.abs(self._stroke)
+        self._fastest = float(per_finger.min())  # change of the opening in a control step
+        self._wanted, self._opening = np.zeros((2, joints.num_envs, 1))
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
+        self.reset(None)
+
+    def reset(self, mask: Mask | None) -> None:
+        """Keep the present opening."""
+        opening = ((self._joints.joint_positions - self._closed) / self._stroke).mean(axis=1, keepdims=True)
+        self._wanted[rows(mask)] = self._opening[rows(mask)] = np.clip(opening, 0.0, 1.0)[rows(mask)]
+
+    def apply(self, action: Action) -> Floats:
+        """Return the joint positions to go to, (num_envs, dof) [rad or m]."""
+        self._wanted[:] = np.clip(self._want(np.clip(action, -1.0, 1.0)), 0.0, 1.0)
+        self._opening += np.clip(self._wanted - self._opening, -self._fastest, self._fastest)
+        return np.asarray(self._closed + self._opening * self._stroke)
+
+    @abstractmethod
+    def _want(self, action: Floats) -> Floats:
+        """Return the opening that an action in [−1, 1] asks for, (num_envs, 1)."""
+
+    def snapshot(self) -> Snapshot:
+        """Return the opening that is asked for and the commanded one."""
+        return {"wanted": self._wanted.copy(), "opening": self._opening.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._wanted[:], self._opening[:] = snapshot["wanted"], snapshot["opening"]
+
+
+class GripperPosition(Gripper):
+    """An action is the opening: −1 is closed, 1 is open."""
+
+    def _want(self, action: Floats) -> Floats:
+        return 0.5 * (action + 1.0)
+
+
+class GripperDelta(Gripper):
+    """An action changes the opening by up to a step; 0 keeps it.
+
+    Args:
+        max_delta: Change of the opening by an action of 1, as a share of the whole stroke, in (0, 1].
+    """
+
+    def __init__(self, *, max_delta: float = 0.2) -> None:
+        self.max_delta = positive("gripper_delta: max_delta", max_delta, "1")
+        if self.max_delta > 1.0:
+            raise ParameterValueError("max_delta", max_delta, "in (0, 1]", "gripper_delta")
+
+    def _want(self, action: Floats) -> Floats:
+        return self._wanted + self.max_delta * action
+
+
+class GripperBinary(Gripper):
+    """The sign of an action opens (positive) or closes (negative); 0 keeps the last one.
+
+    Random actions open and close it all the time, so exploration drops every object; ``gripper_delta`` suits learning
+    better.
+    """
+
+    def _want(self, action: Floats) -> Floats:
+        return np.where(action == 0.0, self._wanted, action > 0.0)

@@ -1,0 +1,132 @@
+"""Actions move the equilibrium of a spring that pulls the tool center point, at the physics rate."""
+
+from __future__ import annotations
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_controllers.parameters import rows
+from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.interfaces import CommandMode, Controller, JointGroup, Scene, Simulation, Snapshot
+from frobs_core.rotations import quat_difference, quat_rotate
+from frobs_core.validation import non_negative, positive
+
+
+class TcpImpedance(Controller):
+    """Makes the tool a mass on a spring and a damper: τ = Jᵀ (K (x* − x) − D v) − d q̇ + g(q) (Hogan, 1985).
+
+    The first three components of the spring act on the position, the last three on the orientation, which is held as it
+    was at the start of the episode. An action in [−1, 1]³ moves the equilibrium point along the world's axes. g(q) carries
+    the weight of the links that the group moves, as the model file states it.
+
+    The torques are computed in every physics step, so that a contact meets a spring and not a stiff drive. This costs
+    several times the step of a controller at the control rate.
+
+    Args:
+        max_delta: Movement of the equilibrium point by an action of 1, per axis [m].
+        stiffness: K for the position [N/m].
+        rotational_stiffness: K for the orientation [N·m/rad].
+        damping: D for the linear velocity [N·s/m].
+        rotational_damping: D for the angular velocity [N·m·s/rad].
+        joint_damping: d [N·m·s/rad].
+        leash: Greatest distance of the equilibrium point from the tool, per axis [m].
+    """
+
+    command_mode = CommandMode.EFFORT
+    rate = "physics"
+
+    def __init__(
+        self,
+        *,
+        max_delta: float = 0.05,
+        stiffness: float = 800.0,
+        rotational_stiffness: float = 40.0,
+        damping: float = 80.0,
+        rotational_damping: float = 2.0,
+        joint_damping: float = 0.2,
+        leash: float = 0.1,
+    ) -> None:
+        self.max_delta = positive("tcp_impedance: max_delta", max_delta, "m")
+        linear = positive("tcp_impedance: stiffness", stiffness, "N/m")
+        angular = positive("tcp_impedance: rotational_stiffness", rotational_stiffness, "N·m/rad")
+        self._stiffness: Floats = np.repeat([linear, angular], 3)
+        linear = non_negative("tcp_impedance: damping", damping, "N·s/m")
+        angular = non_negative("tcp_impedance: rotational_damping", rotational_damping, "N·m·s/rad")
+        self._damping: Floats = np.repeat([linear, angular], 3)
+        self.joint_damping = non_negative("tcp_impedance: joint_damping", joint_damping, "N·m·s/rad")
+        self.leash = positive("tcp_impedance: leash", leash, "m")
+
+    def bind_scene(self, scene: Scene, simulation: Simulation) -> None:
+        """Keep the direction of gravity."""
+        self._gravity: Floats = np.array(scene.gravity)
+
+    def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
+        """Prepare for the joints to control."""
+        self._joints = joints
+        moved = moved_links(joints)
+        self._weights = [
+            (link.name, link.inertial.mass, np.array(link.inertial.origin.pos))
+            for link in joints.model.links
+            if link.name in moved and link.inertial is not None
+        ]
+        self._target_pos, self._target_quat = np.zeros((joints.num_envs, 3)), np.zeros((joints.num_envs, 4))
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (3,), np.float32)
+        self.reset(None)
+
+    def reset(self, mask: Mask | None) -> None:
+        """Take the tool's pose as the equilibrium."""
+        pos, quat_wxyz = self._joints.frame_pose("tcp")
+        self._target_pos[rows(mask)], self._target_quat[rows(mask)] = pos[rows(mask)], quat_wxyz[rows(mask)]
+
+    def apply(self, action: Action) -> Floats:
+        """Move the equilibrium, and return the efforts of the first physics step, (num_envs, dof) [N·m or N]."""
+        tool, _ = self._joints.frame_pose("tcp")
+        moved = self._target_pos + self.max_delta * np.clip(action, -1.0, 1.0)
+        self._target_pos[:] = np.clip(moved, tool - self.leash, tool + self.leash)
+        return self.update()
+
+    def update(self) -> Floats:
+        """Return the efforts of the next physics step, (num_envs, dof) [N·m or N]."""
+        joints = self._joints
+        pos, quat_wxyz = joints.frame_pose("tcp")
+        jacobian = joints.frame_jacobian("tcp")  # (num_envs, 6, dof)
+        error = np.concatenate([self._target_pos - pos, quat_difference(self._target_quat, quat_wxyz)], axis=1)
+        velocity = np.concatenate(joints.frame_velocity("tcp"), axis=1)
+        wrench = self._stiffness * error - self._damping * velocity  # (num_envs, 6)
+        efforts = (jacobian * wrench[:, :, None]).sum(axis=1) - self.joint_damping * joints.joint_velocities
+        efforts += self._gravity_efforts()
+        return np.asarray(np.clip(efforts, -joints.effort_limit, joints.effort_limit))
+
+    def _gravity_efforts(self) -> Floats:
+        """Return the efforts that carry the weight of the moved links, (num_envs, dof) [N·m or N]."""
+        joints = self._joints
+        efforts = np.zeros((joints.num_envs, joints.dof))
+        for link, mass, center in self._weights:
+            jacobian = joints.frame_jacobian(link)
+            _, quat_wxyz = joints.frame_pose(link)
+            arm = quat_rotate(quat_wxyz, np.broadcast_to(center, (joints.num_envs, 3)))
+            # A force f at the center of mass is f at the link's origin with the torque arm × f.
+            lift = np.broadcast_to(-mass * self._gravity, arm.shape)
+            wrench = np.concatenate([lift, np.cross(arm, lift)], axis=1)
+            efforts += (jacobian * wrench[:, :, None]).sum(axis=1)
+        return efforts
+
+    def snapshot(self) -> Snapshot:
+        """Return the equilibrium."""
+        return {"target_pos": self._target_pos.copy(), "target_quat_wxyz": self._target_quat.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._target_pos[:], self._target_quat[:] = snapshot["target_pos"], snapshot["target_quat_wxyz"]
+
+
+def moved_links(joints: JointGroup) -> set[str]:
+    """Return the names of all links that the joints of a group move."""
+    moved: set[str] = set()
+    for joint in joints.model.joints:  # in the file's order, which need not be that of the tree
+        waiting = [joint.child] if joint.name in joints.joint_names else []
+        while waiting:
+            link = waiting.pop()
+            moved.add(link)
+            waiting += [child.child for child in joints.model.joints if child.parent == link]
+    return moved
