@@ -35,13 +35,14 @@ Options = Mapping[str, int | float]
 """Values for fields of ``mjOption``, by name."""
 
 
-def read_options(**given: Any) -> Options:
+def read_options(given: Mapping[str, Any]) -> Options:
     """Check options and convert them to MuJoCo's numbers.
 
     Args:
-        given: By name of the field in ``mjOption``; None: MuJoCo's default.
+        given: The arguments of the simulation, by name. Those that are fields of ``mjOption`` count; None: MuJoCo's
+            default.
 
     Raises:
         ConfigurationError: A value is out of range.
     """
-    return {name: _CHECKS[name](name, value) for name, value in given.items() if value is not None}
+    return {name: check(name, given[name]) for name, check in _CHECKS.items() if given[name] is not None}

@@ -23,7 +23,7 @@ def read_values(
         root: The key that a file has everything under.
         used: What can be given.
         ignored: Keys that such files have and that change nothing.
-        keywords: By key, which go before the files; those that are None are not given.
+        keywords: By key, which go before the files; those that are None are not given, and others are ignored.
 
     Raises:
         ConfigFileError: A file cannot be read, or has an unknown key or an unusable value; names file, line and the
@@ -33,7 +33,9 @@ def read_values(
     values: dict[str, Any] = {}
     for path in paths:
         values |= _read_section(path, root, used, ignored)
-    return values | {name: used[name](name, value) for name, value in keywords.items() if value is not None}
+    return values | {
+        name: check(name, keywords[name]) for name, check in used.items() if keywords.get(name) is not None
+    }
 
 
 def _read_section(path: str | Path, root: str, used: Readers, ignored: Sequence[str]) -> dict[str, Any]:

@@ -86,7 +86,7 @@ def read(profile: str, config_file: str | Path | None, keywords: Mapping[str, An
     Args:
         profile: Which of its reachers, one of :data:`PROFILES`.
         config_file: A task YAML of FRobs_RL, unchanged; None: none.
-        keywords: By key; those that are None are not given.
+        keywords: By key; those that are None are not given, and others are ignored.
 
     Raises:
         ConfigFileError: The file cannot be read, or has an unknown key or an unusable value; names file and line.

@@ -94,22 +94,7 @@ class ReachLegacy(Reach):
         joint_limits_reward: float | None = None,
     ) -> None:
         self.config = legacy_config.read(
-            self.usual_profile if profile is None else profile,
-            config_file,
-            {
-                "min_joint_pos": min_joint_pos,
-                "max_joint_pos": max_joint_pos,
-                "position_goal_min": position_goal_min,
-                "position_goal_max": position_goal_max,
-                "tolerance_goal_pos": tolerance_goal_pos,
-                "training": training,
-                "pos_dynamic": pos_dynamic,
-                "pos_dynamic_params": pos_dynamic_params,
-                "step_reward": step_reward,
-                "multiplier_dist_reward": multiplier_dist_reward,
-                "reached_goal_reward": reached_goal_reward,
-                "joint_limits_reward": joint_limits_reward,
-            },
+            self.usual_profile if profile is None else profile, config_file, locals()
         )
         super().__init__(
             tolerance=self.config["tolerance_goal_pos"],
