@@ -67,11 +67,7 @@ class Element(ElementTree.Element):
         return value or self.refuse(f"the attribute '{attribute}' is missing or empty.")
 
     def numbers(
-        self,
-        attribute: str,
-        count: int | None = None,
-        default: str | None = None,
-        limit: float = math.inf,
+        self, attribute: str, count: int | None = None, default: str | None = None, limit: float = math.inf
     ) -> tuple[float, ...]:
         """Return finite numbers from -``limit`` to ``limit``, ``count`` of them or at least one.
 

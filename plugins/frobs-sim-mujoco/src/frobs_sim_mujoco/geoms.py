@@ -68,12 +68,7 @@ def add_geom(
 
 
 def _add_plain_geom(
-    element: mujoco.MjsBody,
-    origin: Pose,
-    group: int,
-    rgba: tuple[float, float, float, float] | None,
-    *,
-    collides: bool,
+    element: mujoco.MjsBody, origin: Pose, group: int, rgba: tuple[float, float, float, float] | None, *, collides: bool
 ) -> mujoco.MjsGeom:
     """Add a geom that has all but its shape."""
     geom = element.add_geom(pos=origin.pos, quat=origin.quat_wxyz, group=group)

@@ -10,11 +10,7 @@ import mujoco
 
 from frobs_core.validation import choice, non_negative, positive, whole_number
 
-_SOLVERS = {
-    "pgs": mujoco.mjtSolver.mjSOL_PGS,
-    "cg": mujoco.mjtSolver.mjSOL_CG,
-    "newton": mujoco.mjtSolver.mjSOL_NEWTON,
-}
+_SOLVERS = {"pgs": mujoco.mjtSolver.mjSOL_PGS, "cg": mujoco.mjtSolver.mjSOL_CG, "newton": mujoco.mjtSolver.mjSOL_NEWTON}
 _CONES = {"pyramidal": mujoco.mjtCone.mjCONE_PYRAMIDAL, "elliptic": mujoco.mjtCone.mjCONE_ELLIPTIC}
 
 _CHECKS: Mapping[str, Callable[[str, Any], Any]] = {

@@ -11,12 +11,7 @@ from frobs_core.errors import ParameterValueError, UnknownNameError
 from frobs_core.validation import boolean, finite, non_negative, number_list, positive
 from frobs_tasks_legacy.yaml import Readers, read_values
 
-PROFILES: Mapping[str, str] = {
-    "irb120": "irb120",
-    "irb140": "irb140",
-    "irb140_velocity": "irb140",
-    "ur5": "ur5",
-}
+PROFILES: Mapping[str, str] = {"irb120": "irb120", "irb140": "irb140", "irb140_velocity": "irb140", "ur5": "ur5"}
 """FRobs_RL's reachers, each with the key under which its file has everything; ``tasks/`` has their values."""
 
 IGNORED = (

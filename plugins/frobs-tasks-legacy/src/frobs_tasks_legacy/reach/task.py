@@ -93,9 +93,7 @@ class ReachLegacy(Reach):
         reached_goal_reward: float | None = None,
         joint_limits_reward: float | None = None,
     ) -> None:
-        self.config = legacy_config.read(
-            self.usual_profile if profile is None else profile, config_file, locals()
-        )
+        self.config = legacy_config.read(self.usual_profile if profile is None else profile, config_file, locals())
         super().__init__(
             tolerance=self.config["tolerance_goal_pos"],
             goal_low=self.config["position_goal_min"],
