@@ -18,6 +18,8 @@ from frobs_core.interfaces import CommandMode, Controller, RobotHandle, Scene, S
 TARGETS = ("joint", "tcp")
 """What ``target`` may be."""
 
+_PLANNERS = ("clearance", "velocity_scaling", "acceleration_scaling", "max_acceleration", "max_steps", "seed")
+
 
 class TrajectoryController(Controller):
     """Moves the robot from rest to rest, once in each control step, along a way that touches nothing.
@@ -66,14 +68,8 @@ class TrajectoryController(Controller):
             offered = ", ".join(f"'{known}'" for known in TARGETS)
             raise ParameterValueError("target", target, f"one of {offered}", "trajectory")
         self.target = target
-        self._parameters: dict[str, Any] = {
-            "clearance": clearance,
-            "velocity_scaling": velocity_scaling,
-            "acceleration_scaling": acceleration_scaling,
-            "max_acceleration": max_acceleration,
-            "max_steps": max_steps,
-            "seed": seed,
-        }
+        arguments = locals()
+        self._parameters = {name: arguments[name] for name in _PLANNERS}
         self._scene, self._simulation = Scene(), None
 
     def bind_scene(self, scene: Scene, simulation: Simulation) -> None:

@@ -10,7 +10,7 @@ from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import SimulationError
 from frobs_core.interfaces import CommandMode, Placement, RobotHandle
 from frobs_core.rotations import quat_rotate
-from frobs_sim_mujoco.articulation import drive_bias, drive_gains
+from frobs_sim_mujoco.articulation import drive_bias
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, SCENE_GROUP
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class MujocoRobot(RobotHandle):
         self.actuators = slice(actuators[0], actuators[0] + self.dof) if actuators else slice(0, 0)
         self._ctrl = self._batch.bind("ctrl")[:, self.actuators]  # a view of the state rows
         self._efforts = self._batch.bind("actuator_force")[:, self.actuators]
-        self._stiffness, self._damping = (self.expand(gain) for gain in drive_gains(placement))
+        self._stiffness, self._damping = self.described_gains()
         self._command_mode = placement.command_mode
         self._gain = self._mode_gain()
         self.gains_written = False
@@ -137,13 +137,8 @@ class MujocoRobot(RobotHandle):
 
     def _mode_gain(self) -> Floats:
         """What a command is multiplied by to become the actuators' control."""
-        match self._command_mode:
-            case CommandMode.POSITION:
-                return self._stiffness
-            case CommandMode.VELOCITY:
-                return self._damping
-            case CommandMode.EFFORT:
-                return np.ones_like(self._stiffness)
+        gains = {CommandMode.POSITION: self._stiffness, CommandMode.VELOCITY: self._damping}
+        return gains.get(self._command_mode, np.ones_like(self._stiffness))
 
     def _hold(self) -> None:
         position = self._command_mode is CommandMode.POSITION

@@ -11,7 +11,7 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ParameterValueError
 from frobs_core.interfaces import Controller, Simulation
-from frobs_tasks_legacy.navigation import config as legacy_config
+from frobs_tasks_legacy.navigation.config import FILES
 from frobs_tasks_navigation.navigate import Navigate
 
 _OBSERVED = {
@@ -87,7 +87,7 @@ class NavigateLegacy(Navigate):
         collision_reward: float | None = None,
         collision_distance_threshold: float | None = None,
     ) -> None:
-        self.config = legacy_config.read(world, config_file, locals())
+        self.config = FILES.read(world, config_file, locals())
         super().__init__(
             floor_plan=world,
             tolerance=self.config["tolerance_goal_pos"],
