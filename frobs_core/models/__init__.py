@@ -1,9 +1,9 @@
 """Robot model files, read without an engine."""
 
-from frobs_core.models.defaults import default_gains, default_tcp, home_positions
+from frobs_core.models.defaults import composite_inertia, default_gains, default_tcp, home_positions
 from frobs_core.models.elements import ELEMENTS, elements
 from frobs_core.models.fingerprint import fingerprint
-from frobs_core.models.kinematics import forward_kinematics, longest_reach
+from frobs_core.models.kinematics import forward_kinematics, joint_path, longest_reach
 from frobs_core.models.load import load_model
 from frobs_core.models.model import (
     Box,
@@ -47,12 +47,14 @@ __all__ = [
     "Sphere",
     "Treatment",
     "Visual",
+    "composite_inertia",
     "default_gains",
     "default_tcp",
     "elements",
     "fingerprint",
     "forward_kinematics",
     "home_positions",
+    "joint_path",
     "load_model",
     "longest_reach",
 ]

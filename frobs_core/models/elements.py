@@ -172,8 +172,8 @@ def _body(body: Element, owner: str) -> Iterator[tuple[str, str]]:
                 yield "inertias", owner
             case "geom":
                 drawn = child.get("contype") == "0" and child.get("conaffinity") == "0"
-                mesh = child.get("mesh") is not None
-                yield _role("visual" if drawn else "collision", mesh), owner
+                shape = "meshes" if child.get("mesh") is not None else "shapes"
+                yield f"{'visual' if drawn else 'collision'}_{shape}", owner
                 if child.get("rgba"):
                     yield "colours", owner
             case "joint":
@@ -183,7 +183,3 @@ def _body(body: Element, owner: str) -> Iterator[tuple[str, str]]:
                     yield "armatures", child.get("name") or owner
             case _ if child.tag in _IN_BODIES:
                 yield _IN_BODIES[child.tag], owner
-
-
-def _role(role: str, mesh: bool) -> str:
-    return f"{role}_meshes" if mesh else f"{role}_shapes"

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from frobs_core.errors import ModelFileError
-from frobs_core.files import check_regular
+from frobs_core.files import read_limited
 from frobs_core.models.mesh_files import MAX_BYTES
 from frobs_core.models.model import RobotModel
 
@@ -52,8 +52,6 @@ def _one(value: Any) -> Any:
 
 def _file(path: Path) -> str:
     try:
-        check_regular(path, MAX_BYTES)
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        return hashlib.sha256(read_limited(path, MAX_BYTES)).hexdigest()
     except OSError as error:
         raise ModelFileError(path, f"cannot be read: {error.strerror}.") from error

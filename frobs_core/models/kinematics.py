@@ -179,16 +179,13 @@ def longest_reach(model: RobotModel, frame: str) -> float:
 
     Infinite where the chain has a joint that translates without limits.
     """
-    joint_of = {joint.child: joint for joint in model.joints}
     total = 0.0
-    while frame in joint_of:
-        joint = joint_of[frame]
+    for joint in reversed(joint_path(model, frame)):
         total += float(np.linalg.norm(joint.origin.pos))
         if joint.type is JointType.PRISMATIC:
             total += max(abs(joint.limits.lower), abs(joint.limits.upper))
         elif joint.type in (JointType.FLOATING, JointType.PLANAR):
             total = np.inf
-        frame = joint.parent
     return total
 
 

@@ -9,22 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import nearest
 from frobs_core.models.mjcf_limits import check_asset, check_numbers
-from frobs_core.models.xmltree import Element, parse_xml, read_bytes
+from frobs_core.models.xmltree import Element, parse_xml, read_bytes, suggestion
 from frobs_core.rotations import quat_from_axis_angle, quat_from_matrix, quat_multiply
 
 _ACTUATORS = (
-    "general",
-    "motor",
-    "position",
-    "velocity",
-    "intvelocity",
-    "damper",
-    "cylinder",
-    "muscle",
-    "adhesion",
-    "plugin",
+    *("general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion", "plugin"),
 )
 _FOLDERS = {"mesh": "meshdir", "hfield": "meshdir", "skin": "meshdir", "texture": "texturedir"}
 _TEXTURE_FILES = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
@@ -77,9 +67,7 @@ class MjcfDocument:
         """
         name = element.get("class") or childclass or _MAIN
         if name not in self._classes:
-            close = nearest(name, self._classes)
-            hint = f" Did you mean '{close}'?" if close else ""
-            element.refuse(f"the default class '{name}' does not exist.{hint}")
+            element.refuse(f"the default class '{name}' does not exist.{suggestion(name, self._classes)}")
         merged = Element(element.tag, {**self._classes[name].get(tag or element.tag, {}), **element.attrib})
         merged.file, merged.line = element.file, element.line
         return merged

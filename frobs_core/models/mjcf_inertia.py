@@ -9,8 +9,8 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.models.kinematics import compose
+from frobs_core.models.limits import MAX_MASS
 from frobs_core.models.mjcf_document import MjcfDocument, shortest_from_z
-from frobs_core.models.mjcf_limits import check_mass
 from frobs_core.models.model import Inertial, Pose
 from frobs_core.models.xmltree import Element
 from frobs_core.rotations import matrix_from_quat
@@ -31,7 +31,8 @@ def body_inertial(document: MjcfDocument, body: Element, geoms: Sequence[tuple[E
         return _read_inertial(document, element)
     parts = [part for geom, frame in geoms if (part := _geom(document, geom, frame)) is not None]
     mass = sum(part[0] for part in parts)
-    check_mass(body, mass)
+    if not mass <= MAX_MASS:
+        body.refuse(f"its shapes weigh {mass:g} kg; the limit is {MAX_MASS:g} kg.")
     if mass <= 0.0:
         return None
     centre = sum((part[0] * part[1] for part in parts), np.zeros(3)) / mass

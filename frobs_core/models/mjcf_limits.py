@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 
-from frobs_core.errors import ModelFileError
 from frobs_core.files import check_regular
 from frobs_core.models.limits import MAX_COEFFICIENT, MAX_INERTIA, MAX_LENGTH, MAX_MASS
 from frobs_core.models.mesh_files import MAX_BYTES
@@ -108,17 +107,3 @@ def _check_area(element: Element, total: float) -> None:
     if total > MAX_PIXELS:
         what = "cells of the height fields" if element.tag == "hfield" else "pixels of the textures"
         element.refuse(f"there are {total:,.0f} {what}; the limit is {MAX_PIXELS:,}.")
-
-
-def check_mass(element: Element, mass: float) -> None:
-    """Check what a body weighs that is weighed by its shapes.
-
-    Raises:
-        ModelFileError: Its mass exceeds the limit.
-    """
-    if not mass <= MAX_MASS:
-        raise ModelFileError(
-            element.file,
-            f"{element.named()}: its shapes weigh {mass:g} kg; the limit is {MAX_MASS:g} kg.",
-            element.line,
-        )

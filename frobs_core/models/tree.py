@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
+from frobs_core.errors import ModelFileError
 from frobs_core.models.model import Joint, JointType, Mimic, RobotModel
 from frobs_core.models.xmltree import Element
 
@@ -121,3 +122,21 @@ def outward(model: RobotModel) -> list[Joint]:
         found += joints
         waiting += [joint.child for joint in joints]
     return found
+
+
+def joints_below(model: RobotModel) -> dict[str, list[Joint]]:
+    """Return the joints that hang from each link, by the link's name.
+
+    Raises:
+        ModelFileError: A joint is floating or planar, which no engine simulates.
+    """
+    below: dict[str, list[Joint]] = {}
+    for joint in model.joints:
+        if joint.type in (JointType.FLOATING, JointType.PLANAR):
+            raise ModelFileError(
+                model.path,
+                f"joint '{joint.name}' is {joint.type.value}; only revolute, continuous, prismatic and fixed joints can be "
+                "simulated. For a free base, say base='floating' in the robot's description.",
+            )
+        below.setdefault(joint.parent, []).append(joint)
+    return below

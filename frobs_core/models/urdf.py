@@ -12,7 +12,6 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from frobs_core.errors import nearest
 from frobs_core.models.inertia import read_inertials
 from frobs_core.models.kinematics import MOVING
 from frobs_core.models.limits import MAX_COEFFICIENT
@@ -22,7 +21,7 @@ from frobs_core.models.resources import Packages
 from frobs_core.models.tree import check_count, check_tree, check_unique, flatten_mimics
 from frobs_core.models.urdf_schema import note_what_is_left_out
 from frobs_core.models.urdf_shapes import Shapes, read_colour, read_pose
-from frobs_core.models.xmltree import Element, to_text
+from frobs_core.models.xmltree import Element, suggestion, to_text
 
 
 def read_urdf(root: Element, path: Path, packages: Packages) -> RobotModel:
@@ -81,8 +80,7 @@ def read_joint(element: Element, links: Collection[str], joints: Collection[str]
         kind = JointType(element.required("type"))
     except ValueError:
         known = [member.value for member in JointType]
-        close = nearest(element.get("type", ""), known)
-        hint = f" Did you mean '{close}'?" if close else ""
+        hint = suggestion(element.get("type", ""), known)
         element.refuse(f"no joint type is named '{element.get('type')}'.{hint} There are {', '.join(known)}.")
     ends = []
     for tag in ("parent", "child"):
@@ -91,8 +89,7 @@ def read_joint(element: Element, links: Collection[str], joints: Collection[str]
             element.refuse(f"<{tag} link=…/> is missing.")
         link = end.required("link")
         if link not in links:
-            close = nearest(link, links)
-            hint = f" Did you mean '{close}'?" if close else ""
+            hint = suggestion(link, links)
             element.refuse(f"its {tag} link '{link}' does not exist.{hint} Links: {', '.join(links)}.")
         ends.append(link)
     moving = kind in MOVING
@@ -192,7 +189,7 @@ def _mimic(element: Element, joints: Collection[str]) -> Mimic | None:
         return None
     joint = mimic.required("joint")
     if joint not in joints:
-        close = nearest(joint, joints)
-        hint = f" Did you mean '{close}'?" if close else ""
-        mimic.refuse(f"joint '{element.get('name')}' mimics '{joint}', which does not exist.{hint}")
+        mimic.refuse(
+            f"joint '{element.get('name')}' mimics '{joint}', which does not exist.{suggestion(joint, joints)}"
+        )
     return Mimic(joint, mimic.number("multiplier", "1"), mimic.number("offset", "0"))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from frobs_core.errors import ModelFileError, nearest
-from frobs_core.models.xmltree import Element
+from frobs_core.errors import ModelFileError
+from frobs_core.models.xmltree import Element, suggestion
 
 _LONGEST = 2_000  # of xacro's text: it repeats what the file says, at any length
 
@@ -42,9 +42,7 @@ class Declarations:
 
 def choices(name: str, available: set[str]) -> str:
     """Suggest the nearest name, and list all."""
-    close = nearest(name, available)
-    hint = f" Did you mean '{close}'?" if close else ""
-    return f"{hint} It knows: {', '.join(sorted(available)) or 'none'}."
+    return f"{suggestion(name, available)} It knows: {', '.join(sorted(available)) or 'none'}."
 
 
 def explain(error: Exception, file: Path, seen: Declarations) -> ModelFileError:

@@ -411,7 +411,7 @@ class Interpreter:
         return self._made({self._eval(node.key, inner): self._eval(node.value, inner) for inner in scopes})
 
 
-_SYNTAX = (
+_SYNTAX = [
     "Constant",
     "Name",
     "Attribute",
@@ -432,7 +432,7 @@ _SYNTAX = (
     "GeneratorExp",
     "SetComp",
     "DictComp",
-)
+]
 """Kinds of syntax that expressions have."""
 
 

@@ -194,10 +194,7 @@ MATH: Mapping[str, Any] = {
 """The namespace ``math``."""
 
 XACRO: Mapping[str, Any] = _functions(
-    {
-        "dotify": _dotify,
-        "tokenize": lambda machine, text, sep=",; ", skip_empty=True: _tokenize(text, sep, skip_empty),
-    }
+    {"dotify": _dotify, "tokenize": lambda machine, text, sep=",; ", skip_empty=True: _tokenize(text, sep, skip_empty)}
 )
 """The part of the namespace ``xacro`` that needs no file."""
 

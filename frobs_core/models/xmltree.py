@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NoReturn
 from xml.etree import ElementTree
 from xml.parsers import expat
 
-from frobs_core.errors import ModelFileError
+from frobs_core.errors import ModelFileError, nearest
 from frobs_core.files import MAX_TEXT_BYTES, read_limited
 
 MAX_DEPTH = 400
@@ -67,11 +67,7 @@ class Element(ElementTree.Element):
         return value or self.refuse(f"the attribute '{attribute}' is missing or empty.")
 
     def numbers(
-        self,
-        attribute: str,
-        count: int | None = None,
-        default: str | None = None,
-        limit: float = math.inf,
+        self, attribute: str, count: int | None = None, default: str | None = None, limit: float = math.inf
     ) -> tuple[float, ...]:
         """Return finite numbers from -``limit`` to ``limit``, ``count`` of them or at least one.
 
@@ -96,6 +92,12 @@ class Element(ElementTree.Element):
     def number(self, attribute: str, default: str | None = None, limit: float = math.inf) -> float:
         """Return one finite number from -``limit`` to ``limit``; without a default the attribute must be there."""
         return self.numbers(attribute, 1, default, limit)[0]
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """Return a sentence that suggests the nearest of some names, with a space before it; ``""`` where none is near."""
+    close = nearest(name, known)
+    return f" Did you mean '{close}'?" if close else ""
 
 
 def _numbers(count: int | None) -> str:

@@ -33,14 +33,14 @@ def test_a_gripper_lifts_a_cube_and_holds_it_for_two_seconds(simulator):
     env.reset(seed=0)
     cube = env.simulation.bodies["cube"]
     place = cube.pose[0][0].copy()
-    go_to(env, place + [0.0, 0.0, 0.15], 1.0, 100)
+    go_to(env, place + np.array([0.0, 0.0, 0.15]), 1.0, 100)
     tool = go_to(env, place, 1.0, 100)
     assert np.abs(tool - place).max() < 0.005
     go_to(env, place, -1.0, 25)
-    go_to(env, place + [0.0, 0.0, 0.2], -1.0, 100)
+    go_to(env, place + np.array([0.0, 0.0, 0.2]), -1.0, 100)
     before = cube.pose[0][0].copy()
     assert before[2] > 0.15
-    go_to(env, place + [0.0, 0.0, 0.2], -1.0, round(HOLD / env.control_timestep))
+    go_to(env, place + np.array([0.0, 0.0, 0.2]), -1.0, round(HOLD / env.control_timestep))
     after = cube.pose[0][0]
     assert after[2] > 0.15
     assert np.linalg.norm(after - before) < 0.005  # it does not slip

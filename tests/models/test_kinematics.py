@@ -17,6 +17,7 @@ from frobs_core.models import (
     RobotModel,
     default_tcp,
     forward_kinematics,
+    joint_path,
     load_model,
 )
 from frobs_core.rotations import quat_from_axis_angle, quat_from_rpy, quat_multiply, quat_rotate
@@ -156,3 +157,10 @@ def test_models_carry_their_own_kinematics():
     assert default_tcp(other) == "mast"
     with pytest.raises(UnknownNameError):
         other.frame_pose("tool", np.zeros((1, 1)))
+
+
+def test_the_path_to_a_link_is_the_joints_from_the_root():
+    path = joint_path(CRANE, CRANE.links[-1].name)
+    assert [joint.parent for joint in path[1:]] == [joint.child for joint in path[:-1]]
+    assert (path[0].parent, path[-1].child) == (CRANE.root, CRANE.links[-1].name)
+    assert joint_path(CRANE, CRANE.root) == []

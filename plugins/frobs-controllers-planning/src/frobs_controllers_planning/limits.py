@@ -75,14 +75,3 @@ def number(name: str, value: object, unit: str, *, largest: float = math.inf, ze
     if found > largest:
         raise ParameterValueError(name, value, f"at most {largest:g} [{unit}]")
     return found
-
-
-def whole(name: str, value: object) -> int:
-    """Return a parameter as an int.
-
-    Raises:
-        ConfigurationError: It is no whole number of at least 1.
-    """
-    if isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= 1:
-        return int(value)
-    raise ParameterValueError(name, value, "a whole number of at least 1", "trajectory")

@@ -24,6 +24,7 @@ from frobs_core.models import RobotModel, default_tcp, home_positions, load_mode
 from frobs_core.random import RandomSource
 from frobs_core.robot_config import RobotConfig
 from frobs_core.rotations import matrix_from_quat
+from frobs_core.validation import whole_number
 
 Pose = tuple[Floats, Floats]
 """pos (3,) [m] and quat_wxyz (4,) in the world."""
@@ -115,7 +116,8 @@ class Planner:
         self._checker.let_overlap(self.home)
         self._timing = Timing(self.max_velocity, self.max_acceleration)
         self._ik = InverseKinematics(kinematics, self._tcp, self.lower, self.upper)
-        self._seed, max_steps = limits.whole("seed", seed), limits.whole("max_steps", max_steps)
+        self._seed = whole_number("trajectory: seed", seed, lowest=1)
+        max_steps = whole_number("trajectory: max_steps", max_steps, lowest=1)
         self._search = Search(self._checker, self.lower, self.upper, max_steps=max_steps, seed=self._seed)
 
     def place(self, bodies: Mapping[str, Pose], base: Pose | None = None) -> None:

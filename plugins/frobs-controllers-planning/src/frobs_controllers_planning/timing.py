@@ -74,10 +74,7 @@ class Trajectory:
             rate = self._speeds[side : n + side, None]
             velocities.append(np.abs(slopes * rate))
             accelerations.append(np.abs(bends * rate**2 + slopes * self._accelerations[:, None]))
-        return (
-            np.max(velocities, axis=(0, 1)) / self._stretch,
-            np.max(accelerations, axis=(0, 1)) / self._stretch**2,
-        )
+        return (np.max(velocities, axis=(0, 1)) / self._stretch, np.max(accelerations, axis=(0, 1)) / self._stretch**2)
 
     def stretched(self, factor: float) -> Trajectory:
         """Return the same in ``factor`` times the time."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.interfaces import JointGroup
-from frobs_core.models.model import RobotModel
+from frobs_core.models import joint_path
 
 
 class DampedLeastSquares:
@@ -50,7 +50,7 @@ class DampedLeastSquares:
         self._damping = np.broadcast_to(damping**2 * np.eye(rows), (n, rows, rows)).copy()
         self._home = joints.home.copy()
         # Wheels and fingers do not move the tool: nothing would hold them against the posture.
-        moving = joints_between(joints.model, joints.tcp)
+        moving = {joint.name for joint in joint_path(joints.model, joints.tcp)}
         gains = [posture_gain if joint in moving else 0.0 for joint in joints.joint_names]
         self._posture_gain = np.broadcast_to(gains, (n, dof)).copy()
         self.commanded: Floats = np.zeros((n, dof))
@@ -153,13 +153,3 @@ def _cramer(a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, x: Any, y: Any, z: A
         (bb * x + dd * y + ee * z) * inverse,
         (cc * x + ee * y + ff * z) * inverse,
     )
-
-
-def joints_between(model: RobotModel, link: str) -> set[str]:
-    """Return the names of the joints between the root and a link."""
-    parent_joint = {joint.child: joint for joint in model.joints}
-    names = set()
-    while link in parent_joint:
-        names.add(parent_joint[link].name)
-        link = parent_joint[link].parent
-    return names

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import gymnasium as gym
 import numpy as np
 
-from frobs_controllers.parameters import position_range, rows
-from frobs_core.arrays import Action, Floats, Mask
-from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
+from frobs_controllers.commanded_positions import CommandedPositions
+from frobs_controllers.parameters import position_range
+from frobs_core.arrays import Action, Floats
+from frobs_core.interfaces import JointGroup
 from frobs_core.validation import boolean, positive
 
 
-class JointDeltaPosition(Controller):
+class JointDeltaPosition(CommandedPositions):
     """Moves the commanded joint positions by an action in [−1, 1], times a step.
 
     Steps add up on the *commanded* positions, not on the measured ones: gravity lets the joints hang a little
@@ -25,8 +25,6 @@ class JointDeltaPosition(Controller):
             limits are symmetric.
     """
 
-    command_mode = CommandMode.POSITION
-
     def __init__(self, *, max_delta: float = 0.15, full_range: bool = False) -> None:
         self.max_delta = positive("joint_delta_position: max_delta", max_delta, "rad or m")
         self.full_range = boolean("joint_delta_position: full_range", full_range)
@@ -37,7 +35,6 @@ class JointDeltaPosition(Controller):
         Raises:
             ConfigurationError: ``full_range``, and a prismatic joint has no limits.
         """
-        self._joints = joints
         shape = (joints.num_envs, joints.dof)
         if self.full_range:
             self._lower, self._upper = position_range("joint_delta_position", joints)
@@ -46,13 +43,8 @@ class JointDeltaPosition(Controller):
             self._lower, self._upper = joints.position_lower.copy(), joints.position_upper.copy()
             self._scale = np.minimum(self.max_delta, joints.velocity_limit * control_timestep)
         self._ones, self._minus_ones = np.ones(shape), -np.ones(shape)
-        self._delta, self._target = np.zeros(shape), np.zeros(shape)
-        self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
-        self.reset(None)
-
-    def reset(self, mask: Mask | None) -> None:
-        """Command the present positions."""
-        self._target[rows(mask)] = self._joints.joint_positions[rows(mask)]
+        self._delta = np.zeros(shape)
+        super().bind(joints, control_timestep, decimation)
 
     def apply(self, action: Action) -> Floats:
         """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""
@@ -66,11 +58,3 @@ class JointDeltaPosition(Controller):
         np.maximum(target, self._lower, out=target)
         np.minimum(target, self._upper, out=target)
         return target
-
-    def snapshot(self) -> Snapshot:
-        """Return the commanded positions."""
-        return {"target": self._target.copy()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
-        self._target[:] = snapshot["target"]

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import gymnasium as gym
 import numpy as np
 
-from frobs_controllers.parameters import position_range, rows
-from frobs_core.arrays import Action, Floats, Mask
-from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
+from frobs_controllers.commanded_positions import CommandedPositions
+from frobs_controllers.parameters import position_range
+from frobs_core.arrays import Action, Floats
+from frobs_core.interfaces import JointGroup
 
 
-class JointPosition(Controller):
+class JointPosition(CommandedPositions):
     """Commands the joint positions that an action names: −1 is the lower limit, 1 the upper, 0 the middle.
 
     A joint without limits turns in [−π, π]. The command goes there no faster than the velocity limits allow: a jump
     over the whole range would throw the arm.
     """
-
-    command_mode = CommandMode.POSITION
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
         """Prepare for the joints to control.
@@ -25,19 +23,13 @@ class JointPosition(Controller):
         Raises:
             ConfigurationError: A prismatic joint has no limits.
         """
-        self._joints = joints
         self._lower, self._upper = position_range("joint_position", joints)
         self._middle = 0.5 * (self._lower + self._upper)
         self._half_range = 0.5 * (self._upper - self._lower)
         self._fastest = joints.velocity_limit * control_timestep  # (num_envs, dof) [rad or m] in a control step
         self._slowest = -self._fastest
-        self._wanted, self._target = np.zeros(self._lower.shape), np.zeros(self._lower.shape)
-        self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
-        self.reset(None)
-
-    def reset(self, mask: Mask | None) -> None:
-        """Command the present positions."""
-        self._target[rows(mask)] = self._joints.joint_positions[rows(mask)]
+        self._wanted = np.zeros(self._lower.shape)
+        super().bind(joints, control_timestep, decimation)
 
     def apply(self, action: Action) -> Floats:
         """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""
@@ -58,11 +50,3 @@ class JointPosition(Controller):
         with np.errstate(divide="ignore", invalid="ignore"):  # a joint that cannot move at all
             change = self._fastest[0] / self._half_range[0]
         return np.where(np.isnan(change), np.inf, change)
-
-    def snapshot(self) -> Snapshot:
-        """Return the commanded positions."""
-        return {"target": self._target.copy()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
-        self._target[:] = snapshot["target"]

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import gymnasium as gym
 import numpy as np
 
-from frobs_controllers.inverse_kinematics import DampedLeastSquares
 from frobs_controllers.parameters import rows
 from frobs_controllers.rotations import quat_between, quat_from_rotation_vector, quat_multiply
+from frobs_controllers.tcp_delta_position import TcpDeltaPosition
 from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.errors import ParameterValueError
-from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
-from frobs_core.validation import non_negative, positive
-
-_OWNER = "tcp_delta_pose"
+from frobs_core.interfaces import JointGroup, Snapshot
+from frobs_core.validation import positive
 
 
-class TcpDeltaPose(Controller):
+class TcpDeltaPose(TcpDeltaPosition):
     """Moves and turns the tool centre point by an action in [−1, 1]⁶, times a step.
 
     The first three components move along the world's axes, the last three are a rotation vector about them. A target
@@ -32,57 +29,39 @@ class TcpDeltaPose(Controller):
             in [0, 1).
     """
 
-    command_mode = CommandMode.POSITION
+    owner = "tcp_delta_pose"
 
     def __init__(
         self, *, max_delta: float = 0.05, max_rotation: float = 0.15, damping: float = 0.1, posture_gain: float = 0.02
     ) -> None:
-        self.max_delta = positive(f"{_OWNER}: max_delta", max_delta, "m")
-        self.max_rotation = positive(f"{_OWNER}: max_rotation", max_rotation, "rad")
+        super().__init__(max_delta=max_delta, damping=damping, posture_gain=posture_gain)
+        self.max_rotation = positive(f"{self.owner}: max_rotation", max_rotation, "rad")
         if self.max_rotation > 1.0:  # two of them on each axis must stay short of half a turn
-            raise ParameterValueError("max_rotation", max_rotation, "in (0, 1] rad", _OWNER)
-        self.damping = positive(f"{_OWNER}: damping", damping, "m/rad")
-        self.posture_gain = non_negative(f"{_OWNER}: posture_gain", posture_gain, "1")
-        if self.posture_gain >= 1.0:
-            raise ParameterValueError("posture_gain", posture_gain, "in [0, 1)", _OWNER)
+            raise ParameterValueError("max_rotation", max_rotation, "in (0, 1] rad", self.owner)
+
+    @property
+    def _steps(self) -> tuple[float, ...]:
+        return (self.max_delta,) * 3 + (self.max_rotation,) * 3
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
         """Prepare for the joints to control."""
-        self._joints = joints
-        self._ik = DampedLeastSquares(
-            joints,
-            rows=6,
-            damping=self.damping,
-            posture_gain=self.posture_gain,
-            control_timestep=control_timestep,
-        )
-        shape = (joints.num_envs, 6)
-        steps = (self.max_delta,) * 3 + (self.max_rotation,) * 3
-        self._ones, self._minus_ones = np.ones(shape), -np.ones(shape)
-        self._leash = np.broadcast_to(steps, shape).copy()
-        self._minus_leash = -self._leash
-        self._step, self._left, self._remainder = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-        self._target_pos, self._target_quat = np.zeros((joints.num_envs, 3)), np.zeros((joints.num_envs, 4))
-        self._error = np.zeros(shape)
-        self.action_space = gym.spaces.Box(-1.0, 1.0, (6,), np.float32)
-        self.reset(None)
+        self._target_quat = np.zeros((joints.num_envs, 4))
+        super().bind(joints, control_timestep, decimation)
 
     def reset(self, mask: Mask | None) -> None:
         """Command the present positions, and take the tool's pose as the target."""
-        pos, quat_wxyz = self._joints.frame_pose("tcp")
-        self._ik.commanded[rows(mask)] = self._joints.joint_positions[rows(mask)]
-        self._target_pos[rows(mask)] = pos[rows(mask)]
-        self._target_quat[rows(mask)] = quat_wxyz[rows(mask)]
+        super().reset(mask)
+        self._target_quat[rows(mask)] = self._joints.frame_pose("tcp")[1][rows(mask)]
 
     def apply(self, action: Action) -> Floats:
         """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""
-        step, left, remainder = self._step, self._left, self._remainder
+        step, left, remainder = self._step, self._moved, self._remainder
         np.maximum(action, self._minus_ones, out=step)
         np.minimum(step, self._ones, out=step)
         np.multiply(step, self._leash, out=step)
 
         pos, quat_wxyz = self._joints.frame_pose("tcp")
-        np.subtract(self._target_pos, pos, out=left[:, :3])
+        np.subtract(self._target, pos, out=left[:, :3])
         left[:, 3:] = quat_between(quat_wxyz, self._target_quat)
         np.subtract(left, self._ik.lead(), out=left)  # what earlier steps have left over
         np.maximum(left, self._minus_leash, out=remainder)
@@ -91,7 +70,7 @@ class TcpDeltaPose(Controller):
 
         np.subtract(remainder, left, out=left)  # 0, unless the leash is tight
         np.add(left, step, out=left)  # how the target moves
-        np.add(self._target_pos, left[:, :3], out=self._target_pos)
+        np.add(self._target, left[:, :3], out=self._target)
         self._target_quat[:] = quat_multiply(quat_from_rotation_vector(left[:, 3:]), self._target_quat)
         return self._ik.move(self._error)
 
@@ -99,11 +78,11 @@ class TcpDeltaPose(Controller):
         """Return the commanded joint positions and the target pose."""
         return {
             "commanded": self._ik.commanded.copy(),
-            "target_pos": self._target_pos.copy(),
+            "target_pos": self._target.copy(),
             "target_quat_wxyz": self._target_quat.copy(),
         }
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
         self._ik.commanded[:] = snapshot["commanded"]
-        self._target_pos[:], self._target_quat[:] = snapshot["target_pos"], snapshot["target_quat_wxyz"]
+        self._target[:], self._target_quat[:] = snapshot["target_pos"], snapshot["target_quat_wxyz"]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import gymnasium as gym
 import numpy as np
 
@@ -11,8 +13,6 @@ from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.errors import ParameterValueError
 from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
 from frobs_core.validation import non_negative, positive
-
-_OWNER = "tcp_delta_position"
 
 
 class TcpDeltaPosition(Controller):
@@ -31,31 +31,38 @@ class TcpDeltaPosition(Controller):
     """
 
     command_mode = CommandMode.POSITION
+    owner: ClassVar[str] = "tcp_delta_position"
+    """Name of the controller, for messages."""
 
     def __init__(self, *, max_delta: float = 0.05, damping: float = 0.1, posture_gain: float = 0.02) -> None:
-        self.max_delta = positive(f"{_OWNER}: max_delta", max_delta, "m")
-        self.damping = positive(f"{_OWNER}: damping", damping, "m/rad")
-        self.posture_gain = non_negative(f"{_OWNER}: posture_gain", posture_gain, "1")
+        self.max_delta = positive(f"{self.owner}: max_delta", max_delta, "m")
+        self.damping = positive(f"{self.owner}: damping", damping, "m/rad")
+        self.posture_gain = non_negative(f"{self.owner}: posture_gain", posture_gain, "1")
         if self.posture_gain >= 1.0:
-            raise ParameterValueError("posture_gain", posture_gain, "in [0, 1)", _OWNER)
+            raise ParameterValueError("posture_gain", posture_gain, "in [0, 1)", self.owner)
+
+    @property
+    def _steps(self) -> tuple[float, ...]:
+        """Return what an action of 1 means in each component."""
+        return (self.max_delta,) * 3
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
         """Prepare for the joints to control."""
         self._joints = joints
+        shape = (joints.num_envs, len(self._steps))
         self._ik = DampedLeastSquares(
             joints,
-            rows=3,
+            rows=len(self._steps),
             damping=self.damping,
             posture_gain=self.posture_gain,
             control_timestep=control_timestep,
         )
-        shape = (joints.num_envs, 3)
         self._ones, self._minus_ones = np.ones(shape), -np.ones(shape)
-        self._leash, self._minus_leash = np.full(shape, self.max_delta), np.full(shape, -self.max_delta)
-        self._step, self._there, self._remainder = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-        self._target = np.zeros(shape)
-        self._error = np.zeros(shape)
-        self.action_space = gym.spaces.Box(-1.0, 1.0, (3,), np.float32)
+        self._leash = np.broadcast_to(self._steps, shape).copy()
+        self._minus_leash = -self._leash
+        self._step, self._moved, self._remainder, self._error = (np.zeros(shape) for _ in range(4))
+        self._target = np.zeros((joints.num_envs, 3))
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (len(self._steps),), np.float32)
         self.reset(None)
 
     def reset(self, mask: Mask | None) -> None:
@@ -65,7 +72,7 @@ class TcpDeltaPosition(Controller):
 
     def apply(self, action: Action) -> Floats:
         """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""
-        step, there, remainder, target, error = self._step, self._there, self._remainder, self._target, self._error
+        step, there, remainder, target, error = self._step, self._moved, self._remainder, self._target, self._error
         np.maximum(action, self._minus_ones, out=step)
         np.minimum(step, self._ones, out=step)
         np.multiply(step, self._leash, out=step)

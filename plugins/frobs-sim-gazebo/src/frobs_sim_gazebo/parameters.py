@@ -8,10 +8,10 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.interfaces import Snapshot, WrittenParameters
+from frobs_core.models.solids import solid_moments
 from frobs_core.rotations import matrix_from_quat
 from frobs_sim_gazebo import protocol
 from frobs_sim_gazebo.protocol import Op
-from frobs_sim_gazebo.shapes import moments
 
 if TYPE_CHECKING:
     from frobs_sim_gazebo.fleet import Message
@@ -56,7 +56,10 @@ class GazeboParameters(WrittenParameters):
         if number is None:
             return []  # what does not move has no use for it
         if target in simulation.scene.bodies:
-            weight, inertia = float(value), np.diag(moments(simulation.scene.bodies[target].geometry, float(value)))
+            weight, inertia = (
+                float(value),
+                np.diag(solid_moments(simulation.scene.bodies[target].geometry, float(value))),
+            )
         else:
             robot = target.partition("/")[0]
             changed = {

@@ -176,8 +176,7 @@ class GazeboRobot(RobotHandle):
             base = self._simulation.layout.start(self.name)[None]
             return self._on_base(base, *self.model.frame_pose(link, joint_positions))
         pos, quat = self._cached(
-            f"pose {link}",
-            lambda: self._on_base(self._base(), *self.model.frame_pose(link, self.joint_positions)),
+            f"pose {link}", lambda: self._on_base(self._base(), *self.model.frame_pose(link, self.joint_positions))
         )
         return pos, quat
 

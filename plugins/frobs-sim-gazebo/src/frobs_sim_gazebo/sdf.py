@@ -12,9 +12,10 @@ from frobs_core.errors import ModelFileError
 from frobs_core.interfaces import Body, Placement
 from frobs_core.models import JointType
 from frobs_core.models.kinematics import compose
+from frobs_core.models.solids import solid_moments
 from frobs_core.rotations import matrix_from_quat, quat_from_matrix
 from frobs_sim_gazebo.meshes import MeshFiles
-from frobs_sim_gazebo.shapes import elements, moments, numbers
+from frobs_sim_gazebo.shapes import elements, numbers
 from frobs_sim_gazebo.skeleton import Mass, Skeleton, pose_array
 
 LINK = "link"
@@ -56,7 +57,7 @@ def body_sdf(name: str, body: Body, meshes: MeshFiles) -> tuple[str, list[str]]:
     if body.mass is None:
         inner = f'<static>1</static><link name="{LINK}">{"".join(shapes)}</link>'
     else:
-        inertia = np.diag(moments(body.geometry, body.mass))
+        inertia = np.diag(solid_moments(body.geometry, body.mass))
         weight = _inertial(Mass(body.mass, np.zeros(3), inertia))
         inner = f'<link name="{LINK}">{weight}{"".join(shapes)}</link>'
     return _model(name, pose_array(body.pose), inner), [str(i) for i in range(len(shapes))]

@@ -8,13 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import ModelFileError
 from frobs_core.models import Joint, JointType, Link, Pose, RobotModel
 from frobs_core.models.inertia import inertia_matrix
 from frobs_core.models.kinematics import compose
+from frobs_core.models.tree import joints_below
 from frobs_core.rotations import matrix_from_quat, quat_from_matrix
-
-_MOVING = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
 
 
 def pose_array(pose: Pose) -> Floats:
@@ -59,15 +57,7 @@ class Skeleton:
 
     def __init__(self, model: RobotModel) -> None:
         self.model = model
-        children: dict[str, list[Joint]] = {}
-        for joint in model.joints:
-            if joint.type is not JointType.FIXED and joint.type not in _MOVING:
-                raise ModelFileError(
-                    model.path,
-                    f"joint '{joint.name}' is {joint.type.value}; only revolute, continuous, prismatic and fixed joints "
-                    "can be simulated. For a free base, say base='floating' in the robot's description.",
-                )
-            children.setdefault(joint.parent, []).append(joint)
+        children = joints_below(model)
         self.bodies, self.joints, self.parents = [model.root], list[Joint](), list[int]()
         self.frames: dict[str, tuple[int, Floats]] = {model.root: (0, pose_array(Pose()))}
         origins, queue = [], [model.root]

@@ -9,8 +9,9 @@ import numpy as np
 
 from frobs_core.errors import ModelFileError
 from frobs_core.interfaces import Placement, active_gains
-from frobs_core.models import Inertial, Joint, JointType, RobotModel
-from frobs_core.rotations import matrix_from_quat
+from frobs_core.models import Inertial, Joint, JointType
+from frobs_core.models.inertia import inertia_matrix
+from frobs_core.models.tree import joints_below
 from frobs_sim_mujoco.geoms import VISUAL_GROUP, add_shape
 from frobs_sim_mujoco.meshes import RobotMeshes
 
@@ -31,9 +32,7 @@ def add_robot(spec: mujoco.MjSpec, name: str, placement: Placement, group: int, 
         ModelFileError: It has a joint that cannot be simulated, or a mesh that cannot be read.
     """
     model, robot = placement.model, placement.robot
-    children: dict[str, list[Joint]] = {}
-    for joint in model.joints:
-        children.setdefault(joint.parent, []).append(joint)
+    children = joints_below(model)
     links = {link.name: link for link in model.links}
     fixed = robot.base == "fixed"
     root = spec.worldbody.add_body(
@@ -61,20 +60,14 @@ def add_robot(spec: mujoco.MjSpec, name: str, placement: Placement, group: int, 
         below = []
         for joint in children.get(link_name, ()):
             child = element.add_body(name=f"{name}/{joint.child}", pos=joint.origin.pos, quat=joint.origin.quat_wxyz)
-            _add_joint(spec, child, name, joint, model)
+            _add_joint(spec, child, name, joint)
             below.append((child, joint.child))
         waiting += reversed(below)
 
 
-def _add_joint(spec: mujoco.MjSpec, child: mujoco.MjsBody, robot: str, joint: Joint, model: RobotModel) -> None:
+def _add_joint(spec: mujoco.MjSpec, child: mujoco.MjsBody, robot: str, joint: Joint) -> None:
     if joint.type is JointType.FIXED:
         return
-    if joint.type not in _JOINT_TYPES:
-        raise ModelFileError(
-            model.path,
-            f"joint '{joint.name}' is {joint.type.value}; only revolute, continuous, prismatic and "
-            "fixed joints can be simulated. For a free base, say base='floating' in the robot's description.",
-        )
     element = child.add_joint(
         name=f"{robot}/{joint.name}",
         type=_JOINT_TYPES[joint.type],
@@ -100,9 +93,7 @@ def _add_joint(spec: mujoco.MjSpec, child: mujoco.MjsBody, robot: str, joint: Jo
 
 
 def _set_inertia(element: mujoco.MjsBody, inertial: Inertial) -> None:
-    ixx, ixy, ixz, iyy, iyz, izz = inertial.inertia
-    rotation = matrix_from_quat(np.array(inertial.origin.quat_wxyz))
-    inertia = rotation @ np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]) @ rotation.T
+    inertia = inertia_matrix(inertial)
     element.mass, element.ipos = inertial.mass, inertial.origin.pos
     element.fullinertia = [inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]]
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import mujoco
 
-from frobs_core.errors import ConfigurationError, SceneError
+from frobs_core.errors import ConfigurationError
 from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Pose, Sphere
+from frobs_core.models.solids import mesh_refusal
 from frobs_sim_mujoco.meshes import RobotMeshes
 
 SCENE_GROUP = 0
@@ -62,19 +63,12 @@ def add_geom(
         case Capsule(radius, length):
             geom.type, geom.size = mujoco.mjtGeom.mjGEOM_CAPSULE, [radius, length / 2, 0]
         case Mesh(path):
-            raise SceneError(
-                f"the mesh {path}", "cannot be a shape of a scene; use boxes, spheres, cylinders or capsules."
-            )
+            raise mesh_refusal(path)
     return geom
 
 
 def _add_plain_geom(
-    element: mujoco.MjsBody,
-    origin: Pose,
-    group: int,
-    rgba: tuple[float, float, float, float] | None,
-    *,
-    collides: bool,
+    element: mujoco.MjsBody, origin: Pose, group: int, rgba: tuple[float, float, float, float] | None, *, collides: bool
 ) -> mujoco.MjsGeom:
     """Add a geom that has all but its shape."""
     geom = element.add_geom(pos=origin.pos, quat=origin.quat_wxyz, group=group)

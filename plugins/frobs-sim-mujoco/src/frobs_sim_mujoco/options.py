@@ -10,11 +10,7 @@ import mujoco
 
 from frobs_core.validation import choice, non_negative, positive, whole_number
 
-_SOLVERS = {
-    "pgs": mujoco.mjtSolver.mjSOL_PGS,
-    "cg": mujoco.mjtSolver.mjSOL_CG,
-    "newton": mujoco.mjtSolver.mjSOL_NEWTON,
-}
+_SOLVERS = {"pgs": mujoco.mjtSolver.mjSOL_PGS, "cg": mujoco.mjtSolver.mjSOL_CG, "newton": mujoco.mjtSolver.mjSOL_NEWTON}
 _CONES = {"pyramidal": mujoco.mjtCone.mjCONE_PYRAMIDAL, "elliptic": mujoco.mjtCone.mjCONE_ELLIPTIC}
 
 _CHECKS: Mapping[str, Callable[[str, Any], Any]] = {
@@ -35,13 +31,14 @@ Options = Mapping[str, int | float]
 """Values for fields of ``mjOption``, by name."""
 
 
-def read_options(**given: Any) -> Options:
+def read_options(given: Mapping[str, Any]) -> Options:
     """Check options and convert them to MuJoCo's numbers.
 
     Args:
-        given: By name of the field in ``mjOption``; None: MuJoCo's default.
+        given: The arguments of the simulation, by name. Those that are fields of ``mjOption`` count; None: MuJoCo's
+            default.
 
     Raises:
         ConfigurationError: A value is out of range.
     """
-    return {name: _CHECKS[name](name, value) for name, value in given.items() if value is not None}
+    return {name: check(name, given[name]) for name, check in _CHECKS.items() if given[name] is not None}

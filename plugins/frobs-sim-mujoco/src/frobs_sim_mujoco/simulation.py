@@ -154,19 +154,7 @@ class MujocoSimulation(Simulation):
         ccd_iterations: int | None = None,
         ccd_tolerance: float | None = None,
     ) -> None:
-        self._options = read_options(
-            solver=solver,
-            cone=cone,
-            impratio=impratio,
-            iterations=iterations,
-            tolerance=tolerance,
-            ls_iterations=ls_iterations,
-            ls_tolerance=ls_tolerance,
-            noslip_iterations=noslip_iterations,
-            noslip_tolerance=noslip_tolerance,
-            ccd_iterations=ccd_iterations,
-            ccd_tolerance=ccd_tolerance,
-        )
+        self._options = read_options(locals())
         _leave_no_log_file()
         self.num_envs = num_envs
         self.physics_timestep = physics_timestep

@@ -8,7 +8,7 @@ from frobs_core.arrays import Floats
 from frobs_core.interfaces import Snapshot
 from frobs_sim_pybullet.block import Block
 from frobs_sim_pybullet.bullet import pybullet as p
-from frobs_sim_pybullet.law import solve
+from frobs_sim_pybullet.law import law
 
 if TYPE_CHECKING:
     from frobs_sim_pybullet.simulation import PybulletSimulation
@@ -52,28 +52,16 @@ class BarePybullet:
         robot, h = self._robot, self._h
         body, joints, client = robot.body, robot.joints, robot.client
         twin, dynamics, zeros = robot.twin, robot.dynamics.client, [0.0] * len(robot.joints)
-        torque = p.TORQUE_CONTROL
         command, stiffness, dampings, passive = self._controls
-        rows = list(zip(command, stiffness, dampings, self._limits, passive, strict=True))
+        rest = [h * d for d in passive], [h * k for k in dampings]
+        constants = list(zip(stiffness, dampings, self._limits, passive, *rest, strict=True))
         for _ in range(decimation * self._count):
             states = p.getJointStates(body, joints, client)
             q, v = [state[0] for state in states], [state[1] for state in states]
             mass = p.calculateMassMatrix(twin, q, 0, dynamics)
             bias = p.calculateInverseDynamics(twin, q, v, zeros, 0, dynamics)
-            right, diagonal, efforts = [], [], []
-            for (c, kp, kd, limit, damping), x, y, b in zip(rows, q, v, bias, strict=True):
-                effort = c - kp * x - kd * y
-                if effort >= limit:
-                    effort, kd = limit, 0.0
-                elif effort <= -limit:
-                    effort, kd = -limit, 0.0
-                effort -= damping * y
-                efforts.append(effort)
-                right.append(effort - b)
-                diagonal.append(h * (kd + damping))
-            accelerations = solve(mass, diagonal, right)
-            forces = [e - d * a for e, d, a in zip(efforts, diagonal, accelerations, strict=True)]
-            p.setJointMotorControlArray(body, joints, torque, forces=forces, physicsClientId=client)
+            forces, _ = law(q, v, command, constants, mass, bias)
+            p.setJointMotorControlArray(body, joints, p.TORQUE_CONTROL, forces=forces, physicsClientId=client)
             p.stepSimulation(client)
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> None:

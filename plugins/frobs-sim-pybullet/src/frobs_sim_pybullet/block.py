@@ -28,12 +28,7 @@ class Block:
     """
 
     def __init__(
-        self,
-        robots: Mapping[str, Placement],
-        scene: Scene,
-        engine: Engine,
-        arrays: Arrays,
-        ids: Sequence[int],
+        self, robots: Mapping[str, Placement], scene: Scene, engine: Engine, arrays: Arrays, ids: Sequence[int]
     ) -> None:
         self.ids = list(ids)
         self._dynamics = Dynamics()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import SimulationError
 from frobs_core.interfaces import Body, BodyHandle
@@ -40,7 +42,5 @@ class PybulletBody(BodyHandle):
         """Put the body somewhere at once."""
         if not self.moves:
             raise SimulationError(f"body '{self.name}' is static; make it kinematic, or give it a mass.")
-        if quat_wxyz is None:
-            self._simulation.call("write_body", mask, self.name, (pos, (3,)))
-        else:
-            self._simulation.call("write_body", mask, self.name, (pos, (3,)), (quat_wxyz, (4,)))
+        quats = None if quat_wxyz is None else np.expand_dims(quat_wxyz, -2)
+        self._simulation.write_body_poses([self.name], np.expand_dims(pos, -2), quats, mask)

@@ -51,10 +51,6 @@ class EditableWorld(World):
         p.resetBaseVelocity(articulation.body, lin.tolist(), ang.tolist(), self.client)
         self._written()
 
-    def write_body(self, body: str, pos: Floats, quat_wxyz: Floats | None = None) -> None:
-        """Put a body somewhere, at rest."""
-        self.write_bodies([body], pos[None], None if quat_wxyz is None else quat_wxyz[None])
-
     def write_bodies(self, names: list[str], pos: Floats, quat_wxyz: Floats | None = None) -> None:
         """Put k bodies somewhere, at rest; (k, 3) and (k, 4)."""
         if not self._can_bear(pos.ravel() if quat_wxyz is None else np.concatenate([pos, quat_wxyz], axis=1).ravel()):

@@ -33,13 +33,13 @@ class Engine(NamedTuple):
     parameters: Mapping[str, int | float]
 
 
-def read_options(**given: Any) -> dict[str, int | float]:
+def read_options(given: Mapping[str, Any]) -> dict[str, int | float]:
     """Check options and return them as keywords of ``pybullet.setPhysicsEngineParameter``.
 
     Args:
-        given: By our name; None: Bullet's default.
+        given: The arguments of the simulation, by name. Those that are options count; None: Bullet's default.
 
     Raises:
         ConfigurationError: A value is out of range.
     """
-    return {_OPTIONS[name][0]: _OPTIONS[name][1](name, value) for name, value in given.items() if value is not None}
+    return {keyword: check(name, given[name]) for name, (keyword, check) in _OPTIONS.items() if given[name] is not None}

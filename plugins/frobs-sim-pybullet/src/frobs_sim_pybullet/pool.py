@@ -27,7 +27,7 @@ from frobs_core.interfaces import Placement, Scene
 from frobs_sim_pybullet.block import Block
 from frobs_sim_pybullet.layout import Layout, arrays
 from frobs_sim_pybullet.options import Engine
-from frobs_sim_pybullet.worker import Failure, work
+from frobs_sim_pybullet.worker import work
 
 CONTEXT = multiprocessing.get_context("spawn")  # a fork would inherit locks of threads that it does not have
 
@@ -165,11 +165,11 @@ class Pool:
                     self._fail(number, what)
         found = [answers[number] for number in numbers]
         for failure in found:
-            if not isinstance(failure, Failure):
+            if not isinstance(failure, Exception):
                 continue
             self._failure = SimulationError("a worker process of this simulation failed before; build a new one.")
             self.close()
-            raise failure.error()
+            raise failure
         return found
 
     def _fail(self, number: int, what: str) -> None:

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import Any
 
-from frobs_core.errors import ConfigurationError, SceneError
 from frobs_core.interfaces import Body
 from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
+from frobs_core.models.solids import mesh_refusal, solid_moments
 from frobs_sim_pybullet.bullet import pybullet as p
-from frobs_sim_pybullet.transforms import Vector, from_pose
+from frobs_sim_pybullet.transforms import from_pose
 
 
 def add_body(client: int, body: Body) -> int:
     """Create a scene body; return Bullet's number of it."""
-    shape = _collision_shape(client, body.geometry) if body.collides else -1
+    shape = -1
+    if body.collides:
+        shape = p.createCollisionShape(**shape_keywords(body.geometry, "height"), physicsClientId=client)
     pos, quat = from_pose(body.pose)
     number: int = p.createMultiBody(body.mass or 0.0, shape, -1, pos, quat, physicsClientId=client)
     prepare(client, number, body.friction)
     if body.mass:
-        moments = inertia(body.geometry, body.mass)
+        moments = solid_moments(body.geometry, body.mass)
         p.changeDynamics(number, -1, localInertiaDiagonal=moments, physicsClientId=client)
     return number
 
@@ -40,40 +42,24 @@ def prepare(client: int, number: int, friction: float) -> None:
     )
 
 
-def inertia(geometry: Geometry, mass: float) -> Vector:
-    """Return the principal moments of a solid body [kg·m²]."""
-    match geometry:
-        case Box((x, y, z)):
-            return mass / 12 * (y * y + z * z), mass / 12 * (x * x + z * z), mass / 12 * (x * x + y * y)
-        case Sphere(r):
-            return (0.4 * mass * r * r,) * 3
-        case Cylinder(r, length):
-            across = mass * (3 * r * r + length * length) / 12
-            return across, across, 0.5 * mass * r * r
-        case Capsule(r, length):
-            ball = mass * 4 * r / (4 * r + 3 * length)  # both halves together
-            rod = mass - ball
-            across = rod * (r * r / 4 + length**2 / 12) + ball * (0.4 * r * r + length**2 / 4 + 3 * length * r / 8)
-            return across, across, (0.5 * rod + 0.4 * ball) * r * r
-        case Mesh(path):
-            raise mesh_refusal(path)
+def shape_keywords(geometry: Geometry, length_name: str) -> dict[str, Any]:
+    """Return the keywords that make a shape.
 
+    Args:
+        geometry: The shape.
+        length_name: Of a length: ``"height"`` for ``createCollisionShape``, ``"length"`` for ``createVisualShape``.
 
-def _collision_shape(client: int, geometry: Geometry) -> int:
+    Raises:
+        SceneError: It is a mesh.
+    """
     match geometry:
         case Box(size):
-            halves = [edge / 2 for edge in size]
-            return int(p.createCollisionShape(p.GEOM_BOX, halfExtents=halves, physicsClientId=client))
+            return {"shapeType": p.GEOM_BOX, "halfExtents": [edge / 2 for edge in size]}
         case Sphere(radius):
-            return int(p.createCollisionShape(p.GEOM_SPHERE, radius=radius, physicsClientId=client))
+            return {"shapeType": p.GEOM_SPHERE, "radius": radius}
         case Cylinder(radius, length):
-            return int(p.createCollisionShape(p.GEOM_CYLINDER, radius=radius, height=length, physicsClientId=client))
+            return {"shapeType": p.GEOM_CYLINDER, "radius": radius, length_name: length}
         case Capsule(radius, length):
-            return int(p.createCollisionShape(p.GEOM_CAPSULE, radius=radius, height=length, physicsClientId=client))
+            return {"shapeType": p.GEOM_CAPSULE, "radius": radius, length_name: length}
         case Mesh(path):
             raise mesh_refusal(path)
-
-
-def mesh_refusal(path: Path) -> ConfigurationError:
-    """Return the error that refuses a mesh in a scene."""
-    return SceneError(f"the mesh {path}", "cannot be a shape of a scene; use boxes, spheres, cylinders or capsules.")

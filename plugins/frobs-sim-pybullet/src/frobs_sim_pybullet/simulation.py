@@ -92,16 +92,7 @@ class PybulletSimulation(Simulation):
         friction_erp: float | None = None,
         cfm: float | None = None,
     ) -> None:
-        options = read_options(
-            cone=cone,
-            iterations=iterations,
-            tolerance=tolerance,
-            erp=erp,
-            contact_erp=contact_erp,
-            friction_erp=friction_erp,
-            cfm=cfm,
-        )
-        self.engine = Engine(physics_timestep, options)
+        self.engine = Engine(physics_timestep, read_options(locals()))
         self.num_envs, self.physics_timestep, self.scene = num_envs, physics_timestep, scene
         self.placements = robots
         scene.check(robots)

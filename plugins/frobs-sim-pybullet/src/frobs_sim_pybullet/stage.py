@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from frobs_core.interfaces import Marker, Placement, Scene
-from frobs_core.models import Box, Capsule, Cylinder, Geometry, JointType, Mesh, Sphere
+from frobs_core.models import Geometry, JointType, Sphere
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.engine import load_urdf
 from frobs_sim_pybullet.layout import Arrays
 from frobs_sim_pybullet.meshes import MeshFiles
-from frobs_sim_pybullet.shapes import mesh_refusal
+from frobs_sim_pybullet.shapes import shape_keywords
 from frobs_sim_pybullet.transforms import Quat, Vector, compose, invert
 from frobs_sim_pybullet.urdf import skeleton, write_urdf
 
@@ -85,17 +85,7 @@ class Stage:
 
     def _add(self, geometry: Geometry, rgba: Sequence[float]) -> int:
         look = {"rgbaColor": list(rgba), "physicsClientId": self.client}
-        match geometry:
-            case Box(size):
-                shape = p.createVisualShape(p.GEOM_BOX, halfExtents=[edge / 2 for edge in size], **look)
-            case Sphere(radius):
-                shape = p.createVisualShape(p.GEOM_SPHERE, radius=radius, **look)
-            case Cylinder(radius, length):
-                shape = p.createVisualShape(p.GEOM_CYLINDER, radius=radius, length=length, **look)
-            case Capsule(radius, length):
-                shape = p.createVisualShape(p.GEOM_CAPSULE, radius=radius, length=length, **look)
-            case Mesh(path):
-                raise mesh_refusal(path)
+        shape = p.createVisualShape(**shape_keywords(geometry, "length"), **look)
         return int(p.createMultiBody(0.0, -1, shape, physicsClientId=self.client))
 
     def pose(self, arrays: Arrays, env: int) -> None:

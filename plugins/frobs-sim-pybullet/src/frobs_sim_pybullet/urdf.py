@@ -32,11 +32,11 @@ from frobs_core.models import (
     Sphere,
     Visual,
 )
+from frobs_core.models.tree import joints_below
 from frobs_core.rotations import matrix_from_quat, quat_from_matrix
 from frobs_sim_pybullet.meshes import MeshFiles
 from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector, compose, from_pose, invert, rpy_from_quat
 
-_MOVING = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
 _GREY = (0.7, 0.7, 0.72, 1.0)
 _WEIGHTLESS = Inertial(0.0, Pose(), (0.0,) * 6)
 NET = {JointType.REVOLUTE: 0.02, JointType.PRISMATIC: 0.002}
@@ -79,15 +79,7 @@ def skeleton(model: RobotModel, *, floating: bool) -> Skeleton:
         ModelFileError: The model has a joint that cannot be simulated.
     """
     links = {link.name: link for link in model.links}
-    children: dict[str, list[Joint]] = {}
-    for joint in model.joints:
-        if joint.type is not JointType.FIXED and joint.type not in _MOVING:
-            raise ModelFileError(
-                model.path,
-                f"joint '{joint.name}' is {joint.type.value}; only revolute, continuous, prismatic and "
-                "fixed joints can be simulated. For a free base, say base='floating' in the robot's description.",
-            )
-        children.setdefault(joint.parent, []).append(joint)
+    children = joints_below(model)
     frames, joints, bodies = {model.root: (model.root, IDENTITY)}, [], [model.root]
     queue = [model.root]
     while queue:

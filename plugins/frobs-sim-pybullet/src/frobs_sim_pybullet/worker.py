@@ -7,7 +7,6 @@ import pickle
 import signal
 import traceback
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -18,43 +17,17 @@ from frobs_sim_pybullet.layout import Layout, arrays
 from frobs_sim_pybullet.options import Engine
 
 
-@dataclass(frozen=True)
-class Failure:
-    """An error of a worker, in a form that travels.
-
-    Attributes:
-        kind: Class of the error, where it is one of ours.
-        fields: What it holds.
-        text: What it says.
-        trace: Where it happened.
-    """
-
-    kind: type[FrobsError] | None
-    fields: Mapping[str, Any]
-    text: str
-    trace: str
-
-    @classmethod
-    def of(cls, error: BaseException) -> Failure:
-        """Return what can be sent of an error."""
-        kind, fields = (type(error), dict(vars(error))) if isinstance(error, FrobsError) else (None, {})
+def portable(error: Exception) -> FrobsError:
+    """Return an error that can be sent to another process: one of ours unchanged, any other as a SimulationError."""
+    ours = isinstance(error, FrobsError)
+    if ours:
         try:
-            pickle.dumps((kind, fields))
+            pickle.dumps(error)
         except Exception:  # a field of a plugin's own error, of any kind
-            kind, fields = None, {}
-        text = str(error) if kind else f"{type(error).__name__}: {error}"
-        return cls(kind, fields, text, "".join(traceback.format_exception(error)))
-
-    def error(self) -> FrobsError:
-        """Return the error again; one that is not ours as a SimulationError."""
-        if self.kind is None:
-            error: FrobsError = SimulationError(f"a PyBullet worker process failed: {self.text}")
-        else:
-            error = self.kind.__new__(self.kind)
-            Exception.__init__(error, self.text)
-            vars(error).update(self.fields)
-        error.add_note(f"In the worker process:\n{self.trace}")
-        return error
+            ours = False
+    sent = error if ours else SimulationError(f"a PyBullet worker process failed: {type(error).__name__}: {error}")
+    sent.add_note(f"In the worker process:\n{''.join(traceback.format_exception(error))}")
+    return sent
 
 
 def work(
@@ -75,7 +48,7 @@ def work(
             block = Block(robots, scene, engine, arrays(fields, num_envs, buffer), ids)
             pipe.send(None)
         except Exception as error:
-            pipe.send(Failure.of(error))
+            pipe.send(portable(error))
             return
         while True:
             message = pipe.recv()
@@ -89,6 +62,6 @@ def work(
             except (EOFError, OSError):
                 raise
             except Exception as error:
-                pipe.send(Failure.of(error))
+                pipe.send(portable(error))
     if block is not None:
         block.close()

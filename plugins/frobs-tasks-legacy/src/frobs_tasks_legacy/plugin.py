@@ -28,11 +28,7 @@ def _reach(name: str, robot: str, title: str, control_timestep: float) -> Enviro
         100,
         robot=robot,
         controller="joint_delta_position",
-        parameters={
-            "controller_kwargs": {"full_range": True},
-            "control_timestep": control_timestep,
-            "profile": robot,
-        },
+        parameters={"controller_kwargs": {"full_range": True}, "control_timestep": control_timestep, "profile": robot},
     )
 
 

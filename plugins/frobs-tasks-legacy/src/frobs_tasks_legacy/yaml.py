@@ -3,14 +3,54 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from frobs_core.errors import ConfigFileError, ConfigurationError, nearest
+from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameError, nearest
 from frobs_core.yaml import find_origin, load_yaml
 
 Readers: TypeAlias = Mapping[str, Callable[[str, Any], Any]]
 """Keys that mean something, with what checks and reads a value, given the key and the value."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TaskFiles:
+    """The task YAML of one kind of FRobs_RL's tasks.
+
+    Attributes:
+        folder: Of this package, whose ``tasks/NAME.yaml`` has FRobs_RL's own values.
+        kind: What a name is, for messages.
+        roots: The key under which a file has everything, by name.
+        used: Keys that mean something.
+        ignored: Keys that such files have and that change nothing here.
+    """
+
+    folder: str
+    kind: str
+    roots: Mapping[str, str]
+    used: Readers
+    ignored: Sequence[str]
+
+    def read(self, name: str, config_file: str | Path | None, keywords: Mapping[str, Any]) -> dict[str, Any]:
+        """Return a value for each key that is used: a keyword's, else the file's, else FRobs_RL's own.
+
+        Args:
+            name: Of :attr:`roots`.
+            config_file: A task YAML of FRobs_RL, unchanged; None: none.
+            keywords: By key; those that are None are not given, and others are ignored.
+
+        Raises:
+            ConfigFileError: The file cannot be read, or has an unknown key or an unusable value; names file and line.
+            ConfigurationError: A keyword has an unusable value.
+            UnknownNameError: There is no such name.
+        """
+        if name not in self.roots:
+            raise UnknownNameError(self.kind, name, self.roots)
+        own = Path(str(files("frobs_tasks_legacy"))) / self.folder / "tasks" / f"{name}.yaml"
+        paths = (own,) if config_file is None else (own, config_file)
+        return read_values(paths, self.roots[name], self.used, self.ignored, keywords)
 
 
 def read_values(
@@ -23,7 +63,7 @@ def read_values(
         root: The key that a file has everything under.
         used: What can be given.
         ignored: Keys that such files have and that change nothing.
-        keywords: By key, which go before the files; those that are None are not given.
+        keywords: By key, which go before the files; those that are None are not given, and others are ignored.
 
     Raises:
         ConfigFileError: A file cannot be read, or has an unknown key or an unusable value; names file, line and the
@@ -33,7 +73,9 @@ def read_values(
     values: dict[str, Any] = {}
     for path in paths:
         values |= _read_section(path, root, used, ignored)
-    return values | {name: used[name](name, value) for name, value in keywords.items() if value is not None}
+    return values | {
+        name: check(name, keywords[name]) for name, check in used.items() if keywords.get(name) is not None
+    }
 
 
 def _read_section(path: str | Path, root: str, used: Readers, ignored: Sequence[str]) -> dict[str, Any]:

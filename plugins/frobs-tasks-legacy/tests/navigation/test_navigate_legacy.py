@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameError
-from frobs_tasks_legacy.navigation import config as legacy_config
+from frobs_tasks_legacy.navigation.config import FILES
 
 FROBS_RL = """
 kobuki_maze:
@@ -36,13 +36,13 @@ def info_after(env, action) -> dict[str, float]:
 def test_frobs_rls_file_is_read_unchanged(tmp_path):
     path = tmp_path / "kobuki_maze.yaml"
     path.write_text(FROBS_RL, encoding="utf-8")
-    assert legacy_config.read("maze", path, {}) == legacy_config.read("maze", None, {})
+    assert FILES.read("maze", path, {}) == FILES.read("maze", None, {})
 
 
 def test_a_keyword_goes_before_the_file(tmp_path):
     path = tmp_path / "kobuki_maze.yaml"
     path.write_text("kobuki_maze:\n  step_reward: -1\n  collision_reward: -7\n", encoding="utf-8")
-    config = legacy_config.read("maze", path, {"step_reward": -2.0, "tolerance_goal_pos": None})
+    config = FILES.read("maze", path, {"step_reward": -2.0, "tolerance_goal_pos": None})
     assert (config["step_reward"], config["collision_reward"], config["tolerance_goal_pos"]) == (-2.0, -7.0, 0.5)
 
 
@@ -60,7 +60,7 @@ def test_mistakes_are_told_with_file_and_line(tmp_path, text, line, message):
     path = tmp_path / "task.yaml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ConfigFileError, match=message) as failure:
-        legacy_config.read("maze", path, {})
+        FILES.read("maze", path, {})
     assert (failure.value.path, failure.value.line) == (path, line)
 
 
@@ -69,10 +69,10 @@ def test_a_world_that_there_is_not_is_refused(make):
         make("frobs/KobukiMazeLegacy-v0", world="mace")
 
 
-@pytest.mark.parametrize("world", legacy_config.WORLDS)
+@pytest.mark.parametrize("world", FILES.roots)
 def test_every_world_has_its_defaults(world):
     assert (Path(str(files("frobs_tasks_legacy"))) / "navigation" / "tasks" / f"{world}.yaml").is_file()
-    assert set(legacy_config.read(world, None, {})) == set(legacy_config.USED)
+    assert set(FILES.read(world, None, {})) == set(FILES.used)
 
 
 def test_a_step_that_reaches_nothing_is_rewarded_as_it_was(make):

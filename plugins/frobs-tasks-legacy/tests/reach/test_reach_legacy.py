@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameError
-from frobs_tasks_legacy.reach.config import PROFILES, USED
+from frobs_tasks_legacy.reach.config import FILES
 from frobs_tasks_legacy.reach.task import ReachLegacy
 from frobs_tasks_legacy.reach.velocity import ReachLegacyVelocity
 
@@ -138,12 +138,12 @@ def test_a_mistake_in_the_file_is_named_with_its_line(config_file, find, put, me
         ReachLegacy(config_file=config_file((find, put)))
 
 
-@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize("profile", FILES.roots)
 def test_each_reacher_of_frobs_rl_has_its_values_and_reads_its_file(profile):
     file = SHIPPED.with_name(f"{profile}.yaml")
     cls = ReachLegacyVelocity if profile == "irb140_velocity" else ReachLegacy
     assert cls(profile=profile).config == cls(profile=profile, config_file=str(file)).config
-    assert set(cls(profile=profile).config) == set(USED)
+    assert set(cls(profile=profile).config) == set(FILES.used)
 
 
 def test_a_file_of_another_arm_is_refused():

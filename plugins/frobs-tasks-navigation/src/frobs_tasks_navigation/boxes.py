@@ -19,12 +19,7 @@ _RGBA = (0.90, 0.45, 0.16, 1.0)
 def box_bodies(boxes: Sequence[MovingBox]) -> dict[str, Body]:
     """Return the boxes as bodies of a scene, by name."""
     return {
-        f"box_{i}": Body(
-            geometry=Box(box.size),
-            pose=_pose(box),
-            kinematic=_is_placed(box),
-            rgba=_RGBA,
-        )
+        f"box_{i}": Body(geometry=Box(box.size), pose=_pose(box), kinematic=_is_placed(box), rgba=_RGBA)
         for i, box in enumerate(boxes)
     }
 

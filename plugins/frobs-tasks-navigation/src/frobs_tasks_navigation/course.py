@@ -121,10 +121,7 @@ class Course:
         room = np.full(candidates.shape[:2], np.inf)
         centre, yaw, half = obstacles
         point = candidates[:, :, None]
-        for rectangles in (
-            (self._wall_centre, self._wall_yaw, self._wall_half),
-            (centre[:, None], yaw[:, None], half),
-        ):
+        for rectangles in ((self._wall_centre, self._wall_yaw, self._wall_half), (centre[:, None], yaw[:, None], half)):
             distances = terms.distance_to_rectangles(point, *rectangles)
             room = np.minimum(room, distances.min(axis=-1, initial=np.inf))
         if away_from is not None:

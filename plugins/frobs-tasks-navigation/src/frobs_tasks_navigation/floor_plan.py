@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import ConfigFileError, ConfigurationError, ModelFileError
@@ -23,15 +23,8 @@ BUILT_IN = ("maze", "empty", "dynamic")
 _MARGIN = 10.0  # [m] around everything, where a plan does not say what its area is
 
 
-def _finite(number: float) -> float:
-    if not math.isfinite(number):
-        raise ValueError("must be a finite number")
-    return number
-
-
-Number = Annotated[float, AfterValidator(_finite)]
-Positive = Annotated[float, Field(gt=0.0), AfterValidator(_finite)]
-Point = tuple[Number, Number]
+Positive = Annotated[FiniteFloat, Field(gt=0.0)]
+Point = tuple[FiniteFloat, FiniteFloat]
 
 
 class _Element(BaseModel):
@@ -75,17 +68,15 @@ class Wall(_Element):
     to: Point | None = None
     centre: Point | None = None
     length: Positive | None = None
-    along: Literal["x", "y"] | Number | None = None
+    along: Literal["x", "y"] | FiniteFloat | None = None
     thickness: Positive | None = None
     height: Positive | None = None
 
     @model_validator(mode="after")
     def _is_one(self) -> Wall:
         ends, middle = (self.from_, self.to), (self.centre, self.length, self.along)
-        if not (
-            (all(part is not None for part in ends) and all(part is None for part in middle))
-            or (all(part is None for part in ends) and all(part is not None for part in middle))
-        ):
+        given = [part is not None for part in (*ends, *middle)]
+        if given not in ([True] * 2 + [False] * 3, [False] * 2 + [True] * 3):
             raise ValueError("a wall has either 'from' and 'to', or 'centre', 'length' and 'along'")
         if self.from_ is not None and self.from_ == self.to:
             raise ValueError("a wall must not end where it begins")
@@ -132,8 +123,8 @@ class MovingBox(_Element):
 
     pos: Point
     size: tuple[Positive, Positive, Positive]
-    yaw: Number | None = None
-    max_speed: Annotated[float, Field(ge=0.0), AfterValidator(_finite)] = 0.0
+    yaw: FiniteFloat | None = None
+    max_speed: Annotated[FiniteFloat, Field(ge=0.0)] = 0.0
     turn_every: Positive = 20.0
     first_turn: Positive | None = None
 
@@ -151,7 +142,7 @@ class Start(_Element):
     pos: Point | None = None
     low: Point | None = None
     high: Point | None = None
-    yaw: Number | None = None
+    yaw: FiniteFloat | None = None
 
     @model_validator(mode="after")
     def _is_one(self) -> Start:

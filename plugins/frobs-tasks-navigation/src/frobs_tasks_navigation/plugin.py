@@ -68,5 +68,5 @@ def frobs_tasks() -> list[TaskRecord]:
                     max_episode_steps=500,
                 ),
             ),
-        ),
+        )
     ]

@@ -20,10 +20,7 @@ _LEAST = 8.0  # [m] that a picture shows at least
 
 def build_scene(plan: FloorPlan) -> Scene:
     """Return walls, boxes and a camera."""
-    return Scene(
-        bodies={**wall_bodies(plan.walls), **box_bodies(plan.boxes)},
-        cameras={"overview": overview(plan)},
-    )
+    return Scene(bodies={**wall_bodies(plan.walls), **box_bodies(plan.boxes)}, cameras={"overview": overview(plan)})
 
 
 def wall_bodies(walls: Walls) -> dict[str, Body]:

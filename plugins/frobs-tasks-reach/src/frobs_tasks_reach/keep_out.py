@@ -32,11 +32,7 @@ class Foot:
             for collision in next(found for found in robot.model.links if found.name == link).collisions:
                 offset, local = _matrix(collision.origin)
                 self._solids.append(
-                    (
-                        collision.geometry,
-                        base_pos + rotation @ (pos + turn @ offset),
-                        rotation @ turn @ local,
-                    )
+                    (collision.geometry, base_pos + rotation @ (pos + turn @ offset), rotation @ turn @ local)
                 )
 
     def is_clear(self, positions: Floats, clearance: float) -> Mask:

@@ -12,15 +12,7 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import UnsuitableRobotError
 from frobs_core.flat_observation import FlatObservation, ObservationTerm
-from frobs_core.interfaces import (
-    Camera,
-    Controller,
-    Marker,
-    RobotHandle,
-    Scene,
-    Simulation,
-    Snapshot,
-)
+from frobs_core.interfaces import Camera, Controller, Marker, RobotHandle, Scene, Simulation, Snapshot
 from frobs_core.interfaces.task import Observation
 from frobs_core.random import RandomSource
 from frobs_core.validation import finite, positive
@@ -182,10 +174,7 @@ class Reach(EpisodeStart):
 
     def markers(self) -> Sequence[Marker]:
         """Return the goal, as large as the tolerance, and the tool."""
-        return (
-            Marker(self._goal, self.tolerance),
-            Marker(self._tcp, 0.012, (0.95, 0.45, 0.1, 1.0)),
-        )
+        return (Marker(self._goal, self.tolerance), Marker(self._tcp, 0.012, (0.95, 0.45, 0.1, 1.0)))
 
     def snapshot(self) -> Snapshot:
         """Return the measured state and the goal."""

@@ -10,7 +10,7 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import RobotHandle
-from frobs_core.models import JointType, RobotModel
+from frobs_core.models import JointType, RobotModel, joint_path
 from frobs_core.random import RandomSource
 from frobs_tasks_reach.floor import FloorClearance
 
@@ -148,11 +148,5 @@ def in_box(positions: Floats, low: Floats, high: Floats) -> Mask:
 
 def first_moving_link(model: RobotModel, frame: str) -> str:
     """Return the link nearest to the root, on the way to ``frame``, that a joint moves; the root if none does."""
-    joint_of = {joint.child: joint for joint in model.joints}
-    found = model.root
-    while frame in joint_of:
-        joint = joint_of[frame]
-        if joint.type is not JointType.FIXED:
-            found = frame
-        frame = joint.parent
-    return found
+    moving = [joint.child for joint in joint_path(model, frame) if joint.type is not JointType.FIXED]
+    return moving[0] if moving else model.root

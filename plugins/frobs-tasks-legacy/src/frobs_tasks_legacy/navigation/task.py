@@ -11,7 +11,7 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ParameterValueError
 from frobs_core.interfaces import Controller, Simulation
-from frobs_tasks_legacy.navigation import config as legacy_config
+from frobs_tasks_legacy.navigation.config import FILES
 from frobs_tasks_navigation.navigate import Navigate
 
 _OBSERVED = {
@@ -87,22 +87,7 @@ class NavigateLegacy(Navigate):
         collision_reward: float | None = None,
         collision_distance_threshold: float | None = None,
     ) -> None:
-        self.config = legacy_config.read(
-            world,
-            config_file,
-            {
-                "lidar_samples": lidar_samples,
-                "tolerance_goal_pos": tolerance_goal_pos,
-                "step_reward": step_reward,
-                "multiplier_dist_reward": multiplier_dist_reward,
-                "angle_diff_reward_multiplier": angle_diff_reward_multiplier,
-                "reached_midway_reward": reached_midway_reward,
-                "not_reached_midway_reward": not_reached_midway_reward,
-                "reached_goal_reward": reached_goal_reward,
-                "collision_reward": collision_reward,
-                "collision_distance_threshold": collision_distance_threshold,
-            },
-        )
+        self.config = FILES.read(world, config_file, locals())
         super().__init__(
             floor_plan=world,
             tolerance=self.config["tolerance_goal_pos"],

@@ -3,37 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
-from frobs_core.errors import ParameterValueError, UnknownNameError
+from frobs_core.errors import ParameterValueError
 from frobs_core.validation import boolean, finite, non_negative, number_list, positive
-from frobs_tasks_legacy.yaml import Readers, read_values
-
-PROFILES: Mapping[str, str] = {
-    "irb120": "irb120",
-    "irb140": "irb140",
-    "irb140_velocity": "irb140",
-    "ur5": "ur5",
-}
-"""FRobs_RL's reachers, each with the key under which its file has everything; ``tasks/`` has their values."""
-
-IGNORED = (
-    "n_actions",
-    "n_observations",
-    "max_steps",
-    "position_ee_min",
-    "position_ee_max",
-    "max_distance",
-    "time_step",
-    "update_rate_multiplier",
-    "goal_ee_pos",
-    "limit_joint_vel",
-    "tolerance_goal_ori",
-    "multiplier_ori_reward",
-)
-"""Keys that FRobs_RL's files have and that change nothing here."""
+from frobs_tasks_legacy.yaml import TaskFiles
 
 _AXES = ("x", "y", "z")
 _DYNAMIC = tuple(f"{axis}_max_{what}" for what in ("amplitude", "freq") for axis in _AXES)
@@ -63,41 +37,40 @@ def dynamic(name: str, value: Any) -> dict[str, float]:
     return {key: non_negative(f"{name}.{key}", value[key]) for key in _DYNAMIC}
 
 
-USED: Readers = {
-    "min_joint_pos": number_list,
-    "max_joint_pos": number_list,
-    "position_goal_min": axes,
-    "position_goal_max": axes,
-    "tolerance_goal_pos": positive,
-    "training": boolean,
-    "pos_dynamic": boolean,
-    "pos_dynamic_params": dynamic,
-    "step_reward": finite,
-    "multiplier_dist_reward": finite,
-    "reached_goal_reward": finite,
-    "joint_limits_reward": finite,
-}
-"""Keys that mean something, with what checks and reads their values."""
-
-
-def read(profile: str, config_file: str | Path | None, keywords: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a value for each key of :data:`USED`: a keyword's, else the file's, else FRobs_RL's own.
-
-    Args:
-        profile: Which of its reachers, one of :data:`PROFILES`.
-        config_file: A task YAML of FRobs_RL, unchanged; None: none.
-        keywords: By key; those that are None are not given.
-
-    Raises:
-        ConfigFileError: The file cannot be read, or has an unknown key or an unusable value; names file and line.
-        ConfigurationError: A keyword has an unusable value.
-        UnknownNameError: There is no such profile.
-    """
-    if profile not in PROFILES:
-        raise UnknownNameError("profile of FRobs_RL's reachers", profile, PROFILES)
-    own = Path(str(files("frobs_tasks_legacy"))) / "reach" / "tasks" / f"{profile}.yaml"
-    paths = (own,) if config_file is None else (own, config_file)
-    return read_values(paths, PROFILES[profile], USED, IGNORED, keywords)
+FILES = TaskFiles(
+    folder="reach",
+    kind="profile of FRobs_RL's reachers",
+    roots={"irb120": "irb120", "irb140": "irb140", "irb140_velocity": "irb140", "ur5": "ur5"},
+    used={
+        "min_joint_pos": number_list,
+        "max_joint_pos": number_list,
+        "position_goal_min": axes,
+        "position_goal_max": axes,
+        "tolerance_goal_pos": positive,
+        "training": boolean,
+        "pos_dynamic": boolean,
+        "pos_dynamic_params": dynamic,
+        "step_reward": finite,
+        "multiplier_dist_reward": finite,
+        "reached_goal_reward": finite,
+        "joint_limits_reward": finite,
+    },
+    ignored=(
+        "n_actions",
+        "n_observations",
+        "max_steps",
+        "position_ee_min",
+        "position_ee_max",
+        "max_distance",
+        "time_step",
+        "update_rate_multiplier",
+        "goal_ee_pos",
+        "limit_joint_vel",
+        "tolerance_goal_ori",
+        "multiplier_ori_reward",
+    ),
+)
+"""The task YAML of FRobs_RL's reachers."""
 
 
 def _check_keys(name: str, value: Mapping[str, Any], expected: tuple[str, ...]) -> None:

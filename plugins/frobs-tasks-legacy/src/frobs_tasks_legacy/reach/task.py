@@ -13,7 +13,7 @@ from frobs_core.errors import ConfigurationError, MissingSettingError, Parameter
 from frobs_core.flat_observation import ObservationTerm
 from frobs_core.interfaces import Controller, Simulation, Snapshot
 from frobs_core.random import RandomSource
-from frobs_tasks_legacy.reach import config as legacy_config
+from frobs_tasks_legacy.reach.config import FILES
 from frobs_tasks_reach.motion import Oscillation
 from frobs_tasks_reach.reach import Reach, distance
 from frobs_tasks_reach.reset_options import checked_goal
@@ -93,24 +93,7 @@ class ReachLegacy(Reach):
         reached_goal_reward: float | None = None,
         joint_limits_reward: float | None = None,
     ) -> None:
-        self.config = legacy_config.read(
-            self.usual_profile if profile is None else profile,
-            config_file,
-            {
-                "min_joint_pos": min_joint_pos,
-                "max_joint_pos": max_joint_pos,
-                "position_goal_min": position_goal_min,
-                "position_goal_max": position_goal_max,
-                "tolerance_goal_pos": tolerance_goal_pos,
-                "training": training,
-                "pos_dynamic": pos_dynamic,
-                "pos_dynamic_params": pos_dynamic_params,
-                "step_reward": step_reward,
-                "multiplier_dist_reward": multiplier_dist_reward,
-                "reached_goal_reward": reached_goal_reward,
-                "joint_limits_reward": joint_limits_reward,
-            },
-        )
+        self.config = FILES.read(self.usual_profile if profile is None else profile, config_file, locals())
         super().__init__(
             tolerance=self.config["tolerance_goal_pos"],
             goal_low=self.config["position_goal_min"],

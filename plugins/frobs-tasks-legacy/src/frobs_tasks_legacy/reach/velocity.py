@@ -9,7 +9,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.flat_observation import ObservationTerm
-from frobs_tasks_legacy.reach.task import ReachLegacy, at_limits
+from frobs_tasks_legacy.reach.task import ReachLegacy
 
 
 class ReachLegacyVelocity(ReachLegacy):
@@ -41,14 +41,14 @@ class ReachLegacyVelocity(ReachLegacy):
 
     def reward(self) -> Floats:
         """Return the reward, (num_envs,)."""
-        config, outside = self.config, ~self.is_success()
-        limited = at_limits(self._joint_positions, self._sampler.lower, self._sampler.upper, self.limit_margin)
+        super().reward()
+        told = self._reward_terms
         self._reward_terms = {
-            "reached_goal": ~outside * config["reached_goal_reward"],
-            "distance": outside * self._distance * -config["multiplier_dist_reward"],
-            "joint_limits": limited * -config["joint_limits_reward"],
+            "reached_goal": told["reached_goal"],
+            "distance": told["distance"],
+            "joint_limits": -told["joint_limits"],
         }
-        return sum(self._reward_terms.values(), np.zeros(len(outside)))
+        return sum(self._reward_terms.values(), np.zeros(self._robot.num_envs))
 
     def is_terminated(self) -> Mask | None:
         """Return None: no episode terminates, whether the goal moves or not."""

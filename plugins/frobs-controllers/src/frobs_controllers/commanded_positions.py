@@ -1,0 +1,36 @@
+"""What the controllers share whose commanded joint positions are moved by actions."""
+
+from __future__ import annotations
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_controllers.parameters import rows
+from frobs_core.arrays import Floats, Mask
+from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
+
+
+class CommandedPositions(Controller):
+    """Keeps the joint positions that are commanded: those of the robot at first."""
+
+    command_mode = CommandMode.POSITION
+    _target: Floats  # (num_envs, dof) [rad or m]
+
+    def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
+        """Prepare for the joints to control."""
+        self._joints = joints
+        self._target = np.zeros((joints.num_envs, joints.dof))
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
+        self.reset(None)
+
+    def reset(self, mask: Mask | None) -> None:
+        """Command the present positions."""
+        self._target[rows(mask)] = self._joints.joint_positions[rows(mask)]
+
+    def snapshot(self) -> Snapshot:
+        """Return the commanded positions."""
+        return {"target": self._target.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._target[:] = snapshot["target"]
