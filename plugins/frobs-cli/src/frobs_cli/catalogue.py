@@ -15,16 +15,9 @@ _WORDS = {"env": ENVIRONMENT, "envs": ENVIRONMENT, "environments": ENVIRONMENT, 
 
 @dataclass(frozen=True)
 class Listed:
-    """A record with the distribution that offers it.
+    """A record, with the distribution that offers it."""
 
-    Attributes:
-        name: What users write: with ``distribution:`` before it where two distributions offer it.
-        record: The record.
-        distribution: The pip package that holds it.
-        version: Of the distribution.
-    """
-
-    name: str
+    name: str  # with ``distribution:`` as a prefix if two distributions offer it
     record: Record
     distribution: str
     version: str
@@ -36,11 +29,7 @@ class Listed:
 
 
 def kind_of(word: str) -> str:
-    """Return the kind that a word means, singular or plural; ``"environment"`` is one here.
-
-    Raises:
-        UnknownNameError: It means none.
-    """
+    """Return the kind that a word means, singular or plural; ``"environment"`` counts as a kind here."""
     known = {**{kind: kind for kind in KINDS}, **{plural(kind): kind for kind in KINDS}, **_WORDS}
     if word.lower() not in known:
         raise UnknownNameError("kind", word, [*(plural(kind) for kind in KINDS), "envs"])

@@ -24,19 +24,10 @@ _ELSEWHERE = (
 
 
 def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[dict[str, Any], str]:
-    """Return the keys of :class:`frobs_train.RunConfig` that a file of FRobs_RL means.
+    """Return the keys of :class:`frobs_train.RunConfig` that a file of FRobs_RL means, and a note.
 
-    Args:
-        mapping: The file.
-        algorithm: The algorithm whose block counts.
-        path: The file, for errors.
-
-    Returns:
-        The keys, and one line on what has no place in a run; empty where everything has.
-
-    Raises:
-        ConfigFileError: A key is unknown, or a value cannot be used.
-        ConfigurationError: The file goes on from a model.
+    The note lists in one line the keys that have no meaning for a run; it may be empty. ConfigFileError means that a
+    key or value cannot be used, or that the file continues a model.
     """
     settings = read_settings(mapping, algorithm, path)
     params = settings.params

@@ -19,18 +19,14 @@ STEPS = "train/steps"
 
 
 class ProgressLog:
-    """Writes rows; closes as a context manager.
+    """Writes the rows of the log, as a context manager. Its methods raise RunError if the disk is full.
 
-    A name that turns up for the first time in a later row becomes a new column: the file is written anew, aside,
-    with one header.
+    If a later row has a new column, the file is rewritten with one header.
 
     Args:
-        folder: Of the run.
-        resumed_at: Environment steps that the run continues from: rows beyond them are removed, and so is a last one
-            that a kill cut short. None: a new run.
-
-    Raises:
-        RunError: The disk is full.
+        folder: The run's folder.
+        resumed_at: Environment steps from which the run continues: later rows and an incomplete last row are removed.
+            None: a new run.
     """
 
     def __init__(self, folder: Path, resumed_at: int | None = None) -> None:
@@ -45,11 +41,7 @@ class ProgressLog:
             raise self._failure(error) from error
 
     def write(self, row: Mapping[str, float | None]) -> None:
-        """Write a row, at once; None leaves a cell empty.
-
-        Raises:
-            RunError: The disk is full.
-        """
+        """Write a row immediately; None leaves a cell empty."""
         try:
             self._write_csv(row)
             if self._events is not None:
@@ -59,11 +51,7 @@ class ProgressLog:
             raise self._failure(error) from error
 
     def sync(self) -> None:
-        """Have the rows written to the disk before going on: a checkpoint counts on them.
-
-        Raises:
-            RunError: The disk is full.
-        """
+        """Wait until the rows are on the disk, because a checkpoint relies on them."""
         if self._file is not None:
             try:
                 os.fsync(self._file.fileno())

@@ -74,16 +74,7 @@ def plot_runs(runs: Sequence[Run], path: Path | str | None = None) -> Path:
 
 
 def smooth(values: Floats, weights: Floats, window: float = 0.04) -> Floats:
-    """Return a moving mean over a share of the rows, weighted; NaNs do not count.
-
-    Args:
-        values: (rows,)
-        weights: (rows,)
-        window: Share of the rows, in (0, 1].
-
-    Returns:
-        (rows,): NaN where the window holds no number.
-    """
+    """Return a weighted moving mean over a share of the rows, (rows,), without NaN values; NaN if none is left."""
     half = int(window * len(values) / 2)
     valid = np.isfinite(values)
     weight = np.where(valid, np.nan_to_num(weights), 0.0)

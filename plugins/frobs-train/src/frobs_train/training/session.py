@@ -48,12 +48,7 @@ class Start:
 
 
 def make_training_env(config: RunConfig) -> gym.vector.VectorEnv[Any, Any, Any]:
-    """Make the environments that a run trains on, with their share of the processors.
-
-    Raises:
-        UnknownNameError: No such ID.
-        ConfigurationError: The environment cannot be built with these keywords.
-    """
+    """Make the environments of a training run, with their share of the processors."""
     keywords = config.keywords()
     simulator = decide_threads(config).simulator
     if simulator is not None:
@@ -62,11 +57,7 @@ def make_training_env(config: RunConfig) -> gym.vector.VectorEnv[Any, Any, Any]:
 
 
 def check_action_space(record: AlgorithmRecord, environment: str, space: gym.Space[Any]) -> None:
-    """Refuse an action space that the algorithm cannot act in.
-
-    Raises:
-        ConfigurationError: It cannot.
-    """
+    """Raise ConfigurationError if the algorithm cannot act in an action space."""
     if type(space).__name__ not in record.action_spaces:
         raise IncompatibleSpaceError(
             f"algorithm '{record.name}'",
