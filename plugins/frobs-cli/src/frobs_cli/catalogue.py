@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from frobs_core import plugins, registry
 from frobs_core.errors import UnknownNameError
-from frobs_core.specs import KINDS, EnvironmentRecord, Record, TaskRecord
+from frobs_core.specs import KINDS, Record
 
 ENVIRONMENT = "environment"
 _WORDS = {"env": ENVIRONMENT, "envs": ENVIRONMENT, "environments": ENVIRONMENT, ENVIRONMENT: ENVIRONMENT}
@@ -57,11 +56,6 @@ def listed(kind: str) -> list[Listed]:
 def source_of(kind: str, record: Record) -> str:
     """Return distribution and version of a record, or nothing where it is from no plugin."""
     return next((item.source for item in listed(kind) if item.record is record), "")
-
-
-def environments() -> Mapping[str, tuple[TaskRecord, EnvironmentRecord]]:
-    """Return the environments that the installed tasks register, by ID."""
-    return registry.environments()
 
 
 def problems() -> list[str]:

@@ -126,7 +126,7 @@ def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
             found = True
             yield lambda provider=provider: {**provider.describe(wanted)}  # type: ignore[misc]
     if not found:
-        names = {known for kind in KINDS for known in plugins.records(kind)} | set(catalogue.environments())
+        names = {known for kind in KINDS for known in plugins.records(kind)} | set(registry.environments())
         hints = (plugins.active().install_hint(kind, name) for kind in (*KINDS, "environment"))
         hint = next(filter(None, hints), "")
         raise UnknownNameError("record or environment ID", name, names, catalogue.problems(), hint)

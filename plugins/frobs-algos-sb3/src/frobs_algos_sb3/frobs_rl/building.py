@@ -78,15 +78,9 @@ def imitated_model(settings: FileSettings, env: Env, path: Path, trust: bool) ->
 
 def exploration(settings: FileSettings, env: Env) -> dict[str, Any]:
     """Return the keywords of noise; state-dependent exploration replaces noise on actions."""
-    params = settings.params
-    found: dict[str, Any] = {}
-    if settings.algorithm in WITH_SDE:
-        found |= {"use_sde": params.use_sde, "sde_sample_freq": params.sde_params.sde_sample_freq}
-        if settings.algorithm == "sac":
-            found["use_sde_at_warmup"] = params.sde_params.use_sde_at_warmup
+    found = settings.sde()
     if settings.algorithm in WITH_NOISE:
-        noisy = params.use_action_noise and not found.get("use_sde", False)
-        found["action_noise"] = _noise(settings, env) if noisy else None
+        found["action_noise"] = _noise(settings, env) if settings.has_action_noise() else None
     return found
 
 

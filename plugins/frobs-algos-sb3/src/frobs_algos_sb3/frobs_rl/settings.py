@@ -132,6 +132,19 @@ class FileSettings(Strict):
     block: Block
     unused: tuple[str, ...] = ()
 
+    def sde(self) -> dict[str, Any]:
+        """Return the keywords of state-dependent exploration; none if the algorithm does not support it."""
+        if self.algorithm not in WITH_SDE:
+            return {}
+        params = self.params.sde_params.model_dump()
+        if self.algorithm != "sac":
+            del params["use_sde_at_warmup"]
+        return {"use_sde": self.params.use_sde, **params}
+
+    def has_action_noise(self) -> bool:
+        """Return whether noise is added to actions; state-dependent exploration replaces it."""
+        return self.params.use_action_noise and not self.sde().get("use_sde", False)
+
 
 def algorithms_in(mapping: Mapping[str, Any]) -> list[str]:
     """Return the algorithms whose blocks a file has."""

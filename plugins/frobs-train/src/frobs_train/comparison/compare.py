@@ -13,7 +13,8 @@ import numpy as np
 from frobs_core.errors import ParameterValueError, RunError
 from frobs_train.comparison.confidence import Estimate, estimate, probability_of_improvement
 from frobs_train.comparison.groups import group_runs
-from frobs_train.comparison.scores import Curve, RunScore, curve_of, has_success, read_columns, score_run
+from frobs_train.comparison.scores import Curve, RunScore, curve_of, has_success, score_run
+from frobs_train.logs.progress import read_columns
 from frobs_train.runs.run import Run
 
 Metric = Literal["success", "reward"]
@@ -98,7 +99,7 @@ def compare(runs: Sequence[Run], *, metric: Metric | None = None, threshold: flo
     if threshold is not None and not math.isfinite(threshold):
         raise ParameterValueError("threshold", threshold, "finite")
     opened = list({run.path.resolve(): run for run in runs}.values())
-    columns = {run.path: read_columns(run) for run in opened}
+    columns = {run.path: read_columns(run.path) for run in opened}
     blind = [run for run in opened if not has_success(run, columns[run.path])]
     if metric == "success" and blind:
         raise RunError(f"{blind[0].path}: its environment tells no success; compare by --metric reward.")

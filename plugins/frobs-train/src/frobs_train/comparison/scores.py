@@ -12,8 +12,7 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.errors import RunError
 from frobs_train.comparison.confidence import band
-from frobs_train.logs.progress import STEPS, read_progress
-from frobs_train.plots.plot import smooth
+from frobs_train.logs.progress import STEPS, smooth
 from frobs_train.runs.run import Run
 
 _KEYS = {"success": "success_rate", "reward": "mean_reward"}
@@ -48,21 +47,6 @@ class Curve:
     middle: Floats
     low: Floats
     high: Floats
-
-
-def read_columns(run: Run) -> Columns:
-    """Read the log of a run.
-
-    Raises:
-        RunError: It has no rows yet.
-    """
-    try:
-        columns = read_progress(run.path / "progress.csv")
-    except FileNotFoundError:
-        columns = {}
-    if not columns.get(STEPS):
-        raise RunError(f"{run.path} has no rows in its progress.csv yet; look again once it has trained a while.")
-    return {name: np.array(values) for name, values in columns.items()}
 
 
 def has_success(run: Run, columns: Columns) -> bool:

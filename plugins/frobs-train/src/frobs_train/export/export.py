@@ -77,11 +77,7 @@ def export(
         )
     manifest["check"]["max_difference"] = float(f"{difference:.3g}")
     data = pack_bundle(manifest, graph, text)
-
-    def write(aside: Path) -> None:
-        aside.write_bytes(data)
-
-    write_aside(path, write)
+    write_aside(path, lambda aside: aside.write_bytes(data))
     return Export(path=path, steps=steps, observations=_ENVS * _STEPS, max_difference=difference)
 
 

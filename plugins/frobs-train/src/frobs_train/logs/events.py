@@ -75,8 +75,4 @@ def _cut(path: Path, steps: int, event: Any) -> None:
             kept += data[place:end]
         place = end
     if len(kept) < len(data):
-        write_aside(path, lambda aside: _write_bytes(aside, kept))
-
-
-def _write_bytes(path: Path, data: bytes | bytearray) -> None:
-    path.write_bytes(data)
+        write_aside(path, lambda aside: aside.write_bytes(kept))

@@ -10,6 +10,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Self
 
+import numpy as np
+
+from frobs_core.arrays import Floats
 from frobs_core.errors import RunError
 from frobs_core.files import write_aside
 from frobs_train.logs.events import EventLog
@@ -117,6 +120,29 @@ def read_rows(path: Path) -> list[dict[str, str]]:
         text = file.read()
     complete = text[: text.rfind("\n") + 1]
     return list(csv.DictReader(complete.splitlines()))
+
+
+def read_columns(run: Path) -> dict[str, Floats]:
+    """Return the columns of a run's log, (rows,) each; raise RunError if it has no rows yet."""
+    path = run / "progress.csv"
+    columns = read_progress(path) if path.is_file() else {}
+    if not columns.get(STEPS):
+        raise RunError(f"{run} has no rows in its progress.csv yet; try again when it has trained for a while.")
+    return {name: np.array(values) for name, values in columns.items()}
+
+
+def smooth(values: Floats, weights: Floats, window: float = 0.04) -> Floats:
+    """Return a weighted moving mean over a share of the rows, (rows,), without NaN values; NaN if none is left."""
+    half = int(window * len(values) / 2)
+    valid = np.isfinite(values)
+    weight = np.where(valid, np.nan_to_num(weights), 0.0)
+    sums = np.concatenate([[0.0], np.cumsum(np.where(valid, values, 0.0) * weight)])
+    counts = np.concatenate([[0.0], np.cumsum(weight)])
+    rows = np.arange(len(values))
+    first, last = np.maximum(rows - half, 0), np.minimum(rows + half + 1, len(values))
+    count = counts[last] - counts[first]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(count > 0, (sums[last] - sums[first]) / count, np.nan)
 
 
 def read_progress(path: Path) -> dict[str, list[float]]:
