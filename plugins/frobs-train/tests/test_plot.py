@@ -7,8 +7,7 @@ import pytest
 
 from frobs_core.errors import RunError
 from frobs_train import Run, RunConfig, plot_runs
-from frobs_train.logs.progress import STEPS, ProgressLog
-from frobs_train.plots.plot import smooth
+from frobs_train.logs.progress import STEPS, ProgressLog, smooth
 
 
 def size(path: Path) -> tuple[int, int]:

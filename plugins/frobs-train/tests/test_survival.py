@@ -122,7 +122,7 @@ def test_an_environment_that_raises_says_where_and_what_can_be_continued(
         with pytest.raises(TrainingError) as caught:
             train(wanted, tmp_path / "run")
     text = str(caught.value)
-    assert f"the training in {tmp_path / 'run'} failed after 1,000 environment steps" in text
+    assert f"the training run in {tmp_path / 'run'} failed after 1,000 environment steps" in text
     assert "ValueError: the gripper is stuck" in text
     assert "test_survival.py:" in text
     assert f"'frobs resume {tmp_path / 'run'}' continues from step 960" in text

@@ -34,15 +34,15 @@ FORMAT = 2
 
 
 class SB3Algorithm(Algorithm):
-    """Base class: a subclass names its model, its settings, and little else.
+    """Base class; a subclass names its model and its settings.
 
     Attributes:
-        name: The record's.
-        config_model: Settings that it takes.
-        model_class: The class in stable-baselines3.
-        model: The instance.
-        venv: The environment as stable-baselines3 sees it, without the normaliser.
-        normalizer: Scales observations and rewards, if the settings say so.
+        name: Name in the record.
+        config_model: Accepted settings.
+        model_class: Class in stable-baselines3.
+        model: Instance of that class.
+        venv: The environment as stable-baselines3 sees it, without the normalizer.
+        normalizer: Scales observations and rewards if the settings say so.
     """
 
     name: ClassVar[str]

@@ -15,16 +15,16 @@ class Stopped(Exception):  # noqa: N818  # no error: the monitor wants no more
 
 
 class MonitorCallback(BaseCallback):
-    """Tells the monitor at the start of each rollout, the only moment at which a model can be saved exactly.
+    """Reports to the monitor at the start of each rollout, the only moment at which a model can be saved exactly.
 
     Args:
-        name: The algorithm's.
-        monitor: Who is told.
-        begin: Called once, at the start of the first rollout, before anything is drawn.
-        save: The algorithm's.
+        name: Name of the algorithm.
+        monitor: The monitor of the run.
+        begin: Called once at the start of the first rollout, before anything is drawn.
+        save: The algorithm's method.
 
     Attributes:
-        at_start: Whether the learning stands at the start of a rollout.
+        at_start: Whether the algorithm is at the start of a rollout.
     """
 
     def __init__(

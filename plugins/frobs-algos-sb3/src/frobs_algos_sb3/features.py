@@ -10,12 +10,7 @@ from stable_baselines3.common.torch_layers import FlattenExtractor
 
 
 class ScaledFlattenExtractor(FlattenExtractor):
-    """Multiplies a flat observation by constants, which are saved with the policy.
-
-    Args:
-        observation_space: (k,) Box.
-        scale: k factors.
-    """
+    """Multiplies a flat observation, (k,), by k constants, which are saved with the policy."""
 
     def __init__(self, observation_space: gym.Space[th.Tensor], scale: Sequence[float]) -> None:
         super().__init__(observation_space)

@@ -37,15 +37,7 @@ class ActionNoiseConfig(Settings):
     dt: PositiveFloat = 1e-2
 
     def build(self, num_envs: int, size: int) -> ActionNoise:
-        """Return the noise of so many environments.
-
-        Args:
-            num_envs: Environments.
-            size: Components of an action.
-
-        Raises:
-            ConfigurationError: ``mean`` or ``sigma`` has another number of components.
-        """
+        """Return the noise for so many environments and ``size`` action components."""
         mean, sigma = (self._spread(name, size) for name in ("mean", "sigma"))
         if self.type == "normal":
             base: ActionNoise = NormalActionNoise(mean, sigma)
@@ -67,14 +59,7 @@ class ActionNoiseConfig(Settings):
 
 
 class BatchedNormal(VectorizedActionNoise):
-    """Normal noise of many environments in one draw.
-
-    Args:
-        base_noise: That of one environment.
-        n_envs: Environments.
-        mean: (k,)
-        sigma: (k,)
-    """
+    """Normal noise of many environments in one draw; mean and deviation are (k,)."""
 
     def __init__(self, base_noise: ActionNoise, n_envs: int, mean: Floats, sigma: Floats) -> None:
         super().__init__(base_noise, n_envs)

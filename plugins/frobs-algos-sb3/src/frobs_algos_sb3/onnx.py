@@ -31,15 +31,8 @@ _BATCH = 2  # of the example: 0 and 1 mean something special to the tracer
 def export_policy(model: BaseAlgorithm, normalizer: VecNormalize | None, space: spaces.Space[Any]) -> bytes:
     """Return the graph of a model's deterministic policy; the same model gives the same bytes.
 
-    The names of inputs and outputs are those of :meth:`frobs_core.interfaces.Algorithm.export_onnx`.
-
-    Args:
-        model: The model; it is left as it was, but for the training mode.
-        normalizer: Of its observations; None: they are not normalised.
-        space: Of the observations that the environment gives.
-
-    Raises:
-        ConfigurationError: A package is missing that the export needs, or the policy cannot be told as a graph.
+    Inputs and outputs are named as in :meth:`frobs_core.interfaces.Algorithm.export_onnx`. ``normalizer`` is that of
+    the observations, whose space in the environment is ``space``. Only the training mode of the model changes.
     """
     missing = [name for name in _NEEDED if find_spec(name) is None]
     if missing:

@@ -11,18 +11,7 @@ from frobs_core.errors import PolicyExportError
 
 
 class LstmStep(nn.Module):
-    """Advances the state of an LSTM by one step; where an episode starts, from nothing.
-
-    Args:
-        lstm: The LSTM, as trained.
-
-    Attributes:
-        layers: How many lie above each other.
-        hidden_size: Width of each.
-
-    Raises:
-        ConfigurationError: It is bidirectional or projects its output.
-    """
+    """Advances the state of an LSTM by one step; where an episode starts, from zero."""
 
     def __init__(self, lstm: nn.LSTM) -> None:
         super().__init__()

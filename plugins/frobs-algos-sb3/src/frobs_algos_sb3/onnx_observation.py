@@ -25,16 +25,16 @@ _TYPES = {
 
 
 class ObservationInput(nn.Module):
-    """Normalises an observation, or one part of it, and turns it into the floats that a network takes.
+    """Normalizes one part of an observation and converts it to the floats that a network takes.
 
-    The same in the same order and precision as ``VecNormalize.normalize_obs``, ``obs_to_tensor`` and
-    ``preprocess_obs`` of stable-baselines3, whose own code cannot be traced: it looks at values.
+    It repeats ``VecNormalize.normalize_obs``, ``obs_to_tensor`` and ``preprocess_obs`` of stable-baselines3 in the same
+    order and precision. Their own code cannot be traced, because it depends on values.
 
     Args:
-        space: Of the observation that the environment gives.
-        seen: Of what the policy sees: the same, or with the channels of an image in front.
-        normalizer: Of the observations; None: they are not normalised.
-        key: Of the part; ``""`` where the observation is one array.
+        space: Space in the environment.
+        seen: Space that the policy sees: the same, or with the channels of an image first.
+        normalizer: Normalizer of the observations, if any.
+        key: Key of the part; ``""`` if the observation is one array.
     """
 
     def __init__(

@@ -17,15 +17,7 @@ from frobs_core.errors import PolicyExportError
 
 
 class PolicyGraph(nn.Module):
-    """A policy from observation to action.
-
-    Args:
-        model: The model.
-        inputs: What each part of the observation goes through first, by its key.
-
-    Raises:
-        ConfigurationError: The policy is of a kind that is not known here.
-    """
+    """A policy from observation to action; ``inputs`` preprocess each part of the observation, by key."""
 
     def __init__(self, model: BaseAlgorithm, inputs: Mapping[str, ObservationInput]) -> None:
         super().__init__()
@@ -131,11 +123,7 @@ class Features(nn.Module):
 
 
 def network_of(model: BaseAlgorithm) -> nn.Module:
-    """Return what a model decides with, by what its policy is made of.
-
-    Raises:
-        ConfigurationError: The policy is of a kind that is not known here.
-    """
+    """Return the network that decides, found by the parts of the policy; PolicyExportError: the kind is unknown."""
     policy: Any = model.policy
     if isinstance(policy, ActorCriticPolicy):
         return ActorCritic(policy)

@@ -15,15 +15,7 @@ _ANY = ("Box", "Discrete", "MultiDiscrete", "MultiBinary")
 
 
 def _record(name: str, cls: str, summary: str, action_spaces: tuple[str, ...], **tuned: str) -> AlgorithmRecord:
-    """Return a record.
-
-    Args:
-        name: What users write, and the module.
-        cls: The class in it.
-        summary: One line.
-        action_spaces: What it acts in.
-        tuned: File in ``tuned/`` by environment ID without ``frobs/`` and ``-v0``.
-    """
+    """Return a record; ``tuned`` maps an ID without ``frobs/`` and ``-v0`` to a file in the folder ``tuned``."""
     return AlgorithmRecord(
         name=name,
         summary=summary,

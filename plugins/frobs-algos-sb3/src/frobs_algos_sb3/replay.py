@@ -25,16 +25,9 @@ Arrays = dict[str, np.ndarray[Any, Any]]
 
 
 def write(buffer: ReplayBuffer, folder: Path, previous: Path | None = None) -> None:
-    """Write a replay buffer into a folder that is made for it: ``index.json``, and a file for each block.
+    """Write a replay buffer into a new folder: ``index.json``, and a file for each block.
 
-    Args:
-        buffer: Of any class of stable-baselines3.
-        folder: The folder.
-        previous: What was written the last time: blocks that are the same become hard links to those there, or copies
-            where the disk knows no links.
-
-    Raises:
-        OSError: The disk is full, or the folder cannot be made.
+    Blocks that equal those in ``previous`` become hard links, or copies if the disk has no links.
     """
     folder.mkdir()
     arrays = _arrays(buffer)
@@ -60,11 +53,7 @@ def write(buffer: ReplayBuffer, folder: Path, previous: Path | None = None) -> N
 
 
 def read(buffer: ReplayBuffer, folder: Path) -> None:
-    """Fill a replay buffer, block by block, with what :func:`write` wrote.
-
-    Raises:
-        CheckpointError: A file is missing or damaged, or the buffer is of another size.
-    """
+    """Fill a replay buffer block by block; raise CheckpointError if a file is damaged or does not fit."""
     index_file = storage.read_json(folder / "index.json")
     arrays = _arrays(buffer)
     try:

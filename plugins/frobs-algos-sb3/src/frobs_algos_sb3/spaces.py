@@ -12,11 +12,7 @@ from frobs_core.errors import CheckpointError, IncompatibleSpaceError
 
 
 def space_to_json(space: gym.Space[Any]) -> dict[str, Any]:
-    """Return what JSON can hold.
-
-    Raises:
-        ConfigurationError: The space is of a kind that no algorithm here can use.
-    """
+    """Return a space as JSON; raise IncompatibleSpaceError for a kind that no algorithm here supports."""
     dtype = None if space.dtype is None else np.dtype(space.dtype).name
     if isinstance(space, spaces.Box):
         return {"type": "Box", "low": space.low.tolist(), "high": space.high.tolist(), "dtype": dtype}
@@ -36,11 +32,7 @@ def space_to_json(space: gym.Space[Any]) -> dict[str, Any]:
 
 
 def space_from_json(data: dict[str, Any]) -> gym.Space[Any]:
-    """Return the space that :func:`space_to_json` described.
-
-    Raises:
-        CheckpointError: The description is damaged.
-    """
+    """Return the space that :func:`space_to_json` described, or raise CheckpointError."""
     try:
         kind = data["type"]
         dtype = np.dtype(data["dtype"]) if data.get("dtype") else None

@@ -70,15 +70,10 @@ def restore_learning(model: BaseAlgorithm, saved: Mapping[str, Any]) -> None:
 
 @dataclass(frozen=True)
 class Pause:
-    """What is drawn from when a training continues.
+    """State of everything that is drawn from when training continues."""
 
-    Attributes:
-        arrays: The states of all generators, the noise on actions, and the matrices of state-dependent exploration.
-        at_start: Whether they were taken at the start of a rollout, for which matrices have been drawn already.
-    """
-
-    arrays: Arrays
-    at_start: bool
+    arrays: Arrays  # generators, action noise, and matrices of state-dependent exploration
+    at_start: bool  # taken at the start of a rollout, whose matrices have been drawn
 
 
 def pause(model: BaseAlgorithm, at_start: bool) -> Pause:

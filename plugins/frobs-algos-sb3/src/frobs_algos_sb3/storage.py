@@ -22,11 +22,7 @@ def write_json(path: Path, value: Any) -> None:
 
 
 def read_json(path: Path) -> dict[str, Any]:
-    """Read JSON.
-
-    Raises:
-        CheckpointError: The file is missing or damaged.
-    """
+    """Read a JSON object, or raise CheckpointError."""
     try:
         value = json.loads(path.read_text("utf-8"))
     except (OSError, ValueError) as error:
@@ -37,22 +33,14 @@ def read_json(path: Path) -> dict[str, Any]:
 
 
 def write_tensors(path: Path, value: Any) -> None:
-    """Write nested dictionaries of tensors and numbers.
-
-    They are put together in memory first: PyTorch, writing by itself, hides that the disk is full.
-    """
+    """Write nested dictionaries of tensors and numbers; from memory, because PyTorch itself hides a full disk."""
     buffer = io.BytesIO()
     th.save(value, buffer)
     path.write_bytes(buffer.getbuffer())
 
 
 def read_tensors(path: Path) -> Any:
-    """Read what :func:`write_tensors` wrote.
-
-    Raises:
-        CheckpointError: The file is missing or damaged.
-        UntrustedFileError: It holds something else than tensors and numbers.
-    """
+    """Read what :func:`write_tensors` wrote; raise UntrustedFileError for other objects, CheckpointError for damage."""
     data = _read_zip(path)
     try:
         return th.load(io.BytesIO(data), map_location="cpu", weights_only=True)
@@ -69,12 +57,7 @@ def write_arrays(path: Path, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None
 
 
 def read_arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
-    """Read what :func:`write_arrays` wrote.
-
-    Raises:
-        CheckpointError: The file is missing or damaged.
-        UntrustedFileError: It holds Python objects.
-    """
+    """Read what :func:`write_arrays` wrote; raise UntrustedFileError for Python objects, CheckpointError for damage."""
     data = _read_zip(path)
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as file:

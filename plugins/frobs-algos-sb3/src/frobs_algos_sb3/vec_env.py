@@ -19,19 +19,13 @@ _NOTHING: dict[str, Any] = {}
 
 
 class VectorEnvAdapter(VecEnv):
-    """A ``gymnasium.vector.VectorEnv`` as stable-baselines3 wants it.
+    """A ``gymnasium.vector.VectorEnv`` with same-step autoreset as stable-baselines3 expects it.
 
-    Batched arrays go straight through. Only where an episode has ended does an environment get an info of its own:
-    ``terminal_observation``, ``TimeLimit.truncated``, ``is_success`` and ``episode`` where the environment says so,
-    and what else its last info holds.
+    Batched arrays are passed on without a copy. Only an environment whose episode has ended gets an info of its own:
+    ``terminal_observation``, ``TimeLimit.truncated``, ``is_success`` and ``episode`` if the environment has them, and
+    the rest of its last info.
 
-    The environment keeps the seed that it was reset with: :meth:`seed` before :meth:`reset` gives it another one.
-
-    Args:
-        env: With same-step autoreset.
-
-    Raises:
-        ConfigurationError: The environment resets in another way.
+    The environment keeps the seed of its last reset: :meth:`seed` before :meth:`reset` gives it another one.
     """
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any]) -> None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from frobs_core import plugins, registry
 from frobs_core.errors import UnknownNameError
-from frobs_core.specs import KINDS, EnvironmentRecord, Record, TaskRecord
+from frobs_core.specs import KINDS, Record
 
 ENVIRONMENT = "environment"
 _WORDS = {"env": ENVIRONMENT, "envs": ENVIRONMENT, "environments": ENVIRONMENT, ENVIRONMENT: ENVIRONMENT}
@@ -15,16 +14,9 @@ _WORDS = {"env": ENVIRONMENT, "envs": ENVIRONMENT, "environments": ENVIRONMENT, 
 
 @dataclass(frozen=True)
 class Listed:
-    """A record with the distribution that offers it.
+    """A record, with the distribution that offers it."""
 
-    Attributes:
-        name: What users write: with ``distribution:`` before it where two distributions offer it.
-        record: The record.
-        distribution: The pip package that holds it.
-        version: Of the distribution.
-    """
-
-    name: str
+    name: str  # with ``distribution:`` as a prefix if two distributions offer it
     record: Record
     distribution: str
     version: str
@@ -36,11 +28,7 @@ class Listed:
 
 
 def kind_of(word: str) -> str:
-    """Return the kind that a word means, singular or plural; ``"environment"`` is one here.
-
-    Raises:
-        UnknownNameError: It means none.
-    """
+    """Return the kind that a word means, singular or plural; ``"environment"`` counts as a kind here."""
     known = {**{kind: kind for kind in KINDS}, **{plural(kind): kind for kind in KINDS}, **_WORDS}
     if word.lower() not in known:
         raise UnknownNameError("kind", word, [*(plural(kind) for kind in KINDS), "envs"])
@@ -68,11 +56,6 @@ def listed(kind: str) -> list[Listed]:
 def source_of(kind: str, record: Record) -> str:
     """Return distribution and version of a record, or nothing where it is from no plugin."""
     return next((item.source for item in listed(kind) if item.record is record), "")
-
-
-def environments() -> Mapping[str, tuple[TaskRecord, EnvironmentRecord]]:
-    """Return the environments that the installed tasks register, by ID."""
-    return registry.environments()
 
 
 def problems() -> list[str]:

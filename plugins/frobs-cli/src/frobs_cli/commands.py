@@ -44,11 +44,7 @@ class Command:
     passes_options_on: bool = False
 
     def load(self) -> Any:
-        """Import and return the function.
-
-        Raises:
-            Exception: Whatever the import raises.
-        """
+        """Import and return the function."""
         module, _, name = self.function.partition(":")
         return getattr(import_module(module), name)
 

@@ -14,7 +14,7 @@ from frobs_cli import catalogue
 from frobs_cli.describe_record import task_facts
 from frobs_cli.parameters import parameters
 from frobs_cli.providers import providers
-from frobs_core import plugins
+from frobs_core import plugins, registry
 from frobs_core.capabilities import Level, check_capabilities
 from frobs_core.errors import CapabilityError, FrobsError
 from frobs_core.specs import AlgorithmRecord, ControllerRecord, EnvironmentRecord, SimulatorRecord, TaskRecord
@@ -26,7 +26,7 @@ _DEPENDS = "as many columns as the robot asks for"
 def describe_environment(spec: EnvSpec) -> dict[str, Any]:
     """Return the facts about an ID. An environment that cannot be built is a fact too: ``error``."""
     facts: dict[str, Any] = {"kind": catalogue.ENVIRONMENT, "name": spec.id}
-    ours = catalogue.environments().get(spec.id)
+    ours = registry.environments().get(spec.id)
     if ours is None:
         facts["entry_point"] = str(spec.entry_point)
         facts["max_episode_steps"] = spec.max_episode_steps
@@ -88,23 +88,21 @@ def space_text(space: gym.Space[Any]) -> str:
 def _task(record: TaskRecord, environment: EnvironmentRecord) -> dict[str, Any]:
     facts = task_facts(record.load())
     chosen = environment.parameters
-    for row in facts["parameters"]:
-        if row["name"] in chosen:
-            row["default"], row["required"] = chosen[row["name"]], False
     for key in ("control_timestep", "physics_timestep"):
         if key in chosen:
             facts[key] = f"{chosen[key]:g} s"
-    facts["task_parameters"] = facts.pop("parameters")
+    facts["task_parameters"] = _with_defaults(facts.pop("parameters"), chosen)
     return facts
 
 
 def _controller(environment: EnvironmentRecord) -> list[dict[str, Any]]:
     chosen: Mapping[str, Any] = environment.parameters.get("controller_kwargs", {})
-    rows = parameters(plugins.get_record("controller", environment.controller).load())
-    for row in rows:
-        if row["name"] in chosen:
-            row["default"], row["required"] = chosen[row["name"]], False
-    return rows
+    return _with_defaults(parameters(plugins.get_record("controller", environment.controller).load()), chosen)
+
+
+def _with_defaults(rows: list[dict[str, Any]], chosen: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return rows of parameters with the values that an environment chooses as their defaults."""
+    return [row | {"default": chosen[row["name"]], "required": False} if row["name"] in chosen else row for row in rows]
 
 
 def _simulators(task: TaskRecord, environment: EnvironmentRecord) -> list[dict[str, Any]]:

@@ -20,11 +20,7 @@ def is_model_file(name: str) -> bool:
 
 
 def robot_of(name: str, xacro_args: Mapping[str, str], package_paths: Mapping[str, str | Path]) -> Robot | None:
-    """Return the robot that a name or the path of a model file means; None: it means none.
-
-    Raises:
-        AmbiguousNameError: Two distributions offer it.
-    """
+    """Return the robot that a name or the path of a model file means, or None."""
     if is_model_file(name):
         paths = {package: str(folder) for package, folder in package_paths.items()}
         return Robot(
@@ -38,11 +34,7 @@ def robot_of(name: str, xacro_args: Mapping[str, str], package_paths: Mapping[st
 
 
 def describe_file(robot: Robot) -> dict[str, Any]:
-    """Return the facts about a robot that is a file.
-
-    Raises:
-        ModelFileError: The file cannot be read.
-    """
+    """Return the facts about a robot that is a file; raise ModelFileError if it cannot be read."""
     load(robot)
     return {"kind": "robot file", "name": robot.name, **describe_robot(robot)}
 
@@ -107,11 +99,7 @@ def sensors(robot: Robot) -> list[dict[str, Any]]:
 
 
 def load(robot: Robot) -> RobotModel:
-    """Read a robot's model file.
-
-    Raises:
-        ModelFileError: It cannot be read.
-    """
+    """Read a robot's model file."""
     from frobs_core.models import load_model
 
     return load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)

@@ -11,7 +11,7 @@ from frobs_cli.completion import complete_kind
 from frobs_cli.options import Json
 from frobs_cli.output import only_json, print_json, print_line, print_note, print_table, print_title
 from frobs_cli.providers import providers
-from frobs_core import plugins
+from frobs_core import plugins, registry
 from frobs_core.specs import KINDS
 
 
@@ -77,7 +77,7 @@ def _environments() -> list[dict[str, Any]]:
             "summary": environment.summary,
             **{key: fact for it in providers() for key, fact in it.environment(env_id, environment).items()},
         }
-        for env_id, (task, environment) in catalogue.environments().items()
+        for env_id, (task, environment) in registry.environments().items()
     ]
 
 

@@ -20,11 +20,7 @@ _SETTINGS = {"help_option_names": ["-h", "--help"]}
 
 
 class LazyCommand(TyperCommand):
-    """A command that imports its function when it runs, completes its options or shows its own help.
-
-    Args:
-        record: What its distribution declares.
-    """
+    """A command that imports its function when it runs, completes its options or shows its own help."""
 
     def __init__(self, record: Command) -> None:
         super().__init__(record.name.split()[-1], help=record.summary, rich_help_panel=record.heading)
@@ -32,11 +28,7 @@ class LazyCommand(TyperCommand):
 
     @cached_property
     def loaded(self) -> TyperCommand:
-        """The command itself, with its parameters.
-
-        Raises:
-            CommandImportError: Its function cannot be imported.
-        """
+        """The command itself, with its parameters; raises CommandImportError if its function cannot be imported."""
         try:
             function = self.record.load()
         except Exception as error:
@@ -56,12 +48,7 @@ class LazyCommand(TyperCommand):
 
 
 class CommandImportError(typer.TyperException):
-    """The function of a command cannot be imported.
-
-    Args:
-        record: The command.
-        error: What the import raised.
-    """
+    """The function of a command cannot be imported."""
 
     def __init__(self, record: Command, error: Exception) -> None:
         super().__init__(

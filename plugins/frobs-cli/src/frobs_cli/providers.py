@@ -47,8 +47,8 @@ class Provider:
         return False
 
     def describe(self, name: str) -> Mapping[str, Any]:
-        """Return the facts about a thing of ``kind``, with ``kind`` and ``name`` among them."""
-        raise NotImplementedError
+        """Return the facts about a thing of ``kind``; by default only ``kind`` and ``name``."""
+        return {"kind": self.kind, "name": name}
 
     def readable(self, facts: Mapping[str, Any]) -> Mapping[str, Any]:
         """Return facts of :meth:`describe` in a form for people."""

@@ -93,12 +93,7 @@ def _readable(facts: Facts) -> Mapping[str, Any]:
 
 
 def _draw(robot: Robot | None, name: str, picture: Path) -> None:
-    """Draw a robot.
-
-    Raises:
-        ConfigurationError: The name is no robot's.
-        RenderingUnavailableError: Nothing can be drawn on this machine.
-    """
+    """Draw a robot; raise ConfigurationError if the name is not a robot's."""
     if robot is None:
         raise CommandLineError("--picture", f"'{name}' is neither a robot nor a model file; only those can be drawn.")
     with console(stderr=True).status("drawing"):
@@ -109,12 +104,7 @@ def _draw(robot: Robot | None, name: str, picture: Path) -> None:
 
 
 def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
-    """Yield what describes each thing that a name means.
-
-    Raises:
-        UnknownNameError: It means nothing.
-        AmbiguousNameError: Two distributions offer it.
-    """
+    """Yield for each thing that a name means a function that describes it; UnknownNameError: it means nothing."""
     prefix, _, rest = name.partition(":")
     others = {it.kind: it for it in providers() if it.kind}
     kind = prefix if prefix in (*KINDS, catalogue.ENVIRONMENT, *others) else None
@@ -136,7 +126,7 @@ def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
             found = True
             yield lambda provider=provider: {**provider.describe(wanted)}  # type: ignore[misc]
     if not found:
-        names = {known for kind in KINDS for known in plugins.records(kind)} | set(catalogue.environments())
+        names = {known for kind in KINDS for known in plugins.records(kind)} | set(registry.environments())
         hints = (plugins.active().install_hint(kind, name) for kind in (*KINDS, "environment"))
         hint = next(filter(None, hints), "")
         raise UnknownNameError("record or environment ID", name, names, catalogue.problems(), hint)

@@ -101,12 +101,7 @@ def read_bundle(path: Path | str) -> Bundle:
 
 
 def parse_bundle(path: Path, data: bytes) -> Bundle:
-    """Read a bundle's bytes, as :func:`read_bundle` does.
-
-    Args:
-        path: Where they are from, for messages.
-        data: All of them.
-    """
+    """Read a bundle from its bytes, as :func:`read_bundle` does from a file; ``path`` is for messages."""
     members = _members(path, data)
     try:
         manifest = json.loads(members[MANIFEST].decode("utf-8"))

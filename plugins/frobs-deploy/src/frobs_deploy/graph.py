@@ -26,18 +26,14 @@ class Graph:
     """The graph, ready to run on the CPU.
 
     Args:
-        bundle: That holds it.
-        observation: Space of each part of the observation, by its key.
+        bundle: Bundle that contains it.
+        observation: Space of each part of the observation, by key.
         action: Space of the actions.
-        num_threads: For the runtime; one is fastest for small networks.
+        num_threads: Threads of onnxruntime; one is fastest for small networks.
 
     Attributes:
-        states: Shape of each state of a recurrent policy, without the batch axis, by its input's name.
-        scores: Whether the graph tells the scores of discrete choices.
-
-    Raises:
-        BundleError: The graph cannot be run, or is not the one that the bundle describes.
-        OnnxruntimeMissingError: onnxruntime is not installed.
+        states: Shape of each state of a recurrent policy, without the batch axis, by the name of its input.
+        scores: Whether the graph returns the scores of discrete choices.
     """
 
     def __init__(self, bundle: Bundle, observation: Mapping[str, Space], action: Space, num_threads: int) -> None:
@@ -71,14 +67,7 @@ class Graph:
         self._action = action
 
     def run(self, inputs: Mapping[str, Array]) -> dict[str, Array]:
-        """Return the outputs by name.
-
-        Args:
-            inputs: (n, …) each.
-
-        Raises:
-            BundleError: The graph fails, or its action has the wrong shape.
-        """
+        """Return the outputs by name, for inputs (n, …); raise BundleError if the graph fails."""
         try:
             values: list[Any] = self._session.run(self._outputs, dict(inputs))
         except Exception as error:

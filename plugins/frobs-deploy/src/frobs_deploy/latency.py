@@ -35,11 +35,7 @@ class Latency:
 
 
 class LatencyWindow:
-    """Keeps the durations of the last actions.
-
-    Args:
-        size: How many.
-    """
+    """Keeps the durations of the last actions."""
 
     def __init__(self, size: int = 1000) -> None:
         self._seconds: deque[float] = deque(maxlen=size)

@@ -15,15 +15,8 @@ from frobs_deploy.spaces import Array
 class ActionLimits:
     """Clips actions to their space, and to a largest change per step.
 
-    Args:
-        path: The bundle, for messages.
-        manifest: What it says.
-        max_change: ``"joint_velocity"``: as far as the joints get in a step; a number or an array of the action's
-            shape, in the action's own unit; None: any change.
-
-    Raises:
-        PolicyArgumentError: ``max_change`` is of the wrong shape, or not above 0, or actions are discrete.
-        BundleMismatchError: ``"joint_velocity"``, and actions are no joint positions.
+    ``max_change`` is ``"joint_velocity"`` for the change that the joints' velocity limits allow, a number or an array
+    of the action's shape in the action's own unit, or None for any change.
     """
 
     def __init__(self, path: Path, manifest: Manifest, max_change: str | float | Array | None) -> None:
@@ -41,11 +34,7 @@ class ActionLimits:
             self._previous = np.where(mask.reshape(-1, *[1] * len(self._space.shape)), np.nan, self._previous)
 
     def apply(self, action: Array) -> Array:
-        """Return actions, (n, …), that are inside; of the space's own type.
-
-        Raises:
-            BundleError: An action is not finite.
-        """
+        """Return actions, (n, …), inside the limits, of the space's dtype; raise BundleError if one is not finite."""
         if self._space.discrete:
             return action.astype(self._space.dtype, copy=False)
         if not np.isfinite(action).all():

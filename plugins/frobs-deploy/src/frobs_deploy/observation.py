@@ -14,12 +14,7 @@ from frobs_deploy.spaces import Array, Space
 
 
 class ObservationReader:
-    """Turns observations into the batches that a graph takes.
-
-    Args:
-        path: The bundle, for messages.
-        manifest: What it says.
-    """
+    """Turns observations into the batches that a graph takes."""
 
     def __init__(self, path: Path, manifest: Manifest) -> None:
         self._path = path
@@ -28,11 +23,7 @@ class ObservationReader:
         self._terms = manifest.terms
 
     def read(self, observation: Array | Mapping[str, Array]) -> tuple[dict[str, Array], bool, int]:
-        """Return the parts by key, (n, …) each; whether there was no batch axis; and n.
-
-        Raises:
-            BundleMismatchError: The observation is not as in the training.
-        """
+        """Return the parts by key, (n, …) each; whether there was no batch axis; and n."""
         if self._flat is not None:
             given = self._compose(observation) if isinstance(observation, Mapping) else observation
             value, single = self._batch("the observation", self._flat, given)

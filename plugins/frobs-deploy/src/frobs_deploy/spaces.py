@@ -16,18 +16,10 @@ _SHAPED = ("Box", "MultiDiscrete", "MultiBinary")
 
 @dataclass(frozen=True)
 class Space:
-    """A space whose elements are arrays.
+    """A space whose elements are arrays; infinite bounds are ±inf."""
 
-    Attributes:
-        type: ``"Box"``, ``"Discrete"``, ``"MultiDiscrete"`` or ``"MultiBinary"``.
-        shape: Of an element; ``()`` of a Discrete.
-        dtype: Of an element.
-        low: Smallest values, of ``shape``; −inf where there is none.
-        high: Largest values, of ``shape``; inf where there is none.
-    """
-
-    type: str
-    shape: tuple[int, ...]
+    type: str  # ``"Box"``, ``"Discrete"``, ``"MultiDiscrete"`` or ``"MultiBinary"``
+    shape: tuple[int, ...]  # ``()`` for a Discrete
     dtype: np.dtype[Any]
     low: Array
     high: Array
@@ -65,11 +57,7 @@ def space_to_json(type: str, shape: tuple[int, ...], dtype: np.dtype[Any], low: 
 
 
 def space_from_json(data: Mapping[str, Any]) -> Space:
-    """Return the space that :func:`space_to_json` wrote.
-
-    Raises:
-        KeyError, TypeError, ValueError: It is damaged.
-    """
+    """Return the space that :func:`space_to_json` wrote; KeyError, TypeError or ValueError means damage."""
     shape, dtype = tuple(int(size) for size in data["shape"]), np.dtype(str(data["dtype"]))
     if data["type"] not in (*_SHAPED, "Discrete") or dtype.kind not in "fiub" or any(size < 0 for size in shape):
         raise ValueError(f"no space is {data['type']} {shape} {dtype}")

@@ -20,18 +20,10 @@ from frobs_train.errors import ComponentError, EnvironmentBuildError
 def make_vector_env(
     environment: str, num_envs: int, kwargs: Mapping[str, Any], wrappers: Sequence[ComponentConfig] = ()
 ) -> gym.vector.VectorEnv[Any, Any, Any]:
-    """Make a vector environment with same-step autoreset: the ID's own where there is one, else one by one.
+    """Make a vector environment with same-step autoreset: the ID's own if it has one, else single environments in turn.
 
-    Args:
-        environment: Gymnasium ID.
-        num_envs: Environments, at most :data:`frobs_core.compose.MAX_NUM_ENVS`.
-        kwargs: Keywords of the environment.
-        wrappers: Those of single environments are put around each, which are then stepped one by one; those of vectors
-            around all of them.
-
-    Raises:
-        UnknownNameError: No such ID.
-        ConfigurationError: The environment cannot be built with these keywords.
+    Wrappers of single environments are applied to each one, which rules out the ID's own vector environment; wrappers
+    of vector environments are applied to the whole.
     """
     check_num_envs(num_envs)
     spec = find_spec(environment)
@@ -84,18 +76,7 @@ def make_env(
     render_mode: str | None = None,
     wrappers: Sequence[ComponentConfig] = (),
 ) -> gym.Env[Any, Any]:
-    """Make one environment.
-
-    Args:
-        environment: Gymnasium ID.
-        kwargs: Keywords of the environment.
-        render_mode: ``"rgb_array"``, ``"human"`` or None.
-        wrappers: Those of single environments.
-
-    Raises:
-        UnknownNameError: No such ID.
-        ConfigurationError: The environment cannot be built with these keywords, or a wrapper is one of vectors.
-    """
+    """Make one environment with wrappers of single environments."""
     spec = find_spec(environment)
     loaded = [(load_wrapper(component), component) for component in wrappers]
     for cls, component in loaded:

@@ -73,7 +73,7 @@ class TrainingError(RunError):
         self.resumable = resumable
         since = "from the beginning" if resumable is None else f"from step {resumable:,}"
         super().__init__(
-            f"the training in {path} failed after {steps:,} environment steps: {cause}. Mend it, then "
+            f"the training run in {path} failed after {steps:,} environment steps: {cause}. Fix it, then "
             f"'frobs resume {path}' continues {since}; --debug shows the traceback."
         )
 

@@ -43,11 +43,7 @@ _REAPPLIED = (
 
 
 def new_model(settings: FileSettings, env: Env) -> BaseAlgorithm:
-    """Return a new model.
-
-    Raises:
-        ConfigurationError: The environment or the networks do not fit the algorithm.
-    """
+    """Return a new model."""
     kwargs = {**settings.block.attributes(), **exploration(settings, env)}
     if settings.params.use_custom_policy:
         kwargs["policy_kwargs"] = settings.params.policy_params.to_kwargs()
@@ -59,13 +55,7 @@ def new_model(settings: FileSettings, env: Env) -> BaseAlgorithm:
 
 
 def saved_model(settings: FileSettings, env: Env, folder: Path, trust: bool) -> BaseAlgorithm:
-    """Return the model that ``model_name`` names, with every number of the file in the place of its own.
-
-    Raises:
-        ConfigurationError: It does not exist, or the environment is another.
-        CheckpointError: It is damaged.
-        UntrustedFileError: It, or the replay buffer beside it, needs ``trust``.
-    """
+    """Return the model that ``model_name`` names, with every number of the file instead of its own."""
     path = existing_model(folder, settings.params.model_name)
     attributes = {**settings.block.attributes(), **exploration(settings, env)}
     overrides = {key: value for key, value in attributes.items() if key not in _ONLY_NEW}
@@ -78,13 +68,7 @@ def saved_model(settings: FileSettings, env: Env, folder: Path, trust: bool) -> 
 
 
 def imitated_model(settings: FileSettings, env: Env, path: Path, trust: bool) -> BaseAlgorithm:
-    """Return a model that begins with a policy from imitation learning.
-
-    Raises:
-        ConfigurationError: The environment is another.
-        CheckpointError: The policy's file is missing, damaged, or of another algorithm.
-        UntrustedFileError: It needs ``trust``.
-    """
+    """Return a model that starts with a policy from imitation learning."""
     attributes = settings.block.attributes()
     given = {key: value for key, value in attributes.items() if key in _REAPPLIED}
     return load_model(
@@ -93,20 +77,10 @@ def imitated_model(settings: FileSettings, env: Env, path: Path, trust: bool) ->
 
 
 def exploration(settings: FileSettings, env: Env) -> dict[str, Any]:
-    """Return the keywords of noise; state-dependent exploration takes the place of noise on actions.
-
-    Raises:
-        ConfigurationError: There is no noise for such actions.
-    """
-    params = settings.params
-    found: dict[str, Any] = {}
-    if settings.algorithm in WITH_SDE:
-        found |= {"use_sde": params.use_sde, "sde_sample_freq": params.sde_params.sde_sample_freq}
-        if settings.algorithm == "sac":
-            found["use_sde_at_warmup"] = params.sde_params.use_sde_at_warmup
+    """Return the keywords of noise; state-dependent exploration replaces noise on actions."""
+    found = settings.sde()
     if settings.algorithm in WITH_NOISE:
-        noisy = params.use_action_noise and not found.get("use_sde", False)
-        found["action_noise"] = _noise(settings, env) if noisy else None
+        found["action_noise"] = _noise(settings, env) if settings.has_action_noise() else None
     return found
 
 

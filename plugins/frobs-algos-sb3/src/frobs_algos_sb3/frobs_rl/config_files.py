@@ -15,15 +15,12 @@ DEFAULTS = Path(__file__).parent / "config"
 
 
 def find_config(package: str | None, filename: str | Path) -> Path:
-    """Return the path of a YAML file.
+    """Return the path of a YAML file, or raise ConfigurationError that lists the existing files.
 
     Args:
-        package: A ROS package, where ROS is: the file is in its ``config`` folder. Or a Python package: there, or beside
-            its modules. ``"frobs_rl"``: the default files, where no such package has the file. None: ``filename`` is a path.
-        filename: The file; an absolute path is taken as it is.
-
-    Raises:
-        ConfigurationError: There is no such package or file; the files that there are are named.
+        package: A ROS package, with the file in its ``config`` folder, or a Python package, with the file there or
+            beside its modules. ``"frobs_rl"`` also means the default files. None: ``filename`` is a path.
+        filename: The file; an absolute path is used directly.
     """
     if package is None or Path(filename).is_absolute():
         path = Path(filename)

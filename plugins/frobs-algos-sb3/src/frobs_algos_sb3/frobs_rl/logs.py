@@ -29,14 +29,8 @@ _OURS = ("progress.csv", "events.out.tfevents.*")
 def log_folder(path: Path, on_existing: str) -> Path:
     """Return the folder to log into.
 
-    Args:
-        path: The one that was asked for.
-        on_existing: ``error``: it must not exist; ``increment``: else the next free name, ``TD3_2`` after ``TD3_1``;
-            ``overwrite``: else its logs are removed; ``resume``: else they go on.
-
-    Raises:
-        LogFolderExistsError: It exists.
-        ConfigurationError: There is no such choice.
+    If it exists, ``on_existing`` ``error`` raises LogFolderExistsError, ``increment`` returns the next free name
+    (``TD3_2`` after ``TD3_1``), ``overwrite`` removes its logs, and ``resume`` continues them.
     """
     if on_existing not in CHOICES:
         raise ParameterValueError("on_existing", on_existing, f"one of {', '.join(CHOICES)}")
@@ -74,11 +68,7 @@ def make_logger(folder: Path) -> Logger:
 
 
 class ContinuedCSV(CSVOutputFormat):
-    """Appends to a table, where stable-baselines3's own writer would begin it anew.
-
-    Args:
-        path: The table; a last line that a killed process did not finish is dropped.
-    """
+    """Appends to a table; stable-baselines3's own writer would start a new one. An incomplete last line is dropped."""
 
     def __init__(self, path: Path) -> None:
         text = path.read_text("utf-8")

@@ -13,12 +13,12 @@ from frobs_core.errors import MissingSettingError
 
 
 class OnPolicyModel(BasicModel):
-    """Base class of PPO and A2C.
+    """Base class of PPO and A2C, with the arguments of :class:`BasicModel` and two more.
 
     Args:
         *args: Positional arguments of :class:`BasicModel`.
-        load_il_policy: Begin with the policy at ``il_policy_path``.
-        il_policy_path: A model of the same algorithm, as imitation learning has saved it.
+        load_il_policy: Start with the policy at ``il_policy_path``.
+        il_policy_path: A model of the same algorithm from imitation learning.
         **kwargs: Keyword arguments of :class:`BasicModel`.
     """
 

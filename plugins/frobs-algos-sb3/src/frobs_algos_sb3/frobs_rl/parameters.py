@@ -19,18 +19,7 @@ SERVERS = "frobs.parameter_servers"
 
 
 def load_parameters(path: Path, ns: str) -> Mapping[str, Any]:
-    """Read a YAML file; where a parameter server runs, put it there under a namespace.
-
-    Args:
-        path: The file.
-        ns: The namespace: ``"/"``, ``"/robot1"``.
-
-    Returns:
-        The file; every mapping in it knows its keys' lines.
-
-    Raises:
-        ConfigFileError: The file cannot be used.
-    """
+    """Read a YAML file, and copy it to a namespace (``"/"``, ``"/robot1"``) of the parameter server if one runs."""
     mapping = load_yaml(path)
     server = parameter_server()
     if server is not None and isinstance(mapping.get(ROOT), Mapping):
@@ -39,15 +28,7 @@ def load_parameters(path: Path, ns: str) -> Mapping[str, Any]:
 
 
 def current_parameters(mapping: Mapping[str, Any], ns: str) -> Mapping[str, Any]:
-    """Return the parameters as they stand now: somebody may have changed them on the parameter server.
-
-    Args:
-        mapping: What :func:`load_parameters` returned.
-        ns: The same namespace.
-
-    Raises:
-        ConfigFileError: They were removed from the server.
-    """
+    """Return the current parameters: they may have changed on the parameter server since :func:`load_parameters`."""
     server = parameter_server()
     if server is None:
         return mapping
@@ -60,10 +41,9 @@ def current_parameters(mapping: Mapping[str, Any], ns: str) -> Mapping[str, Any]
 
 
 def parameter_server() -> Any:
-    """Return a parameter server, with ``set_param``, ``has_param`` and ``get_param``, where one answers, or None.
+    """Return an object with ``set_param``, ``has_param`` and ``get_param``, or None if no parameter server runs.
 
-    Distributions bring them as entry points of the group ``frobs.parameter_servers``, each a function that returns one
-    or None: frobs-ros brings that of ROS.
+    Distributions provide functions that return one as entry points of the group ``frobs.parameter_servers``.
     """
     for entry in sorted(entry_points(group=SERVERS), key=lambda entry: entry.name):
         server = entry.load()()

@@ -24,11 +24,7 @@ def free_name(path: Path) -> Path:
 
 
 def existing_model(folder: Path, name: str) -> Path:
-    """Return the path of a model that is to be trained on.
-
-    Raises:
-        ConfigurationError: There is none; those that there are are named.
-    """
+    """Return the path of a model to continue, or raise ConfigurationError that lists the existing models."""
     path = folder / f"{name.removesuffix('.zip')}.zip"
     if not path.is_file():
         there = sorted(file.stem for file in folder.glob("*.zip")) if folder.is_dir() else []
@@ -42,14 +38,7 @@ def existing_model(folder: Path, name: str) -> Path:
 
 
 class SaveEvery(BaseCallback):
-    """Saves a model each time that so many steps were taken.
-
-    Args:
-        steps: Steps between two.
-        folder: Where they go.
-        prefix: ``td3_model`` makes ``td3_model_1000_steps.zip``.
-        save: Writes the model to the path that it is given.
-    """
+    """Saves a model every so many steps, as ``<prefix>_<steps>_steps.zip``; ``save`` writes it to a path."""
 
     def __init__(self, steps: int, folder: Path, prefix: str, save: Callable[[Path], None]) -> None:
         super().__init__()

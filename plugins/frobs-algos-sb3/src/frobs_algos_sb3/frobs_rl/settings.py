@@ -43,11 +43,7 @@ class PolicyParams(Strict):
         return value.lower() if isinstance(value, str) else value
 
     def to_kwargs(self) -> dict[str, Any]:
-        """Return ``policy_kwargs`` of stable-baselines3.
-
-        Raises:
-            ConfigurationError: The features extractor is abstract.
-        """
+        """Return ``policy_kwargs`` of stable-baselines3; ConfigurationError: the features extractor is abstract."""
         from stable_baselines3.common import torch_layers
         from torch import nn, optim
 
@@ -129,19 +125,25 @@ class ModelParams(Strict):
 
 
 class FileSettings(Strict):
-    """A file, read for one algorithm.
-
-    Attributes:
-        algorithm: Its name.
-        params: What all algorithms share.
-        block: The algorithm's own.
-        unused: Keys of the file that mean nothing to this algorithm.
-    """
+    """The settings of a file for one algorithm; ``unused`` lists keys without a meaning for it."""
 
     algorithm: str
     params: ModelParams
     block: Block
     unused: tuple[str, ...] = ()
+
+    def sde(self) -> dict[str, Any]:
+        """Return the keywords of state-dependent exploration; none if the algorithm does not support it."""
+        if self.algorithm not in WITH_SDE:
+            return {}
+        params = self.params.sde_params.model_dump()
+        if self.algorithm != "sac":
+            del params["use_sde_at_warmup"]
+        return {"use_sde": self.params.use_sde, **params}
+
+    def has_action_noise(self) -> bool:
+        """Return whether noise is added to actions; state-dependent exploration replaces it."""
+        return self.params.use_action_noise and not self.sde().get("use_sde", False)
 
 
 def algorithms_in(mapping: Mapping[str, Any]) -> list[str]:
@@ -151,17 +153,11 @@ def algorithms_in(mapping: Mapping[str, Any]) -> list[str]:
 
 
 def read_settings(mapping: Mapping[str, Any], algorithm: str, path: Path | str = "the parameters") -> FileSettings:
-    """Check a file for one algorithm, and fill in FRobs_RL's defaults.
-
-    Args:
-        mapping: The file; a :class:`frobs_core.yaml.ConfigMapping` gives errors file and line.
-        algorithm: Name of the algorithm.
-        path: What errors call the mapping.
+    """Check a file for one algorithm and fill in FRobs_RL's defaults; ``path`` is the name of the file in errors.
 
     Raises:
-        ConfigFileError: ``model_params`` or the algorithm's block is missing; or, where file and line are known, any of:
-        UnknownParameterError: A key is unknown.
-        ConfigurationError: A value cannot be used.
+        ConfigFileError: ``model_params`` or the algorithm's block is missing, or a key or value cannot be used.
+        ConfigurationError: The same, if the mapping is not from a file.
     """
     given = mapping.get(ROOT)
     if not isinstance(given, Mapping):

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from frobs_algos_sb3.frobs_rl.blocks import WITH_NOISE, WITH_SDE
+from frobs_algos_sb3.frobs_rl.blocks import WITH_NOISE
 from frobs_algos_sb3.frobs_rl.settings import ROOT, FileSettings, read_settings
 from frobs_core.errors import ConfigFileError
 
@@ -24,19 +24,10 @@ _ELSEWHERE = (
 
 
 def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[dict[str, Any], str]:
-    """Return the keys of :class:`frobs_train.RunConfig` that a file of FRobs_RL means.
+    """Return the keys of :class:`frobs_train.RunConfig` that a file of FRobs_RL means, and a note.
 
-    Args:
-        mapping: The file.
-        algorithm: The algorithm whose block counts.
-        path: The file, for errors.
-
-    Returns:
-        The keys, and one line on what has no place in a run; empty where everything has.
-
-    Raises:
-        ConfigFileError: A key is unknown, or a value cannot be used.
-        ConfigurationError: The file goes on from a model.
+    The note lists in one line the keys that have no meaning for a run; it may be empty. ConfigFileError means that a
+    key or value cannot be used, or that the file continues a model.
     """
     settings = read_settings(mapping, algorithm, path)
     params = settings.params
@@ -58,17 +49,13 @@ def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[d
 
 def algorithm_config(settings: FileSettings) -> dict[str, Any]:
     """Return the settings of the algorithm ``frobs train`` knows; observations go to the networks as they are."""
-    params, algorithm = settings.params, settings.algorithm
+    params = settings.params
     config: dict[str, Any] = {**settings.block.model_dump(), "scale_observation": False}
     if "train_freq" in config:
         config["train_freq"] = {"frequency": config["train_freq"]["freq"], "unit": config["train_freq"]["unit"]}
-    if algorithm in WITH_SDE:
-        config |= {"use_sde": params.use_sde, "sde_sample_freq": params.sde_params.sde_sample_freq}
-        if algorithm == "sac":
-            config["use_sde_at_warmup"] = params.sde_params.use_sde_at_warmup
-    if algorithm in WITH_NOISE:
-        noisy = params.use_action_noise and not config.get("use_sde", False)
-        config["action_noise"] = params.action_noise.model_dump() if noisy else None
+    config |= settings.sde()
+    if settings.algorithm in WITH_NOISE:
+        config["action_noise"] = params.action_noise.model_dump() if settings.has_action_noise() else None
     if params.use_custom_policy:
         policy = params.policy_params
         policy.to_kwargs()  # refuses what is abstract

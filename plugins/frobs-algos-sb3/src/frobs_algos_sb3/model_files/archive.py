@@ -42,23 +42,14 @@ _VARIABLES = ("pytorch_variables.pth", "tensors.pth")
 
 @dataclass(frozen=True)
 class ModelArchive:
-    """What was read.
+    """Contents of a model file."""
 
-    Attributes:
-        path: The file.
-        content: Its bytes.
-        data: The JSON, with every ``:serialized:`` taken out.
-        pickled: The keys of ``data`` whose value is a pickle that was not opened.
-        tensors: State dictionary of each part: ``policy``, ``policy.optimizer``, …
-        version: Of stable-baselines3, as the file says.
-    """
-
-    path: Path
-    content: bytes
-    data: Mapping[str, Any]
-    pickled: frozenset[str]
-    tensors: Mapping[str, Any]
-    version: str
+    path: Path  # the file
+    content: bytes  # its bytes
+    data: Mapping[str, Any]  # the JSON without every ``:serialized:``
+    pickled: frozenset[str]  # keys of ``data`` whose value is a pickle
+    tensors: Mapping[str, Any]  # state dictionary of each part: ``policy``, ``policy.optimizer``, …
+    version: str  # of stable-baselines3
 
 
 def read_archive(path: Path | str) -> ModelArchive:
@@ -93,11 +84,7 @@ def read_archive(path: Path | str) -> ModelArchive:
 
 
 def find_file(path: Path | str, suffix: str = ".zip") -> Path:
-    """Return the file, whose suffix may have been left out.
-
-    Raises:
-        CheckpointError: There is none.
-    """
+    """Return the file, whose suffix may be missing in the path, or raise CheckpointError."""
     path = Path(path)
     for candidate in (path, path.with_name(path.name + suffix)):
         if candidate.is_file():

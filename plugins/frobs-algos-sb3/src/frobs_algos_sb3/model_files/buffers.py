@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from stable_baselines3.common.buffers import DictReplayBuffer, ReplayBuffer
 
+from frobs_algos_sb3.storage import write_arrays
 from frobs_core.errors import CheckpointError, ConfigurationError, UntrustedFileError
 from frobs_core.files import write_aside
 
@@ -39,12 +40,7 @@ def write_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
     arrays = {"format": np.array(FORMAT), "next": np.array(buffer.pos % buffer.buffer_size if buffer.full else size)}
     for name, whole in _arrays(buffer).items():
         arrays[name] = whole[:size]
-
-    def write(aside: Path) -> None:
-        with aside.open("wb") as file:
-            np.savez(file, allow_pickle=False, **arrays)
-
-    write_aside(path, write)
+    write_aside(path, lambda aside: write_arrays(aside, arrays))
 
 
 def read_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:

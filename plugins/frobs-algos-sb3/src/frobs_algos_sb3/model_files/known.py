@@ -69,11 +69,7 @@ _CLASSES: Mapping[str, Mapping[str, type]] = {
 
 
 def algorithm_class(name: str) -> type[BaseAlgorithm]:
-    """Return the class of an algorithm.
-
-    Raises:
-        Unreadable: sb3-contrib is not installed.
-    """
+    """Return the class of an algorithm; raise Unreadable if sb3-contrib is not installed."""
     module, _, attribute = ALGORITHMS[name].partition(":")
     try:
         found: type[BaseAlgorithm] = getattr(import_module(module), attribute)
@@ -102,12 +98,9 @@ def identify(data: Mapping[str, Any]) -> str | None:
 
 
 def policy_class(value: Any) -> type[Any]:
-    """Return the policy class that a pickled one names beside it, if it is one of the library's own.
+    """Return the policy class that a pickle names in its readable text, or raise Unreadable if it is not a known one.
 
-    The text names a class's module, and the class itself only in its constructor's.
-
-    Raises:
-        Unreadable: It is another one.
+    The text names a class's module, and the class itself only in the name of its constructor.
     """
     module = value.get("__module__") if isinstance(value, dict) else None
     written = value.get("__init__") if isinstance(value, dict) else None
@@ -120,15 +113,7 @@ def policy_class(value: Any) -> type[Any]:
 
 
 def policy_argument_class(field: str, written: Any) -> type[Any]:
-    """Return a class that ``policy_kwargs`` names.
-
-    Args:
-        field: ``activation_fn``, ``optimizer_class`` or ``features_extractor_class``.
-        written: ``"<class 'torch.nn.modules.activation.ReLU'>"``.
-
-    Raises:
-        Unreadable: It is none of those that are known.
-    """
+    """Return the class that a field of ``policy_kwargs`` names: ``"<class 'torch.nn.modules.activation.ReLU'>"``."""
     classes = _CLASSES[field]
     name = class_name(written)
     if name not in classes:

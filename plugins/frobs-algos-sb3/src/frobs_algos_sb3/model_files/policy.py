@@ -20,18 +20,7 @@ from frobs_core.interfaces.task import Observation
 
 
 class ModelPolicy:
-    """Acts as a model does.
-
-    Args:
-        model: The model.
-        observation_space: Of the environment that it acts in.
-        action_space: Of the same.
-
-    Attributes:
-        model: The model.
-        observation_space: Of the environment.
-        action_space: Of the environment.
-    """
+    """A model with the spaces and the ``predict`` of an algorithm."""
 
     def __init__(self, model: BaseAlgorithm, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
         self.model = model
@@ -56,22 +45,15 @@ def open_policy(
     algorithm: str | None = None,
     trust: bool = False,
 ) -> tuple[ModelPolicy, int]:
-    """Open a model file for an environment.
-
-    Args:
-        path: The file.
-        observation_space: Of the environment.
-        action_space: Of the environment.
-        algorithm: Its name; None: the file tells.
-        trust: Open it with stable-baselines3's own loader, which executes what the file holds.
+    """Open a model file for an environment; the arguments are those of :func:`load_model`.
 
     Returns:
-        What acts, and the environment steps that it had trained for.
+        The policy, and the environment steps that it was trained for.
 
     Raises:
         CheckpointError: The file is missing, damaged, or of another algorithm.
         UntrustedFileError: It can only be opened by executing it.
-        RunError: The environment is not like the one of the training.
+        RunError: The environment's spaces differ from those of the model.
     """
     model = load_model(path, algorithm=algorithm, trust=trust, device="cpu")
     seen = _as_trained(observation_space, model.observation_space)

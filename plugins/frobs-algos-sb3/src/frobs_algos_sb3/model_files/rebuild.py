@@ -50,25 +50,14 @@ _COUNTS = ("n_critics", "n_quantiles", "n_lstm_layers")
 
 @dataclass
 class Rebuilt:
-    """What could be had without executing anything.
-
-    Attributes:
-        values: Attributes of the model.
-        unreadable: Those that could not be had, with the reason.
-    """
+    """Attributes of a model that were read without executing anything, and the reason for each unreadable one."""
 
     values: dict[str, Any] = field(default_factory=dict)
     unreadable: dict[str, str] = field(default_factory=dict)
 
 
 def rebuild(archive: ModelArchive, cls: type[BaseAlgorithm], given: Iterable[str]) -> Rebuilt:
-    """Read every attribute that the class has and that nobody gives.
-
-    Args:
-        archive: The file.
-        cls: Class of the model.
-        given: Attributes that the caller has.
-    """
+    """Read every attribute of a model class from a file, except those that the caller has (``given``)."""
     data, result = archive.data, Rebuilt()
     names = set(_attributes(cls)) - set(_FRESH)
     for name in [name for name in data if name in names and name not in given]:
@@ -168,11 +157,7 @@ def _rollout_buffer_class(value: Any) -> None:
 
 
 def policy_kwargs(value: Any, archive: ModelArchive) -> dict[str, Any]:
-    """Return the policy's keywords, all of which the policy takes and all of whose sizes the tensors have.
-
-    Raises:
-        Unreadable: One of them cannot be had.
-    """
+    """Return the policy's keywords; raise Unreadable unless the policy accepts each and the tensors have each size."""
     if not isinstance(value, dict):
         raise Unreadable("it is no mapping")
     accepted = inspect.signature(known.policy_class(archive.data.get("policy_class")).__init__).parameters

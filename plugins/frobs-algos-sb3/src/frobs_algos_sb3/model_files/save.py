@@ -74,11 +74,7 @@ def _attributes(model: BaseAlgorithm) -> dict[str, Any]:
 
 
 def read_sidecar(archive: ModelArchive) -> dict[str, Any]:
-    """Return the attributes that the JSON file of a model has; none where it is missing, or another file's.
-
-    Raises:
-        CheckpointError: It is damaged.
-    """
+    """Return the attributes in the JSON file of a model; none if it is missing or belongs to another file."""
     path = sidecar_path(archive.path)
     try:
         if path.stat().st_size > MAX_BYTES:

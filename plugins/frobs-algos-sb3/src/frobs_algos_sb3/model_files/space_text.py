@@ -40,11 +40,7 @@ _SEPARATOR = re.compile(r"\s*,\s*")
 
 
 def read_space(value: Any) -> gym.Space[Any]:
-    """Return the space that a pickled one describes beside it; those of the old ``gym`` too.
-
-    Raises:
-        Unreadable: It does not say enough.
-    """
+    """Return the space that a pickle describes in its readable text, also a space of the old ``gym``."""
     if not isinstance(value, dict):
         raise Unreadable("it is no space")
     module, _, kind = text.class_name(value.get(":type:")).rpartition(".")

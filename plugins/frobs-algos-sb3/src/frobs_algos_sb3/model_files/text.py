@@ -57,17 +57,10 @@ def shape(value: Any) -> tuple[int, ...]:
 
 
 def array(text: Any, of_shape: tuple[int, ...] | None = None) -> np.ndarray[Any, Any]:
-    """Return an array from NumPy's text.
+    """Return an array, float64, from NumPy's text (``"[-1.  0.5]"``, ``"[[0 0 ... 0 0]]"``) or from a number.
 
-    NumPy writes eight decimals, and leaves out the middle of what has more than a thousand elements: such a text is
-    understood only where all that it shows is one number.
-
-    Args:
-        text: ``"[-1.  0.5]"``, ``"[[0 0 ... 0 0]]"``, or a number.
-        of_shape: Shape; None: as many as there are, in one dimension.
-
-    Returns:
-        Float64, of the shape.
+    NumPy writes eight decimals, and omits the middle of more than a thousand elements: such a text is accepted only if
+    it shows a single number. ``of_shape`` None means one dimension.
     """
     if isinstance(text, int | float) and not isinstance(text, bool):
         text = repr(text)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from frobs_cli.formats import duration, percent
 from frobs_cli.providers import Provider
+from frobs_train.cli.describe_run import describe_run, is_run, readable_run
 
 if TYPE_CHECKING:
     from frobs_core.specs import EnvironmentRecord
@@ -39,18 +40,14 @@ class TrainProvider(Provider):
 
     def describes(self, name: str) -> bool:
         """Return whether a path is a run folder."""
-        return (Path(name) / "config.yaml").is_file()
+        return is_run(Path(name))
 
     def describe(self, name: str) -> dict[str, Any]:
         """Return the facts about a run."""
-        from frobs_train.cli.describe_run import describe_run
-
         return describe_run(Path(name))
 
     def readable(self, facts: Mapping[str, Any]) -> dict[str, Any]:
         """Return the facts about a run in a form for people."""
-        from frobs_train.cli.describe_run import readable_run
-
         return readable_run(facts)
 
 

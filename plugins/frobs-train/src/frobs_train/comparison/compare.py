@@ -13,7 +13,8 @@ import numpy as np
 from frobs_core.errors import ParameterValueError, RunError
 from frobs_train.comparison.confidence import Estimate, estimate, probability_of_improvement
 from frobs_train.comparison.groups import group_runs
-from frobs_train.comparison.scores import Curve, RunScore, curve_of, has_success, read_columns, score_run
+from frobs_train.comparison.scores import Curve, RunScore, curve_of, has_success, score_run
+from frobs_train.logs.progress import read_columns
 from frobs_train.runs.run import Run
 
 Metric = Literal["success", "reward"]
@@ -21,31 +22,17 @@ Metric = Literal["success", "reward"]
 
 @dataclass(frozen=True, kw_only=True)
 class Group:
-    """Runs that differ in nothing but their seed.
+    """Runs that differ only in their seed."""
 
-    Attributes:
-        label: Environment, algorithm and the settings that set the group apart.
-        environment: Gymnasium ID.
-        algorithm: Its name.
-        runs: What each run reached.
-        final: Interquartile mean of what the runs reached, over seeds.
-        reached: How many runs came to the threshold.
-        steps_to_threshold: [environment steps] median over seeds, a run that never got there counting as endless;
-            None: it is endless, or no threshold was asked for.
-        seconds: [s] of training, median over seeds.
-        steps_per_second: Median over seeds.
-        curve: The metric over the training, as far as all runs have come.
-    """
-
-    label: str
+    label: str  # environment, algorithm and the settings that distinguish the group
     environment: str
     algorithm: str
     runs: tuple[RunScore, ...]
-    final: Estimate
-    reached: int
-    steps_to_threshold: float | None
-    seconds: float
-    steps_per_second: float
+    final: Estimate  # interquartile mean over the seeds
+    reached: int  # runs that reached the threshold
+    steps_to_threshold: float | None  # median over the seeds; None: no threshold, or most runs never reached it
+    seconds: float  # [s] of training, median over the seeds
+    steps_per_second: float  # median over the seeds
     curve: Curve
 
     @property
@@ -56,15 +43,9 @@ class Group:
 
 @dataclass(frozen=True, kw_only=True)
 class Improvement:
-    """How likely a run of one group beats one of another in the same environment.
+    """Probability that a run of the first group beats one of the second; 0.5 if neither is better."""
 
-    Attributes:
-        first: Label of the group that may be better.
-        second: Label of the other.
-        probability: In [0, 1]; 0.5 where neither is better.
-    """
-
-    first: str
+    first: str  # label of the better group
     second: str
     probability: Estimate
 
@@ -118,7 +99,7 @@ def compare(runs: Sequence[Run], *, metric: Metric | None = None, threshold: flo
     if threshold is not None and not math.isfinite(threshold):
         raise ParameterValueError("threshold", threshold, "finite")
     opened = list({run.path.resolve(): run for run in runs}.values())
-    columns = {run.path: read_columns(run) for run in opened}
+    columns = {run.path: read_columns(run.path) for run in opened}
     blind = [run for run in opened if not has_success(run, columns[run.path])]
     if metric == "success" and blind:
         raise RunError(f"{blind[0].path}: its environment tells no success; compare by --metric reward.")

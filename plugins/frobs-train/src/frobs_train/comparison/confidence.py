@@ -19,13 +19,7 @@ _LEVELS = (2.5, 97.5)  # [%] of a 95 % interval
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number with its 95 % confidence interval.
-
-    Attributes:
-        value: The point estimate.
-        low: Lower end of the interval; None where there is one value only, of which nothing can be said.
-        high: Upper end.
-    """
+    """A value with its 95 % confidence interval, which is None if there is a single run."""
 
     value: float
     low: float | None
@@ -33,17 +27,9 @@ class Estimate:
 
 
 def interquartile_mean(values: Floats, axis: int = -1) -> Floats:
-    """Return the mean of the middle half.
+    """Return the mean of the middle half of the values along an axis, as float64.
 
-    A quarter of the values, rounded down, is left out at each end, as SciPy's ``trim_mean`` and rliable do: of fewer
-    than four values it is the mean.
-
-    Args:
-        values: Not empty along the axis.
-        axis: Along which.
-
-    Returns:
-        Float64, without the axis.
+    At each end a quarter of the values, rounded down, is left out, as in SciPy's ``trim_mean`` and in rliable.
     """
     ordered = np.sort(np.moveaxis(np.asarray(values, np.float64), axis, -1), axis=-1)
     count = ordered.shape[-1]
@@ -52,33 +38,17 @@ def interquartile_mean(values: Floats, axis: int = -1) -> Floats:
 
 
 def estimate(strata: Sequence[Floats]) -> Estimate:
-    """Estimate the interquartile mean over all strata, with a stratified bootstrap (percentile) interval.
-
-    Args:
-        strata: The values of each stratum (of one environment, a value for each seed), each (values,), not empty.
-    """
+    """Estimate the interquartile mean over all strata, each (values,), with a stratified bootstrap interval."""
     return _bootstrap(strata, lambda drawn: interquartile_mean(np.concatenate(drawn, axis=-1)))
 
 
 def probability_of_improvement(first: Floats, second: Floats) -> Estimate:
-    """Estimate how likely a run of the first group beats one of the second: P(X > Y) + P(X = Y) / 2.
-
-    Args:
-        first: (runs,), not empty.
-        second: (runs,), not empty.
-    """
+    """Estimate the probability that a run of the first group beats one of the second: P(X > Y) + P(X = Y) / 2."""
     return _bootstrap([first, second], lambda drawn: _wins(*drawn))
 
 
 def band(curves: Floats) -> tuple[Floats, Floats, Floats]:
-    """Estimate a curve from a curve for each seed: the interquartile mean at each point, and its interval.
-
-    Args:
-        curves: (seeds, points)
-
-    Returns:
-        Middle, lower and upper end, each (points,). With one seed, the ends equal the middle.
-    """
+    """Return the interquartile mean of curves, (seeds, points), and the ends of its interval; each (points,)."""
     curves = np.asarray(curves, np.float64)
     rng = np.random.default_rng(_SEED)
     rows = rng.integers(len(curves), size=(RESAMPLES // 5, len(curves)))  # whole seeds: a curve hangs together

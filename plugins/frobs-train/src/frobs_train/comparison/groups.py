@@ -27,14 +27,10 @@ _MOST = 3
 
 
 def group_runs(runs: Sequence[Run]) -> dict[str, list[Run]]:
-    """Gather runs by environment, algorithm and configuration without the seed.
+    """Group runs by environment, algorithm and configuration without the seed.
 
-    Args:
-        runs: Any.
-
-    Returns:
-        Label, then runs in the order given. A label names environment and algorithm, and then the settings in which
-        the group differs from another of the same two: ``"CartPole-v1 · PPO · learning_rate=0.001"``.
+    The keys are labels: environment, algorithm, and the settings that distinguish the group from others of these two,
+    for example ``"CartPole-v1 · PPO · learning_rate=0.001"``.
     """
     gathered: dict[str, list[Run]] = {}
     for run in runs:

@@ -12,8 +12,7 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.errors import RunError
 from frobs_train.comparison.confidence import band
-from frobs_train.logs.progress import STEPS, read_progress
-from frobs_train.plots.plot import smooth
+from frobs_train.logs.progress import STEPS, smooth
 from frobs_train.runs.run import Run
 
 _KEYS = {"success": "success_rate", "reward": "mean_reward"}
@@ -26,63 +25,28 @@ Columns = Mapping[str, Floats]
 
 @dataclass(frozen=True, kw_only=True)
 class RunScore:
-    """What one run came to.
-
-    Attributes:
-        run: Its folder.
-        seed: Its seed.
-        final: The metric at the end.
-        source: Where ``final`` is from: ``"evaluation"``, or the end of the ``"training"``.
-        evaluated_steps: [environment steps] before that evaluation; None: there was none.
-        steps: [environment steps] that were trained.
-        total_steps: [environment steps] that were asked for.
-        steps_to_threshold: [environment steps] until the metric, smoothed, came to the threshold; None: never.
-        seconds: [s] of training.
-        steps_per_second: Over the whole training.
-    """
+    """Result of one run. Steps are environment steps."""
 
     run: Path
     seed: int
-    final: float
-    source: Literal["evaluation", "training"]
-    evaluated_steps: int | None
+    final: float  # the metric at the end
+    source: Literal["evaluation", "training"]  # of ``final``
+    evaluated_steps: int | None  # at the evaluation; None: never evaluated
     steps: int
     total_steps: int
-    steps_to_threshold: float | None
-    seconds: float
+    steps_to_threshold: float | None  # of the smoothed metric; None: never reached
+    seconds: float  # [s]
     steps_per_second: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class Curve:
-    """A metric over the training, over seeds.
-
-    Attributes:
-        steps: (points,) [environment steps], up to where the shortest run ended.
-        middle: (points,) interquartile mean.
-        low: (points,) lower end of its 95 % interval.
-        high: (points,) upper end.
-    """
+    """A metric over the environment steps that all seeds have taken, with its 95 % interval; (points,) each."""
 
     steps: Floats
     middle: Floats
     low: Floats
     high: Floats
-
-
-def read_columns(run: Run) -> Columns:
-    """Read the log of a run.
-
-    Raises:
-        RunError: It has no rows yet.
-    """
-    try:
-        columns = read_progress(run.path / "progress.csv")
-    except FileNotFoundError:
-        columns = {}
-    if not columns.get(STEPS):
-        raise RunError(f"{run.path} has no rows in its progress.csv yet; look again once it has trained a while.")
-    return {name: np.array(values) for name, values in columns.items()}
 
 
 def has_success(run: Run, columns: Columns) -> bool:
@@ -92,11 +56,7 @@ def has_success(run: Run, columns: Columns) -> bool:
 
 
 def score_run(run: Run, columns: Columns, metric: str, threshold: float | None) -> RunScore:
-    """Say what a run came to.
-
-    Raises:
-        RunError: No episode has ended in it yet.
-    """
+    """Return the result of a run; raise RunError if no episode has ended yet."""
     assert run.config.seed is not None
     evaluation = _newest_evaluation(run, columns, metric)
     steps = columns[STEPS]
@@ -132,10 +92,7 @@ def curve_of(logs: Sequence[Columns], metric: str) -> Curve:
 
 
 def _newest_evaluation(run: Run, columns: Columns, metric: str) -> tuple[int, float] | None:
-    """Return environment steps and result of the latest evaluation as trained, of those during the training too.
-
-    As trained: on the training's simulator, with the nominal models.
-    """
+    """Return steps and result of the latest evaluation on the simulator and the nominal models of the training run."""
     key = _KEYS[metric]
     found = [
         (int(result["steps"]), int(result["episodes"]), float(result[key]))

@@ -16,13 +16,9 @@ _FLAGS = ("num_envs", "steps")
 
 
 def training_command(config: RunConfig) -> str | None:
-    """Return the ``frobs train`` that resolves to a configuration: as short as what is tuned and the defaults allow.
+    """Return the shortest ``frobs train`` command that resolves to a configuration.
 
-    Args:
-        config: Resolved.
-
-    Returns:
-        The command; None where none resolves to it here, because what is tuned or installed has changed.
+    None if no command does, because tuned settings or installed packages have changed.
     """
     flags: dict[str, Any] = {"algorithm": config.algorithm, "seed": config.seed}
     words = ["frobs", "train", config.environment]

@@ -18,15 +18,7 @@ if TYPE_CHECKING:
 
 
 def load_component(name: str, what: str) -> Any:
-    """Import a wrapper's or callback's class by its name.
-
-    Args:
-        name: ``"package.module:Name"``.
-        what: ``"wrapper"`` or ``"callback"``, for errors.
-
-    Raises:
-        ConfigurationError: The module cannot be imported, or has no such attribute.
-    """
+    """Import a wrapper or callback (``what``) by its name, ``"package.module:Name"``."""
     module_name, _, attribute = name.partition(":")
     if not module_name or not attribute:
         raise ComponentError(what, name, "is not of the form package.module:Name.")
@@ -47,11 +39,7 @@ def load_component(name: str, what: str) -> Any:
 
 
 def load_wrapper(component: ComponentConfig) -> type[Any]:
-    """Import a wrapper's class.
-
-    Raises:
-        ConfigurationError: It is none of Gymnasium's two kinds.
-    """
+    """Import a wrapper's class and check that it is one."""
     found = load_component(component.name, "wrapper")
     if not (isinstance(found, type) and issubclass(found, (gym.Wrapper, gym.vector.VectorWrapper))):
         raise ComponentError(
@@ -64,14 +52,9 @@ def check_components(components: Sequence[ComponentConfig], written: Any, what: 
     """Import components and check their keywords before anything is built.
 
     Args:
-        components: Wrappers or callbacks, as the configuration lists them.
-        written: What they were read from, for file and line.
+        components: Wrappers or callbacks of the configuration.
+        written: What they were read from, to report file and line.
         what: ``"wrapper"`` or ``"callback"``.
-
-    Raises:
-        ConfigurationError: A component cannot be used.
-        UnknownParameterError: It takes no such keyword; the nearest is named.
-        ConfigFileError: Either, where it was read from a file.
     """
     for index, component in enumerate(components):
         key = "name"
@@ -87,11 +70,7 @@ def check_components(components: Sequence[ComponentConfig], written: Any, what: 
 
 
 def build_component(factory: Any, args: Sequence[Any], component: ComponentConfig, what: str) -> Any:
-    """Call the factory of a component.
-
-    Raises:
-        ConfigurationError: It refuses its keywords.
-    """
+    """Call the factory of a component; any exception becomes a ComponentError."""
     try:
         return factory(*args, **component.kwargs)
     except FrobsError:

@@ -120,20 +120,12 @@ class RunConfig(BaseModel):
 
 
 def algorithm_record(name: str) -> AlgorithmRecord:
-    """Return an algorithm's record.
-
-    Raises:
-        UnknownNameError: No algorithm has the name.
-    """
+    """Return an algorithm's record."""
     return cast(AlgorithmRecord, get_record("algorithm", name))
 
 
 def resolve_algorithm_config(record: AlgorithmRecord, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Check an algorithm's settings and fill in its defaults; what is filled in already stays as it is.
-
-    Raises:
-        ConfigurationError: A key is unknown or a value cannot be used.
-    """
+    """Check an algorithm's settings and fill in its defaults; complete settings are returned unchanged."""
     try:
         return dict(record.load().resolve_config(settings))
     except UnknownParameterError as error:  # of an algorithm that does not look at where a key was written

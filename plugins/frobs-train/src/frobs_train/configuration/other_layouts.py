@@ -17,19 +17,12 @@ _log = logging.getLogger("frobs")
 
 
 def read_config_file(file: Path | str, algorithm: str | None = None) -> tuple[ConfigMapping, bool]:
-    """Read a YAML file; one in another layout is translated by the algorithm whose record knows it.
+    """Read a YAML file, and translate it if an algorithm's record declares its layout.
 
-    What the other layout says and a run has no place for is told in one line.
-
-    Args:
-        file: The file.
-        algorithm: The algorithm that was asked for; None: the file decides.
+    Keys that have no meaning for a run are reported in one line.
 
     Returns:
         Keys of :class:`frobs_train.RunConfig`, and whether they were translated.
-
-    Raises:
-        ConfigFileError: The file cannot be used, or is one for several algorithms, or for others than was asked for.
     """
     mapping = load_yaml(file)
     found = {

@@ -115,12 +115,7 @@ def _from_flags(environment: str | None, flags: Mapping[str, Any]) -> dict[str, 
 
 
 def read_setting(setting: str) -> dict[str, Any]:
-    """Read ``key=value`` or ``section.key=value``, the value YAML, as nested mappings.
-
-    Raises:
-        ConfigurationError: It is not of this form.
-        ConfigFileError: The value is no YAML.
-    """
+    """Return ``key=value`` or ``section.key=value``, with a YAML value, as nested mappings."""
     path, equals, text = setting.partition("=")
     keys = path.strip().split(".")
     if not equals or not all(keys):

@@ -147,13 +147,7 @@ def evaluate(
 
 
 def usual_num_envs(config: RunConfig, episodes: int, simulator: str | None = None) -> int:
-    """Return how many environments an evaluation steps together: few, where each is a process or an engine of its own.
-
-    Args:
-        config: Of the training.
-        episodes: That are played, ≥ 1.
-        simulator: Another one than the training's.
-    """
+    """Return how many environments an evaluation steps together: few if each is a process or an engine of its own."""
     name = simulator or config.environment_kwargs.get("simulator")
     record = plugins.records("simulator").get(name) if name else None
     alone = isinstance(record, SimulatorRecord) and record.capabilities.get("batched", Level.EXACT) < Level.EXACT

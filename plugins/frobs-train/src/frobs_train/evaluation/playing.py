@@ -30,14 +30,9 @@ class OctantResult:
 def play_episodes(
     env: gym.vector.VectorEnv[Any, Any, Any], policy: Algorithm, episodes: int, seed: int, deterministic: bool = True
 ) -> EpisodeCounter:
-    """Play episodes; every environment plays a number that is fixed beforehand, so that short ones do not count more.
+    """Play exactly so many episodes in an environment with same-step autoreset.
 
-    Args:
-        env: With same-step autoreset.
-        policy: Acts.
-        episodes: Exactly so many, at least one for each environment.
-        seed: Of the first environment.
-        deterministic: Take the mode of the policy, or else sample.
+    Each environment plays a number of episodes that is fixed beforehand, so that short ones do not count more.
     """
     counter = EpisodeCounter(env.num_envs, episodes, goal_reader(env), error_reader(env))
     recorder = EpisodeRecorder(env, counter.add)
@@ -54,13 +49,13 @@ def play_episodes(
 
 
 class EpisodeCounter:
-    """Takes the first so many episodes of each environment.
+    """Counts the first episodes of each environment.
 
     Args:
-        num_envs: How many there are.
-        episodes: Of all of them together.
-        goals: What :func:`goal_reader` returns.
-        errors: What :func:`error_reader` returns.
+        num_envs: Number of environments.
+        episodes: Total number of episodes.
+        goals: From :func:`goal_reader`.
+        errors: From :func:`error_reader`.
     """
 
     def __init__(
@@ -138,10 +133,7 @@ class EpisodeCounter:
 
 
 def goal_reader(env: gym.vector.VectorEnv[Any, Any, Any]) -> tuple[Callable[[], Floats], Floats] | None:
-    """Return how to read the goals, (num_envs, 3) [m], and the middle of their box.
-
-    None where the task has no ``goal`` of that shape, or no ``goal_low`` and ``goal_high``.
-    """
+    """Return a function that reads the goals, (num_envs, 3) [m], and the center of their box; None without goals."""
     task: Any = getattr(env.unwrapped, "task", None)
     low, high = getattr(task, "goal_low", None), getattr(task, "goal_high", None)
     if low is None or high is None or not hasattr(task, "goal") or np.shape(task.goal) != (env.num_envs, 3):
@@ -150,10 +142,7 @@ def goal_reader(env: gym.vector.VectorEnv[Any, Any, Any]) -> tuple[Callable[[], 
 
 
 def error_reader(env: gym.vector.VectorEnv[Any, Any, Any]) -> tuple[Callable[[], Floats], int] | None:
-    """Return how to read the tracking errors, (num_envs,) [m], and how many steps an episode may have.
-
-    None where the task has no ``tracking_error``, or nothing limits the episodes.
-    """
+    """Return a function that reads tracking errors, (num_envs,) [m], and the time limit in steps; None if one lacks."""
     task: Any = getattr(env.unwrapped, "task", None)
     error: Any = getattr(task, "tracking_error", None)
     limit = env.spec.max_episode_steps if env.spec is not None else None

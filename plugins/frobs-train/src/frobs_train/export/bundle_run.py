@@ -24,21 +24,10 @@ from frobs_train.runs.run import Run
 
 
 class BundleRun(Run):
-    """What a bundle says about the run that it came from, and its policy.
+    """A policy bundle with the interface of a run: its configuration and its policy. ``path`` is the bundle.
 
-    Args:
-        bundle: What was read.
-        trust: Build its environment also where it names a file, a module or a wrapper that is not listed.
-
-    Attributes:
-        path: The bundle.
-        config: Of the run.
-        bundle: What was read.
-
-    Raises:
-        BundleError: It does not say how its policy was trained.
-        ConfigurationError: The configuration in it is damaged.
-        UntrustedFileError: Its environment needs trust; see :mod:`frobs_train.export.untrusted`.
+    Without ``trust``, it raises UntrustedFileError if building its environment would load a file, a module or a wrapper
+    that is not listed in :mod:`frobs_train.export.untrusted`.
     """
 
     def __init__(self, bundle: Bundle, trust: bool = False) -> None:
@@ -54,11 +43,7 @@ class BundleRun(Run):
         self.steps = int(training.get("steps") or 0)
 
     def load_policy(self, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> tuple[BundlePolicy, int]:
-        """Return the policy, and the environment steps that it had trained for.
-
-        Raises:
-            BundleMismatchError: The environment's spaces are not those of the training.
-        """
+        """Return the policy, and the environment steps that it was trained for."""
         policy = Policy(self.bundle)
         trained = {
             "observation": self.bundle.manifest["observation"]["spaces"],
@@ -75,13 +60,7 @@ class BundleRun(Run):
 
 
 class BundlePolicy:
-    """A bundle's policy, which has the spaces and ``predict`` of an algorithm.
-
-    Args:
-        policy: The policy.
-        observation_space: Of one environment.
-        action_space: Of the same.
-    """
+    """A bundle's policy with the spaces and the ``predict`` of an algorithm."""
 
     def __init__(self, policy: Policy, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
         self._policy = policy
@@ -94,11 +73,7 @@ class BundlePolicy:
         episode_start: Mask | None = None,
         deterministic: bool = True,
     ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
-        """Return actions for a batch of observations; the policy keeps its state itself.
-
-        Raises:
-            RunError: Others than the mode are asked for.
-        """
+        """Return actions for a batch of observations; the policy keeps its state itself."""
         if not deterministic:
             raise RunError("a policy bundle holds the mode of the policy alone: it cannot be sampled.")
         if episode_start is None or episode_start.all():
@@ -124,13 +99,9 @@ def open_pretrained(environment: str) -> BundleRun:
 
 
 def changes_since(run: BundleRun) -> list[str]:
-    """Return what the environment says otherwise now than when the policy was exported: nothing, if it fits.
+    """Return a line for each fact about the environment that has changed since the policy was exported.
 
-    Robot, controller, action, observation, timestep, keywords and limit are compared, as :mod:`the bundle
-    <frobs_deploy>` tells of them; a policy that was trained with others may still act, and fail.
-
-    Raises:
-        ConfigurationError: The environment cannot be built.
+    A policy that was trained with other facts may still act, and fail.
     """
     env = make_vector_env(run.config.environment, 1, run.config.keywords(randomize=False), run.config.wrappers)
     try:
@@ -151,17 +122,6 @@ def _changes(then: Any, now: Any, name: str = "") -> Iterator[str]:
 
 
 def open_run_or_bundle(path: Path | str, trust: bool = False) -> Run:
-    """Open a run folder, or a policy bundle in the place of one.
-
-    Args:
-        path: The folder or the bundle.
-        trust: As :class:`BundleRun` takes it.
-
-    Raises:
-        RunError: It is a folder, and no run's.
-        BundleError: It is a file, and no bundle.
-        ConfigurationError: The configuration in it is damaged.
-        UntrustedFileError: The bundle needs trust.
-    """
+    """Open a run folder or a policy bundle; ``trust`` is that of :class:`BundleRun`."""
     path = Path(path)
     return BundleRun(read_bundle(path), trust) if path.exists() and not path.is_dir() else Run.open(path)

@@ -28,37 +28,30 @@ _ENVS, _STEPS = 8, 32  # 256 observations
 
 @dataclass(frozen=True, kw_only=True)
 class Export:
-    """What an export wrote.
-
-    Attributes:
-        path: The bundle.
-        steps: Environment steps that the policy had trained for.
-        observations: How many the trainer's policy and the bundle's were compared on.
-        max_difference: The largest difference of their actions, the action's range being [−1, 1].
-    """
+    """Result of an export."""
 
     path: Path
-    steps: int
-    observations: int
-    max_difference: float
+    steps: int  # environment steps that the policy was trained for
+    observations: int  # on which the two policies were compared
+    max_difference: float  # of the actions, whose range is [−1, 1]
 
 
 def export(
     run: Run, out: Path | None = None, *, checkpoint: str | int = "newest", license: str | None = None
 ) -> Export:
-    """Write a policy bundle, and prove before that it acts as the trainer's policy does.
+    """Write a policy bundle after checking that it acts like the algorithm's policy.
 
     Args:
         run: The run.
-        out: The file; None: ``policy.frobs`` in the run's folder. One that is there is replaced.
-        checkpoint: ``"newest"``, ``"best"`` of the evaluations during the training, or its environment steps.
-        license: Of the policy: an SPDX identifier (``"MIT"``) or the path of a text; None: none is given.
+        out: The file, which is replaced if it exists; None: ``policy.frobs`` in the run's folder.
+        checkpoint: ``"newest"``, ``"best"``, or its environment steps.
+        license: An SPDX identifier (``"MIT"``) or the path of a text; None: no license is given.
 
     Raises:
         CheckpointError: The checkpoint does not exist or is damaged.
-        ConfigurationError: The algorithm cannot be exported, or a package is missing that it needs.
-        RunError: The environment is not the one of the training.
-        BundleError: The graph does not act as the trainer's policy; nothing is written.
+        ConfigurationError: The algorithm cannot be exported, or a required package is missing.
+        RunError: The environment differs from that of the training run.
+        BundleError: The graph acts differently from the algorithm's policy; nothing is written.
     """
     text = license_text(license)
     env = make_vector_env(run.config.environment, _ENVS, run.config.keywords(randomize=False), run.config.wrappers)
@@ -84,26 +77,12 @@ def export(
         )
     manifest["check"]["max_difference"] = float(f"{difference:.3g}")
     data = pack_bundle(manifest, graph, text)
-
-    def write(aside: Path) -> None:
-        aside.write_bytes(data)
-
-    write_aside(path, write)
+    write_aside(path, lambda aside: aside.write_bytes(data))
     return Export(path=path, steps=steps, observations=_ENVS * _STEPS, max_difference=difference)
 
 
 def compare(algorithm: Algorithm, policy: Policy, env: gym.vector.VectorEnv[Any, Any, Any], seed: int) -> float:
-    """Return the largest difference between two policies in episodes that the first one plays.
-
-    Args:
-        algorithm: The trainer's.
-        policy: The bundle's.
-        env: Eight environments or any other number.
-        seed: Of the episodes.
-
-    Returns:
-        For actions in a Box, their range being [−1, 1]; for choices 0 where they are equal or tie, else 2.
-    """
+    """Return the largest difference between two policies in episodes that the first plays; see :func:`difference`."""
     observation, _ = env.reset(seed=seed)
     state, start = None, np.ones(env.num_envs, np.bool_)
     policy.reset()
@@ -121,13 +100,10 @@ def compare(algorithm: Algorithm, policy: Policy, env: gym.vector.VectorEnv[Any,
 
 
 def difference(space: gym.Space[Any], expected: Any, found: Any, scores: Any) -> float:
-    """Return the largest difference between actions, (n, …) each; see :func:`compare`.
+    """Return the largest difference between actions, (n, …) each.
 
-    Args:
-        space: Of one action.
-        expected: The trainer's.
-        found: The bundle's.
-        scores: Of discrete choices, (n, choices); a choice that differs is none if its scores tie.
+    Actions in a Box are scaled to [−1, 1]. For choices it is 2 if they differ and their scores, (n, choices), do not
+    tie; else 0.
     """
     if isinstance(space, gym.spaces.Box):
         half = np.maximum((space.high.astype(float) - space.low) / 2.0, np.finfo(np.float32).tiny)

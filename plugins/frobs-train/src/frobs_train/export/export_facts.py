@@ -76,15 +76,7 @@ def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfi
 
 
 def spaces_facts(observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> dict[str, Any]:
-    """Return what a bundle says about spaces, those of the parts of an observation by key.
-
-    Args:
-        observation_space: Of one environment.
-        action_space: Of the same.
-
-    Raises:
-        ConfigurationError: A space is of a kind that a bundle cannot hold.
-    """
+    """Return the spaces of one environment as a bundle stores them, those of an observation by key."""
     parts = _parts(observation_space)
     return {"observation": {key: _space(space) for key, space in parts.items()}, "action": _space(action_space)}
 
@@ -112,12 +104,7 @@ def training_facts(run: Run, steps: int) -> dict[str, Any]:
 
 
 def learning_curve(run: Run, steps: int) -> dict[str, list[Any]]:
-    """Return the log up to a checkpoint in few points: ``steps``, ``seconds``, and means of ``reward`` and ``success``.
-
-    Args:
-        run: The run.
-        steps: Of the checkpoint.
-    """
+    """Return the log up to a checkpoint in few points: ``steps``, ``seconds``, mean ``reward`` and ``success``."""
     path = run.path / "progress.csv"
     columns = {name: np.array(values) for name, values in (read_progress(path) if path.is_file() else {}).items()}
     rows = np.flatnonzero(columns.get(STEPS, np.empty(0)) <= steps)
@@ -133,14 +120,7 @@ def learning_curve(run: Run, steps: int) -> dict[str, list[Any]]:
 
 
 def license_text(license: str | None) -> str:
-    """Return what the bundle's ``LICENSE`` says.
-
-    Args:
-        license: An SPDX identifier or expression, the path of a text, or None.
-
-    Raises:
-        ConfigurationError: It is neither.
-    """
+    """Return the text of the bundle's ``LICENSE`` for an SPDX expression, the path of a text, or None."""
     if license is None:
         return _NO_LICENSE
     path = Path(license)

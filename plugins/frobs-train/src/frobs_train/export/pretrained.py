@@ -12,15 +12,12 @@ from frobs_deploy.errors import BundleError
 
 
 def read_pretrained(environment: str) -> Bundle:
-    """Read the trained policy that comes with an ID.
-
-    Args:
-        environment: The ID; the form ``frobs_core:frobs/…`` is understood.
+    """Read the trained policy that comes with an ID, which may have the form ``frobs_core:frobs/…``.
 
     Raises:
-        UnknownNameError: No such ID.
-        RunError: Nothing comes with it.
-        BundleError: The file is missing, damaged, or of another ID.
+        UnknownNameError: The ID does not exist.
+        RunError: The ID has no trained policy.
+        BundleError: The file is missing, damaged, or belongs to another ID.
     """
     name = registry.bare_id(environment)
     bundle = read_bundle(registry.pretrained_path(environment))
@@ -57,11 +54,9 @@ def describe_pretrained(bundle: Bundle) -> dict[str, Any]:
 
 
 def claimed_evaluation(bundle: Bundle, simulator: str | None = None) -> Mapping[str, Any] | None:
-    """Return what ``frobs evaluate`` had found before the export, of the most episodes; None where it was not asked.
+    """Return the evaluation with the most episodes before the export; None if there is none.
 
-    Args:
-        bundle: The bundle.
-        simulator: Another than the training's; None: the training's.
+    ``simulator`` None means the simulator of the training run.
     """
     found = (bundle.manifest.get("training") or {}).get("evaluations") or []
     nominal = [row for row in found if row.get("simulator") == simulator and not row.get("randomize")]

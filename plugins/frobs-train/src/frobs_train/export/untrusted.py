@@ -62,11 +62,7 @@ _FILE = re.compile(r"[/\\~$:\0]|\.[A-Za-z]\w*$|^\.+$")  # what makes a text a pa
 
 
 def check_config(path: Path, config: RunConfig) -> None:
-    """Check what evaluating or playing a bundle would build, before anything of it is imported or created.
-
-    Args:
-        path: The bundle.
-        config: Of the run that it came from.
+    """Check what playing a bundle would build, before anything of it is imported or created.
 
     Raises:
         UntrustedFileError: It names a module, a file, a wrapper that is not listed, or anything but plain data.

@@ -18,12 +18,12 @@ _FOOTER = 4  # bytes
 
 
 class EventLog:
-    """Writes events, each at once: a full disk is told by the row that did not fit, and a kill loses none.
+    """Writes TensorBoard events, each one immediately; each process writes its own file.
 
     Args:
-        folder: Of the events; each process writes a file of its own.
-        resumed_at: Environment steps that the run continues from: events beyond them are removed from the files that
-            are there, and a TensorBoard that has read them already is told to forget them. None: a new run.
+        folder: Folder of the events.
+        resumed_at: Environment steps from which the run continues: later events are removed from existing files, and a
+            running TensorBoard is told to forget them. None: a new run.
 
     Raises:
         ImportError: TensorBoard is not installed.
@@ -48,11 +48,7 @@ class EventLog:
             self._write(step=resumed_at + 1, session_log=SessionLog(status=SessionLog.START))
 
     def write(self, steps: int, values: Mapping[str, float]) -> None:
-        """Write scalars.
-
-        Raises:
-            OSError: The disk is full.
-        """
+        """Write scalars."""
         scalars = [self._summary.Value(tag=name, simple_value=value) for name, value in values.items()]
         self._write(step=steps, summary=self._summary(value=scalars))
 
@@ -79,8 +75,4 @@ def _cut(path: Path, steps: int, event: Any) -> None:
             kept += data[place:end]
         place = end
     if len(kept) < len(data):
-        write_aside(path, lambda aside: _write_bytes(aside, kept))
-
-
-def _write_bytes(path: Path, data: bytes | bytearray) -> None:
-    path.write_bytes(data)
+        write_aside(path, lambda aside: aside.write_bytes(kept))

@@ -10,6 +10,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Self
 
+import numpy as np
+
+from frobs_core.arrays import Floats
 from frobs_core.errors import RunError
 from frobs_core.files import write_aside
 from frobs_train.logs.events import EventLog
@@ -19,18 +22,14 @@ STEPS = "train/steps"
 
 
 class ProgressLog:
-    """Writes rows; closes as a context manager.
+    """Writes the rows of the log, as a context manager. Its methods raise RunError if the disk is full.
 
-    A name that turns up for the first time in a later row becomes a new column: the file is written anew, aside,
-    with one header.
+    If a later row has a new column, the file is rewritten with one header.
 
     Args:
-        folder: Of the run.
-        resumed_at: Environment steps that the run continues from: rows beyond them are removed, and so is a last one
-            that a kill cut short. None: a new run.
-
-    Raises:
-        RunError: The disk is full.
+        folder: The run's folder.
+        resumed_at: Environment steps from which the run continues: later rows and an incomplete last row are removed.
+            None: a new run.
     """
 
     def __init__(self, folder: Path, resumed_at: int | None = None) -> None:
@@ -45,11 +44,7 @@ class ProgressLog:
             raise self._failure(error) from error
 
     def write(self, row: Mapping[str, float | None]) -> None:
-        """Write a row, at once; None leaves a cell empty.
-
-        Raises:
-            RunError: The disk is full.
-        """
+        """Write a row immediately; None leaves a cell empty."""
         try:
             self._write_csv(row)
             if self._events is not None:
@@ -59,11 +54,7 @@ class ProgressLog:
             raise self._failure(error) from error
 
     def sync(self) -> None:
-        """Have the rows written to the disk before going on: a checkpoint counts on them.
-
-        Raises:
-            RunError: The disk is full.
-        """
+        """Wait until the rows are on the disk, because a checkpoint relies on them."""
         if self._file is not None:
             try:
                 os.fsync(self._file.fileno())
@@ -129,6 +120,29 @@ def read_rows(path: Path) -> list[dict[str, str]]:
         text = file.read()
     complete = text[: text.rfind("\n") + 1]
     return list(csv.DictReader(complete.splitlines()))
+
+
+def read_columns(run: Path) -> dict[str, Floats]:
+    """Return the columns of a run's log, (rows,) each; raise RunError if it has no rows yet."""
+    path = run / "progress.csv"
+    columns = read_progress(path) if path.is_file() else {}
+    if not columns.get(STEPS):
+        raise RunError(f"{run} has no rows in its progress.csv yet; try again when it has trained for a while.")
+    return {name: np.array(values) for name, values in columns.items()}
+
+
+def smooth(values: Floats, weights: Floats, window: float = 0.04) -> Floats:
+    """Return a weighted moving mean over a share of the rows, (rows,), without NaN values; NaN if none is left."""
+    half = int(window * len(values) / 2)
+    valid = np.isfinite(values)
+    weight = np.where(valid, np.nan_to_num(weights), 0.0)
+    sums = np.concatenate([[0.0], np.cumsum(np.where(valid, values, 0.0) * weight)])
+    counts = np.concatenate([[0.0], np.cumsum(weight)])
+    rows = np.arange(len(values))
+    first, last = np.maximum(rows - half, 0), np.minimum(rows + half + 1, len(values))
+    count = counts[last] - counts[first]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(count > 0, (sums[last] - sums[first]) / count, np.nan)
 
 
 def read_progress(path: Path) -> dict[str, list[float]]:

@@ -18,35 +18,26 @@ TERM_PREFIX = "frobs/reward/"
 
 @dataclass(frozen=True)
 class FinishedEpisodes:
-    """The episodes that ended in one step.
+    """The n episodes that ended in one step; all arrays are (n,)."""
 
-    Attributes:
-        env_ids: (n,) the environments that they ended in.
-        rewards: (n,) undiscounted sums.
-        lengths: (n,) [control steps]
-        successes: (n,) 1.0 or 0.0 at the end; None where the environment does not say.
-        terms: (n,) sum of each reward term.
-    """
-
-    env_ids: npt.NDArray[np.intp]
-    rewards: Floats
-    lengths: npt.NDArray[np.int64]
-    successes: Floats | None
-    terms: Mapping[str, Floats]
+    env_ids: npt.NDArray[np.intp]  # the environments in which they ended
+    rewards: Floats  # undiscounted sums
+    lengths: npt.NDArray[np.int64]  # [control steps]
+    successes: Floats | None  # 1.0 or 0.0; None: the environment does not report success
+    terms: Mapping[str, Floats]  # sum of each reward term
 
 
 class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
-    """Hands over the episodes that end, and changes nothing.
+    """Reports the episodes that end, and changes nothing else.
 
-    The info of a step in which episodes end gets ``episode``: ``{"r": rewards, "l": lengths}``, (num_envs,)
-    each, with the mask ``_episode``, as Gymnasium's own recorder has it.
+    ``info`` gets ``episode`` and ``_episode`` as from Gymnasium's own recorder.
 
     Args:
-        env: With same-step autoreset.
+        env: An environment with same-step autoreset.
         on_episodes: Called in each step in which episodes end.
 
     Attributes:
-        steps: Environment steps that were taken, over all environments.
+        steps: Environment steps so far, over all environments.
     """
 
     def __init__(
@@ -86,10 +77,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         return observation, rewards, terminated, truncated, info
 
     def snapshot(self) -> dict[str, np.ndarray[Any, Any]] | None:
-        """Return the complete state of the environment, of the wrappers that save theirs, and of the recorder.
-
-        None where the environment has no snapshot.
-        """
+        """Return the state of the environment, its wrappers and the recorder; None if there is no snapshot."""
         base: Any = self.unwrapped
         if not hasattr(base, "snapshot"):
             return None

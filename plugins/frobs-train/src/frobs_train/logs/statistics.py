@@ -31,11 +31,7 @@ class EpisodeStatistics:
             self.recent_successes.extend(finished.successes.tolist())
 
     def take_row(self, terms: Sequence[str]) -> dict[str, float | None]:
-        """Return the means over the episodes since the last call; None where there were none.
-
-        Args:
-            terms: Names of the reward terms, so that their columns stand before the first episode has ended.
-        """
+        """Return the means over the episodes since the last call, or None; ``terms`` name all reward terms."""
         episodes, self._since = self._since, []
         row: dict[str, float | None] = {"episode/count": sum(len(item.env_ids) for item in episodes)}
         row["episode/reward"] = _mean([item.rewards for item in episodes])

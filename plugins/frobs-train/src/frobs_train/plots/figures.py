@@ -17,15 +17,7 @@ FAINT = "#9a9a9a"
 
 
 def make_figure(width: float, height: float) -> Any:
-    """Return an empty figure of matplotlib's that draws itself to files only.
-
-    Args:
-        width: [inch]
-        height: [inch]
-
-    Raises:
-        RunError: matplotlib is not installed.
-    """
+    """Return an empty figure of matplotlib, with a size in inches, that draws to files only."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure

@@ -13,7 +13,7 @@ from frobs_core.arrays import Floats
 from frobs_core.errors import RunError
 from frobs_core.files import write_aside
 from frobs_train.comparison.groups import group_runs
-from frobs_train.logs.progress import STEPS, read_progress
+from frobs_train.logs.progress import STEPS, read_columns, smooth
 from frobs_train.plots.figures import COLORS, FAINT, INK, dress, make_figure
 from frobs_train.runs.run import Run
 
@@ -50,7 +50,7 @@ def plot_runs(runs: Sequence[Run], path: Path | str | None = None) -> Path:
     Raises:
         RunError: matplotlib is not installed, there is no run, or a run has no log yet.
     """
-    curves = [_read(run) for run in runs]
+    curves = [_Curves(run, read_columns(run.path)) for run in runs]
     if not curves:
         raise RunError("there is no run to plot; name at least one run folder.")
     groups = _groups(curves)
@@ -71,39 +71,6 @@ def plot_runs(runs: Sequence[Run], path: Path | str | None = None) -> Path:
     target = Path(path) if path is not None else _default_path(runs)
     write_aside(target, lambda aside: figure.savefig(aside, format="png"))
     return target
-
-
-def smooth(values: Floats, weights: Floats, window: float = 0.04) -> Floats:
-    """Return a moving mean over a share of the rows, weighted; NaNs do not count.
-
-    Args:
-        values: (rows,)
-        weights: (rows,)
-        window: Share of the rows, in (0, 1].
-
-    Returns:
-        (rows,): NaN where the window holds no number.
-    """
-    half = int(window * len(values) / 2)
-    valid = np.isfinite(values)
-    weight = np.where(valid, np.nan_to_num(weights), 0.0)
-    sums = np.concatenate([[0.0], np.cumsum(np.where(valid, values, 0.0) * weight)])
-    counts = np.concatenate([[0.0], np.cumsum(weight)])
-    rows = np.arange(len(values))
-    first, last = np.maximum(rows - half, 0), np.minimum(rows + half + 1, len(values))
-    count = counts[last] - counts[first]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where(count > 0, (sums[last] - sums[first]) / count, np.nan)
-
-
-def _read(run: Run) -> _Curves:
-    try:
-        columns = read_progress(run.path / "progress.csv")
-    except FileNotFoundError:
-        columns = {}
-    if not columns.get(STEPS):
-        raise RunError(f"{run.path} has no rows in its progress.csv yet; plot it once it has trained a while.")
-    return _Curves(run, {name: np.array(values) for name, values in columns.items()})
 
 
 def _groups(curves: Sequence[_Curves]) -> dict[str, list[_Curves]]:

@@ -49,11 +49,7 @@ def list_checkpoints(folder: Path) -> list[Checkpoint]:
 
 
 def newest_checkpoint(folder: Path) -> tuple[Checkpoint, list[str]]:
-    """Return the newest checkpoint that is undamaged, and one line for each damaged one that is newer.
-
-    Raises:
-        CheckpointError: There is none.
-    """
+    """Return the newest undamaged checkpoint, and one line for each newer one that is damaged."""
     damaged = []
     for checkpoint in reversed(list_checkpoints(folder)):
         try:
@@ -69,17 +65,16 @@ def newest_checkpoint(folder: Path) -> tuple[Checkpoint, list[str]]:
 def write_checkpoint(
     folder: Path, steps: int, save: Callable[[Path], None], keep: int, previous: Checkpoint | None = None
 ) -> Checkpoint:
-    """Write a checkpoint beside its place and rename it into it, then remove the oldest.
+    """Write a checkpoint aside, rename it into place, and remove the oldest ones.
+
+    If it cannot be written, it raises CheckpointError and earlier checkpoints are intact.
 
     Args:
-        folder: Of all checkpoints.
+        folder: Folder of all checkpoints.
         steps: Environment steps so far.
-        save: Writes into the empty folder that it is given.
-        keep: How many stay.
-        previous: Whose files may be linked to, rather than written again.
-
-    Raises:
-        CheckpointError: It cannot be written; those before are intact, and nothing of it is left.
+        save: Writes into the empty folder that it receives.
+        keep: Number of checkpoints to keep.
+        previous: Checkpoint whose files may be linked instead of written again.
     """
     final = folder / f"step_{steps:09d}"
     _write(final, save, None if previous is None else previous.path)
@@ -89,26 +84,15 @@ def write_checkpoint(
 
 
 def write_best(folder: Path, save: Callable[[Path], None]) -> Path:
-    """Write the checkpoint ``best``, in the place of the one before.
-
-    Raises:
-        CheckpointError: It cannot be written; the one before is intact.
-    """
+    """Write the checkpoint ``best`` and replace the previous one, which stays if writing fails."""
     _write(folder / _BEST, save, None)
     return folder / _BEST
 
 
 def clean(folder: Path, beyond: int | None = None) -> list[Path]:
-    """Remove what a process that was killed has left, and set aside what lies beyond a checkpoint.
+    """Remove what a killed process has left, and rename checkpoints ``beyond`` some steps, which would count as newer.
 
-    Only for who holds the run's lock.
-
-    Args:
-        folder: Of all checkpoints.
-        beyond: Checkpoints of more steps would be taken for newer ones than those to come: they are renamed.
-
-    Returns:
-        The checkpoints beyond, by their new names.
+    The caller must hold the run's lock. Returns the new paths of renamed checkpoints.
     """
     if not folder.is_dir():
         return []

@@ -15,15 +15,9 @@ NAME = "checksums.json"
 
 
 def write_checksums(folder: Path, files: Iterable[Path], previous: Path | None = None) -> Path:
-    """Write the checksums of files into their folder.
+    """Write the checksums of files into their folder and return the written file.
 
-    Args:
-        folder: The folder.
-        files: In it.
-        previous: A folder with checksums: a file that is a hard link to the one there keeps the one that it has.
-
-    Returns:
-        The file that was written.
+    A file that is a hard link to the same file in ``previous`` keeps the checksum from there.
     """
     known = {} if previous is None else _read_if_possible(previous)
     checksums = {}
@@ -37,11 +31,7 @@ def write_checksums(folder: Path, files: Iterable[Path], previous: Path | None =
 
 
 def verify(folder: Path) -> None:
-    """Check that nothing in a folder has changed.
-
-    Raises:
-        CheckpointError: A file is missing, damaged or new.
-    """
+    """Raise CheckpointError if a file in a folder is missing, damaged or new."""
     try:
         checksums = _read(folder)
     except (OSError, ValueError) as error:

@@ -20,18 +20,7 @@ ON_EXISTING = ("error", "increment", "overwrite", "resume")
 
 
 def settle_existing(path: Path, on_existing: str) -> Path:
-    """Return the folder to use; nothing is changed yet.
-
-    Args:
-        path: The folder that was asked for.
-        on_existing: One of :data:`ON_EXISTING`.
-
-    Raises:
-        ConfigurationError: It is none of them.
-        RunExistsError: The folder exists, and that is an error.
-        RunError: It is no run, and would have to be removed or continued.
-        RunBusyError: Another process trains in it, and it would have to be removed.
-    """
+    """Return the folder to use; nothing is changed yet. ``on_existing`` is one of :data:`ON_EXISTING`."""
     choice("on_existing", on_existing, ON_EXISTING)
     if not path.exists():
         return path
@@ -48,11 +37,7 @@ def settle_existing(path: Path, on_existing: str) -> Path:
 
 
 def resume_existing(path: Path, config: RunConfig, on_progress: Callable[[Progress], bool | None] | None) -> Run:
-    """Continue a run that was made from the same configuration; more steps extend it.
-
-    Raises:
-        RunError: It was made from another configuration; the keys are named.
-    """
+    """Continue a run of the same configuration; more steps extend it. RunError names the keys that differ."""
     run = Run.open(path)
     new, old = config.model_dump(), run.config.model_dump()
     if config.seed is None:

@@ -23,11 +23,7 @@ _UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL)
 class RunLock:
     """Holds a run folder for this process, as a context manager.
 
-    Where neither the machine nor the file system knows locks, the process that the file names decides: one that lives
-    holds the folder.
-
-    Args:
-        path: The run folder.
+    If neither the machine nor the file system supports locks, a living process that the file names holds the folder.
     """
 
     def __init__(self, path: Path) -> None:
@@ -35,12 +31,7 @@ class RunLock:
         self._descriptor: int | None = None
 
     def __enter__(self) -> Self:
-        """Take the lock.
-
-        Raises:
-            RunBusyError: Another process holds it.
-            RunError: The folder cannot be written.
-        """
+        """Take the lock, or raise RunBusyError."""
         try:
             descriptor = os.open(self._path / NAME, os.O_RDWR | os.O_CREAT, 0o644)
         except OSError as error:

@@ -20,21 +20,17 @@ _log = logging.getLogger("frobs")
 def load_policy(
     run: Run, observation_space: gym.Space[Any], action_space: gym.Space[Any], checkpoint: str | int = "newest"
 ) -> tuple[Algorithm, int]:
-    """Load a checkpoint for prediction.
+    """Load a checkpoint for prediction; the run may be training, or be a bundle or a model file.
 
     Args:
-        run: The run; it may be training. Or a bundle or a model file in the place of one.
-        observation_space: Of one environment that the policy is to act in.
-        action_space: Of the same.
+        run: The run.
+        observation_space: Space of one environment in which the policy will act.
+        action_space: Space of the same environment.
         checkpoint: ``"newest"`` that is undamaged, ``"best"``, or its environment steps.
 
     Returns:
-        The algorithm, and the environment steps that it had trained for. Of a bundle or a model file only the spaces and
-        ``predict`` can be used.
-
-    Raises:
-        CheckpointError: The checkpoint is not there, or none is usable.
-        RunError: The environment's spaces are not those of the training.
+        The algorithm, and the environment steps that it was trained for. For a bundle or a model file, only the spaces
+        and ``predict`` can be used.
     """
     if isinstance(run, BundleRun | ModelFile):
         if checkpoint != "newest":

@@ -21,22 +21,13 @@ Arrays = Mapping[str, np.ndarray[Any, Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class RunState:
-    """Where a run stands.
+    """State of a run at a checkpoint."""
 
-    Attributes:
-        steps: Environment steps so far.
-        elapsed: [s] of training so far.
-        metrics: What the algorithm has told since the last row of the log.
-        stopped: Why the training ended before its steps were taken; None: it did not.
-        exact: Whether the environment's snapshot is all that it is made of.
-        format: Of the file.
-    """
-
-    steps: int
-    elapsed: float
-    metrics: Mapping[str, float] = field(default_factory=dict)
-    stopped: str | None = None
-    exact: bool = False
+    steps: int  # environment steps so far
+    elapsed: float  # [s] of training so far
+    metrics: Mapping[str, float] = field(default_factory=dict)  # of the algorithm since the last row of the log
+    stopped: str | None = None  # why the training run ended early; None: it did not
+    exact: bool = False  # whether the snapshot is the complete state of the environment
     format: int = FORMAT
 
     def write(self, folder: Path, episodes: Arrays) -> None:
@@ -46,11 +37,7 @@ class RunState:
 
 
 def read_state(folder: Path) -> tuple[RunState, dict[str, np.ndarray[Any, Any]]]:
-    """Read what :meth:`RunState.write` wrote.
-
-    Raises:
-        CheckpointError: A file is missing or damaged, or of another version.
-    """
+    """Read what :meth:`RunState.write` wrote."""
     path = folder / "run.json"
     try:
         values = json.loads(path.read_text("utf-8"))
@@ -69,11 +56,7 @@ def write_arrays(path: Path, arrays: Arrays) -> None:
 
 
 def read_arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
-    """Read what :func:`write_arrays` wrote.
-
-    Raises:
-        CheckpointError: The file is missing or damaged.
-    """
+    """Read what :func:`write_arrays` wrote; raise CheckpointError if the file is missing or damaged."""
     try:
         with np.load(path, allow_pickle=False) as file:
             return {name: file[name] for name in file.files}
@@ -87,11 +70,7 @@ def write_best(folder: Path, steps: int, rank: tuple[float, float]) -> None:
 
 
 def read_best(folder: Path) -> tuple[int, tuple[float, float]]:
-    """Return the environment steps of the best policy, and its rank: success, then reward.
-
-    Raises:
-        CheckpointError: The file is missing or damaged.
-    """
+    """Return the environment steps of the best policy, and its rank: success, then reward."""
     path = folder / "best.json"
     try:
         values = json.loads(path.read_text("utf-8"))

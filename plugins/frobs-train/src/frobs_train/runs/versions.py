@@ -34,11 +34,7 @@ def versions() -> dict[str, object]:
 
 
 def changed_versions(path: Path) -> list[str]:
-    """Return a line for each version that is another than a run was made with.
-
-    Args:
-        path: Its ``versions.json``.
-    """
+    """Return a line for each version that differs from those in a run's ``versions.json``."""
     try:
         then = json.loads(path.read_text("utf-8"))
     except (OSError, ValueError):

@@ -50,11 +50,7 @@ class TrainingCallback:
 
 
 def build_callbacks(components: list[ComponentConfig]) -> list[TrainingCallback]:
-    """Build the callbacks of a configuration.
-
-    Raises:
-        ConfigurationError: One cannot be built, or is none.
-    """
+    """Build the callbacks of a configuration."""
     built = []
     for component in components:
         callback = build_component(load_component(component.name, "callback"), (), component, "callback")

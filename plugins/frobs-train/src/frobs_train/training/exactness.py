@@ -23,12 +23,7 @@ def has_snapshot(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) ->
 
 
 def why_not_exact(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) -> str | None:
-    """Return why a continued training may differ from an uninterrupted one; None: it equals it.
-
-    Args:
-        config: Of the run.
-        env: The training's.
-    """
+    """Return why a resumed run may differ from an uninterrupted one; None if it is identical."""
     if not has_snapshot(config, env):
         how = ", stepped one by one," if hasattr(env.unwrapped, "envs") else ""
         return f"{config.environment}{how} has no snapshot: its episodes begin anew"

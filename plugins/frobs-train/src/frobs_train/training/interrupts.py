@@ -36,11 +36,7 @@ class TrainingInterrupt(KeyboardInterrupt):
 
 
 class Interrupts:
-    """Catches Ctrl-C and SIGTERM, as a context manager; in the main thread alone, where Python can.
-
-    Attributes:
-        requested: The signal that came; None: none did.
-    """
+    """Context manager that catches Ctrl-C and SIGTERM in the main thread; ``requested`` is the signal that came."""
 
     def __init__(self) -> None:
         self.requested: int | None = None

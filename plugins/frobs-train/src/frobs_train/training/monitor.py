@@ -50,29 +50,17 @@ class Progress:
 
 @dataclass(frozen=True, kw_only=True)
 class RunContext:
-    """The environment, log and callbacks of a training run.
-
-    Attributes:
-        env: What is trained on.
-        episodes: What the environment's recorder fills.
-        log: Where rows go.
-        interrupts: Say when to stop.
-        snapshots: Whether the environment's snapshot becomes part of checkpoints.
-        exact: Whether it is all that the environment is made of.
-        evaluation: Evaluates during the training; None: nobody does.
-        callbacks: Of the configuration.
-        tell: Called with the progress after each row; False ends the training.
-    """
+    """The environment, log and callbacks of a training run."""
 
     env: EpisodeRecorder
     episodes: EpisodeStatistics
     log: ProgressLog
     interrupts: Interrupts
-    snapshots: bool
-    exact: bool
+    snapshots: bool  # whether checkpoints contain the environment's snapshot
+    exact: bool  # whether the snapshot is the environment's complete state
     evaluation: TrainingEvaluation | None = None
     callbacks: Sequence[TrainingCallback] = ()
-    tell: Callable[[Progress], bool | None] | None = None
+    tell: Callable[[Progress], bool | None] | None = None  # receives the progress after each row; False ends the run
 
 
 class RunMonitor:
@@ -81,13 +69,13 @@ class RunMonitor:
     Args:
         run: The run.
         context: The environment, log and callbacks.
-        state: Where the run stands; None: at its beginning.
-        checkpoint: That it continues from; None: it begins.
+        state: State of a resumed run.
+        checkpoint: Checkpoint from which it is resumed.
 
     Attributes:
         steps: Environment steps at the last row.
-        checkpoint: The newest; None: there is none.
-        stopped: Why the training ends before its steps are taken; None: it does not.
+        checkpoint: The newest checkpoint; None: there is none.
+        stopped: Why the training run ends early; None: it does not.
     """
 
     def __init__(
@@ -124,10 +112,10 @@ class RunMonitor:
         return True
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Write a row and tell the progress; evaluate, if it is time.
+        """Write a row, report the progress, and evaluate if it is time.
 
-        Where nothing but an interruption was the reason to ask, no row is written, so that the log is that of a
-        training that never stopped: what was told is kept for the row to come.
+        If only an interruption was due, no row is written, so that the log equals that of an uninterrupted run: the
+        metrics are kept for the next row.
         """
         self._metrics.update(metrics)
         early, self._early = self._early, False
@@ -149,11 +137,7 @@ class RunMonitor:
             self.write_checkpoint(self.steps, save)
 
     def write_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
-        """Write a checkpoint now: ``algorithm/``, ``run.json``, ``run.npz``, and ``environment.npz``.
-
-        Raises:
-            CheckpointError: It cannot be written; those before are intact.
-        """
+        """Write a checkpoint now: ``algorithm/``, ``run.json``, ``run.npz``, and ``environment.npz``."""
         context = self._context
         previous = None if self.checkpoint is None else self.checkpoint.path / "algorithm"
         state = RunState(

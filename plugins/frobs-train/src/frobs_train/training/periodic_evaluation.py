@@ -19,16 +19,10 @@ from frobs_train.runs.state import read_best, write_best
 
 
 class TrainingEvaluation:
-    """Plays the same episodes each time, in environments of its own, with the policy's mode.
-
-    So that nothing of the training changes: no environment, and no random number.
-
-    Args:
-        run: The run.
-        algorithm: That learns.
+    """Plays the same episodes each time, deterministically and in its own environments; training is not affected.
 
     Attributes:
-        latest: Success of the last evaluation, or reward where the environment does not say; None: there was none.
+        latest: Success of the last evaluation, or its reward if the environment does not report success.
     """
 
     def __init__(self, run: Run, algorithm: Algorithm) -> None:
@@ -40,11 +34,7 @@ class TrainingEvaluation:
         self.latest: float | None = None
 
     def evaluate(self, steps: int) -> dict[str, float]:
-        """Evaluate, keep the policy if it is the best so far, and return columns of the log.
-
-        Raises:
-            CheckpointError: The best policy cannot be written.
-        """
+        """Evaluate, keep the policy if it is the best so far, and return columns of the log."""
         config = self._run.config
         if self._env is None:
             count = usual_num_envs(config, config.evaluation_episodes)

@@ -21,7 +21,7 @@ from frobs_train.training.callbacks import build_callbacks
 from frobs_train.training.exactness import why_not_exact
 from frobs_train.training.monitor import Progress
 from frobs_train.training.seeds import later_seed
-from frobs_train.training.session import Start, make_training_env, run_training
+from frobs_train.training.session import make_training_env, run_training
 
 _log = logging.getLogger("frobs")
 
@@ -112,7 +112,7 @@ def _continue(
             algorithm = record.load().load(checkpoint.path / "algorithm", recorder)
             if not restored:
                 algorithm.forget_episodes()
-        run_training(run, recorder, episodes, algorithm, Start(state, checkpoint), callbacks, on_progress)
+        run_training(run, recorder, episodes, algorithm, callbacks, on_progress, state, checkpoint)
     finally:
         env.close()
 

@@ -11,20 +11,12 @@ _HALF = 2**30
 
 @dataclass(frozen=True)
 class RunSeeds:
-    """The seeds of a run.
+    """The seeds of a run. Environment *i* of several uses the first one's seed plus *i*."""
 
-    Attributes:
-        environment: Of the first training environment, in [0, 2³⁰); environment *i* has this plus *i*.
-        algorithm: Of the algorithm, in [0, 2³¹).
-        evaluation: Of the first evaluation environment, in [2³⁰, 2³¹): never one of training's.
-        validation: Of the first environment of the evaluations during a training, in the same range: what was best on
-            them is measured on others.
-    """
-
-    environment: int
-    algorithm: int
-    evaluation: int
-    validation: int
+    environment: int  # in [0, 2³⁰)
+    algorithm: int  # in [0, 2³¹)
+    evaluation: int  # in [2³⁰, 2³¹): never one of the training run
+    validation: int  # in [2³⁰, 2³¹): the best policy is chosen and measured on different episodes
 
 
 def spread_seed(seed: int) -> RunSeeds:

@@ -6,7 +6,6 @@ import logging
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -34,26 +33,8 @@ from frobs_train.training.threads import decide_threads
 _log = logging.getLogger("frobs")
 
 
-@dataclass(frozen=True)
-class Start:
-    """Where a training starts.
-
-    Attributes:
-        state: Where the run stands; None: at its beginning.
-        checkpoint: That it continues from; None: there is none.
-    """
-
-    state: RunState | None = None
-    checkpoint: Checkpoint | None = None
-
-
 def make_training_env(config: RunConfig) -> gym.vector.VectorEnv[Any, Any, Any]:
-    """Make the environments that a run trains on, with their share of the processors.
-
-    Raises:
-        UnknownNameError: No such ID.
-        ConfigurationError: The environment cannot be built with these keywords.
-    """
+    """Make the environments of a training run, with their share of the processors."""
     keywords = config.keywords()
     simulator = decide_threads(config).simulator
     if simulator is not None:
@@ -62,11 +43,7 @@ def make_training_env(config: RunConfig) -> gym.vector.VectorEnv[Any, Any, Any]:
 
 
 def check_action_space(record: AlgorithmRecord, environment: str, space: gym.Space[Any]) -> None:
-    """Refuse an action space that the algorithm cannot act in.
-
-    Raises:
-        ConfigurationError: It cannot.
-    """
+    """Raise ConfigurationError if the algorithm cannot act in an action space."""
     if type(space).__name__ not in record.action_spaces:
         raise IncompatibleSpaceError(
             f"algorithm '{record.name}'",
@@ -81,32 +58,34 @@ def run_training(
     env: EpisodeRecorder,
     episodes: EpisodeStatistics,
     algorithm: Algorithm,
-    start: Start,
     callbacks: Sequence[TrainingCallback],
     tell: Callable[[Progress], bool | None] | None,
+    state: RunState | None = None,
+    checkpoint: Checkpoint | None = None,
 ) -> None:
-    """Train to the end, or to where somebody or something stops it.
+    """Train to the end, or until somebody or something stops it.
 
     Args:
         run: The run, locked.
         env: The environments.
-        episodes: What they fill.
+        episodes: Filled by the environments' recorder.
         algorithm: New, or loaded.
-        start: Where it starts.
-        callbacks: Those of the configuration.
+        callbacks: Callbacks of the configuration.
         tell: Called with the progress after each row.
+        state: State of a resumed run.
+        checkpoint: Checkpoint from which it is resumed.
 
     Raises:
-        TrainingInterrupt: Ctrl-C or SIGTERM came; what it takes to continue is written.
+        TrainingInterrupt: Ctrl-C or SIGTERM came; everything needed to resume is written.
         TrainingError: The environment or the algorithm raised.
         CheckpointError: A checkpoint cannot be written.
         RunError: The log cannot be written.
     """
-    steps = 0 if start.state is None else start.state.steps
+    steps = 0 if state is None else state.steps
     env.steps = steps
     with ExitStack() as stack:
         interrupts = stack.enter_context(Interrupts())
-        log = stack.enter_context(ProgressLog(run.path, None if start.checkpoint is None else steps))
+        log = stack.enter_context(ProgressLog(run.path, None if checkpoint is None else steps))
         evaluation = None
         if run.config.evaluate_every is not None:
             evaluation = TrainingEvaluation(run, algorithm)
@@ -122,7 +101,7 @@ def run_training(
             callbacks=callbacks,
             tell=tell,
         )
-        monitor = RunMonitor(run, context, start.state, start.checkpoint)
+        monitor = RunMonitor(run, context, state, checkpoint)
         try:
             for callback in callbacks:
                 callback.on_start(run, steps)

@@ -14,7 +14,7 @@ from frobs_train.runs.run import Run, default_run_dir
 from frobs_train.training.callbacks import build_callbacks
 from frobs_train.training.monitor import Progress
 from frobs_train.training.seeds import draw_seed, spread_seed
-from frobs_train.training.session import Start, check_action_space, make_training_env, run_training
+from frobs_train.training.session import check_action_space, make_training_env, run_training
 
 
 def train(
@@ -69,7 +69,7 @@ def train(
         callbacks = build_callbacks(config.callbacks)
         run = Run.create(path, config, replace=on_existing == "overwrite")
         with RunLock(run.path):
-            run_training(run, recorder, episodes, algorithm, Start(), callbacks, on_progress)
+            run_training(run, recorder, episodes, algorithm, callbacks, on_progress)
     finally:
         env.close()
     return run

@@ -90,16 +90,7 @@ SearchSpace = Mapping[str, Dimension]
 
 
 def load_space(record: AlgorithmRecord, file: Path | str | None = None) -> SearchSpace:
-    """Read a search space: from a file, or the one that the algorithm offers.
-
-    Args:
-        record: The algorithm's.
-        file: YAML; None: the algorithm's own.
-
-    Raises:
-        ConfigFileError: The file cannot be used.
-        ConfigurationError: The algorithm offers none.
-    """
+    """Read the search space of a YAML file, or the one that the algorithm provides."""
     if file is not None:
         return read_space(load_yaml(file))
     if not record.search_space:
@@ -114,12 +105,7 @@ def load_space(record: AlgorithmRecord, file: Path | str | None = None) -> Searc
 
 
 def read_space(mapping: ConfigMapping) -> SearchSpace:
-    """Check a search space; a list stands for a choice of its members.
-
-    Raises:
-        ConfigFileError: A dimension is wrong; file and line are named.
-        ConfigurationError: The same, where the mapping is from no file.
-    """
+    """Check a search space; a list means a choice among its members."""
     return {key: _dimension(mapping, key) for key in mapping}
 
 

@@ -82,19 +82,7 @@ class StudyResult:
 
 
 def open_study(name: str, storage: str, sampler: str, pruner: str, seeds: int) -> optuna.Study:
-    """Open a study, or make it.
-
-    Args:
-        name: Of the study.
-        storage: Any URL of a database that Optuna can use.
-        sampler: One of :data:`SAMPLERS`.
-        pruner: One of :data:`PRUNERS`.
-        seeds: Runs of a trial.
-
-    Raises:
-        RunError: Optuna is not installed.
-        ConfigurationError: The storage cannot be opened, or no sampler or pruner has the name.
-    """
+    """Open or create a study. ``storage`` is any database URL that Optuna supports; ``seeds`` is the runs per trial."""
     try:
         import optuna
     except ImportError as error:
@@ -155,15 +143,7 @@ def quiet() -> Iterator[None]:
 
 
 def hold_together(study: optuna.Study, begun_with: Mapping[str, Any]) -> None:
-    """Remember what a study was begun with, and refuse to continue it with anything else.
-
-    Args:
-        study: New, or to be continued.
-        begun_with: What its trials have in common; must be JSON.
-
-    Raises:
-        ConfigurationError: It was begun with something else.
-    """
+    """Store how a study was begun (JSON), and raise StudyError if it is continued with anything else."""
     known = study.user_attrs.get("frobs")
     now = json.loads(json.dumps(begun_with))
     if known is None:
