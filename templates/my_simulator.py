@@ -28,8 +28,15 @@ from frobs_core.interfaces import (
 from frobs_core.models import JointType, Pose, RobotModel, Treatment, composite_inertia, elements
 from frobs_core.rotations import quat_from_axis_angle, quat_multiply, quat_rotate
 
-    *("moving_joints", "fixed_joints", "mimic_joints", "position_limits", "velocity_limits", "effort_limits"),
-    *("joint_damping", "armatures"),
+_KEPT = (
+    "moving_joints",
+    "fixed_joints",
+    "mimic_joints",
+    "position_limits",
+    "velocity_limits",
+    "effort_limits",
+    "joint_damping",
+    "armatures",
 )
 """Elements of a model file that are simulated unchanged."""
 

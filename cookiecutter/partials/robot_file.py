@@ -4,7 +4,7 @@
 The joints, in the order of every joint array (limits in rad or m):
 
 {% for joint in robot.joints %}
-- ``{{ joint.name }}``: {{ joint.type }}, {{ joint.range }}
+- {{ joint }}
 {% endfor %}
 """
 

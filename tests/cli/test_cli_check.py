@@ -18,9 +18,17 @@ def _crash() -> None:
     raise ZeroDivisionError("by zero")
 
 
+def _see_nothing() -> None:
+    raise Inconclusive("no episode ended")
+
+
+def _decline() -> None:
+    raise NotApplicable("no goal")
+
+
 PASSES = Check("it_holds", "It holds.", lambda: None)
-INCONCLUSIVE = Check("it_saw_nothing", "It saw nothing.", lambda: Inconclusive("no episode ended"))
-OTHER = Check("it_is_not_meant", "It is not meant.", lambda: NotApplicable("no goal"))
+INCONCLUSIVE = Check("it_saw_nothing", "It saw nothing.", _see_nothing)
+OTHER = Check("it_is_not_meant", "It is not meant.", _decline)
 FAILS = Check("it_breaks", "It breaks.", _fail)
 CRASHES = Check("it_crashes", "It crashes.", _crash)
 

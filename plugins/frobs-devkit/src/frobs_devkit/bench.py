@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import platform
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from math import ceil
 from pathlib import Path
@@ -21,8 +22,9 @@ import gymnasium as gym
 
 from frobs_core.arrays import Floats
 from frobs_core.env import RobotEnv
-from frobs_core.errors import ConfigurationError, ParameterValueError, SimulationError
+from frobs_core.errors import ConfigurationError, SimulationError
 from frobs_core.interfaces import Snapshot
+from frobs_core.validation import whole_number
 from frobs_core.vector_env import RobotVectorEnv
 
 _TURN = 25  # steps of one environment before it is the bare engine's turn
@@ -75,14 +77,10 @@ def bench(id: str, *, num_envs: int = 1, steps: int = 1000, seed: int = 0, **key
         ConfigurationError: The ID is none of ours, or a number is out of range.
         SimulationError: The simulator offers no bare engine to compare with.
     """
-    if steps < 10 or num_envs < 1:
-        raise ParameterValueError("(steps, num_envs)", (steps, num_envs), "at least (10, 1)")
-    env, twin = _make(id, num_envs, keywords), _make(id, num_envs, keywords)
-    try:
+    whole_number("steps", steps, lowest=10)
+    whole_number("num_envs", num_envs, lowest=1)
+    with closing(_make(id, num_envs, keywords)) as env, closing(_make(id, num_envs, keywords)) as twin:
         return _measure(id, env, twin, num_envs, steps, seed)
-    finally:
-        env.close()
-        twin.close()
 
 
 def _make(id: str, num_envs: int, keywords: dict[str, Any]) -> Any:

@@ -140,14 +140,14 @@ def test_what_a_simulator_cannot_do_is_skipped_with_the_reason(
 
 def test_the_others_are_compared_when_one_cannot(isolated_plugins: Callable[..., object]) -> None:
     isolated_plugins(installed=True, wrong="wrong_simulators")
-    plan = measure.Plan(name="lidar", title="Lidar", measure=measure.lidar, needs=("rays",))
+    plan = measure.Plan("Lidar", measure.lidar, needs="rays")
     subjects = measure.make_subjects(ID, ["mujoco", "blind", "farsighted"], {})
-    found = measure._make(plan, subjects)
+    found = measure._make("lidar", plan, subjects)
     assert {(c.simulator, c.status) for c in found.comparisons} == {
         ("farsighted", Status.FAILED),
         ("blind", Status.SKIPPED),
     }
-    backwards = measure._make(plan, subjects[::-1][1:] + subjects[:1])
+    backwards = measure._make("lidar", plan, subjects[::-1][1:] + subjects[:1])
     assert {c.status for c in backwards.comparisons} == {Status.SKIPPED}
     assert "the reference" in backwards.comparisons[0].reason
 
@@ -215,11 +215,6 @@ def test_a_run_of_another_environment_is_refused(run: Run) -> None:
         match="trained with the ID 'frobs/Irb120Reach-v0', but the environment has 'frobs/Irb120ReachGoal-v0'",
     ):
         measure_parity("frobs/Irb120ReachGoal-v0", ["mujoco", "mujoco"], run=run)
-
-
-def test_the_plans_are_what_is_listed(run: Run) -> None:
-    plans = measure._plans(None, run, 1)  # type: ignore[arg-type]
-    assert tuple(plan.name for plan in plans) == measure.MEASUREMENTS
 
 
 def test_numbers_are_short() -> None:

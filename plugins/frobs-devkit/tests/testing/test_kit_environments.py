@@ -100,7 +100,8 @@ def test_an_unpicklable_spec_fails() -> None:
 
 def test_what_is_only_ours_does_not_apply_to_others() -> None:
     for name in ("time_advances", "snapshot_continues", "threads_agree", "unknown_keyword_refused"):
-        assert isinstance(find("Point", name).run(), NotApplicable)
+        with pytest.raises(NotApplicable):
+            find("Point", name).run()
 
 
 def test_an_id_that_no_other_process_knows_fails(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -113,9 +114,8 @@ def test_a_vector_that_sees_no_episode_end_is_inconclusive(monkeypatch: pytest.M
     from frobs_devkit.testing.environment import vector
 
     monkeypatch.setattr(vector, "STEPS", 3)
-    outcome = find("Point", "same_step_equals_single").run()
-    assert isinstance(outcome, Inconclusive)
-    assert "no episode ended" in outcome.reason
+    with pytest.raises(Inconclusive, match="no episode ended"):
+        find("Point", "same_step_equals_single").run()
 
 
 def test_listing_checks_makes_nothing() -> None:

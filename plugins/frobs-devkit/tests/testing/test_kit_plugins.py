@@ -62,8 +62,12 @@ def add(line: str) -> Callable[[str], str]:
 FAULTS: dict[str, tuple[str, Callable[[str], str], str]] = {
     "nothing_offered": ("loads", lambda _: EMPTY, "offers no record"),
     "imports_an_engine": ("import_is_cheap", add("import rospy"), "imports rospy"),
-    "prints": ("import_is_silent", add("print('hello')"), "prints: hello"),
-    "complains": ("import_is_silent", add("import sys; sys.stderr.write('hello')"), "prints to stderr: hello"),
+    "prints": ("import_is_silent", add("print('hello')"), "stdout: it prints when it is imported: hello"),
+    "complains": (
+        "import_is_silent",
+        add("import sys; sys.stderr.write('hello')"),
+        "stderr: it prints when it is imported: hello",
+    ),
     "changes_the_folder": ("import_changes_nothing", add("import os; os.chdir('/')"), "working directory"),
     "changes_the_folder_and_back": (
         "import_changes_nothing",
@@ -112,7 +116,7 @@ FAULTS: dict[str, tuple[str, Callable[[str], str], str]] = {
     "entry_point_of_another_kind": ("entry_points_load", change(":TASK", ":ALGORITHM"), "no subclass of Task"),
     "taken_name": ("names_are_free", change('name="kit_algorithm"', 'name="ppo"'), "frobs-algos-sb3"),
     "no_summary": ("summaries_are_one_line", change('"a task"', '""'), "has no summary"),
-    "two_lines": ("summaries_are_one_line", change('"a task"', '"a\\ntask"'), "not one short line"),
+    "two_lines": ("summaries_are_one_line", change('"a task"', '"a\\ntask"'), "no short line"),
     "no_install_hint": ("summaries_are_one_line", change("pip install kit", ""), "install_hint"),
     "id_without_version": ("environments_are_complete", change("Reach-v0", "Reach"), "namespace/Name-v0"),
     "unknown_controller": ("environments_are_complete", change("joint_delta_position", "magic"), "magic"),
@@ -176,7 +180,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install
 
 def test_a_sound_plugin_passes(install: Install) -> None:
     for check in install():
-        assert check.run() is None, check.name
+        check.run()
 
 
 @pytest.mark.parametrize(

@@ -16,13 +16,21 @@ def crash() -> None:
     raise ZeroDivisionError("by zero")
 
 
+def see_nothing() -> None:
+    raise Inconclusive("nothing moved")
+
+
+def decline() -> None:
+    raise NotApplicable("no lidar")
+
+
 CHECKS = [
     Check("good", "It is good.", lambda: None, capability="rays"),
     Check("bad", "It is bad.", fail, capability="drive"),
     Check("good_drive", "It is good.", lambda: None, capability="drive"),
     Check("broken", "It raises.", crash),
-    Check("empty", "It saw nothing.", lambda: Inconclusive("nothing moved"), capability="wrench"),
-    Check("foreign", "It is not meant.", lambda: NotApplicable("no lidar")),
+    Check("empty", "It saw nothing.", see_nothing, capability="wrench"),
+    Check("foreign", "It is not meant.", decline),
 ]
 
 

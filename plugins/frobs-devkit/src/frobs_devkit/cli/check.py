@@ -38,8 +38,7 @@ def check(
         typer.Option(metavar="NAME", show_default="its own, or a small one of the kit's", help="What it is tried on."),
     ] = None,
     simulator: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", show_default="its own; all for a robot", help="What it is tried in."),
+        str | None, typer.Option(metavar="NAME", show_default="its own; all for a robot", help="What it is tried in.")
     ] = None,
     expect_failure: Annotated[
         list[str] | None,

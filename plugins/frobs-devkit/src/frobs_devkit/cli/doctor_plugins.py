@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from frobs_devkit.doctor.plugins import PluginFacts
 
 _STATES = {"loaded": "green", "failed": "bold red", "hanging": "bold red", "crashed": "bold red"}
-_SIGNS = {"error": ("✗", "bold red"), "warning": ("!", "bold yellow"), "note": ("·", "dim")}
 
 
 def plugins(
@@ -63,6 +62,8 @@ def plugins(
 def _print(found: tuple[PluginFacts, ...]) -> None:
     from rich.text import Text
 
+    from frobs_devkit.cli.doctor_report import print_findings
+
     rows: list[list[str | Text]] = []
     for facts in found:
         state = Text(facts.state + (", disabled" if facts.disabled else ""), style=_STATES[facts.state])
@@ -73,26 +74,14 @@ def _print(found: tuple[PluginFacts, ...]) -> None:
         if facts.findings:
             print_line()
             print_title(facts.name, f"{facts.distribution} {facts.version}")
-            _print_findings(facts)
+            print_findings(facts.findings)
+            for line in facts.traceback.rstrip().splitlines():
+                console().print(Text(f"  │ {line}", style="dim"), soft_wrap=True)
     broken = sum(not facts.sound for facts in found)
     remarked = sum(facts.sound and bool(facts.findings) for facts in found)
     print_line()
     verdict = f"{len(found)} examined, {broken} broken, {remarked} with a remark"
     console().print(Text(verdict, style="bold red" if broken else "bold green"), soft_wrap=True)
-
-
-def _print_findings(facts: PluginFacts) -> None:
-    from rich.text import Text
-
-    out = console()
-    for finding in facts.findings:
-        sign, style = _SIGNS[str(finding.severity)]
-        line = Text.assemble(("  ", ""), (sign, style), f" {finding.about}: {finding.problem}")
-        out.print(line, soft_wrap=True)
-        if finding.advice:
-            out.print(Text(f"    {finding.advice}", style="dim"), soft_wrap=True)
-    for line_of_it in facts.traceback.rstrip().splitlines():
-        out.print(Text(f"  │ {line_of_it}", style="dim"), soft_wrap=True)
 
 
 def _offers(facts: PluginFacts) -> str:

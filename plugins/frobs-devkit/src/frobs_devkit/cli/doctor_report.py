@@ -47,7 +47,7 @@ def print_report(report: RobotReport) -> None:
         _print_simulator(simulator)
     if report.findings:
         _section("findings")
-        _print_findings(report.findings)
+        print_findings(report.findings)
     _print_verdict(report)
 
 
@@ -147,7 +147,8 @@ def _print_simulator(simulator: SimulatorFacts) -> None:
         _print_table(["in the file", "", "", ""], rows, right=(1,), header=False)
 
 
-def _print_findings(findings: Sequence[Finding]) -> None:
+def print_findings(findings: Sequence[Finding]) -> None:
+    """Write findings to stdout; of many of one kind, the first and the names of the others."""
     kinds: dict[tuple[Severity, str], list[Finding]] = {}
     for finding in findings:
         kinds.setdefault((finding.severity, finding.code), []).append(finding)

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from frobs_cli.facts import print_facts
+from frobs_cli.model_options import PackagePath, XacroArgs
 from frobs_cli.options import Json
 from frobs_cli.output import only_json, print_json, print_line, print_note, print_title
 from frobs_core.errors import MissingSettingError
@@ -39,16 +40,8 @@ def new(
         str | None,
         typer.Option(metavar="LINK", show_default="the likeliest", help="The link of your arm that tasks talk about."),
     ] = None,
-    args: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME:=VALUE", show_default=False, help="An argument of the xacro file; repeatable."),
-    ] = None,
-    package_path: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="[NAME=]FOLDER", show_default=False, help="Where a ROS package is that the file names; repeatable."
-        ),
-    ] = None,
+    args: XacroArgs = None,
+    package_path: PackagePath = None,
     robot: Annotated[
         str | None,
         typer.Option(metavar="NAME", show_default="irb120", help="The installed robot that a task alone is for."),

@@ -65,7 +65,6 @@ def parity(
 
     spec = find_spec(env_id)
     from frobs_devkit.parity import measure_parity
-    from frobs_devkit.parity.certificate import make_folder
     from frobs_train import Run
 
     names = _split(simulators) or _installed(str(spec.kwargs.get("simulator", "mujoco")))
@@ -82,7 +81,6 @@ def parity(
             keywords=keywords,
             on_measurement=lambda title: status.update(f"{title.lower()}: {', '.join(names)}"),
         )
-        make_folder(folder)
         certificate.write(folder)
     if json:
         print_json({"folder": folder, **certificate.to_dict()})

@@ -13,7 +13,7 @@ from frobs_core.models import Collision, Inertial, Link, Mesh, RobotModel, Visua
 from frobs_core.models.bounds import link_bounds, shape_points
 from frobs_core.models.inertia import inertia_matrix
 from frobs_core.models.kinematics import MOVING
-from frobs_devkit.doctor.report import Finding, LinkFacts, Severity
+from frobs_devkit.doctor.report import Finding, LinkFacts, Severity, warning
 
 DENSITIES = (1.0, 20_000.0)
 """[kg/m³] from a body of foam to one of tungsten, of the box around a link."""
@@ -52,9 +52,9 @@ def body_findings(model: RobotModel) -> Iterator[Finding]:
         yield from _unreadable(link)
         bounds = link_bounds(link)
         if bounds is not None and max(bounds[1] - bounds[0]) > _LARGE:
-            yield _finding(
+            yield warning(
                 "too-large",
-                link,
+                f"link '{link.name}'",
                 f"its shape is {max(bounds[1] - bounds[0]):.3g} m long",
                 'a mesh in millimetres needs scale="0.001 0.001 0.001"',
             )
@@ -73,9 +73,9 @@ def _unreadable(link: Link) -> Iterator[Finding]:
             try:
                 shape_points(shape)
             except ModelFileError as error:
-                yield _finding(
+                yield warning(
                     "unreadable-mesh",
-                    link,
+                    f"link '{link.name}'",
                     f"its mesh '{error.path.name}' cannot be measured: {error.reason.rstrip('.')}",
                     "open it in a mesh viewer and export it anew, as .stl or .obj",
                 )
@@ -84,22 +84,19 @@ def _unreadable(link: Link) -> Iterator[Finding]:
 def _untouchable(model: RobotModel) -> Iterator[Finding]:
     """Yield what is drawn and touches nothing."""
     if any(link.visuals for link in model.links) and not any(link.collisions for link in model.links):
-        yield Finding(
-            code="no-collision",
-            severity=Severity.WARNING,
-            about=f"robot '{model.name}'",
-            problem="no link has a collision shape: the robot goes through everything",
-            advice="give the links <collision> shapes; a copy of their <visual> shapes will do",
+        yield warning(
+            "no-collision",
+            f"robot '{model.name}'",
+            "no link has a collision shape: the robot goes through everything",
+            "give the links <collision> shapes; a copy of their <visual> shapes will do",
         )
         return
     moved = {joint.child for joint in model.joints if joint.type in MOVING}
     for link in model.links:
         if link.visuals and not link.collisions:
-            severity = Severity.WARNING if link.name in moved else Severity.NOTE
             problem, advice = "it is drawn, but touches nothing", "give it a <collision> if it should"
-            yield Finding(
-                code="visual-only", severity=severity, about=f"link '{link.name}'", problem=problem, advice=advice
-            )
+            found = warning("visual-only", f"link '{link.name}'", problem, advice)
+            yield found if link.name in moved else replace(found, severity=Severity.NOTE)
 
 
 def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Iterator[Finding]:
@@ -113,9 +110,9 @@ def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Itera
     edges = " × ".join(f"{edge:.3g}" for edge in size)
     if not DENSITIES[0] <= density <= DENSITIES[1]:
         word = "light" if density < DENSITIES[0] else "heavy"
-        yield _finding(
+        yield warning(
             "absurd-mass",
-            link,
+            f"link '{link.name}'",
             f"it weighs {inertial.mass:.3g} kg and fills {edges} m, which is {density:,.3g} kg/m³: too {word}",
             "check the mass, and the unit of the mesh",
         )
@@ -123,9 +120,9 @@ def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Itera
     center = np.array(inertial.origin.pos)
     outside = np.maximum(np.maximum(low - center, center - high), 0.0) / size
     if outside.max() > 0.5:
-        yield _finding(
+        yield warning(
             "far-center",
-            link,
+            f"link '{link.name}'",
             f"its centre of mass ({', '.join(f'{x:.3g}' for x in center)}) is far outside of its shape",
             "the <origin> of <inertial> is in the link's frame [m]",
         )
@@ -139,13 +136,9 @@ def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Itera
         name, solid = ("ixx", "iyy", "izz")[worst], most / 3.0
         ratio = float(moments[worst] / solid[worst])
         times = f"{ratio:,.0f}" if ratio >= 10.0 else f"{ratio:.2g}"
-        yield _finding(
+        yield warning(
             "absurd-inertia",
-            link,
+            f"link '{link.name}'",
             f"{name} is {moments[worst]:.3g} kg·m², {times} times that of a solid box of its mass and size ({edges} m)",
             f"a solid box has ixx={solid[0]:.3g} iyy={solid[1]:.3g} izz={solid[2]:.3g}",
         )
-
-
-def _finding(code: str, link: Link, problem: str, advice: str) -> Finding:
-    return Finding(code=code, severity=Severity.WARNING, about=f"link '{link.name}'", problem=problem, advice=advice)

@@ -9,9 +9,9 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.models import Joint, JointType, RobotModel, default_gains
-from frobs_core.models.kinematics import MOVING, joint_path
+from frobs_core.models.kinematics import MOVING
 from frobs_core.rotations import quat_rotate
-from frobs_devkit.doctor.report import DriveFacts, Finding, JointFacts, Severity
+from frobs_devkit.doctor.report import DriveFacts, Finding, JointFacts, Severity, warning
 
 _GRAVITY = 9.81  # [m/s²]
 _DEGREES = 4.0 * math.pi  # [rad]: hardly a joint turns further, and limits written in degrees are beyond it
@@ -69,32 +69,23 @@ def gravity_efforts(model: RobotModel, joint_positions: Floats) -> Floats:
     """Return what each joint must exert to hold the robot against gravity, the root upright and fixed.
 
     Args:
-        model: The robot; what joints that mimic others carry is left out.
+        model: The robot.
         joint_positions: (dof,) [rad or m]
 
     Returns:
         (dof,) [N·m or N]
     """
-    positions = joint_positions[None]
-    poses = {link.name: [array[0] for array in model.frame_pose(link.name, positions)] for link in model.links}
-    axes = {
-        joint.name: (quat_rotate(poses[joint.child][1], np.array(joint.axis)), poses[joint.child][0])
-        for joint in model.actuated_joints
-    }
-    efforts = dict.fromkeys(model.joint_names, 0.0)
+    step = 1e-4 * np.eye(len(joint_positions))
+    positions = np.concatenate([joint_positions + step, joint_positions - step])  # (2 dof, dof)
+    energies = np.zeros(len(positions))
     for link in model.links:
-        if link.inertial is None:
-            continue
-        pos, quat = poses[link.name]
-        center = pos + quat_rotate(quat, np.array(link.inertial.origin.pos))
-        lift = np.array([0.0, 0.0, link.inertial.mass * _GRAVITY])
-        for joint in joint_path(model, link.name):
-            if joint.name in axes:
-                axis, anchor = axes[joint.name]
-                slides = joint.type is JointType.PRISMATIC
-                efforts[joint.name] += float(axis @ (lift if slides else np.cross(center - anchor, lift)))
-    exact = np.array([efforts[name] for name in model.joint_names])
-    return np.where(np.abs(exact) < 1e-9, 0.0, exact)
+        if link.inertial is not None:
+            pos, quat = model.frame_pose(link.name, positions)
+            center = pos + quat_rotate(quat, np.array(link.inertial.origin.pos))
+            energies += link.inertial.mass * _GRAVITY * center[:, 2]
+    above, below = np.split(energies, 2)
+    efforts = (above - below) / 2e-4
+    return np.where(np.abs(efforts) < 1e-9, 0.0, efforts)
 
 
 def joint_findings(model: RobotModel, facts: tuple[JointFacts, ...]) -> Iterator[Finding]:
@@ -111,22 +102,20 @@ def joint_findings(model: RobotModel, facts: tuple[JointFacts, ...]) -> Iterator
         span = max(abs(joint.lower or 0.0), abs(joint.upper or 0.0))
         about = f"joint '{joint.name}'"
         if joint.joint_type == "revolute" and joint.mimic is None and span > _DEGREES:
-            yield Finding(
-                code="limits-in-degrees",
-                severity=Severity.WARNING,
-                about=about,
-                problem=f"its limits are {joint.lower:g} to {joint.upper:g} rad, which is {span / (2 * math.pi):.0f} turns",
-                advice="URDF takes radians; if it does turn so far, make it continuous",
+            yield warning(
+                "limits-in-degrees",
+                about,
+                f"its limits are {joint.lower:g} to {joint.upper:g} rad, which is {span / (2 * math.pi):.0f} turns",
+                "URDF takes radians; if it does turn so far, make it continuous",
             )
         drive = joint.drive
         if drive and joint.effort is not None and abs(drive.holding_effort) > joint.effort:
             unit = "N" if joint.unit == "m" else "N·m"
-            yield Finding(
-                code="too-weak",
-                severity=Severity.WARNING,
-                about=about,
-                problem=f"it must hold {abs(drive.holding_effort):.3g} {unit} at home, and its limit is {joint.effort:.3g}",
-                advice="check the effort limit and the masses it carries, or choose a home where it carries less",
+            yield warning(
+                "too-weak",
+                about,
+                f"it must hold {abs(drive.holding_effort):.3g} {unit} at home, and its limit is {joint.effort:.3g}",
+                "check the effort limit and the masses it carries, or choose a home where it carries less",
             )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import PurePath
 
 from frobs_core import plugins
@@ -13,7 +13,7 @@ from frobs_core._version import __version__
 from frobs_core.plugins.discovery import Candidate
 from frobs_core.plugins.probe import Probe, probe
 from frobs_core.plugins.requirements import core_versions, has_upper_bound, is_made_for, missing
-from frobs_devkit.doctor.report import Finding, Severity
+from frobs_devkit.doctor.report import Finding, Severity, warning
 
 SLOW = 0.5
 """[s] after which an import is called slow: every 'import frobs_core' pays for it."""
@@ -80,9 +80,7 @@ class PluginFacts:
 
 
 def examine_plugins(
-    seconds: float = 30.0,
-    only: Iterable[str] = (),
-    on_probe: Callable[[str], None] | None = None,
+    seconds: float = 30.0, only: Iterable[str] = (), on_probe: Callable[[str], None] | None = None
 ) -> tuple[PluginFacts, ...]:
     """Import each installed plugin in a process of its own, and say what is wrong with it.
 
@@ -133,12 +131,17 @@ def _is_meant(candidate: Candidate, only: Iterable[str]) -> bool:
     return not words or bool(words & {candidate.name, candidate.distribution, candidate.key})
 
 
+def _names(seen: Probe) -> list[tuple[str, str]]:
+    """Return what it offers, by kind and name."""
+    names = [(kind, name) for kind, found in seen.records.items() for name in found]
+    return [*names, *(("environment ID", id) for id in seen.environment_ids)]
+
+
 def _offers(candidates: Iterable[Candidate], probes: Iterable[Probe]) -> dict[tuple[str, str], list[Candidate]]:
     """Return who offers each name, by kind and name."""
     offers: dict[tuple[str, str], list[Candidate]] = {}
     for candidate, seen in zip(candidates, probes, strict=True):
-        names = [(kind, name) for kind, found in seen.records.items() for name in found]
-        for key in [*names, *(("environment ID", id) for id in seen.environment_ids)]:
+        for key in _names(seen):
             offers.setdefault(key, []).append(candidate)
     return offers
 
@@ -161,7 +164,7 @@ def _findings(
         )
     made_for = core_versions(candidate.requirements)
     if not is_made_for(made_for, __version__):
-        yield _warning(
+        yield warning(
             "other-core",
             "versions",
             f"it is made for frobs-core {made_for}, and this is {__version__}",
@@ -169,7 +172,7 @@ def _findings(
         )
     elif not made_for or not has_upper_bound(made_for):
         says = f"'frobs-core{made_for}'" if made_for else "no version of frobs-core"
-        yield _warning(
+        yield warning(
             "no-core-versions",
             "versions",
             f"its distribution requires {says}, without an end",
@@ -182,42 +185,38 @@ def _findings(
 def _clashes(
     candidate: Candidate, seen: Probe, offers: Mapping[tuple[str, str], Sequence[Candidate]]
 ) -> Iterable[Finding]:
-    names = [(kind, name) for kind, found in seen.records.items() for name in found]
-    for kind, name in [*names, *(("environment ID", id) for id in seen.environment_ids)]:
+    for kind, name in _names(seen):
         others = [other for other in offers[kind, name] if other.key != candidate.key]
         if others:
             who = " and ".join(f"'{other.name}' of {other.distribution} {other.version}" for other in others)
-            advice = f"ask for '{candidate.distribution}:{name}', or uninstall one of them"
-            yield Finding(
-                code="clash",
-                severity=Severity.ERROR if others[0].distribution == candidate.distribution else Severity.WARNING,
-                about=f"{kind} '{name}'",
-                problem=f"it is offered by {who} too",
-                advice="one of the two has to go" if others[0].distribution == candidate.distribution else advice,
-            )
+            found = warning("clash", f"{kind} '{name}'", f"it is offered by {who} too", "one of the two has to go")
+            if others[0].distribution == candidate.distribution:
+                yield replace(found, severity=Severity.ERROR)
+            else:
+                yield replace(found, advice=f"ask for '{candidate.distribution}:{name}', or uninstall one of them")
 
 
 def _manners(seen: Probe) -> Iterable[Finding]:
     heavy = [name for name in HEAVY if name in seen.modules]
     if heavy:
-        yield _warning(
+        yield warning(
             "heavy-import",
             "its import",
             f"it imports {', '.join(heavy)} ({seen.import_seconds:.1f} s, paid by every 'import frobs_core')",
             "its author imports that where an entry_point is used",
         )
     elif seen.state == "loaded" and seen.import_seconds > SLOW:
-        yield _warning("slow-import", "its import", f"it takes {seen.import_seconds:.1f} s", "its author imports less")
+        yield warning("slow-import", "its import", f"it takes {seen.import_seconds:.1f} s", "its author imports less")
     for stream, text in (("stdout", seen.stdout), ("stderr", seen.stderr)):
         if text.strip() and seen.state != "crashed":
-            yield _warning(
+            yield warning(
                 "prints",
                 stream,
                 f"it prints when it is imported: {text.strip().splitlines()[0][:100]}",
                 "its author uses logging, in the implementation",
             )
     for what in seen.changed:
-        yield _warning(
+        yield warning(
             "global-state",
             "its import",
             what if what.startswith("it ") else f"it changes the {what} of the whole process",
@@ -225,11 +224,7 @@ def _manners(seen: Probe) -> Iterable[Finding]:
         )
     for warned in seen.warnings:
         place = f"{PurePath(warned['file']).name}:{warned['line']}"
-        yield _warning("deprecated", place, f"{warned['category']}: {warned['message']}", "its author follows it")
-
-
-def _warning(code: str, about: str, problem: str, advice: str) -> Finding:
-    return Finding(code=code, severity=Severity.WARNING, about=about, problem=problem, advice=advice)
+        yield warning("deprecated", place, f"{warned['category']}: {warned['message']}", "its author follows it")
 
 
 def _advice_for_failure(candidate: Candidate, seen: Probe, install: str) -> str:

@@ -23,13 +23,7 @@ _TOLERANCE = 1e-6  # below it two numbers are the same
 
 @dataclass
 class Reading:
-    """A model with what was found on the way.
-
-    Attributes:
-        model: The robot, without what could not be used.
-        findings: Errors that would have kept it from being read.
-        differences: Numbers that the model does not have as the file has them.
-    """
+    """A model with what was found on the way."""
 
     model: RobotModel
     findings: list[Finding] = field(default_factory=list)
@@ -75,21 +69,15 @@ def _missing(reason: str, places: list[tuple[str, int | None]]) -> Finding:
     shapes = "1 shape" if len(places) == 1 else f"{len(places)} shapes"
     match = _LOST_PACKAGE.search(reason)
     if match:
-        return Finding(
-            code="unresolved-mesh",
-            severity=Severity.ERROR,
-            about=f"package '{match[1]}'",
-            problem=f"this ROS package is not found; it holds the meshes of {shapes}, such as '{uri}'",
-            advice=f"say where it is: --package-path {match[1]}=FOLDER, or ROS_PACKAGE_PATH",
-            line=line,
-        )
+        about = f"package '{match[1]}'"
+        problem = f"this ROS package is not found; it holds the meshes of {shapes}, such as '{uri}'"
+        advice = f"say where it is: --package-path {match[1]}=FOLDER, or ROS_PACKAGE_PATH"
+    else:
+        about = f"mesh '{uri}'"
+        problem = f"{reason.rstrip('.')}; {shapes} of the robot {'is' if len(places) == 1 else 'are'} made of it"
+        advice = "put the file there, or correct its name"
     return Finding(
-        code="unresolved-mesh",
-        severity=Severity.ERROR,
-        about=f"mesh '{uri}'",
-        problem=f"{reason.rstrip('.')}; {shapes} of the robot {'is' if len(places) == 1 else 'are'} made of it",
-        advice="put the file there, or correct its name",
-        line=line,
+        code="unresolved-mesh", severity=Severity.ERROR, about=about, problem=problem, advice=advice, line=line
     )
 
 

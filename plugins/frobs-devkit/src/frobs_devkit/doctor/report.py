@@ -45,6 +45,11 @@ class Finding:
     line: int | None = None
 
 
+def warning(code: str, about: str, problem: str, advice: str) -> Finding:
+    """Return a finding that is a warning."""
+    return Finding(code=code, severity=Severity.WARNING, about=about, problem=problem, advice=advice)
+
+
 @dataclass(frozen=True, kw_only=True)
 class DriveFacts:
     """The drive that a joint gets where the robot's description declares no gains.

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 
 from frobs_core import plugins
 from frobs_core.errors import FrobsError
 from frobs_core.interfaces import CommandMode, Overlap, Placement, Robot, Scene, Simulation
 from frobs_core.models import RobotModel, elements
-from frobs_devkit.doctor.report import Finding, Severity, SimulatorFacts, TranslatedElement
+from frobs_devkit.doctor.report import Finding, Severity, SimulatorFacts, TranslatedElement, warning
 
 _DEEP = 1e-4  # [m]: what overlaps by less only touches
 _TIMESTEP = 0.002  # [s]
@@ -16,10 +17,6 @@ _TIMESTEP = 0.002  # [s]
 
 def simulator_facts(model: RobotModel, wanted: Sequence[str] = ()) -> tuple[SimulatorFacts, ...]:
     """Return the facts about each installed simulator.
-
-    Args:
-        model: The robot.
-        wanted: Names of the simulators to ask; empty: all that are installed.
 
     Raises:
         UnknownNameError: A name is no simulator's.
@@ -66,10 +63,8 @@ def _build(cls: type[Simulation], model: RobotModel) -> tuple[bool, str, Sequenc
         return False, getattr(error, "reason", str(error)), None  # without the path, which the report has already
     except Exception as error:  # the file has brought the engine to something that nobody foresaw
         return False, f"{type(error).__name__}: {' '.join(str(error).split())}", None
-    try:
+    with closing(simulation):
         return True, "", simulation.overlaps("robot")
-    finally:
-        simulation.close()
 
 
 def _elements(cls: type[Simulation], model: RobotModel) -> tuple[TranslatedElement, ...]:
@@ -127,10 +122,9 @@ def _overlaps(facts: Sequence[SimulatorFacts]) -> Iterator[Finding]:
             first, second = sorted((overlap["first"], overlap["second"]))
             pairs.setdefault((first, second), []).append(f"{1000.0 * overlap['depth']:.2g} mm in {simulator.name}")
     for (first, second), depths in pairs.items():
-        yield Finding(
-            code="overlap-at-home",
-            severity=Severity.WARNING,
-            about=f"link '{first}'",
-            problem=f"at home it is inside of link '{second}' ({', '.join(depths)}), so the two never collide or are pushed apart",
-            advice="smaller collision shapes, or another home (home={…})",
+        yield warning(
+            "overlap-at-home",
+            f"link '{first}'",
+            f"at home it is inside of link '{second}' ({', '.join(depths)}), so the two never collide or are pushed apart",
+            "smaller collision shapes, or another home (home={…})",
         )

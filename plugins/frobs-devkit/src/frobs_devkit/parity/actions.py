@@ -43,14 +43,11 @@ class ActionFile:
         Raises:
             ConfigurationError: It has another ending.
         """
+        content = {"id": self.id, "seed": self.seed, "controller": self.controller, "actions": self.actions}
         match path.suffix:
             case ".json":
-                write_json(
-                    path,
-                    {"id": self.id, "seed": self.seed, "controller": self.controller, "actions": self.actions.tolist()},
-                )
+                write_json(path, {**content, "actions": self.actions.tolist()})
             case ".npz":
-                content = {"id": self.id, "seed": self.seed, "controller": self.controller, "actions": self.actions}
                 write_aside(path, lambda aside: np.savez(aside, **content))  # type: ignore[arg-type]
             case _:
                 raise ActionFileError(path, f"an action file ends in {' or '.join(SUFFIXES)}.")

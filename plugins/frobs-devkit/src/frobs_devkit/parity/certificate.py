@@ -99,32 +99,23 @@ class Certificate:
             RunError: matplotlib is not installed.
         """
         pictures = {f"{m.name}.png": draw(m, self.simulators) for m in self.measurements if m.panels}
-        make_folder(folder)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ConfigurationError(
+                f"the folder {folder} cannot be made: {error.strerror}; choose another with --out."
+            ) from error
         stale = _pictures_of(folder / NAME) - pictures.keys()
         (folder / NAME).unlink(missing_ok=True)
         for name in stale:
             (folder / name).unlink(missing_ok=True)
         for name, picture in pictures.items():
-            write_aside(folder / name, partial(_write_bytes, content=picture))
-        write_aside(folder / "curves.npz", partial(_write_curves, curves=curves(self.measurements)))
+            write_aside(folder / name, partial(Path.write_bytes, data=picture))
+        write_aside(folder / "curves.npz", lambda aside: np.savez_compressed(aside, **curves(self.measurements)))  # type: ignore[arg-type]
         if self.actions is not None:
             self.actions.write(folder / "actions.json")
         write_text(folder / "certificate.md", markdown(self))
         write_json(folder / NAME, self.to_dict())
-
-
-def make_folder(folder: Path) -> None:
-    """Make the folder of a certificate, or take one that is there.
-
-    Raises:
-        ConfigurationError: It cannot be made.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigurationError(
-            f"the folder {folder} cannot be made: {error.strerror}; choose another with --out."
-        ) from error
 
 
 def curves(measurements: Sequence[Measurement]) -> dict[str, Floats]:
@@ -143,11 +134,3 @@ def _pictures_of(path: Path) -> set[str]:
         pictures = {m["picture"] for m in json.loads(path.read_text("utf-8"))["measurements"] if m["picture"]}
         return {name for name in pictures if Path(name).name == name and name.endswith(".png")}
     return set()
-
-
-def _write_bytes(path: Path, content: bytes) -> None:
-    path.write_bytes(content)
-
-
-def _write_curves(path: Path, curves: Mapping[str, Floats]) -> None:
-    np.savez_compressed(path, **curves)  # type: ignore[arg-type]

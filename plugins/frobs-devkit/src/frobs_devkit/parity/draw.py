@@ -23,13 +23,6 @@ def draw(measurement: Measurement, simulators: Sequence[str]) -> bytes:
     The reference is a broad pale stroke, the others are thin and dark upon it: where they agree, each dark line runs in
     the middle of its pale one.
 
-    Args:
-        measurement: With at least one panel.
-        simulators: Labels, the reference first.
-
-    Returns:
-        A PNG.
-
     Raises:
         RunError: matplotlib is not installed.
     """

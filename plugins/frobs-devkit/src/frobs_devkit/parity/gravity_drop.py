@@ -20,11 +20,7 @@ _LEAST_FALL = 1e-3  # [rad or m]: below it, there was no fall to compare
 
 
 def gravity_drop(subjects: Sequence[Subject]) -> Measurement:
-    """Compare the fall from home, until a joint comes to its limit in the reference.
-
-    Args:
-        subjects: The simulators, the reference first.
-    """
+    """Compare the fall from home, until a joint comes to its limit in the reference."""
     reference, unit = subjects[0], subjects[0].joint_unit
     names, dof = reference.placement.model.joint_names, len(reference.placement.model.joint_names)
     off = np.zeros((1, 1, dof))
@@ -63,8 +59,6 @@ def gravity_drop(subjects: Sequence[Subject]) -> Measurement:
         for i, (subject, fall) in enumerate(zip(subjects[1:], falls[1:], strict=True), 1)
     )
     return Measurement(
-        name="gravity_drop",
-        title="Gravity drop",
         summary="The robot falls from home with its drives off, its base held, touching nothing, until a joint comes to "
         f"its limit, or for {DURATION:g} s.",
         comparisons=tuple(comparisons),

@@ -52,8 +52,8 @@ def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: in
         judged: dict[str, list[Comparison]] = {"frame_position": [], "frame_orientation": []}
         for how, poses_found in found.items():
             pairs = list(zip(expected, poses_found, strict=True))
-            off = np.stack([_distance(e[0], f[0]) for e, f in pairs])  # (links, poses)
-            turned = np.stack([_angle(e[1], f[1]) for e, f in pairs])
+            off = np.linalg.norm([e[0] - f[0] for e, f in pairs], axis=-1)  # (links, poses)
+            turned = np.linalg.norm([quat_difference(e[1], f[1]) for e, f in pairs], axis=-1)
             for name, what, errors in (
                 ("frame_position", "positions", off),
                 ("frame_orientation", "orientations", turned),
@@ -65,8 +65,6 @@ def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: in
             distances.append(Line(f"{subject.label}, {how}", numbers, off.max(axis=0), len(distances), i, points=True))
         comparisons += [worst(rows) for rows in judged.values()]
     return Measurement(
-        name="forward_kinematics",
-        title="Forward kinematics",
         summary=f"Where each of the {len(links)} links is, at {poses} random joint vectors inside the limits: for joint "
         "vectors that are given, and read back after the joint state was written.",
         comparisons=tuple(comparisons),
@@ -92,14 +90,3 @@ def _written(robot: RobotHandle, links: Sequence[str], vectors: Floats) -> list[
             pos, quat = robot.frame_pose(link)
             poses.append((pos[0].copy(), quat[0].copy()))
     return [(np.array([p for p, _ in poses]), np.array([q for _, q in poses])) for poses in found]
-
-
-def _distance(first: Floats, second: Floats) -> Floats:
-    """Return the distances of points (n, 3), (n,) [m]."""
-    distances: Floats = np.sqrt(((first - second) ** 2).sum(axis=-1))
-    return distances
-
-
-def _angle(first: Floats, second: Floats) -> Floats:
-    """Return the angles between rotations (n, 4), (n,) [rad]."""
-    return _distance(quat_difference(first, second), np.zeros(3))

@@ -23,11 +23,7 @@ _OWN = "parity"  # name of the scanner that a robot without one is given
 
 
 def lidar(subjects: Sequence[Subject]) -> Measurement:
-    """Compare the ranges of a scanner amid bodies of every shape; it is the robot's own, or one on its root link.
-
-    Args:
-        subjects: The simulators, the reference first.
-    """
+    """Compare the ranges of a scanner amid bodies of every shape; it is the robot's own, or one on its root link."""
     reference = subjects[0]
     scans = [_scan(subject) for subject in subjects]
     comparisons: list[Comparison] = []
@@ -47,8 +43,6 @@ def lidar(subjects: Sequence[Subject]) -> Measurement:
             )  # fmt: skip
     name, scanner = _scanner(reference)
     return Measurement(
-        name="lidar",
-        title="Lidar",
         summary=f"{scanner.rays} rays of {'a scanner on the root link' if name == _OWN else f'the lidar {name!r}'} amid "
         "boxes, a sphere, a cylinder and a capsule, as the scene was built and after a body was moved.",
         comparisons=tuple(comparisons),
@@ -61,11 +55,7 @@ def _scanner(subject: Subject) -> tuple[str, Lidar]:
     if robot.lidars:
         return next(iter(robot.lidars.items()))
     return _OWN, Lidar(
-        frame=subject.placement.model.root,
-        rays=_RAYS,
-        range_min=0.05,
-        range_max=_RANGE,
-        offset=(0.0, 0.0, _HEIGHT),
+        frame=subject.placement.model.root, rays=_RAYS, range_min=0.05, range_max=_RANGE, offset=(0.0, 0.0, _HEIGHT)
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -21,7 +22,7 @@ from frobs_devkit.parity.kinematics import forward_kinematics
 from frobs_devkit.parity.lidar import lidar
 from frobs_devkit.parity.policy import EPISODES, policy
 from frobs_devkit.parity.replay import replay
-from frobs_devkit.parity.result import Comparison, Measurement, Status, skip
+from frobs_devkit.parity.result import Measurement, Status, skip
 from frobs_devkit.parity.rewards import rewards
 from frobs_devkit.parity.settling import settling
 from frobs_devkit.parity.step_response import saturated_step_response, step_response
@@ -30,38 +31,23 @@ from frobs_train import Run
 from frobs_train.runs.versions import versions
 
 _log = logging.getLogger(__name__)
-MEASUREMENTS = (
-    "forward_kinematics",
-    "step_response",
-    "saturated_step_response",
-    "gravity_drop",
-    "replay",
-    "settling",
-    "lidar",
-    "rewards",
-    "policy",
-)
-"""Their names, in order; the last needs a run."""
-
 _LONGEST_REPLAY = 200  # steps of the actions that are made where none are given
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Plan:
-    """One measurement that is to be made.
+    """One measurement that can be made.
 
     Attributes:
-        name: Of the measurement.
-        title: For people, where it cannot be made.
+        title: For people.
         measure: Makes it.
-        needs: Capabilities that a simulator must not lack.
+        needs: Capability that a simulator must not lack; empty: none.
         environment: Whether it needs the whole environment.
     """
 
-    name: str
     title: str
     measure: Callable[[Sequence[Subject]], Measurement]
-    needs: tuple[str, ...] = ()
+    needs: str = ""
     environment: bool = False
 
 
@@ -98,7 +84,6 @@ def measure_parity(
     file = read_actions(actions) if actions else None
     if run:
         run.newest_checkpoint()  # one that is damaged says so now, not after a minute
-    wanted = _check_names(only, run)
     subjects = make_subjects(environment, simulators, given)
     reference = subjects[0]
     with reference.make() as env:
@@ -113,12 +98,15 @@ def measure_parity(
             )
         check_actions(file, env, environment, controller, str(actions or "the actions"))
         facts = _facts(reference, env.control_timestep, controller)
+    plans = _plans(file, run, episodes)
+    for name in only or ():
+        if name not in plans:
+            raise UnknownNameError("measurement", name, plans)
     measurements = []
-    for plan in _plans(file, run, episodes):
-        if plan.name not in wanted:
-            continue
-        on_measurement(plan.title)
-        measurements.append(_make(plan, subjects))
+    for name, plan in plans.items():
+        if not only or name in only:
+            on_measurement(plan.title)
+            measurements.append(_make(name, plan, subjects))
     return Certificate(
         id=environment.rpartition(":")[2],
         reference=reference.label,
@@ -130,75 +118,48 @@ def measure_parity(
     )
 
 
-def _check_names(only: Sequence[str] | None, run: Run | None) -> Sequence[str]:
-    """Return the names of the measurements to make.
-
-    Raises:
-        UnknownNameError: There is no such measurement, or it needs a run.
-    """
-    names = [name for name in MEASUREMENTS if run is not None or name != "policy"]
-    for name in only or ():
-        if name not in names:
-            raise UnknownNameError("measurement", name, names)
-    return only or names
-
-
-def _plans(file: ActionFile, run: Run | None, episodes: int) -> list[Plan]:
-    plans = [
-        Plan(name="forward_kinematics", title="Forward kinematics", measure=forward_kinematics),
-        Plan(name="step_response", title="Step response", measure=step_response, needs=("drive",)),
-        Plan(
-            name="saturated_step_response",
-            title="Step response, saturated",
-            measure=saturated_step_response,
-            needs=("drive",),
-        ),
-        Plan(name="gravity_drop", title="Gravity drop", measure=gravity_drop, needs=("drive",)),
-        Plan(name="replay", title="Replay", measure=partial(replay, file=file), environment=True),
-        Plan(name="settling", title="Contact settling", measure=settling, needs=("contacts",)),
-        Plan(name="lidar", title="Lidar", measure=lidar, needs=("rays",)),
-        Plan(name="rewards", title="Rewards", measure=rewards, environment=True),
-    ]
+def _plans(file: ActionFile, run: Run | None, episodes: int) -> dict[str, Plan]:
+    """Return the measurements by name, in the order in which they are made; the policy's needs a run."""
+    plans = {
+        "forward_kinematics": Plan("Forward kinematics", forward_kinematics),
+        "step_response": Plan("Step response", step_response, needs="drive"),
+        "saturated_step_response": Plan("Step response, saturated", saturated_step_response, needs="drive"),
+        "gravity_drop": Plan("Gravity drop", gravity_drop, needs="drive"),
+        "replay": Plan("Replay", partial(replay, file=file), environment=True),
+        "settling": Plan("Contact settling", settling, needs="contacts"),
+        "lidar": Plan("Lidar", lidar, needs="rays"),
+        "rewards": Plan("Rewards", rewards, environment=True),
+    }
     if run is not None:
-        plans.append(
-            Plan(name="policy", title="Policy", measure=partial(policy, run=run, episodes=episodes), environment=True)
-        )
+        plans["policy"] = Plan("Policy", partial(policy, run=run, episodes=episodes), environment=True)
     return plans
 
 
-def _make(plan: Plan, subjects: Sequence[Subject]) -> Measurement:
-    """Make one measurement with the simulators that can; what the others lack is told, and so is what goes wrong."""
+def _make(name: str, plan: Plan, subjects: Sequence[Subject]) -> Measurement:
+    """Run one measurement on every simulator that supports it; report unsupported simulators and failures."""
     reference = subjects[0]
     lacks = {subject.label: _missing(plan, subject) for subject in subjects}
     able = [subject for subject in subjects if not lacks[subject.label]]
     unable = [skip(s.label, reference.label, lacks[s.label]) for s in subjects[1:] if lacks[s.label]]
+    found = Measurement(summary="Not measured.", comparisons=())
     if lacks[reference.label]:
         reason = f"{reference.label}, the reference, cannot: {lacks[reference.label]}"
-        return _unmade(plan, [skip(s.label, reference.label, reason) for s in subjects[1:]])
-    if len(able) < 2:
-        return _unmade(plan, unable)
-    try:
-        found = plan.measure(able)
-    except Exception as error:  # what one engine does wrong must not hide what was found about the others
-        _log.debug("%s failed", plan.name, exc_info=True)
-        reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
-        failed = [
-            Comparison(quantity="", simulator=s.label, against=reference.label, status=Status.FAILED, reason=reason)
-            for s in able[1:]
-        ]
-        return _unmade(plan, [*failed, *unable])
-    return replace(found, comparisons=(*found.comparisons, *unable))
+        unable = [skip(s.label, reference.label, reason) for s in subjects[1:]]
+    elif len(able) > 1:
+        try:
+            found = plan.measure(able)
+        except Exception as error:  # what one engine does wrong must not hide what was found about the others
+            _log.debug("%s failed", name, exc_info=True)
+            reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
+            failed = [replace(skip(s.label, reference.label, reason), status=Status.FAILED) for s in able[1:]]
+            found = replace(found, comparisons=tuple(failed))
+    return replace(found, name=name, title=plan.title, comparisons=(*found.comparisons, *unable))
 
 
 def _missing(plan: Plan, subject: Subject) -> str:
-    for capability in plan.needs:
-        if subject.level(capability) == Level.UNSUPPORTED:
-            return f"it does not claim '{capability}' ({CAPABILITIES[capability]})"
+    if plan.needs and subject.level(plan.needs) == Level.UNSUPPORTED:
+        return f"it does not claim '{plan.needs}' ({CAPABILITIES[plan.needs]})"
     return subject.lacks if plan.environment else ""
-
-
-def _unmade(plan: Plan, comparisons: Sequence[Comparison]) -> Measurement:
-    return Measurement(name=plan.name, title=plan.title, summary="Not measured.", comparisons=tuple(comparisons))
 
 
 def _keywords_of(run: Run, environment: str) -> Mapping[str, Any]:
@@ -229,21 +190,14 @@ def _facts(subject: Subject, control_timestep: float, controller: str) -> dict[s
 
 def _versions(subjects: Sequence[Subject]) -> dict[str, Any]:
     """Return the versions of everything that decides over numbers, with the engines that the simulators are made of."""
-    engines = {}
+    engines: dict[str, str] = {}
     for subject in subjects:
         distribution = plugins.get_report("simulator", subject.simulator).distribution
-        try:
-            needed = metadata.requires(distribution) or []
-        except metadata.PackageNotFoundError:
-            continue
-        for requirement in needed:
-            name = _name(requirement)
-            if not name.startswith("frobs") and "extra ==" not in requirement:
-                engines[name] = metadata.version(name)
+        with contextlib.suppress(metadata.PackageNotFoundError):
+            names = [
+                re.split(r"[^\w.-]", line)[0]
+                for line in metadata.requires(distribution) or ()
+                if "extra ==" not in line
+            ]
+            engines |= {name: metadata.version(name) for name in names if not name.startswith("frobs")}
     return {**versions(), "engines": engines}
-
-
-def _name(requirement: str) -> str:
-    """Return the distribution that a requirement names: ``"mujoco>=4.0"`` is of ``mujoco``."""
-    found = re.match(r"[\w.-]+", requirement)
-    return found[0] if found else ""

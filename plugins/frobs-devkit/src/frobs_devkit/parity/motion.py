@@ -40,20 +40,21 @@ class Motion:
 
 def position_bounds(subject: Subject) -> tuple[Floats, Floats]:
     """Return between which positions, (dof,) each [rad or m], no joint feels its limits."""
-    limits = [joint.limits for joint in subject.placement.model.actuated_joints]
-    lower, upper = np.array([limit.lower for limit in limits]), np.array([limit.upper for limit in limits])
-    margin = np.where(np.isfinite(upper - lower), _EDGE * (upper - lower), 0.0)
-    return lower + margin, upper - margin
+    return _limits(subject, _EDGE)
 
 
 def start_positions(subject: Subject) -> Floats:
     """Return where free motion begins, (dof,) [rad or m]: home, or a little inside where home is at a limit."""
     model = subject.placement.model
-    limits = [joint.limits for joint in model.actuated_joints]
-    lower, upper = np.array([limit.lower for limit in limits]), np.array([limit.upper for limit in limits])
-    margin = np.where(np.isfinite(upper - lower), _INSIDE * (upper - lower), 0.0)
-    inside: Floats = np.clip(home_positions(model, subject.placement.robot.home), lower + margin, upper - margin)
+    inside: Floats = np.clip(home_positions(model, subject.placement.robot.home), *_limits(subject, _INSIDE))
     return inside
+
+
+def _limits(subject: Subject, share: float) -> tuple[Floats, Floats]:
+    """Return the position limits, (dof,) each [rad or m], moved inwards by a share of the range where it is finite."""
+    lower, upper = np.array([(j.limits.lower, j.limits.upper) for j in subject.placement.model.actuated_joints]).T
+    margin = np.where(np.isfinite(upper - lower), share * (upper - lower), 0.0)
+    return lower + margin, upper - margin
 
 
 def record(subject: Subject, placement: Placement, commands: Floats, duration: float, period: float) -> list[Motion]:
@@ -114,12 +115,5 @@ def worst_joint(errors: Floats, names: Sequence[str], times: Floats) -> str:
 
 
 def error_line(label: str, errors: Floats, times: Floats, number: int) -> Line:
-    """Return the largest error of each sample as a line.
-
-    Args:
-        label: The simulator's.
-        errors: (…, samples, dof)
-        times: (samples,) [s]
-        number: Of the simulator.
-    """
+    """Return the largest error of each sample as a line."""
     return Line(label, times, errors.max(axis=-1).reshape(-1, len(times)).max(axis=0), number, 0)

@@ -52,8 +52,6 @@ def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> M
         if result.success_rate is not None and result.success_interval is not None
     }
     return Measurement(
-        name="policy",
-        title="Policy",
         summary=f"The policy of the run '{run.path.name}' after {first.steps:,} steps of training, unchanged, on {episodes} "
         "episodes that it has never seen, the same on every simulator; with Wilson's 95 % interval.",
         comparisons=tuple(comparisons),

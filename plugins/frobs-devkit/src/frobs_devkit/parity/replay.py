@@ -10,18 +10,13 @@ from frobs_core.arrays import Floats
 from frobs_devkit.parity.actions import ActionFile
 from frobs_devkit.parity.motion import worst_joint
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge
-from frobs_devkit.parity.rollout import AFTER_A_TOUCH, Rollout, common_steps, free_steps, play
+from frobs_devkit.parity.rollout import AFTER_A_TOUCH, Rollout, free_steps, play
 from frobs_devkit.parity.subject import Subject, follows_exactly
 from frobs_devkit.parity.tolerances import TOLERANCES
 
 
 def replay(subjects: Sequence[Subject], file: ActionFile) -> Measurement:
-    """Compare joints and tool after each control step, and when the episode ends.
-
-    Args:
-        subjects: The simulators, the reference first.
-        file: The actions, which fit the environment.
-    """
+    """Compare joints and tool after each control step, and when the episode ends."""
     names, unit = subjects[0].placement.model.joint_names, subjects[0].joint_unit
     rollouts = [play(subject, [(file.seed, file.actions)])[0] for subject in subjects]
     first = rollouts[0]
@@ -34,14 +29,12 @@ def replay(subjects: Sequence[Subject], file: ActionFile) -> Measurement:
         if i == 0:
             continue
         comparisons += _judge(subjects[0], subject, first, rollout, free)
-        n = common_steps(first, rollout) + 1
+        n = min(first.steps, rollout.steps) + 1
         off = np.abs(first.joints[:n] - rollout.joints[:n]).max(axis=1)
         joint_errors.append(Line(subject.label, rollout.times[:n], off, i))
         tool_errors.append(Line(subject.label, rollout.times[:n], _apart(first, rollout), i))
     exact = follows_exactly(*subjects)
     return Measurement(
-        name="replay",
-        title="Replay",
         summary=f"The {len(file.actions)} actions of actions.json, from a reset with seed {file.seed}, through the whole "
         "environment: controller, drives, robot, scene and task.",
         comparisons=tuple(comparisons),
@@ -73,7 +66,7 @@ def replay(subjects: Sequence[Subject], file: ActionFile) -> Measurement:
 
 def _judge(reference: Subject, subject: Subject, first: Rollout, second: Rollout, free: int) -> Iterator[Comparison]:
     """Yield what is off while the robot moved freely, and after it touched something."""
-    exact, n = follows_exactly(reference, subject), common_steps(first, second) + 1
+    exact, n = follows_exactly(reference, subject), min(first.steps, second.steps) + 1
     errors = np.abs(first.joints[:n] - second.joints[:n])  # (steps + 1, dof)
     apart, times = _apart(first, second), first.times
     reached = float(np.abs(first.joints - first.joints[:1]).max())
@@ -100,6 +93,5 @@ def _judge(reference: Subject, subject: Subject, first: Rollout, second: Rollout
 
 def _apart(first: Rollout, second: Rollout) -> Floats:
     """Return the distances of the tools, (steps + 1,) [m]."""
-    n = common_steps(first, second) + 1
-    apart: Floats = np.sqrt(((first.tool[:n] - second.tool[:n]) ** 2).sum(axis=1))
-    return apart
+    n = min(first.steps, second.steps) + 1
+    return np.asarray(np.linalg.norm(first.tool[:n] - second.tool[:n], axis=1))

@@ -18,7 +18,19 @@ SIGNS: Mapping[Status, str] = {Status.PASSED: "✓", Status.FAILED: "✗", Statu
 
 def markdown(certificate: Certificate) -> str:
     """Return the certificate as a page: verdict, table, what was measured, tolerances and versions."""
-    return "\n".join(_page(certificate)) + "\n"
+    others = ", ".join(certificate.simulators[1:])
+    sections = [
+        f"# Parity of {certificate.id}",
+        f"**{'Passed' if certificate.passed else 'Not passed'}**: {certificate.verdict}.\n"
+        f"{others} compared with {certificate.reference}, quantity by quantity.",
+        _table(certificate.facts),
+        _overview(certificate),
+        *(part for measurement in certificate.measurements for part in _section(measurement)),
+        *_tolerances(certificate),
+        "## Versions",
+        _table(dict(_flat(certificate.versions))),
+    ]
+    return "\n\n".join(sections) + "\n"
 
 
 def number(value: float, unit: str = "") -> str:
@@ -45,64 +57,39 @@ def rows(measurement: Measurement) -> Iterator[tuple[Comparison, tuple[str, str,
         )
 
 
-def _page(certificate: Certificate) -> Iterator[str]:
-    others = ", ".join(certificate.simulators[1:])
-    yield f"# Parity of {certificate.id}"
-    yield ""
-    yield f"**{'Passed' if certificate.passed else 'Not passed'}**: {certificate.verdict}."
-    yield f"{others} compared with {certificate.reference}, quantity by quantity."
-    yield ""
-    yield from _table(("", ""), list(certificate.facts.items()))
-    yield ""
-    yield "| measurement | simulator | quantity | error | tolerance | |"
-    yield "|---|---|---|---:|---:|:-:|"
+def _overview(certificate: Certificate) -> str:
+    lines = ["| measurement | simulator | quantity | error | tolerance | |", "|---|---|---|---:|---:|:-:|"]
     for measurement in certificate.measurements:
         for i, (comparison, cells) in enumerate(rows(measurement)):
-            simulator, quantity, error, tolerance, _ = cells
             title = f"[{measurement.title}](#{_anchor(measurement.title)})" if i == 0 else ""
-            yield _row(title, simulator, quantity, error, tolerance, SIGNS[comparison.status])
-    yield ""
-    for measurement in certificate.measurements:
-        yield from _section(measurement)
-    yield from _tolerances(certificate)
-    yield "## Versions"
-    yield ""
-    yield from _table(("", ""), list(dict(_flat(certificate.versions)).items()))
+            lines.append(_row(title, *cells[:4], SIGNS[comparison.status]))
+    return "\n".join(lines)
 
 
 def _section(measurement: Measurement) -> Iterator[str]:
     yield f"## {measurement.title}"
-    yield ""
     yield measurement.summary
-    yield ""
+    lines = []
     for comparison, (simulator, quantity, error, tolerance, note) in rows(measurement):
         judged = f"{error}, allowed {tolerance}" if not math.isnan(comparison.error) else str(comparison.status)
         against = f" against {comparison.against}" if comparison.against else ""
-        yield f"- {SIGNS[comparison.status]} {simulator}{against}, {quantity}: {judged}{f' ({note})' if note else ''}"
-    yield from (f"- {what}: {fact}" for what, fact in measurement.facts.items())
+        lines.append(
+            f"- {SIGNS[comparison.status]} {simulator}{against}, {quantity}: {judged}{f' ({note})' if note else ''}"
+        )
+    yield "\n".join([*lines, *(f"- {what}: {fact}" for what, fact in measurement.facts.items())])
     if measurement.panels:
-        yield ""
         yield f"![{measurement.title}]({measurement.name}.png)"
-    yield ""
 
 
 def _tolerances(certificate: Certificate) -> Iterator[str]:
     used = {c.tolerance_name: c for m in certificate.measurements for c in m.comparisons if c.tolerance_name}
-    if not used:
-        return
-    yield "## Why these tolerances"
-    yield ""
-    for name in used:
-        tolerance = TOLERANCES[name]
-        yield f"- **{name.replace('_', ' ')}**: {tolerance.reason}"
-    yield ""
+    if used:
+        yield "## Why these tolerances"
+        yield "\n".join(f"- **{name.replace('_', ' ')}**: {TOLERANCES[name].reason}" for name in used)
 
 
-def _table(head: tuple[str, ...], lines: list[tuple[str, str]]) -> Iterator[str]:
-    yield _row(*head)
-    yield "|" + "---|" * len(head)
-    for line in lines:
-        yield _row(*line)
+def _table(lines: Mapping[str, str]) -> str:
+    return "\n".join([_row("", ""), "|---|---|", *(_row(*line) for line in lines.items())])
 
 
 def _row(*cells: str) -> str:

@@ -103,20 +103,20 @@ class Measurement:
     """What one measurement found.
 
     Attributes:
-        name: Lower case with underscores; unique in a certificate.
-        title: For people.
         summary: What was done, in one or two sentences.
         comparisons: What was judged; what a simulator cannot do is in it as skipped.
         facts: What else there is to know, by what it is.
         panels: What its picture shows.
+        name: Lower case with underscores; unique in a certificate, which sets it.
+        title: For people; the certificate sets it.
     """
 
-    name: str
-    title: str
     summary: str
     comparisons: tuple[Comparison, ...]
     facts: Mapping[str, str] = field(default_factory=dict)
     panels: tuple[Panel, ...] = ()
+    name: str = ""
+    title: str = ""
 
     @property
     def status(self) -> Status:

@@ -8,7 +8,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
-from frobs_devkit.parity.rollout import AFTER_A_TOUCH, Rollout, common_steps, free_steps, play
+from frobs_devkit.parity.rollout import AFTER_A_TOUCH, Rollout, free_steps, play
 from frobs_devkit.parity.subject import Subject, follows_exactly
 from frobs_devkit.parity.tolerances import TOLERANCES
 
@@ -50,8 +50,6 @@ def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0
         largest = np.max(list(_errors(played[0], rollouts).values()), axis=0)
         errors_over_time.append(Line(subject.label, np.arange(1.0, len(largest) + 1.0), largest, i))
     return Measurement(
-        name="rewards",
-        title="Rewards",
         summary=f"The reward and its terms in {episodes} episodes of {steps} random actions, each from its own seed: of "
         f"{_CANDIDATES} such episodes on {reference.label}, those in which the terms move most.",
         comparisons=tuple(comparisons),
@@ -96,7 +94,7 @@ def _errors(first: Sequence[Rollout], second: Sequence[Rollout]) -> dict[str, Fl
     """Return the differences of each term in all episodes; NaN at the end of one that ended elsewhere, or lacks the term."""
 
     def differ(a: Rollout, b: Rollout, name: str) -> Floats:
-        n = common_steps(a, b)
+        n = min(a.steps, b.steps)
         errors = np.abs(a.rewards[name][:n] - b.rewards.get(name, np.full(n, np.nan))[:n])
         return errors if a.steps == b.steps else np.append(errors, np.nan)
 
@@ -111,7 +109,7 @@ def _judge(
 ) -> Iterator[Comparison]:
     """Yield how far each term is off while the robot moved freely, and after it touched something."""
     exact = follows_exactly(reference, subject)
-    steps = [common_steps(a, b) + (a.steps != b.steps) for a, b in zip(*played, strict=True)]
+    steps = [min(a.steps, b.steps) + (a.steps != b.steps) for a, b in zip(*played, strict=True)]
     moves = [np.arange(n) < free_for for n, free_for in zip(steps, free, strict=True)]
     freely = np.concatenate(moves)
     for name, errors in _errors(*played).items():

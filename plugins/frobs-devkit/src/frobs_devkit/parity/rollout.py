@@ -46,12 +46,7 @@ class Rollout:
 
 
 def play(subject: Subject, episodes: Sequence[tuple[int, np.ndarray[Any, Any]]]) -> list[Rollout]:
-    """Play episodes, each until it ends or its actions do.
-
-    Args:
-        subject: The simulator.
-        episodes: For each the seed of its reset, and its actions (steps, …).
-    """
+    """Play episodes, each until it ends or its actions do."""
     with subject.make() as env:
         return [_play(env, seed, actions) for seed, actions in episodes]
 
@@ -94,13 +89,8 @@ def free_steps(subject: Subject, rollout: Rollout) -> int:
 
     The same commands are given to the robot alone, in a scene where it cannot touch anything. As long as it moves there as
     it did in the environment, it was free.
-
-    Args:
-        subject: The simulator that the episode was played on.
-        rollout: The episode.
     """
-    limits = [joint.limits for joint in subject.placement.model.actuated_joints]
-    lower, upper = np.array([limit.lower for limit in limits]), np.array([limit.upper for limit in limits])
+    lower, upper = np.array([(j.limits.lower, j.limits.upper) for j in subject.placement.model.actuated_joints]).T
     with subject.simulate(subject.alone()) as (simulation, robot):
         robot.write_joint_state(rollout.joints[:1])
         for step, command in enumerate(rollout.commands):
@@ -114,8 +104,3 @@ def free_steps(subject: Subject, rollout: Rollout) -> int:
             if not np.abs(now - rollout.joints[step + 1]).max() < _SAME:
                 return step
     return rollout.steps
-
-
-def common_steps(first: Rollout, second: Rollout) -> int:
-    """Return how many steps both took."""
-    return min(first.steps, second.steps)

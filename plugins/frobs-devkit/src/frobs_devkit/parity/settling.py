@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,44 +22,19 @@ _CLEARANCE = 0.1  # [m] that it falls
 _AWAY = 5.0  # [m] from the robot, out of its reach
 _DURATION = 2.0  # [s]
 _STILL = 0.01  # [m/s] below which the box rests
+_QUANTITIES = {"rest_height": "rest height", "rest_time": "time to rest", "penetration": "deepest penetration"}
 _END = 0.2  # [s] at the end, over which the rest height is the mean
 
 
-@dataclass(frozen=True)
-class Settling:
-    """What became of the box.
-
-    Attributes:
-        times: (samples,) [s]
-        lowest: (samples,) height of its lowest corner above the floor [m].
-        rest_height: [m] of the lowest corner at the end.
-        rest_time: [s] after which it moves no more; NaN: it never rests.
-        penetration: How deep its lowest corner ever was below the floor [m].
-    """
-
-    times: Floats
-    lowest: Floats
-    rest_height: float
-    rest_time: float
-    penetration: float
-
-
 def settling(subjects: Sequence[Subject]) -> Measurement:
-    """Compare rest height, time to rest and penetration of a box that falls flat on the floor.
-
-    Args:
-        subjects: The simulators, the reference first.
-    """
+    """Compare rest height, time to rest and penetration of a box that falls flat on the floor."""
     reference = subjects[0]
-    found = [_drop(subject, reference.physics_timestep) for subject in subjects]
-    first = found[0]
+    drops = [_drop(subject, reference.physics_timestep) for subject in subjects]
+    numbers = [_settle(times, lowest, speed) for times, lowest, speed in drops]
     comparisons: list[Comparison] = []
-    for subject, other in zip(subjects[1:], found[1:], strict=True):
-        for name, quantity, a, b in (
-            ("rest_height", "rest height", first.rest_height, other.rest_height),
-            ("rest_time", "time to rest", first.rest_time, other.rest_time),
-            ("penetration", "deepest penetration", first.penetration, other.penetration),
-        ):
+    for subject, found in zip(subjects[1:], numbers[1:], strict=True):
+        for name, quantity in _QUANTITIES.items():
+            a, b = numbers[0][name], found[name]
             scale, unit = (1.0, "s") if name == "rest_time" else (1e3, "mm")
             comparisons.append(
                 judge(
@@ -68,13 +43,11 @@ def settling(subjects: Sequence[Subject]) -> Measurement:
                 )
             )  # fmt: skip
     lines = tuple(
-        Line(subject.label, other.times, 1e3 * other.lowest, i, i)
-        for i, (subject, other) in enumerate(zip(subjects, found, strict=True))
+        Line(subject.label, times, 1e3 * lowest, i, i)
+        for i, (subject, (times, lowest, _)) in enumerate(zip(subjects, drops, strict=True))
     )
     near = tuple(_near_the_floor(line) for line in lines)
     return Measurement(
-        name="settling",
-        title="Contact settling",
         summary=f"A box of {100 * EDGE:.0f} cm and {_MASS} kg falls {100 * _CLEARANCE:.0f} cm and lands flat on the floor. "
         "Contact models differ by nature; the tolerances say what a task may rely on.",
         comparisons=tuple(comparisons),
@@ -91,7 +64,8 @@ def _near_the_floor(line: Line) -> Line:
     return replace(line, x=line.x[near], y=np.where(line.y[near] < 100.0 * _CLEARANCE, line.y[near], np.nan))
 
 
-def _drop(subject: Subject, period: float) -> Settling:
+def _drop(subject: Subject, period: float) -> tuple[Floats, Floats, Floats]:
+    """Return times [s], heights of the lowest corner above the floor [m] and speeds [m/s] of the box, (samples,)."""
     x, y, _ = subject.placement.pose.pos
     start = Pose(pos=(x + _AWAY, y, EDGE / 2.0 + _CLEARANCE))
     bodies = {"box": Body(geometry=Box((EDGE, EDGE, EDGE)), pose=start, mass=_MASS)}
@@ -106,13 +80,15 @@ def _drop(subject: Subject, period: float) -> Settling:
             lowest[k] = (pos[0] + quat_rotate(quat[0], corners))[:, 2].min()
             linear, angular = box.twist
             speed[k] = np.sqrt((linear[0] ** 2).sum()) + EDGE * np.sqrt((angular[0] ** 2).sum())
-    times = period * np.arange(1.0, samples + 1.0)
+    return period * np.arange(1.0, samples + 1.0), lowest, speed
+
+
+def _settle(times: Floats, lowest: Floats, speed: Floats) -> dict[str, float]:
+    """Return the numbers of :data:`_QUANTITIES`; the time to rest is NaN if the box never rests."""
     moving = np.flatnonzero(~(speed < _STILL))  # a NaN moves
-    rests = len(moving) == 0 or moving[-1] + 1 < samples
-    return Settling(
-        times=times,
-        lowest=lowest,
-        rest_height=float(lowest[times > _DURATION - _END].mean()),
-        rest_time=float(times[moving[-1]] if len(moving) else 0.0) if rests else float("nan"),
-        penetration=float(max(0.0, -lowest.min())),
-    )
+    rests = len(moving) == 0 or moving[-1] + 1 < len(times)
+    return {
+        "rest_height": float(lowest[times > _DURATION - _END].mean()),
+        "rest_time": float(times[moving[-1]] if len(moving) else 0.0) if rests else float("nan"),
+        "penetration": float(max(0.0, -lowest.min())),
+    }

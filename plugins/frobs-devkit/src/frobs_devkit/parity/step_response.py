@@ -38,18 +38,12 @@ _LONGEST_RISE, _SHORTEST_RISE = 0.3, 0.05  # [s] that a joint at its effort limi
 
 
 def step_response(subjects: Sequence[Subject]) -> Measurement:
-    """Compare the responses where no effort limit is in the way.
-
-    Args:
-        subjects: The simulators, the reference first.
-    """
+    """Compare the responses where no effort limit is in the way."""
     reference = subjects[0]
     commands = _jumps(reference)
     unlimited = np.full(len(commands), np.inf)
     motions = [_record(subject, commands, unlimited, reference.physics_timestep) for subject in subjects]
     return Measurement(
-        name="step_response",
-        title="Step response",
         summary=f"Each joint's command jumps, one joint after the other, from home, while the others hold, for "
         f"{DURATION:g} s, at every physics step. Effort limits are lifted, nothing touches anything.",
         comparisons=tuple(_judge(reference, subjects[1:], commands, motions)),
@@ -59,14 +53,9 @@ def step_response(subjects: Sequence[Subject]) -> Measurement:
 
 
 def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
-    """Compare the responses at the effort limits, which are chosen so that they are reached often enough.
-
-    Args:
-        subjects: The simulators, the reference first.
-    """
+    """Compare the responses at the effort limits, which are chosen so that they are reached often enough."""
     reference = subjects[0]
     commands = _to_and_fro(_jumps(reference))
-    title, name = "Step response, saturated", "saturated_step_response"
     summary = (
         f"Each joint's command jumps {_JUMPS} times, to and fro, with effort limits at which its drive is for at least "
         f"{100 * SATURATED_SHARE:.0f} % of the {round(DURATION / reference.physics_timestep):,} samples: what holds it "
@@ -79,7 +68,7 @@ def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
             "and stays inside its position limits"
         )
         skipped = tuple(skip(subject.label, reference.label, reason) for subject in subjects[1:])
-        return Measurement(name=name, title=title, summary=summary, comparisons=skipped)
+        return Measurement(summary=summary, comparisons=skipped)
     limits, first = found
     motions = [first, *(_record(subject, commands, limits, reference.physics_timestep) for subject in subjects[1:])]
     shares = {subject.label: _saturated(motion, limits) for subject, motion in zip(subjects, motions, strict=True)}
@@ -92,8 +81,6 @@ def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
             "a joint swings freely, and what a step does to it grows"
         )
     return Measurement(
-        name=name,
-        title=title,
         summary=summary,
         comparisons=tuple(_judge(reference, subjects[1:], commands, motions, own)),
         facts={
@@ -110,10 +97,6 @@ def choose_effort_limits(subject: Subject, commands: Floats) -> tuple[Floats, li
 
     A limit is what holds the joint against gravity, before and after the jump, and what moves its inertia there within a
     rise time, which is shortened for joints that come near a position limit, or hardly ever leave their effort limit.
-
-    Args:
-        subject: The simulator that they are tried on.
-        commands: (dof, phases, dof): what each run commands, in turn.
     """
     model, dof, period = subject.placement.model, len(commands), subject.physics_timestep
     unlimited = np.full(dof, np.inf)
@@ -145,15 +128,6 @@ def _error_of_the_step_size(subject: Subject, commands: Floats, limits: Floats, 
     """Return how far integrating with the subject's step takes it from its own motion with very short ones.
 
     Engines integrate to first order, so half the step has half the error, and the change is the other half.
-
-    Args:
-        subject: The simulator.
-        commands: (dof, phases, dof): what each run commands, in turn.
-        limits: (dof,) of efforts.
-        found: The runs with the subject's step.
-
-    Returns:
-        (dof,) [rad or m], of the joint that is worst in each run.
     """
     finer = replace(subject, physics_timestep=subject.physics_timestep / 2.0)
     change = differences(found, _record(finer, commands, limits, subject.physics_timestep))
@@ -202,15 +176,7 @@ def _judge(
     motions: Sequence[Sequence[Motion]],
     own: Floats | None = None,
 ) -> Iterator[Comparison]:
-    """Yield positions and efforts of each other simulator, judged in the run in which it is worst.
-
-    Args:
-        reference: What they are compared with.
-        others: The simulators.
-        commands: (dof, phases, dof): what each run commanded, in turn.
-        motions: Of the reference and of the others.
-        own: (dof,) error of the reference in each run; what is approximate need not be better.
-    """
+    """Yield positions and efforts of each other simulator, judged in the run in which it is worst."""
     names, jumps = reference.placement.model.joint_names, np.abs(np.diag(commands[:, 0]))
     for other, found in zip(others, motions[1:], strict=True):
         exact = follows_exactly(reference, other)

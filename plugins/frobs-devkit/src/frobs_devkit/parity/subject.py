@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -61,24 +61,19 @@ class Subject:
     ) -> Iterator[tuple[Simulation, RobotHandle]]:
         """Build a simulation of one robot in a scene of our own, reset; it is closed after the ``with`` block."""
         scene = Scene(floor=floor, gravity=self.gravity, bodies=bodies or {}, robot_pose=placement.pose)
-        simulation: Simulation = self.record.load()(
+        made: Simulation = self.record.load()(
             {"robot": placement}, scene, num_envs=1, physics_timestep=self.physics_timestep, num_threads=1
         )
-        try:
+        with closing(made) as simulation:
             simulation.reset()
             yield simulation, simulation.robots["robot"]
-        finally:
-            simulation.close()
 
     @contextmanager
     def make(self) -> Iterator[RobotEnv]:
         """Make the environment, without the time limit around it; it is closed after the ``with`` block."""
-        env = make_env(self.environment, {**self.keywords, "simulator": self.simulator})
-        try:
+        with closing(make_env(self.environment, {**self.keywords, "simulator": self.simulator})) as env:
             assert isinstance(env.unwrapped, RobotEnv)
             yield env.unwrapped
-        finally:
-            env.close()
 
     @property
     def joint_unit(self) -> str:
@@ -134,8 +129,7 @@ def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping
         )
     records = [_simulator(name) for name in simulators]
     given = {name: value for name, value in keywords.items() if name != "simulator"}
-    env = make_env(environment, {**given, "simulator": simulators[0]})
-    try:
+    with closing(make_env(environment, {**given, "simulator": simulators[0]})) as env:
         inner = env.unwrapped
         assert isinstance(inner, RobotEnv)
         if not inner.robot.dof:
@@ -164,8 +158,6 @@ def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping
             )
             for i, (name, record) in enumerate(zip(simulators, records, strict=True))
         ]
-    finally:
-        env.close()
 
 
 def _simulator(name: str) -> SimulatorRecord:

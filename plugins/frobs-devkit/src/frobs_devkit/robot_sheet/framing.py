@@ -57,11 +57,7 @@ def frame(points: Floats, size: tuple[int, int], fill: tuple[float, float]) -> V
     """
     azimuth, elevation = math.radians(_AZIMUTH), math.radians(_ELEVATION)
     back = np.array(
-        [
-            math.cos(elevation) * math.cos(azimuth),
-            math.cos(elevation) * math.sin(azimuth),
-            math.sin(elevation),
-        ]
+        [math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth), math.sin(elevation)]
     )
     right = np.cross([0.0, 0.0, 1.0], back)
     right /= np.linalg.norm(right)

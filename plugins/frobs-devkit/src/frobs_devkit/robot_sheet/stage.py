@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -95,15 +96,12 @@ class Stage:
         cameras = {f"view_{i}": view.camera for i, (_, view) in enumerate(groups)}
         scene = Scene(bodies=bodies, cameras=cameras, gravity=(0.0, 0.0, 0.0))
         cls: type[Simulation] = self._record.load()
-        simulation = cls({"robot": placement}, scene, num_envs=1, physics_timestep=_TIMESTEP)
-        try:
+        with closing(cls({"robot": placement}, scene, num_envs=1, physics_timestep=_TIMESTEP)) as simulation:
             simulation.reset()
             return [
                 [self._draw(simulation, shot, view, f"view_{i}") for shot in shots]
                 for i, (shots, view) in enumerate(groups)
             ]
-        finally:
-            simulation.close()
 
     def _draw(self, simulation: Simulation, shot: Shot, view: View, camera: str) -> Tile:
         handle, (height, width) = simulation.robots["robot"], view.size

@@ -13,8 +13,6 @@ from frobs_core.errors import UnsuitableRobotError
 from frobs_core.interfaces import Robot
 from frobs_devkit.scaffold.errors import NameTakenError
 
-_ADVICE = "choose another name, or uninstall it."
-
 
 def check_clashes(context: Mapping[str, str]) -> None:
     """Refuse names that are taken, and a robot that is not there or cannot do the task.

@@ -32,21 +32,6 @@ _SIMULATOR = "mujoco"
 
 
 @dataclass(frozen=True, kw_only=True)
-class JointFacts:
-    """A joint, in words.
-
-    Attributes:
-        name: In the file.
-        type: ``revolute``, ``continuous`` or ``prismatic``.
-        range: Its limits.
-    """
-
-    name: str
-    type: str
-    range: str
-
-
-@dataclass(frozen=True, kw_only=True)
 class RobotFacts:
     """What is taken from a robot's model file.
 
@@ -56,7 +41,7 @@ class RobotFacts:
         summary: One line for lists.
         tcp: The link that tasks talk about.
         home: Where it rests, by joint [rad or m]; joints that rest at their default are left out.
-        joints: The actuated joints.
+        joints: The actuated joints, a line each.
         expected_failures: Why a check of the conformance kit fails, by its name.
         report: What the doctor found, as Markdown.
     """
@@ -66,7 +51,7 @@ class RobotFacts:
     summary: str
     tcp: str
     home: Mapping[str, float]
-    joints: tuple[JointFacts, ...]
+    joints: tuple[str, ...]
     expected_failures: Mapping[str, str]
     report: str
 
@@ -131,7 +116,7 @@ def facts_of(*, robot_file: str, name: str, tcp: str = "", xacro_args: str = "",
         summary=f"{found.dof} joints, from {Path(robot_file).name}".replace('"', "'").replace("\\", "/"),
         tcp=tool,
         home=home,
-        joints=tuple(_joint_facts(joint) for joint in model.actuated_joints),
+        joints=tuple(map(_describe, model.actuated_joints)),
         expected_failures={name: _shortened(message) for name, message in failures.items()},
         report=f"{report}\n",
     )
@@ -210,14 +195,10 @@ def _height(model: RobotModel, tool: str, postures: Floats) -> Floats:
     return np.asarray(np.min([model.frame_pose(frame, postures)[0][:, 2] for frame in frames], axis=0))
 
 
-def _joint_facts(joint: Joint) -> JointFacts:
-    limits = joint.limits
-    bounded = math.isfinite(limits.lower) or math.isfinite(limits.upper)
-    return JointFacts(
-        name=joint.name,
-        type=joint.type.value,
-        range=f"{limits.lower:g} to {limits.upper:g}" if bounded else "without limits",
-    )
+def _describe(joint: Joint) -> str:
+    lower, upper = joint.limits.lower, joint.limits.upper
+    bounded = math.isfinite(lower) or math.isfinite(upper)
+    return f"``{joint.name}``: {joint.type.value}, {f'{lower:g} to {upper:g}' if bounded else 'without limits'}"
 
 
 def _shortened(message: str) -> str:

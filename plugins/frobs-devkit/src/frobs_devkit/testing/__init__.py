@@ -14,9 +14,8 @@ from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, NotAp
 from frobs_devkit.testing.controller import check_controller
 from frobs_devkit.testing.environment import check_env
 from frobs_devkit.testing.find import Subject, find_subject
-from frobs_devkit.testing.parametrize import pytest_checks
 from frobs_devkit.testing.plugin import check_plugin
-from frobs_devkit.testing.report import Report, Result, run_checks
+from frobs_devkit.testing.report import Report, Result, pytest_checks, run_checks
 from frobs_devkit.testing.robot import check_robot
 from frobs_devkit.testing.simulator import check_simulator
 from frobs_devkit.testing.task import check_task

@@ -1,46 +1,28 @@
-"""What a check is: a name, what it says, and a function that fails, passes, or owns up to having seen nothing."""
+"""What a check is: a name, a rule, and a function that returns if the rule holds and raises if not."""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
-from typing import TypeAlias, TypeVar
+from types import ModuleType
+from typing import Any
 
 from frobs_core.errors import FrobsError
-
-Subject = TypeVar("Subject")
 
 
 class CheckFailure(FrobsError, AssertionError):  # noqa: N818 - pytest's word, and what an author sees
     """A check did not hold; the message says what was expected, what there was, and what the rule is."""
 
 
-@dataclass(frozen=True)
-class Inconclusive:
-    """The check ran and saw nothing that could have failed: no episode ended, nothing moved, a package is missing.
-
-    Attributes:
-        reason: One line.
-    """
-
-    reason: str
+class Inconclusive(Exception):  # noqa: N818 - an outcome, not an error
+    """The check ran and saw nothing that could have failed: no episode ended, nothing moved, a package is missing."""
 
 
-@dataclass(frozen=True)
-class NotApplicable:
-    """The check is about something that the subject does not claim to have.
-
-    Attributes:
-        reason: One line.
-    """
-
-    reason: str
-
-
-Outcome: TypeAlias = Inconclusive | NotApplicable | None
-"""None: the check held."""
+class NotApplicable(Exception):  # noqa: N818 - an outcome, not an error
+    """The check is about something that the subject does not claim to have."""
 
 
 @dataclass(frozen=True)
@@ -50,24 +32,32 @@ class Check:
     Attributes:
         name: Lower case with underscores; unique in its list.
         description: One sentence: the rule.
-        run: Does it; raises :class:`CheckFailure`, or whatever the subject raises.
+        run: Does it; raises :class:`CheckFailure`, :class:`Inconclusive`, :class:`NotApplicable`, or whatever the
+            subject raises.
         capability: The simulator's capability that it verifies, or ``""``.
     """
 
     name: str
     description: str
-    run: Callable[[], Outcome]
+    run: Callable[[], None]
     capability: str = ""
 
 
-def collect(subject: Subject, functions: Iterable[Callable[[Subject], Outcome]], prefix: str = "") -> list[Check]:
-    """Make checks of functions of one argument: the name is the function's, the description its docstring's first line.
+def checks_of(*modules: ModuleType) -> tuple[Callable[[Any], None], ...]:
+    """Return the checks of modules: their public functions of one parameter, ``subject``, as they are ordered there."""
+    return tuple(
+        function
+        for module in modules
+        for name, function in vars(module).items()
+        if inspect.isfunction(function)
+        and function.__module__ == module.__name__
+        and not name.startswith("_")
+        and list(inspect.signature(function).parameters) == ["subject"]
+    )
 
-    Args:
-        subject: What each function is given when its check runs.
-        functions: The checks, in the order in which they are to be run.
-        prefix: Put before each name, with a dot.
-    """
+
+def collect(subject: Any, functions: Iterable[Callable[[Any], None]], prefix: str = "") -> list[Check]:
+    """Make checks of functions of one argument: the name is the function's, the description its docstring's first line."""
     return [
         Check(
             name=f"{prefix}.{function.__name__}" if prefix else function.__name__,
@@ -83,3 +73,41 @@ def expect(condition: object, message: str) -> None:
     """Raise CheckFailure with ``message`` unless ``condition`` is true."""
     if not condition:
         raise CheckFailure(message)
+
+
+def only(name: str, description: str, outcome: Inconclusive | NotApplicable) -> list[Check]:
+    """Return the only check of a subject that nothing can be checked of: it raises why."""
+
+    def run() -> None:
+        raise outcome
+
+    return [Check(name, description, run)]
+
+
+def expect_keyword_only(cls: type) -> None:
+    """Raise CheckFailure unless a constructor takes keyword-only parameters, each with a default."""
+    for name, parameter in inspect.signature(cls).parameters.items():
+        expect(
+            parameter.kind is inspect.Parameter.KEYWORD_ONLY and parameter.default is not inspect.Parameter.empty,
+            f"the constructor's parameter '{name}' is not keyword-only with a default; users give it by name or not at all.",
+        )
+
+
+@contextmanager
+def expect_raises(wanted: type[Exception] | tuple[type[Exception], ...], what: str, naming: str = "") -> Iterator[None]:
+    """Raise CheckFailure unless the ``with`` block raises ``wanted``.
+
+    Args:
+        wanted: The error, or several of which one is enough.
+        what: How the message begins: what should raise it.
+        naming: What the error's own message must contain.
+    """
+    name = (wanted if isinstance(wanted, type) else wanted[0]).__name__
+    try:
+        yield
+    except wanted as error:
+        expect(naming in str(error), f"the error of {what} does not name '{naming}': {error}")
+        return
+    except Exception as error:
+        raise CheckFailure(f"{what} raises {type(error).__name__} ({error}), not {name}.") from error
+    raise CheckFailure(f"{what} passes; it must raise {name}.")

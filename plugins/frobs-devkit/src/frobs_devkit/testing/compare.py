@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from frobs_core.arrays import Floats
+from frobs_core.rotations import quat_multiply, quat_rotate
 from frobs_devkit.testing.checks import CheckFailure
 
 
@@ -46,16 +48,27 @@ def difference(expected: Any, actual: Any) -> str | None:
 
 
 def expect_same(expected: Any, actual: Any, what: str) -> None:
-    """Raise CheckFailure unless both are equal bit for bit.
-
-    Args:
-        expected: An array, or a nested dictionary or tuple of them.
-        actual: What should equal it.
-        what: How the message begins: what should equal what.
-    """
+    """Raise CheckFailure unless both are equal bit for bit."""
     text = difference(expected, actual)
     if text:
         raise CheckFailure(f"{what}: {text}.")
+
+
+def expect_array(array: Any, shape: tuple[int, ...], dtype: Any, what: str) -> None:
+    """Raise CheckFailure unless something is an array of a shape and dtype."""
+    if not isinstance(array, np.ndarray):
+        raise CheckFailure(f"{what} is {type(array).__name__}, no array.")
+    found, wanted = f"{array.dtype}{list(array.shape)}", f"{np.dtype(dtype)}{list(shape)}"
+    if found != wanted:
+        raise CheckFailure(f"{what} is {found}, not {wanted}.")
+
+
+def expect_rows(arrays: Mapping[str, Any], num_envs: int, what: str) -> None:
+    """Raise CheckFailure unless each array of a snapshot has a row of numbers for each environment."""
+    for name, array in leaves(arrays).items():
+        if array.shape[:1] != (num_envs,) or array.dtype.kind == "O":
+            found = f"{array.dtype}{list(array.shape)}"
+            raise CheckFailure(f"{what}{name} is {found}, not numbers of the form (num_envs, …).")
 
 
 def expect_close(expected: Any, actual: Any, tolerance: float, what: str) -> None:
@@ -71,6 +84,20 @@ def expect_close(expected: Any, actual: Any, tolerance: float, what: str) -> Non
             f"{what}: {b[index]:.10g} instead of {a[index]:.10g}{place}, off by {error[index]:.3g}; "
             f"allowed is {tolerance:.3g}."
         )
+
+
+def placed(base: tuple[Any, Any], pose: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    """Return poses, positions (n, 3) [m] and quaternions (n, 4), relative to a base, in the frame that the base is given in."""
+    return base[0] + quat_rotate(base[1], pose[0]), quat_multiply(base[1], pose[1])
+
+
+def expect_same_pose(
+    expected: tuple[Floats, Floats], actual: tuple[Floats, Floats], tolerance: float, what: str
+) -> None:
+    """Raise CheckFailure unless positions (n, 3) [m] and quaternions (n, 4) agree; q and −q are one rotation."""
+    expect_close(expected[0], actual[0], tolerance, f"{what}: the position [m]")
+    sign = np.where((expected[1] * actual[1]).sum(-1, keepdims=True) < 0, -1.0, 1.0)
+    expect_close(expected[1], sign * actual[1], tolerance, f"{what}: quat_wxyz")
 
 
 def _where(path: str, a: np.ndarray[Any, Any], b: np.ndarray[Any, Any]) -> str:

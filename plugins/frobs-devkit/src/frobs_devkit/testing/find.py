@@ -14,7 +14,7 @@ from frobs_core.plugins import PluginReport
 from frobs_core.plugins.discovery import normalize
 from frobs_core.specs import KINDS, SimulatorRecord, TaskRecord
 from frobs_devkit.testing.algorithm import check_algorithm
-from frobs_devkit.testing.checks import Check, Inconclusive
+from frobs_devkit.testing.checks import Check, Inconclusive, only
 from frobs_devkit.testing.controller import check_controller
 from frobs_devkit.testing.environment import CHECKS as ENVIRONMENT_CHECKS
 from frobs_devkit.testing.environment import check_env
@@ -22,8 +22,6 @@ from frobs_devkit.testing.plugin import check_plugin
 from frobs_devkit.testing.robot import check_robot
 from frobs_devkit.testing.simulator import check_simulator
 from frobs_devkit.testing.task import check_task
-
-_NO_ROBOT = Inconclusive("the ID takes any robot; name one with --robot, or robot= of check_env")
 
 
 @dataclass(frozen=True)
@@ -137,7 +135,8 @@ def _of(kind: str, name: str, robot: str | None, simulator: str | None) -> list[
     if kind == "environment":
         found = registry.environments().get(name.rpartition(":")[2])
         if found is not None and not found[1].robot and robot is None:
-            return [Check("robot_is_given", "There is a robot to try it with.", lambda: _NO_ROBOT)]
+            reason = Inconclusive("the ID takes any robot; name one with --robot, or robot= of check_env")
+            return only("robot_is_given", "There is a robot to try it with.", reason)
         return check_env(name, **given)
     if kind == "robot":
         return check_robot(name, None if simulator is None else [simulator])

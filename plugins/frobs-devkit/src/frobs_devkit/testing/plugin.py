@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import re
+import sys
 from dataclasses import dataclass
 from functools import lru_cache
 
 from frobs_core import plugins
-from frobs_core._version import __version__
 from frobs_core.errors import FrobsError, ModelFileError, PluginError, UnknownNameError
 from frobs_core.interfaces import Algorithm, Controller, Robot, Simulation, Task
 from frobs_core.models.resources import resolve_path
 from frobs_core.plugins import PluginReport
 from frobs_core.plugins.discovery import Candidate
-from frobs_core.plugins.probe import Probe, probe
-from frobs_core.plugins.requirements import core_versions, has_upper_bound, is_made_for, missing
+from frobs_core.plugins.requirements import missing
 from frobs_core.specs import AlgorithmRecord, Record, TaskRecord
-from frobs_devkit.doctor.plugins import HEAVY
-from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, Outcome, collect, expect
+from frobs_devkit.doctor.plugins import PluginFacts, examine_plugins
+from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, checks_of, collect, expect
 
 _BASES: dict[str, type] = {"simulator": Simulation, "controller": Controller, "task": Task, "algorithm": Algorithm}
 _ID = re.compile(r"[\w.-]+/[\w.-]+-v\d+")
@@ -47,13 +46,13 @@ class PluginUnderTest:
             if (found.name, found.distribution) == (report.name, report.distribution)
         )
 
-    def probe(self) -> Probe:
-        """Import it in a process of its own."""
-        seen = _probe(self.candidate)
-        if seen.state != "loaded":
-            lines = seen.traceback.strip().splitlines() or [seen.cause]
-            raise CheckFailure(f"importing '{self.report.module}' fails: {lines[-1]}")
-        return seen
+    def expect_no(self, *codes: str) -> None:
+        """Raise CheckFailure if the doctor, who imports it in a process of its own, has a finding with one of the codes."""
+        facts = _examine(self.candidate)
+        lines = facts.traceback.strip().splitlines() or [facts.cause]
+        expect(facts.state == "loaded", f"importing '{facts.module}' fails: {lines[-1]}")
+        found = [f"{one.about}: {one.problem}; {one.advice}" for one in facts.findings if one.code in codes]
+        expect(not found, f"{'; '.join(found)}.")
 
     @property
     def records(self) -> list[tuple[str, Record]]:
@@ -61,70 +60,47 @@ class PluginUnderTest:
         return [(kind, record) for kind, records in self.report.records.items() for record in records]
 
 
-def loads(subject: PluginUnderTest) -> Outcome:
+def loads(subject: PluginUnderTest) -> None:
     """It is loaded, and offers something."""
     report = subject.report
     expect(report.state == "loaded", f"plugin '{report.name}' of {report.origin} is {report.state}: {report.cause}")
     expect(subject.records, f"plugin '{report.name}' of {report.origin} offers no record; does a hook return them?")
-    return None
 
 
-def import_is_cheap(subject: PluginUnderTest) -> Outcome:
+def import_is_cheap(subject: PluginUnderTest) -> None:
     """Importing the entry point's module loads no engine and no learning library."""
-    seen = subject.probe()
-    heavy = [name for name in HEAVY if name in seen.modules]
-    expect(
-        not heavy,
-        f"importing '{subject.report.module}' imports {', '.join(heavy)}; import it where an entry_point is used.",
-    )
-    return None
+    subject.expect_no("heavy-import")
 
 
-def import_is_silent(subject: PluginUnderTest) -> Outcome:
+def import_is_silent(subject: PluginUnderTest) -> None:
     """Importing the entry point's module prints nothing, neither to stdout nor to stderr."""
-    seen = subject.probe()
-    for stream, text in (("", seen.stdout), (" to stderr", seen.stderr)):
-        expect(not text.strip(), f"importing '{subject.report.module}' prints{stream}: {text.strip()[:200]}")
-    return None
+    subject.expect_no("prints")
 
 
-def import_changes_nothing(subject: PluginUnderTest) -> Outcome:
+def import_changes_nothing(subject: PluginUnderTest) -> None:
     """Importing the entry point's module leaves alone what belongs to the whole process: folder, seeds, warning filters and more."""
-    changed = subject.probe().changed
-    expect(not changed, f"importing '{subject.report.module}' changes the {' and the '.join(changed)}.")
-    return None
+    subject.expect_no("global-state")
 
 
-def nothing_deprecated_is_used(subject: PluginUnderTest) -> Outcome:
+def nothing_deprecated_is_used(subject: PluginUnderTest) -> None:
     """Importing the entry point's module and calling its hooks gives no warning of deprecation."""
-    told = [f"{w['category']}: {w['message']} ({w['file']}:{w['line']})" for w in subject.probe().warnings]
-    expect(not told, f"importing '{subject.report.module}' warns: {'; '.join(told)}.")
-    return None
+    subject.expect_no("deprecated")
 
 
-def requirements_are_met(subject: PluginUnderTest) -> Outcome:
+def requirements_are_met(subject: PluginUnderTest) -> None:
     """Everything that the distribution requires is installed, in a version that it allows."""
     lacking = missing(subject.candidate.requirements)
     expect(not lacking, f"it requires what is not installed: {'; '.join(one.command for one in lacking)}.")
-    return None
 
 
-def core_versions_are_stated(subject: PluginUnderTest) -> Outcome:
+def core_versions_are_stated(subject: PluginUnderTest) -> None:
     """The distribution requires a range of versions of frobs-core with an end, and this version is in it."""
-    requirements = subject.candidate.requirements
-    if not requirements and subject.candidate.version in ("0", "(no version)"):
-        return Inconclusive("the plugin was not installed by pip; its metadata says nothing")
-    made_for = core_versions(requirements)
-    expect(is_made_for(made_for, __version__), f"it is made for frobs-core {made_for}, and this is {__version__}.")
-    expect(
-        made_for and has_upper_bound(made_for),
-        f"it requires 'frobs-core{made_for}', without an end: say which versions it is made for, as in "
-        '"frobs-core>=0.2,<0.3".',
-    )
-    return None
+    if not subject.candidate.requirements and subject.candidate.version in ("0", "(no version)"):
+        raise Inconclusive("the plugin was not installed by pip; its metadata says nothing")
+    subject.expect_no("other-core", "no-core-versions")
 
 
-def entry_points_load(subject: PluginUnderTest) -> Outcome:
+def entry_points_load(subject: PluginUnderTest) -> None:
     """Every record's entry point can be imported, and is what its kind asks for."""
     for kind, record in subject.records:
         implementation = record.load()
@@ -136,30 +112,25 @@ def entry_points_load(subject: PluginUnderTest) -> Outcome:
         expect(right, f"{kind} '{record.name}': {record.entry_point} is no subclass of {base.__name__}.")
         abstract = sorted(getattr(implementation, "__abstractmethods__", ()))
         expect(not abstract, f"{kind} '{record.name}': {record.entry_point} lacks {', '.join(abstract)}.")
-    return None
 
 
-def names_are_free(subject: PluginUnderTest) -> Outcome:
+def names_are_free(subject: PluginUnderTest) -> None:
     """No other installed distribution offers one of its names."""
     for kind, record in subject.records:
         plugins.get_record(kind, record.name)
-    return None
 
 
-def summaries_are_one_line(subject: PluginUnderTest) -> Outcome:
+def summaries_are_one_line(subject: PluginUnderTest) -> None:
     """Every record says in one line what it is, and how it is installed."""
     for kind, record in subject.records:
         environments = record.environments if isinstance(record, TaskRecord) else ()
         for name, summary in [(record.name, record.summary), *((e.id, e.summary) for e in environments)]:
             expect(summary.strip(), f"{kind} '{name}' has no summary.")
-            expect(
-                "\n" not in summary and len(summary) <= 120, f"the summary of {kind} '{name}' is not one short line."
-            )
+            expect("\n" not in summary and len(summary) <= 120, f"the summary of {kind} '{name}' is no short line.")
         expect(record.install_hint.strip(), f"{kind} '{record.name}' has no install_hint: 'pip install …'.")
-    return None
 
 
-def environments_are_complete(subject: PluginUnderTest) -> Outcome:
+def environments_are_complete(subject: PluginUnderTest) -> None:
     """Every environment ID is ``namespace/Name-v0``, and its robot, controller and simulator exist."""
     for _, record in subject.records:
         for environment in record.environments if isinstance(record, TaskRecord) else ():
@@ -170,10 +141,9 @@ def environments_are_complete(subject: PluginUnderTest) -> Outcome:
                     plugins.get_record(kind, getattr(environment, kind))
                 except PluginError as error:
                     raise CheckFailure(f"'{environment.id}': {error}") from error
-    return None
 
 
-def tuned_settings_exist(subject: PluginUnderTest) -> Outcome:
+def tuned_settings_exist(subject: PluginUnderTest) -> None:
     """Every file of tuned settings is there."""
     for _, record in subject.records:
         for id, resource in record.tuned.items() if isinstance(record, AlgorithmRecord) else ():
@@ -182,10 +152,9 @@ def tuned_settings_exist(subject: PluginUnderTest) -> Outcome:
             except ModelFileError as error:
                 raise CheckFailure(f"algorithm '{record.name}', tuned for '{id}': {error}") from error
             expect(there, f"algorithm '{record.name}', tuned for '{id}': there is no file {resource}.")
-    return None
 
 
-def pretrained_policies_fit(subject: PluginUnderTest) -> Outcome:
+def pretrained_policies_fit(subject: PluginUnderTest) -> None:
     """Every trained policy that comes with an ID is whole, and was trained in the ID as it is now."""
     from frobs_train.export.bundle_run import changes_since, open_pretrained
 
@@ -202,24 +171,9 @@ def pretrained_policies_fit(subject: PluginUnderTest) -> Outcome:
                 f"the policy of '{environment.id}' was trained in another environment than the ID is now: "
                 f"{'; '.join(changes)}. Train it anew.",
             )
-    return None
 
 
-CHECKS = (
-    loads,
-    import_is_cheap,
-    import_is_silent,
-    import_changes_nothing,
-    nothing_deprecated_is_used,
-    requirements_are_met,
-    core_versions_are_stated,
-    entry_points_load,
-    names_are_free,
-    summaries_are_one_line,
-    environments_are_complete,
-    tuned_settings_exist,
-    pretrained_policies_fit,
-)
+CHECKS = checks_of(sys.modules[__name__])
 """Every check of a plugin, in the order in which they run."""
 
 
@@ -233,6 +187,6 @@ def check_plugin(plugin: str) -> list[Check]:
 
 
 @lru_cache(maxsize=1)
-def _probe(candidate: Candidate) -> Probe:
-    """Look at a plugin once for the checks that follow each other."""
-    return probe(candidate)
+def _examine(candidate: Candidate) -> PluginFacts:
+    """Examine a plugin once for the checks that follow each other."""
+    return examine_plugins(only=[candidate.key])[0]

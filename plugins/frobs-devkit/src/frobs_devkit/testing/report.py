@@ -1,4 +1,4 @@
-"""Running checks one after the other, and what came of it, as data."""
+"""Running checks, one after the other or as tests of pytest, and what came of it, as data."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def run_checks(
         UnknownNameError: An expected failure names none of the checks.
     """
     checks, reasons = list(checks), dict(expected_failures or {})
-    refuse_unknown(reasons, checks)
+    _refuse_unknown(reasons, checks)
     results = []
     for check in checks:
         result = _run(check)
@@ -111,7 +111,51 @@ def run_checks(
     return Report(tuple(results), _versions())
 
 
-def refuse_unknown(expected_failures: Iterable[str], checks: Iterable[Check]) -> None:
+def pytest_checks(
+    checks: Iterable[Check], *, expected_failures: Mapping[str, str] | None = None, allow_inconclusive: bool = True
+) -> Callable[[Check], None]:
+    """Return a test function with one case for each check.
+
+    Example::
+
+        test_conformance = pytest_checks(check_env("frobs_core:frobs/Irb120Reach-v0"))
+
+    A check that is inconclusive or not applicable is shown as skipped, with its reason.
+
+    Args:
+        checks: From the ``check_…`` functions.
+        expected_failures: Why a check fails, by its name. It must fail: one that passes is a failure.
+        allow_inconclusive: False: an inconclusive check fails.
+
+    Raises:
+        UnknownNameError: An expected failure names none of the checks.
+    """
+    import pytest  # the kit is also used by 'frobs check', where pytest need not be installed
+
+    checks, reasons = list(checks), dict(expected_failures or {})
+    _refuse_unknown(reasons, checks)
+    cases = [
+        pytest.param(
+            check,
+            id=check.name,
+            marks=[pytest.mark.xfail(reason=reasons[check.name], strict=True)] if check.name in reasons else [],
+        )
+        for check in checks
+    ]
+
+    @pytest.mark.parametrize("check", cases)
+    def test_conformance(check: Check) -> None:
+        try:
+            check.run()
+        except Inconclusive as reason:
+            (pytest.skip if allow_inconclusive else pytest.fail)(f"inconclusive: {reason}")
+        except NotApplicable as reason:
+            pytest.skip(f"not applicable: {reason}")
+
+    return test_conformance
+
+
+def _refuse_unknown(expected_failures: Iterable[str], checks: Iterable[Check]) -> None:
     """Raise UnknownNameError where an expected failure names none of the checks."""
     names = [check.name for check in checks]
     for name in expected_failures:
@@ -131,16 +175,15 @@ def _run(check: Check) -> Result:
     start = time.perf_counter()
     status, message = "passed", ""
     try:
-        outcome = check.run()
+        check.run()
     except CheckFailure as failure:
         status, message = "failed", str(failure)
+    except Inconclusive as reason:
+        status, message = "inconclusive", str(reason)
+    except NotApplicable as reason:
+        status, message = "not_applicable", str(reason)
     except Exception as error:  # a subject may raise anything; the other checks go on
         status, message = "failed", f"{type(error).__name__}: {error}"
-    else:
-        if isinstance(outcome, Inconclusive):
-            status, message = "inconclusive", outcome.reason
-        elif isinstance(outcome, NotApplicable):
-            status, message = "not_applicable", outcome.reason
     seconds = round(time.perf_counter() - start, 3)
     return Result(check.name, check.description, status, message, seconds, check.capability)
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Mapping
 from contextlib import closing
+from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
@@ -18,12 +19,19 @@ from frobs_core.interfaces import Marker, Scene, Task
 from frobs_core.random import RandomSource
 from frobs_core.registry import COMPOSITIONAL_ID
 from frobs_core.specs import TaskRecord
-from frobs_devkit.testing.checks import Check, CheckFailure, Outcome, collect, expect
-from frobs_devkit.testing.compare import leaves
+from frobs_devkit.testing.checks import (
+    Check,
+    NotApplicable,
+    checks_of,
+    collect,
+    expect,
+    expect_keyword_only,
+    expect_raises,
+)
+from frobs_devkit.testing.compare import expect_array, expect_same, leaves
 from frobs_devkit.testing.environment import api, data, honesty, life, rewards, seeding, state, vector
 from frobs_devkit.testing.environment.rollout import draw_actions
 from frobs_devkit.testing.environment.subject import EnvUnderTest, inside
-from frobs_devkit.testing.task_terms import columns_fit_the_observation, reading_changes_nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,22 +41,17 @@ class TaskUnderTest(EnvUnderTest):
     record: TaskRecord = field(kw_only=True)
 
 
-def record_is_sound(subject: TaskUnderTest) -> Outcome:
+def record_is_sound(subject: TaskUnderTest) -> None:
     """It is a Task whose constructor takes keyword-only parameters with defaults, and its needs are capabilities."""
     cls = subject.record.load()
     expect(isinstance(cls, type) and issubclass(cls, Task), f"{cls} is no subclass of Task.")
-    for name, parameter in inspect.signature(cls).parameters.items():
-        expect(
-            parameter.kind is inspect.Parameter.KEYWORD_ONLY and parameter.default is not inspect.Parameter.empty,
-            f"the constructor's parameter '{name}' is not keyword-only with a default; users give it by name or not at all.",
-        )
+    expect_keyword_only(cls)
     for capability in subject.record.needs:
         expect(capability in CAPABILITIES, f"it needs '{capability}', which is no capability.")
     expect(isinstance(cls().scene(), Scene), "scene() returns no Scene.")
-    return None
 
 
-def reward_types_work(subject: TaskUnderTest) -> Outcome:
+def reward_types_work(subject: TaskUnderTest) -> None:
     """Every reward_type makes an environment; ``sparse`` takes two values at most; another is refused."""
     for reward_type in subject.record.load().reward_types:
         with closing(subject.make(reward_type=reward_type)) as env:
@@ -59,14 +62,11 @@ def reward_types_work(subject: TaskUnderTest) -> Outcome:
                 reward_type != "sparse" or len(seen) <= 2,
                 f"the sparse reward takes {len(seen)} values: {sorted(seen)}.",
             )
-    try:
+    with expect_raises(ConfigurationError, "reward_type='no_such_reward_type'"):
         subject.make(reward_type="no_such_reward_type").close()
-    except ConfigurationError:
-        return None
-    raise CheckFailure("reward_type='no_such_reward_type' passes; it must raise ConfigurationError.")
 
 
-def batch_has_its_shapes(subject: TaskUnderTest) -> Outcome:
+def batch_has_its_shapes(subject: TaskUnderTest) -> None:
     """Rewards, terms, ends and success have a row for each environment; observations are float32; marks have places."""
     with closing(subject.make_vec(3, AutoresetMode.SAME_STEP)) as env:
         env.reset(seed=0)
@@ -80,14 +80,61 @@ def batch_has_its_shapes(subject: TaskUnderTest) -> Outcome:
             **{f"reward_terms()['{name}']": (term, np.float64) for name, term in task.reward_terms().items()},
         }
         for name, (array, dtype) in arrays.items():
-            found = f"{array.dtype}{list(array.shape)}"
-            expect(found == f"{np.dtype(dtype)}[3]", f"{name} is {found}, not {np.dtype(dtype)}[3].")
+            expect_array(array, (3,), dtype, name)
         for path, leaf in leaves(task.observe(rng)).items():
             expect(leaf.dtype == np.float32 and len(leaf) == 3, f"observe(){path} is {leaf.dtype}{list(leaf.shape)}, not "
                    "float32 with a row for each environment.")  # fmt: skip
         for mark in task.markers():
             expect(isinstance(mark, Marker) and mark.pos.shape == (3, 3), f"a marker is {mark}, not at (num_envs, 3).")
-    return None
+
+
+def columns_fit_the_observation(subject: TaskUnderTest) -> None:
+    """Named columns of the observation lie inside of it, none twice, none left out."""
+    with closing(subject.make()) as env:
+        columns = dict(inside(env).task.observation_columns())
+        if not columns:
+            raise NotApplicable("the task names no columns")
+        space = env.observation_space
+        box = space["observation"] if isinstance(space, gym.spaces.Dict) else space
+        assert box.shape is not None
+        width = box.shape[-1]
+        count = np.zeros(width, np.int64)
+        for name, part in columns.items():
+            expect(isinstance(part, slice), f"observation_columns()['{name}'] is {part!r}, no slice.")
+            expect(
+                0 <= (part.start or 0) < (width if part.stop is None else part.stop) <= width,
+                f"observation_columns()['{name}'] is {part}, and the observation has {width} columns.",
+            )
+            count[part] += 1
+        expect(
+            (count == 1).all(),
+            f"columns {np.flatnonzero(count != 1).tolist()} of the observation have no name, or two.",
+        )
+
+
+def reading_changes_nothing(subject: TaskUnderTest) -> None:
+    """Reward, terms, ends, success and marks can be read again: the same numbers, and the episode goes on the same."""
+    plays = []
+    for curious in (False, True):
+        with closing(subject.make_vec(3, AutoresetMode.SAME_STEP)) as env:
+            trace: list[Any] = [deepcopy(env.reset(seed=4)[0])]
+            for action in draw_actions(env.action_space, 12, seed=4):
+                trace.append(deepcopy(env.step(action)[:4]))
+                if curious and not (trace[-1][2] | trace[-1][3]).any():
+                    _read_twice(inside(env).task, trace[-1][1])
+            plays.append(trace)
+    for k, (quiet, read) in enumerate(zip(*plays, strict=True)):
+        expect_same(quiet, read, f"step {k} where reward, ends and terms were read once more")
+
+
+def _read_twice(task: Any, reward: Any) -> None:
+    for what, read in {"reward()": task.reward, "is_success()": task.is_success}.items():
+        expect_same(np.array(read()), np.array(read()), f"{what}, read again")
+    expect_same(np.asarray(reward, np.float64), np.array(task.reward()), "reward() against the step's reward")
+    task.reward_terms()
+    task.is_terminated()
+    task.markers()
+    task.snapshot()
 
 
 CHECKS = (
@@ -97,21 +144,10 @@ CHECKS = (
     columns_fit_the_observation,
     reading_changes_nothing,
     api.unknown_keyword_refused,
-    data.spaces_hold,
-    data.values_finite,
-    data.observations_share_no_memory,
-    data.observation_elements_vary,
-    seeding.same_seed_repeats,
-    seeding.seeds_differ,
-    seeding.episodes_differ,
-    seeding.reset_forgets_history,
+    *checks_of(data, seeding, rewards, state),
     life.reset_options_hold,
     honesty.step_shows_its_action,
     honesty.ends_have_their_reason,
-    rewards.success_in_every_step,
-    rewards.terms_sum_to_reward,
-    rewards.compute_reward_equals_step,
-    state.snapshot_continues,
     vector.same_step_equals_single,
     vector.disabled_equals_single,
 )
@@ -137,7 +173,5 @@ def check_task(task: str | TaskRecord, **kwargs: Any) -> list[Check]:
         first = record.environments[0]
         parts = {"robot": first.robot, "controller": first.controller, "simulator": first.simulator, **first.parameters}
     elif not {"robot", "controller"} <= kwargs.keys():
-        raise MissingSettingError(
-            "check_task", "robot= and controller=", f"task '{record.name}' registers no environment ID"
-        )
+        raise MissingSettingError("check_task", "robot= and controller=", f"task '{record.name}' registers no ID")
     return collect(TaskUnderTest(COMPOSITIONAL_ID, {"task": task, **parts, **kwargs}, record=record), CHECKS)

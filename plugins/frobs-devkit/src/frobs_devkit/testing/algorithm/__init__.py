@@ -7,26 +7,13 @@ from typing import Any
 
 from frobs_core import plugins
 from frobs_core.specs import AlgorithmRecord
-from frobs_devkit.testing.algorithm import continuing, contract, learning, saving
+from frobs_devkit.testing.algorithm import continuing, learning, saving
 from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest
-from frobs_devkit.testing.checks import Check, NotApplicable, collect
+from frobs_devkit.testing.checks import Check, NotApplicable, checks_of, collect, only
 
 _ENVIRONMENTS = {"Box": "Pendulum-v1", "Discrete": "CartPole-v1"}
 
-CHECKS = (
-    contract.spaces_are_kept,
-    learning.learns,
-    contract.stops_when_told,
-    learning.predicts_in_the_space,
-    learning.same_seed_repeats,
-    saving.load_equals_save,
-    continuing.policy_alone_predicts,
-    continuing.continues_exactly,
-    learning.unknown_settings_refused,
-    learning.settings_resolve_once,
-    saving.files_execute_nothing,
-    saving.missing_files_are_told,
-)
+CHECKS = checks_of(learning, saving, continuing)
 """Every check of an algorithm, in the order in which they run."""
 
 
@@ -50,5 +37,5 @@ def check_algorithm(
     if not chosen:
         spaces = ", ".join(record.action_spaces)
         none = NotApplicable(f"the kit has no environment with an action space {spaces}; give check_algorithm id=")
-        return [Check("environment_is_given", "There is an environment to try it on.", lambda: none)]
+        return only("environment_is_given", "There is an environment to try it on.", none)
     return collect(AlgorithmUnderTest(record, chosen, config or {}, steps), CHECKS)

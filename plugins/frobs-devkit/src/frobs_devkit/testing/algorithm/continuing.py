@@ -12,7 +12,7 @@ import gymnasium as gym
 
 from frobs_core.interfaces import Algorithm
 from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest, Monitor
-from frobs_devkit.testing.checks import Inconclusive, NotApplicable, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import expect_same
 
 
@@ -38,14 +38,14 @@ class _SavingMonitor(Monitor):
             self.saved_at, self.copied = steps, copy.deepcopy(self._env)
 
 
-def continues_exactly(subject: AlgorithmUnderTest) -> Outcome:
+def continues_exactly(subject: AlgorithmUnderTest) -> None:
     """What was saved in the middle of a training and loaded learns on as if it had never been stopped."""
     env = subject.make_env()
     try:
         copy.deepcopy(env).close()
     except Exception as error:
         env.close()
-        return NotApplicable(f"{subject.id} cannot be copied: {type(error).__name__}: {error}")
+        raise NotApplicable(f"{subject.id} cannot be copied: {type(error).__name__}: {error}") from error
     cls: type[Algorithm] = subject.record.load()
     seen = subject.observations(8)
     with tempfile.TemporaryDirectory() as folder:
@@ -55,7 +55,7 @@ def continues_exactly(subject: AlgorithmUnderTest) -> Outcome:
         expected = whole.predict(seen)[0].copy()
         env.close()
         if monitor.copied is None or monitor.saved_at is None:
-            return Inconclusive("no checkpoint is offered in the second half of the training; give smaller settings")
+            raise Inconclusive("no checkpoint is offered in the second half of the training; give smaller settings")
         again = _SavingMonitor(monitor.copied, Path(folder), subject.steps + 1)
         resumed = cls.load(Path(folder), monitor.copied)
         resumed.train(subject.steps, again)
@@ -65,16 +65,12 @@ def continues_exactly(subject: AlgorithmUnderTest) -> Outcome:
     expect(list(again.rows) == list(rows), f"continued, it tells of steps {list(again.rows)}, not of {list(rows)}.")
     for steps, row in rows.items():
         expect_same(row, again.rows[steps], f"the metrics at step {steps} of a training that was continued")
-    return None
 
 
-def policy_alone_predicts(subject: AlgorithmUnderTest) -> Outcome:
+def policy_alone_predicts(subject: AlgorithmUnderTest) -> None:
     """What ``save_policy`` writes predicts the same once it is loaded without an environment."""
     with tempfile.TemporaryDirectory() as folder, subject.trained() as (algorithm, _):
         algorithm.save_policy(Path(folder))
         seen = subject.observations(8)
         loaded = type(algorithm).load(Path(folder))
-        expect_same(
-            algorithm.predict(seen)[0], loaded.predict(seen)[0], "predictions of the policy that was kept alone"
-        )
-    return None
+        expect_same(algorithm.predict(seen)[0], loaded.predict(seen)[0], "predictions of the policy kept alone")

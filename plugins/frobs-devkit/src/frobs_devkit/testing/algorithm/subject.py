@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -41,14 +41,7 @@ class Monitor:
 
 @dataclass(frozen=True)
 class AlgorithmUnderTest:
-    """An algorithm by its record.
-
-    Attributes:
-        record: Its record.
-        id: What it is tried on.
-        config: Its settings.
-        steps: Environment steps of a training.
-    """
+    """An algorithm by its record."""
 
     record: AlgorithmRecord
     id: str
@@ -66,19 +59,14 @@ class AlgorithmUnderTest:
     @contextmanager
     def trained(self, steps: int | None = None, seed: int = 5) -> Iterator[tuple[Algorithm, Monitor]]:
         """Train a new algorithm for a moment."""
-        env, monitor = self.make_env(), Monitor()
-        try:
-            cls: type[Algorithm] = self.record.load()
-            algorithm = cls(env, cls.resolve_config(self.config), seed)
+        monitor, cls = Monitor(), self.record.load()
+        with closing(self.make_env()) as env:
+            algorithm: Algorithm = cls(env, cls.resolve_config(self.config), seed)
             if steps != 0:
                 algorithm.train(steps or self.steps, monitor)
             yield algorithm, monitor
-        finally:
-            env.close()
 
     def observations(self, count: int) -> Any:
         """Draw observations of episodes; (count, …)."""
-        env = gym.make(self.id)
-        drawn = [env.reset(seed=seed)[0] for seed in range(count)]
-        env.close()
-        return np.stack(drawn)
+        with closing(gym.make(self.id)) as env:
+            return np.stack([env.reset(seed=seed)[0] for seed in range(count)])

@@ -7,27 +7,11 @@ from typing import Any
 from frobs_core import plugins
 from frobs_core.interfaces import Robot
 from frobs_core.specs import ControllerRecord, SimulatorRecord
-from frobs_devkit.testing.checks import Check, collect
+from frobs_devkit.testing.checks import Check, checks_of, collect
 from frobs_devkit.testing.controller import contract, motion
 from frobs_devkit.testing.controller.subject import ControllerUnderTest
 
-CHECKS = (
-    contract.keywords_are_keyword_only,
-    contract.needs_are_capabilities,
-    contract.actions_are_normalized,
-    contract.commands_have_their_shape,
-    contract.info_has_its_shape,
-    motion.actions_matter,
-    motion.zero_action_rests,
-    motion.zero_action_does_not_drift,
-    motion.commands_stay_in_limits,
-    contract.actions_are_clipped,
-    contract.apply_reads_only,
-    contract.reset_honours_the_mask,
-    contract.rows_equal_singles,
-    contract.controllers_share_nothing,
-    contract.snapshots_continue,
-)
+CHECKS = checks_of(contract, motion)
 """Every check of a controller, in the order in which they run."""
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from copy import deepcopy
 
 import gymnasium as gym
@@ -10,39 +9,31 @@ import numpy as np
 
 from frobs_core.capabilities import CAPABILITIES, Level
 from frobs_core.interfaces import CommandMode, Controller
-from frobs_devkit.testing.checks import NotApplicable, Outcome, expect
-from frobs_devkit.testing.compare import expect_same
+from frobs_devkit.testing.checks import NotApplicable, expect, expect_keyword_only
+from frobs_devkit.testing.compare import expect_rows, expect_same
 from frobs_devkit.testing.controller.subject import NUM_ENVS, ControllerUnderTest
 
 
-def keywords_are_keyword_only(subject: ControllerUnderTest) -> Outcome:
+def keywords_are_keyword_only(subject: ControllerUnderTest) -> None:
     """It is a Controller whose constructor takes keyword-only parameters, each with a default."""
     cls = subject.record.load()
     expect(isinstance(cls, type) and issubclass(cls, Controller), f"{cls} is no subclass of Controller.")
-    for name, parameter in inspect.signature(cls).parameters.items():
-        expect(
-            parameter.kind is inspect.Parameter.KEYWORD_ONLY and parameter.default is not inspect.Parameter.empty,
-            f"the constructor's parameter '{name}' is not keyword-only with a default; users give it by name or not at all.",
-        )
-    return None
+    expect_keyword_only(cls)
 
 
-def actions_are_normalized(subject: ControllerUnderTest) -> Outcome:
+def actions_are_normalized(subject: ControllerUnderTest) -> None:
     """The action space is a float32 Box within [−1, 1], or discrete."""
     with subject.bind() as bound:
         space = bound.controller.action_space
         if isinstance(space, gym.spaces.Box):
-            expect(
-                space.dtype == np.float32, f"the action space has dtype {space.dtype}; float32 is what learners send."
-            )
+            expect(space.dtype == np.float32, f"the action space is {space.dtype}; float32 is what learners send.")
             expect(space.low.min() >= -1 and space.high.max() <= 1, f"{space} is not within [−1, 1].")
         else:
             discrete = gym.spaces.Discrete | gym.spaces.MultiDiscrete | gym.spaces.MultiBinary
             expect(isinstance(space, discrete), f"{space} is neither a Box nor discrete.")
-    return None
 
 
-def commands_have_their_shape(subject: ControllerUnderTest) -> Outcome:
+def commands_have_their_shape(subject: ControllerUnderTest) -> None:
     """Commands are finite, (num_envs, dof) or with a row for each physics step."""
     with subject.bind() as bound:
         expect(isinstance(bound.controller.command_mode, CommandMode), "command_mode is no CommandMode.")
@@ -54,13 +45,12 @@ def commands_have_their_shape(subject: ControllerUnderTest) -> Outcome:
             expect(np.isfinite(command).all(), f"a command is not finite: {command}.")
             bound.robot.command(command)
             bound.simulation.step(bound.decimation)
-    return None
 
 
-def info_has_its_shape(subject: ControllerUnderTest) -> Outcome:
+def info_has_its_shape(subject: ControllerUnderTest) -> None:
     """What it tells of a step are finite numbers, (num_envs,) each, with the same names in each step."""
     if subject.record.load().info is Controller.info:
-        return NotApplicable("it tells nothing")
+        raise NotApplicable("it tells nothing")
     with subject.bind() as bound:
         known: set[str] | None = None
         for action in bound.actions(subject.count(5), seed=13):
@@ -72,23 +62,21 @@ def info_has_its_shape(subject: ControllerUnderTest) -> Outcome:
                 right = isinstance(values, np.ndarray) and values.shape == (NUM_ENVS,) and values.dtype.kind in "fiub"
                 expect(right, f"info()['{name}'] is no array of numbers of shape ({NUM_ENVS},): {values!r}.")
                 expect(bool(np.isfinite(values).all()), f"info()['{name}'] is not finite: {values}.")
-    return None
 
 
-def actions_are_clipped(subject: ControllerUnderTest) -> Outcome:
+def actions_are_clipped(subject: ControllerUnderTest) -> None:
     """An action outside of a Box counts as the nearest inside."""
     commands = []
     for scale in (1.0, 5.0):
         with subject.bind() as bound:
             space = bound.controller.action_space
             if not isinstance(space, gym.spaces.Box):
-                return NotApplicable("the action space is discrete")
+                raise NotApplicable("the action space is discrete")
             commands.append([bound.step(bound.constant(scale * space.high)) for _ in range(3)])
     expect_same(commands[0], commands[1], "commands of actions five times too large, against the largest")
-    return None
 
 
-def apply_reads_only(subject: ControllerUnderTest) -> Outcome:
+def apply_reads_only(subject: ControllerUnderTest) -> None:
     """``apply`` leaves the actions that it is given, and the simulation, as they are."""
     with subject.bind() as bound:
         for action in bound.actions(subject.count(5), seed=6):
@@ -100,18 +88,16 @@ def apply_reads_only(subject: ControllerUnderTest) -> Outcome:
             expect_same(state, bound.simulation.snapshot(), "the simulation after apply()")
             bound.robot.command(command)
             bound.simulation.step(bound.decimation)
-    return None
 
 
-def needs_are_capabilities(subject: ControllerUnderTest) -> Outcome:
+def needs_are_capabilities(subject: ControllerUnderTest) -> None:
     """What the record says that it needs of a simulator are capabilities that there are, with levels."""
     for capability, level in subject.record.needs.items():
         expect(capability in CAPABILITIES, f"it needs '{capability}', which is no capability.")
         expect(isinstance(level, Level), f"the level of '{capability}' that it needs is {level!r}, no Level.")
-    return None
 
 
-def controllers_share_nothing(subject: ControllerUnderTest) -> Outcome:
+def controllers_share_nothing(subject: ControllerUnderTest) -> None:
     """A second controller, at work in between, changes nothing for the first."""
     with subject.bind() as bound:
         actions = bound.actions(subject.count(8), seed=11)
@@ -121,10 +107,9 @@ def controllers_share_nothing(subject: ControllerUnderTest) -> Outcome:
         for k, (action, distraction) in enumerate(zip(actions, others, strict=True)):
             other.step(distraction)
             expect_same(expected[k], bound.step(action), f"command {k + 1} while another controller works")
-    return None
 
 
-def reset_honours_the_mask(subject: ControllerUnderTest) -> Outcome:
+def reset_honours_the_mask(subject: ControllerUnderTest) -> None:
     """A reset forgets for the environments of its mask, and for no others."""
     mask = np.arange(NUM_ENVS) == 0
     with subject.bind() as bound, subject.bind() as other, subject.bind() as fresh:
@@ -137,10 +122,9 @@ def reset_honours_the_mask(subject: ControllerUnderTest) -> Outcome:
             found, kept, anew = bound.step(action), other.step(action), fresh.step(action)
             expect_same(kept[1:], found[1:], "commands of environments that were not reset")
             expect_same(anew[0], found[0], "commands of the environment that was reset, against a fresh controller")
-    return None
 
 
-def rows_equal_singles(subject: ControllerUnderTest) -> Outcome:
+def rows_equal_singles(subject: ControllerUnderTest) -> None:
     """Environment i of a batch is commanded as a single environment is that has the same actions."""
     with subject.bind() as bound:
         actions = bound.actions(subject.count(25), seed=7)
@@ -148,25 +132,17 @@ def rows_equal_singles(subject: ControllerUnderTest) -> Outcome:
     for i in range(NUM_ENVS):
         with subject.bind(num_envs=1) as bound:
             for k, action in enumerate(actions):
-                found = bound.step(action[[i]])
-                expect_same(
-                    expected[k][[i]],
-                    found,
-                    f"command of a single environment against row {i} of {NUM_ENVS}, step {k + 1}",
-                )
-    return None
+                what = f"command of a single environment against row {i} of {NUM_ENVS}, step {k + 1}"
+                expect_same(expected[k][[i]], bound.step(action[[i]]), what)
 
 
-def snapshots_continue(subject: ControllerUnderTest) -> Outcome:
+def snapshots_continue(subject: ControllerUnderTest) -> None:
     """A controller that is restored, with its simulation, commands as before."""
     with subject.bind() as bound:
         for action in bound.actions(subject.count(9), seed=8):
             bound.step(action)
         state = deepcopy(bound.simulation.snapshot()), bound.controller.snapshot()  # the latter must be its own
-        for name, array in state[1].items():
-            found = f"{array.dtype}{list(array.shape)}"
-            right = array.shape[:1] == (NUM_ENVS,) and array.dtype.kind != "O"
-            expect(right, f"snapshot()['{name}'] is {found}, not numbers of the form (num_envs, …).")
+        expect_rows(state[1], NUM_ENVS, "snapshot()")
         actions = bound.actions(subject.count(9), seed=9)
         expected = [bound.step(action) for action in actions]
         bound.simulation.restore(deepcopy(state[0]))
@@ -175,7 +151,4 @@ def snapshots_continue(subject: ControllerUnderTest) -> Outcome:
     with subject.bind() as bound:
         bound.simulation.restore(deepcopy(state[0]))
         bound.controller.restore(deepcopy(state[1]))
-        expect_same(
-            expected, [bound.step(action) for action in actions], "commands of a new controller that was restored"
-        )
-    return None
+        expect_same(expected, [bound.step(action) for action in actions], "commands of a new, restored controller")

@@ -8,13 +8,13 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.interfaces import CommandMode
-from frobs_devkit.testing.checks import Inconclusive, NotApplicable, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.controller.subject import NUM_ENVS, Bound, ControllerUnderTest
 from frobs_devkit.testing.environment.rollout import draw_actions
 
 
-def actions_matter(subject: ControllerUnderTest) -> Outcome:
+def actions_matter(subject: ControllerUnderTest) -> None:
     """Different actions give different commands, also where one number of them differs, and the robot moves."""
     with subject.bind() as bound:
         space = bound.controller.action_space
@@ -25,7 +25,7 @@ def actions_matter(subject: ControllerUnderTest) -> Outcome:
             drawn = np.array(draw_actions(space, 30, seed=0))
             different = [action for action in drawn if not np.array_equal(action, drawn[0])]
             if not different:
-                return Inconclusive("the action space holds one action")
+                raise Inconclusive("the action space holds one action")
             first, second = (np.stack([action] * n) for action in (drawn[0], different[0]))
         start = bound.robot.joint_positions.copy()
         traces = []
@@ -36,7 +36,8 @@ def actions_matter(subject: ControllerUnderTest) -> Outcome:
         if isinstance(space, gym.spaces.Box):
             for number in range(space.low.size):
                 expect(_tells(bound, number), f"number {number} of an action makes no difference to the commands.")
-        return None if np.abs(bound.robot.joint_positions - start).max() > 1e-4 else Inconclusive("nothing moved")
+        if np.abs(bound.robot.joint_positions - start).max() <= 1e-4:
+            raise Inconclusive("nothing moved")
 
 
 def _tells(bound: Bound, number: int) -> bool:
@@ -52,19 +53,18 @@ def _tells(bound: Bound, number: int) -> bool:
     return not np.array_equal(traces[0], traces[1])
 
 
-def zero_action_rests(subject: ControllerUnderTest) -> Outcome:
+def zero_action_rests(subject: ControllerUnderTest) -> None:
     """Without gravity the zero action brings the robot to rest, and keeps it there."""
     with subject.bind() as bound:
         if not _has_zero(bound):
-            return NotApplicable("the action space has no zero")
+            raise NotApplicable("the action space has no zero")
         for _ in range(subject.count(75)):
             bound.step(bound.constant(0.0))
         at_rest = np.zeros_like(bound.robot.joint_velocities)
         expect_close(at_rest, bound.robot.joint_velocities, 0.02, "joint velocities after 3 s of zero actions")
-    return None
 
 
-def zero_action_does_not_drift(subject: ControllerUnderTest) -> Outcome:
+def zero_action_does_not_drift(subject: ControllerUnderTest) -> None:
     """Under gravity a position controller's zero action holds: nothing sinks a little with every step, or creeps back.
 
     Where the zero action holds what is there, it holds where other actions have led to, too.
@@ -72,7 +72,7 @@ def zero_action_does_not_drift(subject: ControllerUnderTest) -> Outcome:
     with subject.bind(gravity=(0.0, 0.0, -9.81)) as bound:
         space = bound.controller.action_space
         if not _has_zero(bound) or bound.controller.command_mode != CommandMode.POSITION:
-            return NotApplicable("not a position controller with a zero action")
+            raise NotApplicable("not a position controller with a zero action")
         assert isinstance(space, gym.spaces.Box)
         for _ in range(subject.count(50)):
             bound.step(bound.constant(0.0))
@@ -94,10 +94,9 @@ def zero_action_does_not_drift(subject: ControllerUnderTest) -> Outcome:
                 (kept >= 0.5 * np.abs(led).max(axis=1)).all(),
                 "the zero action takes back what other actions have done: the joints return towards where they began.",
             )
-    return None
 
 
-def commands_stay_in_limits(subject: ControllerUnderTest) -> Outcome:
+def commands_stay_in_limits(subject: ControllerUnderTest) -> None:
     """Whatever the actions, commands stay within the limits of the joints, and so does the robot.
 
     A position goes no farther in a step than the joint's velocity limit allows.
@@ -129,11 +128,9 @@ def commands_stay_in_limits(subject: ControllerUnderTest) -> Outcome:
                     "control step.",
                 )
                 before = command[:, -1]
-                over = np.maximum(
-                    robot.position_lower - robot.joint_positions, robot.joint_positions - robot.position_upper
-                )
+                q = robot.joint_positions
+                over = np.maximum(robot.position_lower - q, q - robot.position_upper)
                 expect(over.max() < 0.1, f"the robot leaves its joint limits by {over.max():.3g}.")
-    return None
 
 
 def _has_zero(bound: Bound) -> bool:

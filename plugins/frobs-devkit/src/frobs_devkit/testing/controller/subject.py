@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -62,14 +62,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class ControllerUnderTest:
-    """A controller by its record.
-
-    Attributes:
-        record: Its record.
-        simulator: What it is tried in.
-        robot: What it is tried on; None: the first of the kit's that it can control.
-        kwargs: Keywords of the controller.
-    """
+    """A controller by its record."""
 
     record: ControllerRecord
     simulator: SimulatorRecord
@@ -92,19 +85,14 @@ class ControllerUnderTest:
         Raises:
             ConfigurationError: It cannot control the robot.
         """
-        robots = (self.robot,) if self.robot is not None else (ARM, ROVER)
-        for robot in robots:
-            try:
-                bound = self._bind(robot, num_envs, gravity)
-            except ConfigurationError:
-                if robot is robots[-1]:
-                    raise
-                continue
-            try:
-                yield bound
-            finally:
-                bound.simulation.close()
-            return
+        try:
+            bound = self._bind(self.robot or ARM, num_envs, gravity)
+        except ConfigurationError:
+            if self.robot is not None:
+                raise
+            bound = self._bind(ROVER, num_envs, gravity)
+        with closing(bound.simulation):
+            yield bound
 
     def _bind(self, robot: Robot, num_envs: int, gravity: tuple[float, float, float]) -> Bound:
         controller: Controller = build(f"controller '{self.record.name}'", self.record.load(), self.kwargs)

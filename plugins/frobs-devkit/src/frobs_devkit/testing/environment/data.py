@@ -11,8 +11,8 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from frobs_devkit.testing.checks import CheckFailure, Outcome, expect
-from frobs_devkit.testing.compare import expect_same, leaves
+from frobs_devkit.testing.checks import CheckFailure, expect
+from frobs_devkit.testing.compare import expect_array, expect_same, leaves
 from frobs_devkit.testing.environment.rollout import draw_actions
 from frobs_devkit.testing.environment.subject import EnvUnderTest
 
@@ -20,7 +20,7 @@ _STEPS = 150
 _SEEDS = range(20)
 
 
-def spaces_hold(subject: EnvUnderTest) -> Outcome:
+def spaces_hold(subject: EnvUnderTest) -> None:
     """Observations are in their space with its dtype and shape; rewards are numbers, ends are bool; also in the batch."""
     with closing(subject.make()) as env:
         for k, observation, result in _returned(env):
@@ -37,20 +37,12 @@ def spaces_hold(subject: EnvUnderTest) -> Outcome:
         for k, action in enumerate(draw_actions(env.action_space, _STEPS, seed=0)):
             _expect_member(env.observation_space, observation, f"the batch, step {k}")
             observation, reward, terminated, truncated, _ = env.step(action)
-            for name, array, dtype in (
-                ("the reward", reward, np.float64),
-                ("terminated", terminated, np.bool_),
-                ("truncated", truncated, np.bool_),
-            ):
-                found = f"{array.dtype}{list(array.shape)}"
-                expect(
-                    found == f"{np.dtype(dtype)}[3]",
-                    f"the batch, step {k}: {name} is {found}, not {np.dtype(dtype)}[3].",
-                )
-    return None
+            expect_array(reward, (3,), np.float64, f"the batch, step {k}: the reward")
+            expect_array(terminated, (3,), np.bool_, f"the batch, step {k}: terminated")
+            expect_array(truncated, (3,), np.bool_, f"the batch, step {k}: truncated")
 
 
-def values_finite(subject: EnvUnderTest) -> Outcome:
+def values_finite(subject: EnvUnderTest) -> None:
     """Every number of observation, reward and info is finite."""
     with closing(subject.make()) as env:
         for k, observation, result in _returned(env):
@@ -62,19 +54,17 @@ def values_finite(subject: EnvUnderTest) -> Outcome:
                     if leaf.dtype.kind == "f" and not np.isfinite(leaf).all():
                         where = np.argwhere(~np.isfinite(leaf)).tolist()[:3]
                         raise CheckFailure(f"step {k}: {what}{path} is not finite at {where}: {leaf}.")
-    return None
 
 
-def observations_share_no_memory(subject: EnvUnderTest) -> Outcome:
+def observations_share_no_memory(subject: EnvUnderTest) -> None:
     """An observation that was returned is never written again, in the single environment and in the batch."""
     with closing(subject.make()) as env:
         _expect_own_memory((observation for _, observation, _ in _returned(env)), "the environment")
     with closing(subject.make_vec(2, AutoresetMode.SAME_STEP)) as env:
         _expect_own_memory(_batched_observations(env), "the batch")
-    return None
 
 
-def observation_elements_vary(subject: EnvUnderTest) -> Outcome:
+def observation_elements_vary(subject: EnvUnderTest) -> None:
     """No element of the observation is the same in all steps of random episodes; goals differ between episodes."""
     seen: dict[str, list[np.ndarray[Any, Any]]] = {}
     first: dict[str, list[np.ndarray[Any, Any]]] = {}
@@ -98,7 +88,6 @@ def observation_elements_vary(subject: EnvUnderTest) -> Outcome:
             f"observation{path}: {len(constant)} of {rows[0].size} elements never change over {over}: "
             f"{constant[:8]}; leave out what tells nothing.",
         )
-    return None
 
 
 def _late_columns(env: gym.Env[Any, Any]) -> set[int]:
@@ -146,8 +135,7 @@ def _expect_own_memory(observations: Iterator[Any], whose: str) -> None:
 
 def _expect_member(space: gym.Space[Any], observation: Any, when: str) -> None:
     if isinstance(space, gym.spaces.Box) and isinstance(observation, np.ndarray):
-        found, wanted = f"{observation.dtype}{list(observation.shape)}", f"{space.dtype}{list(space.shape)}"
-        expect(found == wanted, f"{when}: the observation is {found}, its space {wanted}.")
+        expect_array(observation, space.shape, space.dtype, f"{when}: the observation")
         outside = np.argwhere(~((observation >= space.low) & (observation <= space.high))).tolist()
         if outside:
             i = tuple(outside[0])
@@ -157,7 +145,7 @@ def _expect_member(space: gym.Space[Any], observation: Any, when: str) -> None:
             )
     if isinstance(space, gym.spaces.Dict) and isinstance(observation, dict):
         expect(
-            space.keys() == observation.keys(), f"{when}: keys {sorted(observation)}, the space has {sorted(space)}."
+            space.keys() == observation.keys(), f"{when}: keys {sorted(observation)}, its space has {sorted(space)}."
         )
         for key, part in space.items():
             _expect_member(part, observation[key], f"{when}, ['{key}']")

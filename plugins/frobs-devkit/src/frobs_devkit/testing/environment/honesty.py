@@ -10,22 +10,21 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from frobs_devkit.testing.checks import Inconclusive, NotApplicable, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import difference
 from frobs_devkit.testing.environment.rollout import draw_actions
-from frobs_devkit.testing.environment.subject import OTHER, EnvUnderTest, inside, is_ours
+from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, is_ours, require_ours
 
 _LONGEST = 1_000
 _FOREIGN = ("is_success", "episode", "final_obs", "final_info", "TimeLimit.truncated", "time_limit_reached")
 
 
-def step_shows_its_action(subject: EnvUnderTest) -> Outcome:
+def step_shows_its_action(subject: EnvUnderTest) -> None:
     """Two opposite actions from one state give different observations, and different rewards, in that very step."""
     with closing(subject.make()) as env:
-        if not is_ours(env):
-            return OTHER
+        require_ours(env)
         if inside(env).randomization is not None:
-            return NotApplicable("what is randomised may come late")
+            raise NotApplicable("what is randomised may come late")
         space = env.action_space
         if isinstance(space, gym.spaces.Box):
             first, second = space.low.copy(), space.high.copy()
@@ -44,20 +43,19 @@ def step_shows_its_action(subject: EnvUnderTest) -> Outcome:
             same_observation += difference(steps[0][0], steps[1][0]) is None
             same_reward += steps[0][1] == steps[1][1]
     if same_observation == 6 and isinstance(space, gym.spaces.Discrete) and space.n == 1:
-        return Inconclusive("there is one action")
+        raise Inconclusive("there is one action")
     expect(same_observation < 6, "the observation of a step does not depend on its action; is it of the step before?")
     if len(rewards) <= 2:
-        return NotApplicable(f"the reward takes {len(rewards)} values in two steps")
+        raise NotApplicable(f"the reward takes {len(rewards)} values in two steps")
     expect(same_reward < 6, "the reward of a step does not depend on its action; is it of the step before?")
-    return None
 
 
-def ends_have_their_reason(subject: EnvUnderTest) -> Outcome:
+def ends_have_their_reason(subject: EnvUnderTest) -> None:
     """An episode is truncated after exactly ``max_episode_steps``, and terminated where the task says so, else not."""
     with closing(subject.make()) as env:
         limit = env.spec.max_episode_steps if env.spec else None
         if not limit or limit > _LONGEST:
-            return NotApplicable(f"the time limit is {limit}; it is watched up to {_LONGEST} steps")
+            raise NotApplicable(f"the time limit is {limit}; it is watched up to {_LONGEST} steps")
         ours, reached = is_ours(env), 0
         for seed in range(3):
             env.reset(seed=seed)
@@ -73,7 +71,8 @@ def ends_have_their_reason(subject: EnvUnderTest) -> Outcome:
                 if terminated or truncated:
                     break
     if not ours:
-        return None if reached else Inconclusive("no episode lasted to the time limit")
+        _expect_reached(reached)
+        return
     with closing(subject.make_vec(2, AutoresetMode.DISABLED)) as batch:
         batch.reset(seed=0)
         for action in draw_actions(batch.action_space, limit, seed=0):
@@ -86,19 +85,22 @@ def ends_have_their_reason(subject: EnvUnderTest) -> Outcome:
                     f"the batch: terminated is {terminated}, and the task's is_terminated() {told}.",
                 )
                 break
-    return None if reached else Inconclusive("no episode lasted to the time limit")
+    _expect_reached(reached)
 
 
-def info_keys_have_their_prefix(subject: EnvUnderTest) -> Outcome:
+def info_keys_have_their_prefix(subject: EnvUnderTest) -> None:
     """What an info holds is ``is_success``, and keys that begin with ``frobs/``."""
     with closing(subject.make()) as env:
-        if not is_ours(env):
-            return OTHER
+        require_ours(env)
         infos = [env.reset(seed=0)[1], *(env.step(action)[4] for action in draw_actions(env.action_space, 3, seed=0))]
     for info in infos:
         odd = [key for key in info if not key.startswith("frobs/") and key not in _FOREIGN]
         expect(not odd, f"the info holds {odd}; a key of FRobs begins with 'frobs/', and nobody else writes there.")
-    return None
+
+
+def _expect_reached(reached: int) -> None:
+    if not reached:
+        raise Inconclusive("no episode lasted to the time limit")
 
 
 def _expect_reason(env: Any, terminated: bool, step: int, info: dict[str, Any]) -> None:

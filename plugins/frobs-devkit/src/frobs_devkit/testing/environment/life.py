@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import closing
+from copy import deepcopy
 from typing import Any
 
 import gymnasium as gym
@@ -10,19 +11,18 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 
 from frobs_core.errors import FrobsError, InvalidActionError, ResetNeededError, UnknownParameterError
-from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect, expect_raises
 from frobs_devkit.testing.compare import expect_close, expect_same
 from frobs_devkit.testing.environment.rollout import draw_actions
-from frobs_devkit.testing.environment.subject import OTHER, EnvUnderTest, inside, is_ours, observes_truly
+from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, observes_truly, require_ours
 
 _LONGEST = 400
 
 
-def time_advances(subject: EnvUnderTest) -> Outcome:
+def time_advances(subject: EnvUnderTest) -> None:
     """Each step advances the time by exactly ``control_timestep``, and a reset sets it back to 0."""
     with closing(subject.make()) as env:
-        if not is_ours(env):
-            return OTHER
+        require_ours(env)
         simulation, dt = inside(env).simulation, inside(env).control_timestep
         for seed in (0, 1):
             env.reset(seed=seed)
@@ -34,14 +34,12 @@ def time_advances(subject: EnvUnderTest) -> Outcome:
                     break
         fps = env.metadata.get("render_fps")
         expect(fps == round(1 / dt), f"metadata['render_fps'] is {fps} where a step takes {dt} s.")
-    return None
 
 
-def step_needs_reset(subject: EnvUnderTest) -> Outcome:
+def step_needs_reset(subject: EnvUnderTest) -> None:
     """A step before the first reset, or after an episode's end, raises ResetNeededError."""
     with closing(subject.make()) as wrapped:
-        if not is_ours(wrapped):
-            return OTHER
+        require_ours(wrapped)
         env = wrapped.unwrapped
         actions = draw_actions(env.action_space, _LONGEST, seed=4)
         _expect_raises(ResetNeededError, env, actions[0], "a step before the first reset")
@@ -58,15 +56,14 @@ def step_needs_reset(subject: EnvUnderTest) -> Outcome:
             _, _, terminated, truncated, _ = batch.step(action)
             if (terminated | truncated).any():
                 _expect_raises(ResetNeededError, batch, action, "a step of the batch after an episode's end")
-                return None
-    return Inconclusive(f"no episode ended in {_LONGEST} steps")
+                return
+    raise Inconclusive(f"no episode ended in {_LONGEST} steps")
 
 
-def bad_actions_refused(subject: EnvUnderTest) -> Outcome:
+def bad_actions_refused(subject: EnvUnderTest) -> None:
     """An action of the wrong shape, outside of a discrete space or not finite raises InvalidActionError and does nothing."""
     with closing(subject.make()) as wrapped:
-        if not is_ours(wrapped):
-            return OTHER
+        require_ours(wrapped)
         env = wrapped.unwrapped
         good = draw_actions(env.action_space, 6, seed=2)
         bad = _bad_actions(env.action_space)
@@ -84,20 +81,14 @@ def bad_actions_refused(subject: EnvUnderTest) -> Outcome:
         if np.asarray(actions).dtype.kind == "f":
             actions[1] = np.nan
             _expect_raises(InvalidActionError, batch, actions, "a batch of actions with NaN in one of them")
-    return None
 
 
-def reset_options_hold(subject: EnvUnderTest) -> Outcome:
+def reset_options_hold(subject: EnvUnderTest) -> None:
     """A reset places the joints and the goal where its options say, and refuses an option that the task does not know."""
     with closing(subject.make()) as env:
-        if not is_ours(env):
-            return OTHER
-        try:
+        require_ours(env)
+        with expect_raises(UnknownParameterError, "reset(options={'no_such_option': …})"):
             env.reset(seed=0, options={"no_such_option": 1.0})
-        except UnknownParameterError:
-            pass
-        else:
-            raise CheckFailure("reset(options={'no_such_option': …}) passes; it must raise UnknownParameterError.")
         seen = False
         understood = inside(env).task.reset_options
         if "joint_positions" in understood:
@@ -111,15 +102,12 @@ def reset_options_hold(subject: EnvUnderTest) -> Outcome:
             found = _goal(env.reset(seed=0, options={"goal": goals[1]})[0])
             expect_close(goals[1], found, 1e-6, "desired_goal after reset(options={'goal': …})")
             seen = True
-    return None if seen else NotApplicable("the task understands neither 'joint_positions' nor 'goal'")
+    if not seen:
+        raise NotApplicable("the task understands neither 'joint_positions' nor 'goal'")
 
 
 def _goal(observation: Any) -> Any:
-    return (
-        np.array(observation["desired_goal"])
-        if isinstance(observation, dict) and "desired_goal" in observation
-        else None
-    )
+    return deepcopy(observation.get("desired_goal")) if isinstance(observation, dict) else None
 
 
 def _some_joint_positions(robot: Any) -> Any:
@@ -145,10 +133,5 @@ def _bad_actions(space: gym.Space[Any]) -> dict[str, Any]:
 
 
 def _expect_raises(wanted: type[FrobsError], env: Any, action: Any, what: str) -> None:
-    try:
+    with expect_raises(wanted, what):
         env.step(action)
-    except wanted:
-        return
-    except Exception as error:
-        raise CheckFailure(f"{what} raises {type(error).__name__} ({error}), not {wanted.__name__}.") from error
-    raise CheckFailure(f"{what} passes; it must raise {wanted.__name__}.")

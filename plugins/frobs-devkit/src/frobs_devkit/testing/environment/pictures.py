@@ -9,19 +9,20 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.errors import RenderingUnavailableError
-from frobs_devkit.testing.checks import Inconclusive, NotApplicable, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
+from frobs_devkit.testing.compare import expect_array
 from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
 from frobs_devkit.testing.environment.subject import EnvUnderTest, is_ours
 
 _SIZE = (96, 128)
 
 
-def render_draws(subject: EnvUnderTest) -> Outcome:
+def render_draws(subject: EnvUnderTest) -> None:
     """``render()`` returns a picture of the size that was asked for, with something in it, and changes nothing."""
     with closing(subject.make()) as env:
         ours = is_ours(env)
         if "rgb_array" not in env.metadata.get("render_modes", ()):
-            return NotApplicable("the environment has no render mode 'rgb_array'")
+            raise NotApplicable("the environment has no render mode 'rgb_array'")
         actions = draw_actions(env.action_space, 6, seed=14)
         expected = play(env, 14, actions)
     sized: dict[str, Any] = {"render_size": _SIZE} if ours else {}
@@ -32,8 +33,7 @@ def render_draws(subject: EnvUnderTest) -> Outcome:
             _expect_picture(picture, _SIZE if ours else None)
             expect_same_play(expected, play(_Rendering(env), 14, actions), "an environment that draws every step")
     except (RenderingUnavailableError, gym.error.DependencyNotInstalled) as error:
-        return Inconclusive(str(error))
-    return None
+        raise Inconclusive(str(error)) from error
 
 
 class _Rendering(gym.Wrapper[Any, Any, Any, Any]):
@@ -46,12 +46,6 @@ class _Rendering(gym.Wrapper[Any, Any, Any, Any]):
 
 
 def _expect_picture(picture: Any, size: tuple[int, int] | None) -> None:
-    expect(isinstance(picture, np.ndarray), f"render() returns {type(picture).__name__}, no array.")
-    found = f"{picture.dtype}{list(picture.shape)}"
-    if size is not None:
-        expect(
-            found == f"uint8[{size[0]}, {size[1]}, 3]", f"render() returns {found}, not uint8[{size[0]}, {size[1]}, 3]."
-        )
-    expect(picture.dtype == np.uint8 and picture.ndim == 3, f"render() returns {found}, not uint8 (height, width, 3).")
+    expect_array(picture, (*(size or np.shape(picture)[:2]), 3), np.uint8, "what render() returns")
     colours = len(np.unique(picture.reshape(-1, picture.shape[-1]), axis=0))
     expect(colours > 1, "the picture has one colour; nothing is to be seen in it.")

@@ -1,21 +1,22 @@
-"""Checks that randomisation keeps the laws of an environment: all of it comes from the seed, and a snapshot has it."""
+"""Checks that randomization and bad sensors keep the laws of an environment: the seed decides, a snapshot has all."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import closing
+from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
 
 from frobs_core import plugins
 from frobs_core.capabilities import Level
-from frobs_core.interfaces import CommandMode
+from frobs_core.interfaces import Bumper, CommandMode, Sensor
 from frobs_core.randomization import CAPABILITY, find_terms, find_units
 from frobs_core.specs import SimulatorRecord
-from frobs_devkit.testing.checks import Outcome
+from frobs_devkit.testing.checks import NotApplicable
 from frobs_devkit.testing.environment import seeding, state, vector
-from frobs_devkit.testing.environment.subject import OTHER, EnvUnderTest, inside, is_ours
+from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, require_ours
 
 _PHYSICS: Mapping[str, Mapping[str, Any]] = {
     "mass": {"target": "*", "scale": [0.8, 1.2]},
@@ -27,25 +28,22 @@ _PHYSICS: Mapping[str, Mapping[str, Any]] = {
 }
 
 
-def randomized_equals_single(subject: EnvUnderTest) -> Outcome:
+def randomized_equals_single(subject: EnvUnderTest) -> None:
     """With everything randomised too, each environment of a batch equals the single one, reset at times of its own."""
-    randomized = _randomize_everything(subject)
-    return OTHER if randomized is None else vector.disabled_equals_single(randomized)
+    vector.disabled_equals_single(_randomize_everything(subject))
 
 
-def randomized_state_is_complete(subject: EnvUnderTest) -> Outcome:
+def randomized_state_is_complete(subject: EnvUnderTest) -> None:
     """With everything randomised too, a snapshot continues exactly, and a reset with a seed forgets what was before."""
     randomized = _randomize_everything(subject)
-    if randomized is None:
-        return OTHER
-    return state.snapshot_continues(randomized) or seeding.reset_forgets_history(randomized)
+    state.snapshot_continues(randomized)
+    seeding.reset_forgets_history(randomized)
 
 
-def _randomize_everything(subject: EnvUnderTest) -> EnvUnderTest | None:
-    """Return the same with all randomised that its simulator can, unless it randomises already; None: not ours."""
+def _randomize_everything(subject: EnvUnderTest) -> EnvUnderTest:
+    """Return the same with all randomised that its simulator can, unless it randomises already."""
     with closing(subject.make()) as env:
-        if not is_ours(env):
-            return None
+        require_ours(env)
         if inside(env).randomization is not None:
             return subject
         return EnvUnderTest(subject.id, {**subject.kwargs, "randomize": _everything(subject, inside(env))})
@@ -74,3 +72,23 @@ def _everything(subject: EnvUnderTest, env: Any) -> dict[str, Any]:
 def _is_vector(space: gym.Space[Any], key: str) -> bool:
     box = space[key] if isinstance(space, gym.spaces.Dict) else space
     return isinstance(box, gym.spaces.Box) and len(box.shape) == 1 and box.dtype.kind == "f"
+
+
+def sensors_may_be_bad(subject: EnvUnderTest) -> None:
+    """With noise, delay and losses in every sensor, environments of a batch equal single ones, and snapshots continue."""
+    with closing(subject.make()) as env:
+        require_ours(env)
+        there = inside(env).robot.robot.sensors
+        bad = {name: _spoil(sensor, inside(env).control_timestep) for name, sensor in there.items()}
+    if not bad:
+        raise NotApplicable("the robot has no sensor")
+    spoiled = EnvUnderTest(subject.id, {**subject.kwargs, "sensors": bad})
+    vector.disabled_equals_single(spoiled)
+    state.snapshot_continues(spoiled)
+
+
+def _spoil(sensor: Sensor, control_timestep: float) -> Sensor:
+    faults: dict[str, Any] = {"delay": 2.0 * control_timestep, "dropout": 0.2}
+    if not isinstance(sensor, Bumper):
+        faults["noise"] = 0.01
+    return replace(sensor, **faults)

@@ -7,58 +7,55 @@ from typing import Any
 
 import numpy as np
 
-from frobs_devkit.testing.checks import CheckFailure, NotApplicable, Outcome, expect
+from frobs_devkit.testing.checks import CheckFailure, NotApplicable, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.environment.rollout import draw_actions
-from frobs_devkit.testing.environment.subject import OTHER, EnvUnderTest, inside, is_ours, observes_truly
+from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, is_ours, observes_truly, require_ours
 
 _STEPS = 120
 _TERM = "frobs/reward/"
 
 
-def success_in_every_step(subject: EnvUnderTest) -> Outcome:
+def success_in_every_step(subject: EnvUnderTest) -> None:
     """``info["is_success"]`` is there in every step, a float, 0.0 or 1.0."""
     with closing(subject.make()) as env:
         ours, steps = is_ours(env), _steps(env)
     told = [info["is_success"] for _, _, info in steps if "is_success" in info]
     if not told and not ours:
-        return NotApplicable("the environment does not tell of success")
+        raise NotApplicable("the environment does not tell of success")
     expect(len(told) == len(steps), f"'is_success' is in {len(told)} of {len(steps)} steps' infos; it must be in each.")
     for value in told:
         expect(type(value) is float and value in (0.0, 1.0), f"'is_success' is {value!r}; it must be 0.0 or 1.0.")
-    return None
 
 
-def terms_sum_to_reward(subject: EnvUnderTest) -> Outcome:
+def terms_sum_to_reward(subject: EnvUnderTest) -> None:
     """The reward terms of a step add up to its reward."""
     with closing(subject.make()) as env:
-        if not is_ours(env):
-            return OTHER
+        require_ours(env)
         steps = _steps(env)
     names = {key for _, _, info in steps for key in info if key.startswith(_TERM)}
     if not names:
-        return NotApplicable("the task names no reward terms")
+        raise NotApplicable("the task names no reward terms")
     for k, (_, reward, info) in enumerate(steps, start=1):
         missing = sorted(names - info.keys())
         expect(not missing, f"step {k}: the info lacks {missing}, which other steps have.")
         if "frobs/diverged" not in info:  # its reward is 0, whatever the terms say
             total = sum(info[name] for name in sorted(names))
             expect_close(reward, total, 1e-9 * max(1.0, abs(reward)), f"step {k}: the sum of {sorted(names)}")
-    return None
 
 
-def compute_reward_equals_step(subject: EnvUnderTest) -> Outcome:
+def compute_reward_equals_step(subject: EnvUnderTest) -> None:
     """``compute_reward`` of the goals of a step is the step's reward, and a batch of goals gives a batch of rewards."""
     with closing(subject.make()) as env:
         steps = _steps(env)
         if not isinstance(steps[0][0], dict) or "desired_goal" not in steps[0][0]:
-            return NotApplicable("not goal-conditioned")
+            raise NotApplicable("not goal-conditioned")
         if not observes_truly(env, "achieved_goal", "desired_goal"):
-            return NotApplicable("the goals are observed with noise or late, and the reward is that of the true ones")
+            raise NotApplicable("the goals are observed with noise or late, and the reward is that of the true ones")
         compute = getattr(env.unwrapped, "compute_reward", None)
         if compute is None:
             raise CheckFailure(
-                "a goal-conditioned environment needs a compute_reward(achieved_goal, desired_goal, info)."
+                "a goal-conditioned environment needs compute_reward(achieved_goal, desired_goal, info)."
             )
         achieved = np.stack([observation["achieved_goal"] for observation, _, _ in steps])  # (k, …)
         desired = np.stack([observation["desired_goal"] for observation, _, _ in steps])
@@ -77,7 +74,6 @@ def compute_reward_equals_step(subject: EnvUnderTest) -> Outcome:
                 (there == 0.0).all() and np.isin(rewards, (-1.0, 0.0)).all(),
                 "a sparse reward is 0 where the goal is reached and −1 elsewhere, as hindsight replay expects it.",
             )
-    return None
 
 
 def _steps(env: Any) -> list[tuple[Any, float, dict[str, Any]]]:

@@ -16,17 +16,7 @@ from frobs_devkit.testing.compare import expect_same
 
 @dataclass(frozen=True)
 class Transition:
-    """One step, as it was returned; copies.
-
-    Attributes:
-        observation: The last of the episode where it ended.
-        reward: Of the step.
-        terminated: Of the step.
-        truncated: Of the step.
-        info: Its numbers alone.
-        reset_observation: The first of the next episode, where this one ended.
-        reset_info: That of ``reset_observation``.
-    """
+    """One step, as it was returned, and what the reset returned if it ended the episode; copies, of infos the numbers."""
 
     observation: Any
     reward: float

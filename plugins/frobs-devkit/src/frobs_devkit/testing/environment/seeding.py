@@ -9,7 +9,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_devkit.testing.checks import Outcome, expect
+from frobs_devkit.testing.checks import expect
 from frobs_devkit.testing.compare import difference, leaves
 from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
 from frobs_devkit.testing.environment.subject import EnvUnderTest
@@ -17,25 +17,23 @@ from frobs_devkit.testing.environment.subject import EnvUnderTest
 _SEEDS = (0, 1, 2, 3, 10, 1234, 2**31)
 
 
-def same_seed_repeats(subject: EnvUnderTest) -> Outcome:
+def same_seed_repeats(subject: EnvUnderTest) -> None:
     """The same seed and actions give the same numbers bit for bit, over several episodes, in a second environment too."""
     with closing(subject.make()) as env, closing(subject.make()) as other:
         actions = draw_actions(env.action_space, 130, seed=5)
         expected = play(env, 42, actions)
         expect_same_play(expected, play(other, 42, actions), "the same seed in a second environment")
         expect_same_play(expected, play(env, 42, actions), "the same seed again")
-    return None
 
 
-def seeds_differ(subject: EnvUnderTest) -> Outcome:
+def seeds_differ(subject: EnvUnderTest) -> None:
     """Different seeds begin differently."""
     with closing(subject.make()) as env:
         first = {seed: deepcopy(env.reset(seed=seed)[0]) for seed in _SEEDS}
     _expect_distinct(first, "seeds {} and {} begin with the same observation; draw the start from the seed.")
-    return None
 
 
-def episodes_differ(subject: EnvUnderTest) -> Outcome:
+def episodes_differ(subject: EnvUnderTest) -> None:
     """An episode after the first begins differently: a reset without a seed draws on."""
     with closing(subject.make()) as env:
         first = {0: deepcopy(env.reset(seed=7)[0])}
@@ -43,10 +41,9 @@ def episodes_differ(subject: EnvUnderTest) -> Outcome:
             env.step(draw_actions(env.action_space, 1, seed=episode)[0])
             first[episode] = deepcopy(env.reset()[0])
     _expect_distinct(first, "episodes {} and {} after one seed begin with the same observation.")
-    return None
 
 
-def reset_forgets_history(subject: EnvUnderTest) -> Outcome:
+def reset_forgets_history(subject: EnvUnderTest) -> None:
     """A reset with a seed equals a fresh environment, whatever happened before."""
     with closing(subject.make()) as env:
         space = env.action_space
@@ -63,7 +60,6 @@ def reset_forgets_history(subject: EnvUnderTest) -> Outcome:
         for name, history in histories.items():
             play(env, 1, history)
             expect_same_play(expected, play(env, 99, actions), f"a reset after {name} against a fresh environment")
-    return None
 
 
 def _expect_distinct(observations: dict[int, Any], message: str) -> None:

@@ -15,18 +15,10 @@ from gymnasium.vector import AutoresetMode
 from frobs_core import registry
 from frobs_devkit.testing.checks import NotApplicable
 
-OTHER = NotApplicable("only for environments of FRobs")
-"""What a check of our own promises returns for another's environment."""
-
 
 @dataclass(frozen=True, eq=False)
 class EnvUnderTest:
-    """An environment ID with keywords.
-
-    Attributes:
-        id: As it was given.
-        kwargs: Keywords of the environment.
-    """
+    """An environment ID with keywords."""
 
     id: str
     kwargs: Mapping[str, Any] = field(default_factory=dict)
@@ -59,22 +51,10 @@ class EnvUnderTest:
 
     def make_vec(self, num_envs: int, mode: AutoresetMode, **kwargs: Any) -> gym.vector.VectorEnv[Any, Any, Any]:
         """Make the native batch, or Gymnasium's own vector of environments where there is none."""
-        keywords = {**self.kwargs, **kwargs}
-        if not self._has_batch():
-            return gym.make_vec(
-                self.self_importing_id,
-                num_envs,
-                vectorization_mode="sync",
-                vector_kwargs={"autoreset_mode": mode},
-                **keywords,
-            )
-        return gym.make_vec(
-            self.self_importing_id,
-            num_envs,
-            vectorization_mode="vector_entry_point",
-            autoreset_mode=mode,
-            **keywords,
-        )
+        keywords: dict[str, Any] = {"vectorization_mode": "sync", "vector_kwargs": {"autoreset_mode": mode}}
+        if self._has_batch():
+            keywords = {"vectorization_mode": "vector_entry_point", "autoreset_mode": mode}
+        return gym.make_vec(self.self_importing_id, num_envs, **keywords, **{**self.kwargs, **kwargs})
 
     def _has_batch(self) -> bool:
         """Whether the ID has a batch of its own, which lets the autoreset be chosen: not every package's does."""
@@ -100,3 +80,9 @@ def observes_truly(env: Any, *keys: str) -> bool:
 def is_ours(env: Any) -> bool:
     """Whether an environment, single or vector, is composed of a simulator, a robot, a controller and a task."""
     return hasattr(env.unwrapped, "simulation")
+
+
+def require_ours(env: Any) -> None:
+    """Raise NotApplicable for another's environment, in a check of what only ours promise."""
+    if not is_ours(env):
+        raise NotApplicable("only for environments of FRobs")

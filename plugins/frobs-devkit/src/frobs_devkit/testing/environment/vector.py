@@ -11,18 +11,17 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from frobs_devkit.testing.checks import Inconclusive, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, expect
 from frobs_devkit.testing.compare import expect_same, row
 from frobs_devkit.testing.environment.rollout import Transition, advance, draw_actions, expect_same_transition
-from frobs_devkit.testing.environment.subject import OTHER, EnvUnderTest, is_ours
+from frobs_devkit.testing.environment.subject import EnvUnderTest, require_ours
 
 NUM_ENVS = 7
 STEPS = 300
 _SEED = 20
-_NO_END = Inconclusive(f"no episode ended in {STEPS} steps; the autoreset was not seen")
 
 
-def same_step_equals_single(subject: EnvUnderTest) -> Outcome:
+def same_step_equals_single(subject: EnvUnderTest) -> None:
     """With same-step autoreset each environment of a batch of 7 equals the single one with its seed, ends included."""
     singles = _play_singles(subject)
     with closing(subject.make_vec(NUM_ENVS, AutoresetMode.SAME_STEP)) as env:
@@ -39,10 +38,10 @@ def same_step_equals_single(subject: EnvUnderTest) -> Outcome:
                     expect_same(expected.observation, row(batch, i), f"{what}: final_observation")
                 actual = _transition(last, reward, terminated, truncated, told, i, row(observation, i))
                 expect_same_transition(expected, actual, what)
-    return None if singles.ends else _NO_END
+    singles.expect_ends()
 
 
-def next_step_equals_single(subject: EnvUnderTest) -> Outcome:
+def next_step_equals_single(subject: EnvUnderTest) -> None:
     """With next-step autoreset too; the step that resets has reward 0 and no end, and its action does not count."""
     singles = _play_singles(subject)
     position = [0] * NUM_ENVS  # of each environment in its own play
@@ -58,22 +57,19 @@ def next_step_equals_single(subject: EnvUnderTest) -> Outcome:
                 if before is not None:
                     expect_same(before.reset_observation, row(observation, i), f"{what}, which resets: the observation")
                     told = (float(reward[i]), bool(terminated[i]), bool(truncated[i]))
-                    expect(
-                        told == (0.0, False, False), f"{what}, which resets: (reward, terminated, truncated) is {told}."
-                    )
+                    expect(told == (0.0, False, False), f"{what}, a reset: (reward, terminated, truncated) is {told}.")
                     ended[i] = None
                     continue
                 expected = singles.plays[i][position[i]]
-                actual = _transition(
-                    row(observation, i), reward, terminated, truncated, info, i, expected.reset_observation
-                )
+                last = row(observation, i)
+                actual = _transition(last, reward, terminated, truncated, info, i, expected.reset_observation)
                 expect_same_transition(expected, actual, what)
                 ended[i] = expected if expected.done else None
                 position[i] += 1
-    return None if singles.ends else _NO_END
+    singles.expect_ends()
 
 
-def disabled_equals_single(subject: EnvUnderTest) -> Outcome:
+def disabled_equals_single(subject: EnvUnderTest) -> None:
     """Without autoreset too, where single environments of the batch are reset at times of their own by a mask."""
     singles = _Singles(subject, reset_after=lambda i: 9 + 4 * i)
     with closing(subject.make_vec(NUM_ENVS, AutoresetMode.DISABLED)) as env:
@@ -88,17 +84,14 @@ def disabled_equals_single(subject: EnvUnderTest) -> Outcome:
                 actual = _transition(row(observation, i), reward, terminated, truncated, info, i, row(fresh, i))
                 expect_same_transition(expected, actual, what)
                 if mask.any() and not mask[i]:
-                    expect_same(
-                        expected.observation, row(fresh, i), f"{what}, while others were reset: the observation"
-                    )
-    return None if singles.ends else _NO_END
+                    expect_same(expected.observation, row(fresh, i), f"{what}, while others are reset: the observation")
+    singles.expect_ends()
 
 
-def threads_agree(subject: EnvUnderTest) -> Outcome:
+def threads_agree(subject: EnvUnderTest) -> None:
     """One thread and two give the same numbers bit for bit."""
     with closing(subject.make()) as single:
-        if not is_ours(single):
-            return OTHER
+        require_ours(single)
     plays = []
     for threads in (1, 2):
         with closing(subject.make_vec(NUM_ENVS, AutoresetMode.SAME_STEP, num_threads=threads)) as env:
@@ -108,7 +101,6 @@ def threads_agree(subject: EnvUnderTest) -> Outcome:
             plays.append(trace)
     for k, (one, two) in enumerate(zip(*plays, strict=True)):
         expect_same(one, two, f"two threads against one, step {k}")
-    return None
 
 
 class _Singles:
@@ -147,6 +139,10 @@ class _Singles:
     @staticmethod
     def stack(actions: list[Any], space: gym.Space[Any]) -> Any:
         return np.stack(actions).astype(space.dtype) if space.dtype is not None else tuple(actions)
+
+    def expect_ends(self) -> None:
+        if not self.ends:
+            raise Inconclusive(f"no episode ended in {STEPS} steps; the autoreset was not seen")
 
     def expect_first(self, observation: Any) -> None:
         for i, expected in enumerate(self.first):

@@ -7,30 +7,14 @@ from collections.abc import Sequence
 from frobs_core import plugins
 from frobs_core.interfaces import Robot
 from frobs_core.specs import SimulatorRecord
-from frobs_devkit.testing.checks import Check, collect
+from frobs_devkit.testing.checks import Check, checks_of, collect
 from frobs_devkit.testing.robot import description, sensors, standing
 from frobs_devkit.testing.robot.subject import RobotUnderTest
 
-DESCRIPTION_CHECKS = (
-    description.model_has_joints,
-    description.limits_are_stated,
-    description.home_is_inside_limits,
-    description.tcp_moves,
-    description.inertias_are_possible,
-    description.notes_are_none,
-    description.gains_are_positive,
-    description.parts_exist,
-    sensors.sensors_are_fixed,
-)
+DESCRIPTION_CHECKS = (*checks_of(description), sensors.sensors_are_fixed)
 """Every check of a robot that needs no simulator."""
 
-SIMULATION_CHECKS = (
-    standing.frames_agree,
-    standing.home_is_held,
-    standing.joints_follow,
-    standing.home_is_free,
-    sensors.sensors_read,
-)
+SIMULATION_CHECKS = (*checks_of(standing), sensors.sensors_read)
 """Every check of a robot in a simulator."""
 
 

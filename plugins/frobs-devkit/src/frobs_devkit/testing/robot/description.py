@@ -8,18 +8,17 @@ from frobs_core.interfaces import Robot
 from frobs_core.models import JointType
 from frobs_core.models.defaults import default_tcp, home_positions
 from frobs_core.models.inertia import inertia_matrix
-from frobs_devkit.testing.checks import Inconclusive, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, expect
 from frobs_devkit.testing.robot.subject import RobotUnderTest
 
 
-def model_has_joints(subject: RobotUnderTest) -> Outcome:
+def model_has_joints(subject: RobotUnderTest) -> None:
     """The model file can be read, and it has at least one actuated joint."""
     expect(isinstance(subject.robot, Robot), f"the entry point is {subject.robot!r}, no Robot.")
     expect(subject.model.joint_names, f"{subject.model.path} has no revolute, continuous or prismatic joint.")
-    return None
 
 
-def limits_are_stated(subject: RobotUnderTest) -> Outcome:
+def limits_are_stated(subject: RobotUnderTest) -> None:
     """Every joint that is not continuous has finite position limits; velocity and effort limits are positive."""
     missing = []
     for joint in subject.model.actuated_joints:
@@ -33,30 +32,29 @@ def limits_are_stated(subject: RobotUnderTest) -> Outcome:
             expect(limit > 0, f"joint '{joint.name}' has a {name} limit of {limit}; it must be positive.")
             if np.isinf(limit):
                 missing.append(f"{name} of '{joint.name}'")
-    return Inconclusive(f"the model states no limit for {', '.join(missing)}") if missing else None
+    if missing:
+        raise Inconclusive(f"the model states no limit for {', '.join(missing)}")
 
 
-def home_is_inside_limits(subject: RobotUnderTest) -> Outcome:
+def home_is_inside_limits(subject: RobotUnderTest) -> None:
     """Home names actuated joints, and each rests inside its limits."""
     home_positions(subject.model, subject.robot.home)
-    return None
 
 
-def tcp_moves(subject: RobotUnderTest) -> Outcome:
+def tcp_moves(subject: RobotUnderTest) -> None:
     """The tool centre point is a link, and the joints move it (a wheeled robot's wheels do not)."""
     model = subject.model
     tcp = subject.robot.tcp or default_tcp(model)
     names = [link.name for link in model.links]
     expect(tcp in names, f"tcp '{tcp}' is no link; there are {', '.join(names)}.")
     if subject.robot.base == "wheeled":
-        return None
+        return
     home = home_positions(model, subject.robot.home)
     poses = np.concatenate(model.frame_pose(tcp, np.stack([home, home + 0.1])), axis=1)
     expect(np.abs(poses[0] - poses[1]).max() > 1e-6, f"no joint moves the tcp '{tcp}'; name a link at the chain's end.")
-    return None
 
 
-def inertias_are_possible(subject: RobotUnderTest) -> Outcome:
+def inertias_are_possible(subject: RobotUnderTest) -> None:
     """Masses are positive, and principal moments of inertia are positive and fulfil the triangle inequality."""
     for link in subject.model.links:
         if link.inertial is None:
@@ -70,17 +68,15 @@ def inertias_are_possible(subject: RobotUnderTest) -> Outcome:
             moments[0] + moments[1] >= moments[2] * (1 - 1e-6),
             f"link '{link.name}' has principal moments {text} kg·m²; no body has one larger than the other two together.",
         )
-    return None
 
 
-def notes_are_none(subject: RobotUnderTest) -> Outcome:
+def notes_are_none(subject: RobotUnderTest) -> None:
     """Nothing of the model file had to be mended or left out when it was read."""
     notes = [str(note) for note in subject.model.notes if note.fault]
     expect(not notes, f"reading {subject.model.path.name}: {'; '.join(notes)}.")
-    return None
 
 
-def gains_are_positive(subject: RobotUnderTest) -> Outcome:
+def gains_are_positive(subject: RobotUnderTest) -> None:
     """Every joint is damped; every joint has stiffness, but for the wheels of a wheeled robot."""
     gains, model = subject.gains, subject.model
     for owner in (gains.stiffness, gains.damping):
@@ -92,13 +88,10 @@ def gains_are_positive(subject: RobotUnderTest) -> Outcome:
         kp, kd = gains.of(name)
         expect(kd > 0, f"joint '{name}' has a damping gain of {kd}; it must be positive.")
         expect(kp >= 0, f"joint '{name}' has a stiffness of {kp}; it must not be negative.")
-        expect(
-            kp > 0 or subject.robot.base == "wheeled", f"joint '{name}' has no stiffness; it cannot hold a position."
-        )
-    return None
+        expect(kp > 0 or subject.robot.base == "wheeled", f"joint '{name}' has no stiffness; it holds no position.")
 
 
-def parts_exist(subject: RobotUnderTest) -> Outcome:
+def parts_exist(subject: RobotUnderTest) -> None:
     """Base, friction and differential drive are ones that there are, with possible numbers."""
     robot, model = subject.robot, subject.model
     expect(robot.base in ("fixed", "floating", "wheeled"), f"base is '{robot.base}', not fixed, floating or wheeled.")
@@ -113,4 +106,3 @@ def parts_exist(subject: RobotUnderTest) -> Outcome:
         numbers = (drive.separation, drive.wheel_radius, drive.max_linear_velocity, drive.max_angular_velocity)
         accelerations = [a for a in (drive.max_linear_acceleration, drive.max_angular_acceleration) if a is not None]
         expect(min(*numbers, *accelerations) > 0, f"differential_drive has a number that is not positive: {drive}.")
-    return None

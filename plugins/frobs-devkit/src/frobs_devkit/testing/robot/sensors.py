@@ -9,31 +9,30 @@ import numpy as np
 from frobs_core.capabilities import Level
 from frobs_core.interfaces import Bumper, Lidar, Sensor
 from frobs_core.sensors.instrument import instrument_of
-from frobs_devkit.testing.checks import Inconclusive, NotApplicable, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.robot.subject import TIMESTEP, RobotUnderTest
 
 
-def sensors_are_fixed(subject: RobotUnderTest) -> Outcome:
+def sensors_are_fixed(subject: RobotUnderTest) -> None:
     """Sensors are descriptions of sensors, fixed to links that there are."""
-    links = _links(subject)
+    links = [link.name for link in subject.model.links]
     for name, sensor in subject.robot.sensors.items():
         expect(isinstance(sensor, Sensor), f"sensor '{name}' is {sensor!r}, no Sensor.")
         for frame in sensor.frames:
             expect(frame in links, f"sensor '{name}' is fixed to '{frame}', which is no link: {', '.join(links)}.")
-    return None
 
 
-def sensors_read(subject: RobotUnderTest) -> Outcome:
+def sensors_read(subject: RobotUnderTest) -> None:
     """At home on an empty floor every sensor reads numbers of its range; no ray is blind, and no bumper is closed."""
     assert subject.simulator is not None
-    links, capabilities = _links(subject), subject.simulator.capabilities
+    links, capabilities = {link.name for link in subject.model.links}, subject.simulator.capabilities
     sensors = {
         name: _without_faults(sensor)
         for name, sensor in subject.robot.sensors.items()
-        if links.keys() >= set(sensor.frames)  # the others are what sensors_are_fixed is for
+        if links >= set(sensor.frames)  # the others are what sensors_are_fixed is for
     }
     if not sensors:
-        return NotApplicable("the robot has no sensor")
+        raise NotApplicable("the robot has no sensor")
     lacking = {s.needs for s in sensors.values() if s.needs and not capabilities.get(s.needs, Level.UNSUPPORTED)}
     able = {name: sensor for name, sensor in sensors.items() if sensor.needs not in lacking}
     with RobotUnderTest(replace(subject.robot, sensors=able), subject.simulator).build() as (sim, robot):
@@ -45,9 +44,8 @@ def sensors_read(subject: RobotUnderTest) -> Outcome:
         for name, instrument in instruments.items():
             instrument.advance()
             _expect_sound(name, able[name], instrument.measure())
-    return (
-        Inconclusive(f"simulator '{subject.simulator.name}' has no {', '.join(sorted(lacking))}") if lacking else None
-    )
+    if lacking:
+        raise Inconclusive(f"simulator '{subject.simulator.name}' has no {', '.join(sorted(lacking))}")
 
 
 def _expect_sound(name: str, sensor: Sensor, read: np.ndarray) -> None:
@@ -69,10 +67,6 @@ def _expect_sound(name: str, sensor: Sensor, read: np.ndarray) -> None:
             not read.any(),
             f"bumper '{name}' is closed where the robot stands at home; say in ignore what its links always touch.",
         )
-
-
-def _links(subject: RobotUnderTest) -> dict[str, None]:
-    return dict.fromkeys(link.name for link in subject.model.links)
 
 
 def _without_faults(sensor: Sensor) -> Sensor:

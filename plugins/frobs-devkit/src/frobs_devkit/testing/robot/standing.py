@@ -8,15 +8,14 @@ import numpy as np
 
 from frobs_core.capabilities import Level
 from frobs_core.interfaces import CommandMode, Contact, Scene
-from frobs_core.rotations import quat_multiply, quat_rotate
-from frobs_devkit.testing.checks import Inconclusive, NotApplicable, Outcome, expect
-from frobs_devkit.testing.compare import expect_close
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
+from frobs_devkit.testing.compare import expect_close, expect_same_pose, placed
 from frobs_devkit.testing.robot.subject import TIMESTEP, RobotUnderTest
 
 _SAG = 0.05  # [rad or m] that gravity may pull a robot off its home
 
 
-def frames_agree(subject: RobotUnderTest) -> Outcome:
+def frames_agree(subject: RobotUnderTest) -> None:
     """The simulator puts every link where the model file does, for joint positions within the limits."""
     with subject.build() as (_, robot):
         model = subject.model
@@ -24,38 +23,31 @@ def frames_agree(subject: RobotUnderTest) -> Outcome:
         low = np.maximum(robot.position_lower[0], -3.0)
         high = np.minimum(robot.position_upper[0], 3.0)
         drawn = low + (high - low) * np.random.default_rng(0).uniform(size=(5, robot.dof))
-        base_pos, base_quat = robot.base_pose
         for link in model.links:
-            pos, quat = model.frame_pose(link.name, drawn)
-            found = robot.frame_pose(link.name, drawn)
-            wanted = base_pos + quat_rotate(base_quat, pos), quat_multiply(base_quat, quat)
-            expect_close(wanted[0], found[0], 1e-6, f"the position of '{link.name}' [m]")
-            sign = np.where((wanted[1] * found[1]).sum(-1, keepdims=True) < 0, -1.0, 1.0)
-            expect_close(wanted[1], sign * found[1], 1e-6, f"quat_wxyz of '{link.name}'")
-    return None
+            wanted = placed(robot.base_pose, model.frame_pose(link.name, drawn))
+            expect_same_pose(wanted, robot.frame_pose(link.name, drawn), 1e-6, f"link '{link.name}'")
 
 
-def home_is_held(subject: RobotUnderTest) -> Outcome:
+def home_is_held(subject: RobotUnderTest) -> None:
     """Commanded home, the robot stays there for a second under gravity; a wheeled one stands."""
     with subject.build() as (sim, robot):
         if subject.robot.base == "floating":
-            return NotApplicable("a floating base falls")
+            raise NotApplicable("a floating base falls")
         robot.command(robot.home.copy())
         start = robot.base_pose[0].copy()
         sim.step(round(1.0 / TIMESTEP))
         if subject.robot.base == "wheeled":
             expect_close(start, robot.base_pose[0], 0.02, "the base's position after 1 s [m]")
-            return None
+            return
         names = ", ".join(robot.joint_names)
         expect_close(robot.home, robot.joint_positions, _SAG, f"joint positions ({names}) after 1 s, against home")
         expect_close(np.zeros_like(robot.home), robot.joint_velocities, 0.05, f"joint velocities ({names}) after 1 s")
-    return None
 
 
-def joints_follow(subject: RobotUnderTest) -> Outcome:
+def joints_follow(subject: RobotUnderTest) -> None:
     """Commanded a little off home, each joint by itself gets there; a wheeled robot's wheels turn the way commanded."""
     if subject.robot.base == "floating":
-        return NotApplicable("a floating base falls")
+        raise NotApplicable("a floating base falls")
     wheeled = subject.robot.base == "wheeled"
     with subject.build() as (sim, robot):
         names = robot.joint_names
@@ -79,32 +71,30 @@ def joints_follow(subject: RobotUnderTest) -> Outcome:
                 continue
             expect_close(command[0, joint], robot.joint_positions[0, joint], _SAG,
                          f"joint '{name}' 1 s after it was commanded {step:+.2g} off home")  # fmt: skip
-    return None
 
 
-def home_is_free(subject: RobotUnderTest) -> Outcome:
+def home_is_free(subject: RobotUnderTest) -> None:
     """At home no two links touch that are not neighbours."""
     if not subject.robot.self_collision:
-        return NotApplicable("the robot's links do not collide with each other")
+        raise NotApplicable("the robot's links do not collide with each other")
     with subject.build() as (sim, _robot):
         overlaps = sim.overlaps()
     if overlaps is not None:
         found = [f"{overlap.first} and {overlap.second}" for overlap in overlaps]
         expect(not found, f"at home these links are in each other: {'; '.join(found)}.")
-        return None
+        return
     assert subject.simulator is not None
     if subject.simulator.capabilities.get("contacts", Level.UNSUPPORTED) == Level.UNSUPPORTED:
-        return Inconclusive(f"simulator '{subject.simulator.name}' tells neither of overlaps nor of contacts")
+        raise Inconclusive(f"simulator '{subject.simulator.name}' tells neither of overlaps nor of contacts")
     model = subject.model
     solid = [link.name for link in model.links if link.collisions]
     beside = {frozenset((joint.parent, joint.child)) for joint in model.joints}
     pairs = [pair for pair in combinations(solid, 2) if frozenset(pair) not in beside]
     if not pairs:
-        return Inconclusive("no two links that are not neighbours have collision shapes")
+        raise Inconclusive("no two links that are not neighbours have collision shapes")
     contacts = {f"{a} and {b}": Contact(first=f"robot/{a}", second=f"robot/{b}") for a, b in pairs}
     with subject.build(Scene(contacts=contacts)) as (sim, robot):
         robot.command(robot.home.copy())
         sim.step(1)
         touching = [name for name in contacts if sim.contact(name)[0]]
         expect(not touching, f"at home these links touch: {'; '.join(touching)}.")
-    return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 
 from frobs_core.capabilities import Level
@@ -19,12 +19,7 @@ TIMESTEP = 0.002
 
 @dataclass(frozen=True)
 class RobotUnderTest:
-    """A robot, and the simulator that it is built in.
-
-    Attributes:
-        robot: Its description.
-        simulator: None for the checks that need none.
-    """
+    """A robot, and the simulator that it is built in."""
 
     robot: Robot
     simulator: SimulatorRecord | None = None
@@ -47,11 +42,7 @@ class RobotUnderTest:
         scene = scene or Scene()
         if self.simulator.capabilities.get("contacts", Level.UNSUPPORTED):
             scene = with_contacts(scene, {"robot": placement})
-        simulation: Simulation = self.simulator.load()(
-            {"robot": placement}, scene, num_envs=1, physics_timestep=TIMESTEP
-        )
-        try:
+        made: Simulation = self.simulator.load()({"robot": placement}, scene, num_envs=1, physics_timestep=TIMESTEP)
+        with closing(made) as simulation:
             simulation.reset()
             yield simulation, simulation.robots["robot"]
-        finally:
-            simulation.close()

@@ -3,22 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import closing
 from typing import Any
 
 import numpy as np
 
 from frobs_core.arrays import Floats
+from frobs_core.capabilities import CAPABILITIES, Level
 from frobs_core.errors import FrobsError, SimulationError, UnknownNameError
 from frobs_core.interfaces import CommandMode, Contact, Placement, RobotHandle, Scene, Simulation
 from frobs_core.models import Pose
-from frobs_devkit.testing.checks import CheckFailure, NotApplicable, Outcome, expect
-from frobs_devkit.testing.compare import expect_close, expect_same
+from frobs_devkit.testing.checks import NotApplicable, expect, expect_raises
+from frobs_devkit.testing.compare import expect_array, expect_close, expect_rows, expect_same
 from frobs_devkit.testing.simulator.robots import ARM, LIFT, model_of
 from frobs_devkit.testing.simulator.state import FLOATING
 from frobs_devkit.testing.simulator.subject import BALL, TIMESTEP, WALL, SimulatorUnderTest, spread, verifies
 
 
-def arrays_have_their_shapes(subject: SimulatorUnderTest) -> Outcome:
+def capabilities_are_known(subject: SimulatorUnderTest) -> None:
+    """The record names known capabilities with levels, and its entry point a subclass of Simulation."""
+    for name, level in subject.record.capabilities.items():
+        expect(name in CAPABILITIES, f"'{name}' is no capability; known are {', '.join(CAPABILITIES)}.")
+        expect(isinstance(level, Level), f"the level of '{name}' is {level!r}, no Level.")
+    cls = subject.record.load()
+    expect(isinstance(cls, type) and issubclass(cls, Simulation), f"{cls} is no subclass of Simulation.")
+
+
+def arrays_have_their_shapes(subject: SimulatorUnderTest) -> None:
     """Every array is (num_envs, …) float64, masks are bool, and nobody can move the simulation by writing to one."""
     contacts = {"ball": Contact(first="ball")} if subject.level("contacts") else {}
     with subject.build(bodies={"ball": BALL}, contacts=contacts, num_threads=1) as (sim, robot):
@@ -35,21 +46,20 @@ def arrays_have_their_shapes(subject: SimulatorUnderTest) -> Outcome:
         wanted |= {f"drive_gains()[{i}]": (gain, (n, dof)) for i, gain in enumerate(robot.drive_gains())}
         wanted |= {"frame_jacobian('tcp')": (robot.frame_jacobian("tcp"), (n, 6, dof)), "time": (sim.time, (n,))}
         for name, (array, shape) in wanted.items():
-            _expect_array(name, array, shape)
+            expect_array(array, shape, np.float64, name)
         for name, read, shape in _readings(sim, robot):
             before = read().copy()
-            _expect_array(name, read(), shape)
+            expect_array(read(), shape, np.float64, name)
             if read().flags.writeable:
                 read()[...] = 7.5
                 expect_same(before, read(), f"{name} after writing to the array that it returned")
         for name in contacts:
-            _expect_array(f"contact('{name}')", sim.contact(name), (n,), np.bool_)
-            _expect_array(f"contact_force('{name}')", sim.contact_force(name), (n,))
-    return None
+            expect_array(sim.contact(name), (n,), np.bool_, f"contact('{name}')")
+            expect_array(sim.contact_force(name), (n,), np.float64, f"contact_force('{name}')")
 
 
 @verifies("teleport")
-def writes_broadcast(subject: SimulatorUnderTest) -> Outcome:
+def writes_broadcast(subject: SimulatorUnderTest) -> None:
     """What is written is a row for each environment of the mask, in their order, or one row for all of them."""
     with subject.build(bodies={"ball": BALL}, num_threads=1) as (sim, robot):
         n = sim.num_envs
@@ -57,7 +67,7 @@ def writes_broadcast(subject: SimulatorUnderTest) -> Outcome:
         expect_close(np.tile([0.2, -0.3], (n, 1)), robot.joint_positions, 1e-12, "joint_positions written as one row")
         expect_close(np.tile([0.1, 0.4], (n, 1)), robot.joint_velocities, 1e-12, "joint_velocities written as one row")
         if n < 3:
-            return None
+            return
         mask = np.arange(n) != 1
         rows = spread(-1, 1, (n - 1, 2))
         robot.write_joint_state(rows, 0.0, mask)
@@ -65,10 +75,9 @@ def writes_broadcast(subject: SimulatorUnderTest) -> Outcome:
         places = spread(1, 2, (n - 1, 3))
         sim.bodies["ball"].write_pose(places, mask=mask)
         expect_close(places, sim.bodies["ball"].pose[0][mask], 1e-9, "the ball's positions in environments 0 and 2 [m]")
-    return None
 
 
-def robots_stand_apart(subject: SimulatorUnderTest) -> Outcome:
+def robots_stand_apart(subject: SimulatorUnderTest) -> None:
     """A scene of two robots has a handle for each: both follow their own commands, from their own places."""
     placements = {
         "robot": Placement(robot=ARM, model=model_of("kit_arm"), command_mode=CommandMode.POSITION),
@@ -79,70 +88,49 @@ def robots_stand_apart(subject: SimulatorUnderTest) -> Outcome:
     sim: Simulation = subject.record.load()(
         placements, Scene(gravity=(0.0, 0.0, 0.0)), num_envs=subject.num_envs, physics_timestep=TIMESTEP, num_threads=1
     )
-    try:
+    with closing(sim):
         sim.reset()
         expect(set(sim.robots) == set(placements), f"robots is {sorted(sim.robots)}, not {sorted(placements)}.")
         n, arm, lift = sim.num_envs, sim.robots["robot"], sim.robots["other"]
         expect_close(np.tile([3.0, 1.0, 0.0], (n, 1)), lift.base_pose[0], 1e-9, "base_pose of the second robot [m]")
-        lift.command(np.tile([0.1, 0.5], (n, 1)))
+        target = np.tile([0.1, 0.5], (n, 1))
+        lift.command(target)
         sim.step(1500)
-        expect_close(
-            np.tile([0.1, 0.5], (n, 1)),
-            lift.joint_positions,
-            2e-3,
-            "joint_positions of the second robot, commanded alone",
-        )
+        expect_close(target, lift.joint_positions, 2e-3, "joint_positions of the second robot, commanded alone")
         expect_close(arm.home, arm.joint_positions, 2e-3, "joint_positions of the first robot, which holds")
-    finally:
-        sim.close()
-    return None
 
 
 @verifies("teleport")
-def static_bodies_stay(subject: SimulatorUnderTest) -> Outcome:
+def static_bodies_stay(subject: SimulatorUnderTest) -> None:
     """A static body refuses to be written to; one that does not collide falls through the floor."""
     ghost = type(BALL)(geometry=BALL.geometry, pose=Pose(pos=(0.0, 2.0, 0.1)), mass=0.5, collides=False)
     with subject.build(bodies={"wall": WALL, "ghost": ghost}, num_threads=1) as (sim, _):
         sim.step(150)
         expect((sim.bodies["ghost"].pose[0][:, 2] < -0.1).all(), "a body with collides=False is held by the floor.")
-        try:
+        with expect_raises(SimulationError, "write_pose on a static body"):
             sim.bodies["wall"].write_pose(np.zeros((sim.num_envs, 3)))
-        except SimulationError:
-            return None
-    raise CheckFailure("write_pose passes on a static body; it must raise SimulationError.")
 
 
-def unknown_targets_refused(subject: SimulatorUnderTest) -> Outcome:
+def unknown_targets_refused(subject: SimulatorUnderTest) -> None:
     """Bodies, contacts and targets that there are not raise UnknownNameError; rows that do not fit a step are refused."""
     with subject.build(bodies={"ball": BALL}, num_threads=1) as (sim, robot):
         n = sim.num_envs
-        calls: dict[str, Callable[[], Any]] = {}
         if subject.level("contacts"):
-            calls["contact_force('no_such_contact')"] = lambda: sim.contact_force("no_such_contact")
+            with expect_raises(UnknownNameError, "contact_force('no_such_contact')"):
+                sim.contact_force("no_such_contact")
         if subject.level("wrench"):
-            push = np.zeros((n, 3))
-            calls["apply_wrench('no_such_body', …)"] = lambda: sim.apply_wrench("no_such_body", push, push)
+            with expect_raises(UnknownNameError, "apply_wrench('no_such_body', …)"):
+                sim.apply_wrench("no_such_body", np.zeros((n, 3)), np.zeros((n, 3)))
         if subject.level("randomize_mass"):
-            values = np.ones(n)
-            calls["write_parameter('mass', 'no_such_body', …)"] = lambda: sim.write_parameter(
-                "mass", "no_such_body", values
-            )
-        for what, call in calls.items():
-            try:
-                call()
-            except UnknownNameError:
-                continue
-            raise CheckFailure(f"{what} passes; it must raise UnknownNameError.")
-        try:
+            with expect_raises(UnknownNameError, "write_parameter('mass', 'no_such_body', …)"):
+                sim.write_parameter("mass", "no_such_body", np.ones(n))
+        with expect_raises(FrobsError, "a command of 5 rows in a step of 3"):
             robot.command(np.zeros((n, 5, robot.dof)))
             sim.step(3)
-        except FrobsError:
-            return None
-    raise CheckFailure("a command of 5 rows passes in a step of 3; it must be refused.")
 
 
 @verifies("teleport")
-def frames_of_floating_bases_move(subject: SimulatorUnderTest) -> Outcome:
+def frames_of_floating_bases_move(subject: SimulatorUnderTest) -> None:
     """``frame_velocity`` of a floating robot counts its base's twist: it is where the frame goes in the next step."""
     with subject.build(FLOATING, gravity=(0.0, 0.0, 0.0), floor=False, num_threads=1) as (sim, robot):
         n = sim.num_envs
@@ -151,37 +139,30 @@ def frames_of_floating_bases_move(subject: SimulatorUnderTest) -> Outcome:
         sim.step(1)
         moved = (robot.frame_pose("tcp")[0] - before) / TIMESTEP
         expect_close(moved, velocity, 0.02, "frame_velocity('tcp') of a floating robot, against its motion [m/s]")
-    return None
 
 
 @verifies("snapshot")
-def snapshots_hold_all(subject: SimulatorUnderTest) -> Outcome:
+def snapshots_hold_all(subject: SimulatorUnderTest) -> None:
     """A snapshot is arrays of its own, a row for each environment, and has the command that is held, its mode's law too."""
     with subject.build(LIFT, mode=CommandMode.VELOCITY, gravity=(0.0, 0.0, 0.0), num_threads=1) as (sim, robot):
         n = sim.num_envs
         robot.command(np.tile([0.2, -0.8], (n, 1)) * (1 + np.arange(n)[:, None]))
         sim.step(20)
         snapshot = sim.snapshot()
-        for name, array in snapshot.items():
-            found = f"{array.dtype}{list(array.shape)}"
-            expect(array.shape[:1] == (n,), f"snapshot()['{name}'] is {found}, not (num_envs, …).")
-            expect(array.dtype.kind != "O", f"snapshot()['{name}'] holds Python objects; no file of arrays can.")
+        expect_rows(snapshot, n, "snapshot()")
         sim.step(20)
         expected = robot.joint_positions.copy()
         robot.command(np.zeros((n, 2)))
         sim.step(20)
         sim.restore(snapshot)
         sim.step(20)
-        expect_close(
-            expected, robot.joint_positions, 1e-9, "joint_positions 20 steps after a restore, without a command"
-        )
-    return None
+        expect_close(expected, robot.joint_positions, 1e-9, "joint_positions 20 steps after a restore, uncommanded")
 
 
-def rows_of_a_single(subject: SimulatorUnderTest) -> Outcome:
+def rows_of_a_single(subject: SimulatorUnderTest) -> None:
     """A simulation of one environment has a row in every array, and takes masks."""
     if subject.num_envs == 1:
-        return NotApplicable("every other check builds one environment")
+        raise NotApplicable("every other check builds one environment")
     with subject.build(num_envs=1, bodies={"ball": BALL}, num_threads=1) as (sim, robot):
         expect(robot.joint_positions.shape == (1, 2), f"joint_positions is {robot.joint_positions.shape}, not (1, 2).")
         sim.step(2)
@@ -189,7 +170,6 @@ def rows_of_a_single(subject: SimulatorUnderTest) -> Outcome:
         expect_close([2 * TIMESTEP], sim.time, 1e-9, "time after a reset whose mask names nobody [s]")
         sim.reset(np.array([True]))
         expect_close([0.0], sim.time, 0.0, "time after a reset [s]")
-    return None
 
 
 def _readings(sim: Simulation, robot: RobotHandle) -> list[tuple[str, Callable[[], Floats], tuple[int, ...]]]:
@@ -209,9 +189,3 @@ def _readings(sim: Simulation, robot: RobotHandle) -> list[tuple[str, Callable[[
         ("the ball's pose[1]", lambda: ball.pose[1], (n, 4)),
         ("the ball's twist[0]", lambda: ball.twist[0], (n, 3)),
     ]
-
-
-def _expect_array(name: str, array: Any, shape: tuple[int, ...], dtype: type = np.float64) -> None:
-    expect(isinstance(array, np.ndarray), f"{name} is {type(array).__name__}, no array.")
-    found, wanted = f"{array.dtype}{list(array.shape)}", f"{np.dtype(dtype)}{list(shape)}"
-    expect(found == wanted, f"{name} is {found}, not {wanted}.")

@@ -15,7 +15,7 @@ import numpy as np
 from frobs_core.errors import ModelFileError, UnknownNameError
 from frobs_core.interfaces import CommandMode, Placement, RobotHandle, Scene
 from frobs_core.models import Collision, Mesh, Treatment, elements
-from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect, expect_raises
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import ARM, GRIPPER, LIFT, PILE, PILE_DEPTH, ROVER, model_of
 from frobs_devkit.testing.simulator.subject import TIMESTEP, SimulatorUnderTest, verifies
@@ -23,24 +23,23 @@ from frobs_devkit.testing.simulator.subject import TIMESTEP, SimulatorUnderTest,
 _BROKEN = {"cut_off.stl": bytes(80) + b"\xff\xff\xff\x00" + bytes(500), "no_numbers.obj": b"v 0 0\nf 1 2 3\n"}
 
 
-def elements_are_accounted_for(subject: SimulatorUnderTest) -> Outcome:
+def elements_are_accounted_for(subject: SimulatorUnderTest) -> None:
     """``translation`` has a row for each kind of element of a robot, and says how of what is not kept."""
     cls = subject.record.load()
     for robot in (ARM, LIFT, ROVER, GRIPPER, PILE):
         model = model_of(robot.model)
         rows = cls.translation(model)
         if not rows:
-            return Inconclusive("translation() tells nothing: 'frobs doctor robot' shows every element as not told")
+            raise Inconclusive("translation() tells nothing: 'frobs doctor robot' shows every element as not told")
         missing = set(elements(model)) - {row.element for row in rows}
         expect(not missing, f"translation() of {robot.name} has no row for {', '.join(sorted(missing))}.")
         for row in rows:
             silent = row.treatment is not Treatment.KEPT and not row.how
             expect(not silent, f"translation() does not say how '{row.element}' is {row.treatment.value}.")
-    return None
 
 
 @verifies("teleport")
-def mimics_follow(subject: SimulatorUnderTest) -> Outcome:
+def mimics_follow(subject: SimulatorUnderTest) -> None:
     """A joint that mimics another is where it shall be: at home, when the other is placed, and while it moves."""
     with subject.build(GRIPPER) as (sim, robot):
         n = sim.num_envs
@@ -52,7 +51,6 @@ def mimics_follow(subject: SimulatorUnderTest) -> Outcome:
             sim.step(5)
             _expect_followed(robot, 0.05, "of a gripper that moves")
         _expect_followed(robot, 0.005, "of a gripper that holds")
-    return None
 
 
 def _expect_followed(robot: RobotHandle, tolerance: float, which: str) -> None:
@@ -64,34 +62,30 @@ def _expect_followed(robot: RobotHandle, tolerance: float, which: str) -> None:
     expect_close(wanted, angle["follower"], tolerance, f"angle of the follower {which} [rad]")
 
 
-def overlaps_are_told(subject: SimulatorUnderTest) -> Outcome:
+def overlaps_are_told(subject: SimulatorUnderTest) -> None:
     """``overlaps`` tells which links are in each other, with the depth, and leaves neighbours out."""
     with subject.build(PILE, num_envs=1) as (sim, _):
         found = sim.overlaps()
         if found is None:
-            return NotApplicable("the simulator does not tell overlaps")
+            raise NotApplicable("the simulator does not tell overlaps")
         expect(
             [{overlap.first, overlap.second} for overlap in found] == [{"a", "c"}],
             f"overlaps() tells {found}; of three balls in a row 'a' and 'c' are in each other, the rest are neighbours.",
         )
         expect_close(PILE_DEPTH, found[0].depth, 1e-4, "how deep two balls are in each other [m]")
-        try:
+        with expect_raises(UnknownNameError, "overlaps('no_such_robot')"):
             sim.overlaps("no_such_robot")
-        except UnknownNameError:
-            return None
-    raise CheckFailure("overlaps('no_such_robot') passes; it must raise UnknownNameError.")
 
 
-def overlapping_links_let_each_other_be(subject: SimulatorUnderTest) -> Outcome:
+def overlapping_links_let_each_other_be(subject: SimulatorUnderTest) -> None:
     """Links that are in each other at home do not push each other apart."""
     with subject.build(PILE, gravity=(0.0, 0.0, 0.0), floor=False) as (sim, robot):
         sim.step(100)
         expect_close(robot.home, robot.joint_positions, 1e-3, "joints 0.2 s after a start with links in each other")
-    return None
 
 
 @verifies("contacts")
-def broken_meshes_are_refused(subject: SimulatorUnderTest) -> Outcome:
+def broken_meshes_are_refused(subject: SimulatorUnderTest) -> None:
     """A broken mesh is a ModelFileError that names the file; no process and no temporary file is left behind."""
     model = model_of(ARM.model)
     first, *others = model.links
@@ -103,16 +97,11 @@ def broken_meshes_are_refused(subject: SimulatorUnderTest) -> Outcome:
             broken = replace(model, links=(link, *others))
             placement = Placement(robot=ARM, model=broken, command_mode=CommandMode.POSITION)
             before = {child.pid for child in multiprocessing.active_children()}
-            try:
+            with expect_raises(ModelFileError, f"a robot with the broken mesh '{name}'", naming=name):
                 subject.record.load()({"robot": placement}, Scene(), num_envs=num_envs, physics_timestep=TIMESTEP)
-            except ModelFileError as error:
-                expect(name in str(error), f"the error does not name the mesh '{name}': {error}")
-            else:
-                raise CheckFailure(f"a robot with the broken mesh '{name}' is built; it must raise ModelFileError.")
             left = [child.name for child in multiprocessing.active_children() if child.pid not in before]
             left += [entry.name for entry in folder.iterdir() if entry != Path(place)]
             expect(not left, f"after the refusal of '{name}' there is left: {', '.join(left)}.")
-    return None
 
 
 @contextmanager

@@ -7,7 +7,7 @@ import numpy as np
 from frobs_core.errors import RenderingUnavailableError
 from frobs_core.interfaces import Body, Camera
 from frobs_core.models import Box, Pose
-from frobs_devkit.testing.checks import Inconclusive, Outcome, expect
+from frobs_devkit.testing.checks import Inconclusive, expect
 from frobs_devkit.testing.simulator.subject import WALL, SimulatorUnderTest, verifies
 
 _RED = Body(geometry=Box((0.1, 0.2, 0.2)), pose=Pose(pos=(1.5, 0.5, 1.4)), rgba=(1.0, 0.0, 0.0, 1.0), kinematic=True)
@@ -16,7 +16,7 @@ _SIZE = (48, 64)
 
 
 @verifies("cameras")
-def pictures_are_true(subject: SimulatorUnderTest) -> Outcome:
+def pictures_are_true(subject: SimulatorUnderTest) -> None:
     """A red box up and to the left is drawn up and to the left, red, with a number of its own."""
     with subject.build(bodies={"wall": WALL, "red": _RED}, cameras={"front": _CAMERA}, num_threads=1) as (sim, _):
         mask = np.arange(sim.num_envs) == 0
@@ -24,7 +24,7 @@ def pictures_are_true(subject: SimulatorUnderTest) -> Outcome:
             shown = [one for one in sim.render_modalities if one != "depth"]  # depth_is_in_metres has it
             drawn = {modality: sim.render(mask, "front", _SIZE, modality)[0] for modality in shown}
         except RenderingUnavailableError as error:
-            return Inconclusive(str(error))
+            raise Inconclusive(str(error)) from error
         rgb = drawn["rgb"].astype(np.int64)
         red = (rgb[..., 0] > 90) & (rgb[..., 1] < 0.6 * rgb[..., 0]) & (rgb[..., 2] < 0.6 * rgb[..., 0])  # (h, w)
         expect(red.any(), "no pixel is red, and a red box is in front of the camera.")
@@ -36,4 +36,3 @@ def pictures_are_true(subject: SimulatorUnderTest) -> Outcome:
             own = values[counts.argmax()]
             expect(counts.max() >= 0.7 * red.sum(), f"the red box has several numbers in the segmentation: {values}.")
             expect(own != numbers[24, 32], f"the red box and the wall have one number in the segmentation, {own}.")
-    return None

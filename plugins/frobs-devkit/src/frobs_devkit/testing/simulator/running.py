@@ -8,24 +8,30 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.interfaces import CommandMode
-from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, Outcome, expect
+from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import expect_close, expect_same
-from frobs_devkit.testing.simulator.motion import expect_state, move, state_of
-from frobs_devkit.testing.simulator.subject import BALL, TIMESTEP, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.subject import (
+    BALL,
+    TIMESTEP,
+    SimulatorUnderTest,
+    expect_state,
+    move,
+    state_of,
+    verifies,
+)
 
 
-def time_counts_steps(subject: SimulatorUnderTest) -> Outcome:
+def time_counts_steps(subject: SimulatorUnderTest) -> None:
     """``time`` is the steps since the reset times ``physics_timestep``."""
     with subject.build() as (sim, _):
         expect_close(np.zeros(sim.num_envs), sim.time, 0.0, "time after a reset [s]")
         sim.step(3)
         sim.step(7)
         expect_close(np.full(sim.num_envs, 10 * TIMESTEP), sim.time, 1e-9, "time after 10 steps [s]")
-    return None
 
 
 @verifies("determinism")
-def motion_repeats(subject: SimulatorUnderTest) -> Outcome:
+def motion_repeats(subject: SimulatorUnderTest) -> None:
     """The same commands give the same motion, in a simulation built anew, after a reset, and at 1 and 2 threads."""
     traces = []
     for threads in (1, 2):
@@ -36,11 +42,10 @@ def motion_repeats(subject: SimulatorUnderTest) -> Outcome:
                 traces.append(move(sim, robot, 8))
     for k, trace in enumerate(traces[1:]):
         expect_state(subject, traces[0], trace, ("after a reset", "with two threads", "after a reset, two threads")[k])
-    return None
 
 
 @verifies("batched")
-def rows_equal_singles(subject: SimulatorUnderTest) -> Outcome:
+def rows_equal_singles(subject: SimulatorUnderTest) -> None:
     """Environment i of a batch moves as a simulation of one does that is commanded the same."""
     with subject.build(bodies={"ball": BALL}) as (sim, robot):
         n = sim.num_envs
@@ -50,49 +55,45 @@ def rows_equal_singles(subject: SimulatorUnderTest) -> Outcome:
             found = move(sim, robot, 8, rows=n, row=i)
         row = {name: array[[i]] for name, array in expected.items()}
         expect_state(subject, row, found, f"a single simulation against environment {i} of {n}")
-    return None
 
 
 @verifies("pause")
-def time_stands_between_steps(subject: SimulatorUnderTest) -> Outcome:
+def time_stands_between_steps(subject: SimulatorUnderTest) -> None:
     """Nothing moves while nobody steps."""
     with subject.build() as (sim, robot):
         move(sim, robot, 2)
         before = state_of(sim, robot)
         time.sleep(0.05)
         expect_same(before, state_of(sim, robot), "the state 50 ms later, without a step")
-    return None
 
 
 @verifies("real_time")
-def steps_take_their_time(subject: SimulatorUnderTest) -> Outcome:
+def steps_take_their_time(subject: SimulatorUnderTest) -> None:
     """A step takes as long as it simulates."""
     with subject.build() as (sim, _):
         start = time.perf_counter()
         sim.step(100)
         expect_close(100 * TIMESTEP, time.perf_counter() - start, 0.1, "how long 0.2 s of simulation took [s]")
-    return None
 
 
 @verifies("spawn")
-def spawning_is_seen(subject: SimulatorUnderTest) -> Outcome:
+def spawning_is_seen(subject: SimulatorUnderTest) -> None:
     """Bodies can be added while it runs."""
-    return Inconclusive("the simulation contract has no way yet to ask for it")
+    raise Inconclusive("the simulation contract has no way yet to ask for it")
 
 
 @verifies("teleport")
-def divergence_is_contained(subject: SimulatorUnderTest) -> Outcome:
+def divergence_is_contained(subject: SimulatorUnderTest) -> None:
     """An environment whose numbers blow up is told of in ``diverged``, and the others go on as if nothing were."""
     n = subject.num_envs
     if n == 1:
-        return NotApplicable("the simulator holds one environment")
+        raise NotApplicable("the simulator holds one environment")
     with subject.build(mode=CommandMode.EFFORT) as (sim, robot):
         expect(sim.diverged is None or not sim.diverged.any(), "diverged is not empty after a reset.")
         sim.step(40)
         expected = state_of(sim, robot)
     for speed in (1e150, np.nan):
         _expect_contained(subject, speed, expected)
-    return None
 
 
 def _expect_contained(subject: SimulatorUnderTest, speed: float, expected: dict[str, Floats]) -> None:
@@ -113,11 +114,10 @@ def _expect_contained(subject: SimulatorUnderTest, speed: float, expected: dict[
         expect_close(robot.home[0], robot.joint_positions[0], 1e-9, "joints of environment 0 after its reset")
 
 
-def close_twice(subject: SimulatorUnderTest) -> Outcome:
+def close_twice(subject: SimulatorUnderTest) -> None:
     """Closing twice is harmless."""
     try:
         with subject.build() as (sim, _):
             sim.close()  # and once more at the end of the block
     except Exception as error:
         raise CheckFailure(f"the second close() raises {type(error).__name__}: {error}; let it do nothing.") from error
-    return None

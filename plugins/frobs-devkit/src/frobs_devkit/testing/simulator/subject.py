@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from functools import wraps
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -15,7 +15,8 @@ from frobs_core.capabilities import Level
 from frobs_core.interfaces import Body, CommandMode, Placement, Robot, RobotHandle, Scene, Simulation
 from frobs_core.models import Box, Pose, Sphere
 from frobs_core.specs import SimulatorRecord
-from frobs_devkit.testing.checks import NotApplicable, Outcome
+from frobs_devkit.testing.checks import NotApplicable
+from frobs_devkit.testing.compare import expect_close, expect_same
 from frobs_devkit.testing.simulator.robots import ARM, model_of
 
 TIMESTEP = 0.002
@@ -65,65 +66,32 @@ class SimulatorUnderTest:
         num_threads: int = 0,
         **scene: Any,
     ) -> Iterator[tuple[Simulation, RobotHandle]]:
-        """Build a simulation of one robot, reset; it is closed at the end of the ``with`` block.
-
-        Args:
-            robot: One of the kit's.
-            num_envs: None: :attr:`num_envs`.
-            mode: Of its commands.
-            pose: Of its base.
-            bodies: Of the scene.
-            num_threads: For the engine.
-            **scene: Further fields of the scene.
-        """
-        with self.build_scene(
-            Scene(bodies=bodies or {}, **scene),
-            robot,
-            num_envs=num_envs,
-            mode=mode,
-            pose=pose,
-            num_threads=num_threads,
-        ) as built:
-            yield built
-
-    @contextmanager
-    def build_scene(
-        self,
-        scene: Scene,
-        robot: Robot = ARM,
-        *,
-        num_envs: int | None = None,
-        mode: CommandMode = CommandMode.POSITION,
-        pose: Pose | None = None,
-        num_threads: int = 0,
-    ) -> Iterator[tuple[Simulation, RobotHandle]]:
-        """Build a simulation of one robot in a scene; the arguments are those of :meth:`build`."""
+        """Build a simulation of one robot, reset; it is closed at the end of the ``with`` block."""
         placement = Placement(robot=robot, model=model_of(robot.model), pose=pose or Pose(), command_mode=mode)
-        simulation: Simulation = self.record.load()(
+        made: Simulation = self.record.load()(
             {"robot": placement},
-            scene,
+            Scene(bodies=bodies or {}, **scene),
             num_envs=self.num_envs if num_envs is None else num_envs,
             physics_timestep=TIMESTEP,
             num_threads=num_threads,
         )
-        try:
+        with closing(made) as simulation:
             simulation.reset()
             yield simulation, simulation.robots["robot"]
-        finally:
-            simulation.close()
 
 
-def verifies(
-    capability: str,
-) -> Callable[[Callable[[SimulatorUnderTest], Outcome]], Callable[[SimulatorUnderTest], Outcome]]:
+SimulatorCheck: TypeAlias = Callable[[SimulatorUnderTest], None]
+
+
+def verifies(capability: str) -> Callable[[SimulatorCheck], SimulatorCheck]:
     """Mark a check as one of a capability: it does not apply to a simulator that does not claim it."""
 
-    def decorate(function: Callable[[SimulatorUnderTest], Outcome]) -> Callable[[SimulatorUnderTest], Outcome]:
+    def decorate(function: SimulatorCheck) -> SimulatorCheck:
         @wraps(function)
-        def check(subject: SimulatorUnderTest) -> Outcome:
+        def check(subject: SimulatorUnderTest) -> None:
             if subject.level(capability) == Level.UNSUPPORTED:
-                return NotApplicable(f"the simulator does not claim '{capability}'")
-            return function(subject)
+                raise NotApplicable(f"the simulator does not claim '{capability}'")
+            function(subject)
 
         check.capability = capability  # type: ignore[attr-defined]
         return check
@@ -134,3 +102,37 @@ def verifies(
 def spread(low: float, high: float, shape: tuple[int, ...], seed: int = 0) -> Floats:
     """Draw numbers that differ between environments; the same in each run."""
     return np.random.default_rng(seed).uniform(low, high, shape)
+
+
+def state_of(sim: Simulation, robot: RobotHandle) -> dict[str, Floats]:
+    """Return what can be read of the joints, the tool and the bodies, as copies."""
+    state: dict[str, Any] = {
+        "positions": robot.joint_positions,
+        "velocities": robot.joint_velocities,
+        "time": sim.time,
+        "tcp": robot.frame_pose("tcp")[0],
+    }
+    for name, body in sim.bodies.items():
+        state[f"{name}_pos"], state[f"{name}_quat"] = body.pose
+        state[f"{name}_lin_vel"], state[f"{name}_ang_vel"] = body.twist
+    return {name: np.array(array) for name, array in state.items()}
+
+
+def move(
+    sim: Simulation, robot: RobotHandle, steps: int, seed: int = 0, rows: int | None = None, row: int | None = None
+) -> dict[str, Floats]:
+    """Command drawn positions; ``row`` of ``rows`` where one environment stands for one of a batch."""
+    for k in range(steps):
+        drawn = spread(-0.6, 0.6, (rows or sim.num_envs, 2), seed=seed + k)
+        robot.command(robot.home + (drawn if row is None else drawn[[row]]))
+        sim.step(10)
+    return state_of(sim, robot)
+
+
+def expect_state(subject: SimulatorUnderTest, expected: dict[str, Floats], found: dict[str, Floats], what: str) -> None:
+    """Raise CheckFailure unless two states are equal: bit for bit where the simulator claims exact determinism."""
+    for name, array in expected.items():
+        if subject.level("determinism") == Level.EXACT:
+            expect_same(array, found[name], f"{what}: {name}")
+        else:
+            expect_close(array, found[name], 0.02, f"{what}: {name}")
