@@ -21,17 +21,7 @@ _GRACE = 20.0  # roslaunch gives each node 15 s
 def ros_launch_from_pkg(
     pkg_name: str, launch_file: str, args: Sequence[str] | None = None, launch_new_term: bool = True
 ) -> bool:
-    """Run a launch file of a ROS package.
-
-    Args:
-        pkg_name: The package.
-        launch_file: The file, in the package's folder ``launch`` or below the package.
-        args: Arguments: ``["gui:=false"]``.
-        launch_new_term: Whether to run it in an xterm.
-
-    Returns:
-        Whether it runs, or is done.
-    """
+    """Run a launch file of a ROS package."""
     return launch(find_launch_file(pkg_name, launch_file), args, terminal=launch_new_term)
 
 
@@ -39,26 +29,13 @@ def ros_launch_from_pkg(
 def ros_launch_from_path(
     launch_file_path: str, args: Sequence[str] | None = None, launch_new_term: bool = True
 ) -> bool:
-    """Run a launch file.
-
-    Args:
-        launch_file_path: The file.
-        args: Arguments: ``["gui:=false"]``.
-        launch_new_term: Whether to run it in an xterm.
-
-    Returns:
-        Whether it runs, or is done.
-    """
+    """Run a launch file."""
     return launch(Path(launch_file_path).expanduser(), args, terminal=launch_new_term)
 
 
 @answers(False)
 def ros_kill_launch_process() -> bool:
-    """End the launch files that this process runs, with all their nodes; those of others go on.
-
-    Returns:
-        Whether none of them runs any more.
-    """
+    """End the launch files that this process runs, with all their nodes; those of others go on."""
     return processes.stop(processes.owned(["launch"]))
 
 

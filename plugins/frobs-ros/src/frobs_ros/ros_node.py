@@ -44,9 +44,6 @@ def ros_node_from_pkg(
         name: The node's name in the graph; its own where nothing is given.
         ns: Its namespace.
         output: Where it writes: ``"log"``, a file; ``"screen"``, where we write; None, nowhere.
-
-    Returns:
-        Whether it runs.
     """
     if output not in OUTPUTS:
         raise ParameterValueError("output", output, "'log', 'screen' or None")
@@ -63,9 +60,6 @@ def ros_kill_node(node_name: str) -> bool:
 
     Args:
         node_name: Its name in the graph.
-
-    Returns:
-        Whether it is gone.
     """
     name = join(node_name)
     silence: RosError | None = None
@@ -85,11 +79,7 @@ def ros_kill_node(node_name: str) -> bool:
 
 @answers(False)
 def ros_kill_all_nodes() -> bool:
-    """End the nodes that run in processes of ours; this process's own node and those of others go on.
-
-    Returns:
-        Whether none of them runs any more.
-    """
+    """End the nodes that run in processes of ours; this process's own node and those of others go on."""
     found = nodes.ours() if master.is_online() else set()
     for name in found:
         try:
@@ -107,11 +97,7 @@ def ros_kill_all_nodes() -> bool:
 
 @answers(False)
 def ros_kill_master() -> bool:
-    """End the ROS master if it is ours.
-
-    Returns:
-        Whether no master answers any more. Somebody else's goes on, and the answer is False.
-    """
+    """End the ROS master if this process started it; otherwise it keeps running and the answer is False."""
     ours = processes.owned(["master"])
     ended = processes.stop(ours)
     if not ours and master.is_online():
@@ -121,11 +107,7 @@ def ros_kill_master() -> bool:
 
 @answers(False)
 def ros_kill_all_processes() -> bool:
-    """End all that this process has started: nodes, launch files, Gazebo, the master; nothing of others.
-
-    Returns:
-        Whether none of it runs any more.
-    """
+    """End all that this process has started: nodes, launch files, Gazebo, the master; nothing of others."""
     return processes.stop(processes.owned())
 
 

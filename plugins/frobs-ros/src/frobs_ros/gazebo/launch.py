@@ -99,11 +99,7 @@ def launch_Gazebo(  # noqa: N802 # FRobs_RL's name
 
 @answers(False)
 def close_Gazebo() -> bool:  # noqa: N802 # FRobs_RL's name
-    """End the simulation that this process launched; those of others go on.
-
-    Returns:
-        Whether it was running and is ended.
-    """
+    """End the simulation that this process launched; those of others go on."""
     found = processes.owned(["gazebo"])
     if not found:
         raise ProcessError("Gazebo", "this process runs none")

@@ -38,9 +38,6 @@ def gazebo_set_max_update_rate(max_update_rate: float) -> bool:
 
     Args:
         max_update_rate: Real-time factor: 1 is real time, 10 ten times as fast; 0 is as fast as it can.
-
-    Returns:
-        Whether it is set.
     """
     factor = _number("max_update_rate", max_update_rate, 0.0)
     now = _get()
@@ -60,9 +57,6 @@ def gazebo_set_time_step(new_time_step: float) -> bool:
 
     Args:
         new_time_step: [s]
-
-    Returns:
-        Whether it is set.
     """
     step = _number("new_time_step", new_time_step, 0.0, above=True)
     now = _get()
@@ -83,9 +77,6 @@ def gazebo_set_gravity(x: float, y: float, z: float) -> bool:
         x: [m/s²]
         y: [m/s²]
         z: [m/s²], −9.81 on Earth.
-
-    Returns:
-        Whether it is set.
     """
     return _set(_get(), gravity=_vector(x, y, z))
 
@@ -140,11 +131,7 @@ def gazebo_get_ODE_physics() -> Any:  # noqa: N802 # FRobs_RL's name
 
 @answers(False)
 def gazebo_set_default_properties() -> bool:
-    """Set the time step to 1 ms, the speed to real time, gravity to Earth's, and the engine to its defaults.
-
-    Returns:
-        Whether they are set.
-    """
+    """Set the time step to 1 ms, the speed to real time, gravity to Earth's, and the engine to its defaults."""
     return _set(_get(), time_step=TIME_STEP, max_update_rate=1.0 / TIME_STEP, gravity=_vector(*GRAVITY), ode=ODE)
 
 
