@@ -51,17 +51,8 @@ class Launch:
     """What a simulation is launched with; see :func:`frobs_ros.ros_gazebo.launch_Gazebo`.
 
     Attributes:
-        paused: Whether it begins with the time standing still.
-        use_sim_time: Whether nodes go by its clock.
-        gui: Whether it has a window.
-        recording: Whether it records its state.
-        debug: Whether it runs so that crashes can be understood.
-        verbose: Whether it logs more.
         world: Its world file; None: an empty world.
-        respawn: Whether it is started again when it ends.
         clock_frequency: Of /clock [Hz].
-        server_required: Whether all ends with the server.
-        gui_required: Whether all ends with the window.
     """
 
     paused: bool = False

@@ -88,12 +88,10 @@ class Mirror:
     """The environment of a policy bundle, following a robot.
 
     Args:
-        bundle: Of the policy.
         simulator: Which shall hold the picture of the robot; nothing is learned here, so any does.
         speed: Share of the joints' velocity limits that commands may use, in (0, 1].
 
     Attributes:
-        env: The environment.
         lidars: Those that must be measured, by name.
 
     Raises:

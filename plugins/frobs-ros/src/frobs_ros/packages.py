@@ -19,9 +19,6 @@ def find_package(name: str) -> Path:
     Looked for in the folders of ``ROS_PACKAGE_PATH`` and all below them, in the ``share`` folders of
     ``CMAKE_PREFIX_PATH``, and in that of ROS itself.
 
-    Args:
-        name: As ``package.xml`` gives it.
-
     Raises:
         PackageNotFoundError: There is none; the nearest name is suggested.
     """
@@ -45,11 +42,6 @@ def find_package(name: str) -> Path:
 def find_file(package: str, folder: str, file: str) -> Path:
     """Return a file of a ROS package.
 
-    Args:
-        package: Its name.
-        folder: Inside of it, with or without slashes around: ``"/urdf"``.
-        file: Inside of that.
-
     Raises:
         PackageNotFoundError: There is no such package, or no such file in it.
     """
@@ -61,11 +53,7 @@ def find_file(package: str, folder: str, file: str) -> Path:
 
 
 class RosPackages(Packages):
-    """Packages that a model file refers to: those of ROS first, then what stands around the file.
-
-    Args:
-        file: The model file.
-    """
+    """Packages that a model file refers to: those of ROS first, then what stands around the file."""
 
     def __init__(self, file: Path) -> None:
         super().__init__(None, file)

@@ -59,10 +59,8 @@ class Report:
     """What a policy did.
 
     Attributes:
-        steps: Commands that were sent.
         late: Steps that came later than half a control step after their time.
         restarts: New goals, and times that the clock went back.
-        is_success: Whether the task was done at the end.
     """
 
     steps: int = 0

@@ -39,8 +39,6 @@ class Process:
 
     Args:
         kind: What it is for: ``"master"``, ``"launch"``, ``"node"``, ``"gazebo"``, ``"state publisher"``.
-        name: For messages.
-        popen: Its guard.
         log: The file that it writes to; None: it writes where we write.
         grace: What it has to end after SIGINT, and again after SIGTERM [s].
         owner: The process that may end it; a fork of it may not.
@@ -106,10 +104,6 @@ class Process:
 
     def wait_until(self, ready: Callable[[], bool], timeout: float) -> None:
         """Wait until something holds.
-
-        Args:
-            ready: Whether it does.
-            timeout: [s]
 
         Raises:
             ProcessError: The process ended, or time is up; the process is ended then.

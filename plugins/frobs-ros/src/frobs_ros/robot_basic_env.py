@@ -112,9 +112,6 @@ class RobotBasicEnv(gym.Env[Any, Any]):
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Send an action; observe, then reward, then see whether the episode is done.
 
-        Args:
-            action: Of the action space.
-
         Returns:
             Observation, reward, terminated, False, info.
 
@@ -198,11 +195,7 @@ class RobotBasicEnv(gym.Env[Any, Any]):
             raise ResetNeededError(f"{what} was called on an environment that is closed; make a new one.")
 
     def _send_action(self, action: Any) -> None:
-        """Send an action to the robot; yours to write.
-
-        Args:
-            action: Of the action space.
-        """
+        """Send an action to the robot; yours to write."""
         raise NotImplementedError(f"{type(self).__name__} does not say how an action is sent: write _send_action")
 
     def _get_observation(self) -> Any:

@@ -57,11 +57,6 @@ def launch(file: Path, args: Sequence[str] | None, *, terminal: bool) -> bool:
 
     A ROS master is started where none answers.
 
-    Args:
-        file: The launch file.
-        args: Its arguments.
-        terminal: Whether to run it in an xterm.
-
     Raises:
         ConfigurationError: There is no such file, or an argument is not of the form ``name:=value``.
         ProcessError: roslaunch failed.

@@ -114,10 +114,6 @@ def ros_kill_all_processes() -> bool:
 def find_node(package: str, node: str) -> Path:
     """Return the program of a node, where ``rosrun PACKAGE NODE`` finds it.
 
-    Args:
-        package: The ROS package.
-        node: The program's name.
-
     Raises:
         PackageNotFoundError: There is no such package, or no such program in it; names what there is.
     """

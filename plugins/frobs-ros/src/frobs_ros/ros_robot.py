@@ -48,10 +48,7 @@ class RosRobot:
     """A :class:`frobs_ros.policy_loop.LiveRobot` behind ROS topics. The process must be a ROS node already.
 
     Args:
-        mirror: Of the policy that is to act.
-        namespace: Of the robot.
         controller: Its controller that gets the commands; None: a wheeled robot's ``cmd_vel``.
-        topics: Where it measures.
 
     Raises:
         ConfigurationError: The controller is unknown, does not run, or takes other commands than the policy gives; or there

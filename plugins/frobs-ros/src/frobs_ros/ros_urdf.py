@@ -63,10 +63,6 @@ def urdf_parse_from_path(model_path: str, args_xacro: Sequence[str] | None = Non
 def parse_model(path: Path, arguments: Sequence[str] | None = None) -> str:
     """Expand a file.
 
-    Args:
-        path: The file.
-        arguments: Of the xacro: ``["effort:=true"]``.
-
     Raises:
         ConfigurationError: An argument is not of the form ``name:=value``.
         ModelFileError: The file is missing, broken, or no robot.
@@ -83,9 +79,6 @@ def parse_model(path: Path, arguments: Sequence[str] | None = None) -> str:
 
 def xacro_arguments(arguments: Sequence[str] | None) -> Mapping[str, str]:
     """Return xacro arguments by name.
-
-    Args:
-        arguments: Each ``name:=value``.
 
     Raises:
         ConfigurationError: One is not of that form.

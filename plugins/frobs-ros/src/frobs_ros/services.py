@@ -62,11 +62,7 @@ def call(name: str, service: Any, *args: Any, tries: int = 1, **fields: Any) -> 
 
 
 def wait_for(name: str, timeout: float | None = None) -> None:
-    """Wait until a service is offered.
-
-    Args:
-        name: Its full name.
-        timeout: [s]; :func:`patience` where nothing is given.
+    """Wait until a service is offered, for ``timeout`` [s] or :func:`patience`.
 
     Raises:
         MasterError: No master answers.

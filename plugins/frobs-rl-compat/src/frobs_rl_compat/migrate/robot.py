@@ -31,8 +31,6 @@ class Wheels:
     """Two driven wheels, as a plugin of Gazebo describes them.
 
     Attributes:
-        left: Joint of the left one.
-        right: Of the right one.
         separation: Between them [m].
         diameter: Of each [m].
     """
@@ -48,13 +46,10 @@ class RobotSource:
     """A robot's file.
 
     Attributes:
-        path: The file.
         xacro_args: Its arguments by name.
         package_paths: Folders of ROS packages that it may name.
-        model: What it says.
         wheels: Where it drives on two wheels.
         friction: Sliding friction by link, of those for which the file says one.
-        lidars: By name.
         lidar_problem: Why there is none, where the file has one that cannot be used.
     """
 
@@ -76,12 +71,7 @@ class RobotSource:
 
 
 def find_robot(package: OldPackage, package_paths: Mapping[str, str | Path]) -> tuple[RobotSource | None, str]:
-    """Return the robot that the package spawns, or None and why there is none.
-
-    Args:
-        package: The package.
-        package_paths: Folders of ROS packages by name, besides those that are found beside the package.
-    """
+    """Return the robot that the package spawns, or None and why there is none."""
     given = package.constructed.parameters
     file = given.get("urdf_file")
     if not file:

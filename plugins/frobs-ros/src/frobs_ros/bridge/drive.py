@@ -20,11 +20,7 @@ class Drive:
     joint that follows a velocity run ahead at it, those of one that follows an effort are where the drive law gives just
     that effort, which holds for one physics step.
 
-    Args:
-        modes: Of each joint.
-
     Attributes:
-        modes: Of each joint.
         targets: (dof,) [rad or m, rad/s or m/s, N·m or N], each in its joint's mode.
         efforts: (dof,) [N·m or N] that are added, whatever the mode.
     """

@@ -15,7 +15,6 @@ class Plugin:
     """A plugin that a file asks for.
 
     Attributes:
-        name: That the file gives it.
         file: Its library, without ``lib`` and ``.so``.
         parameters: What stands in it, by tag.
         link: The link whose ``<gazebo>`` element it stands in, or that its sensor is on; may be empty.

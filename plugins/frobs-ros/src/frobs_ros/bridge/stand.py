@@ -27,12 +27,7 @@ STATES, TRAJECTORY, GROUP = "joint_state_controller", "arm_controller", "joint_g
 
 
 def read_robot(robot: str, name: str, namespace: str) -> tuple[Model, Robot]:
-    """Return a robot of FRobs as a model at the world's origin, and its description.
-
-    Args:
-        robot: Name of an installed robot, or path of a model file.
-        name: What the world calls it; empty: its own name.
-        namespace: Of its topics.
+    """Return an installed robot, or one of a model file, as a model at the world's origin, and its description.
 
     Raises:
         UnknownNameError: There is no such robot.
@@ -49,11 +44,6 @@ def stand_up(bridge: Bridge, model: Model, description: Robot) -> None:
     joint states are published, ``arm_controller`` follows trajectories, ``joint_group_position_controller`` is loaded.
     A robot that drives on wheels listens to ``cmd_vel`` and tells ``odom``; a lidar tells ``scan``, or by its own name
     where there are several.
-
-    Args:
-        bridge: That the world is in.
-        model: Of :func:`read_robot`.
-        description: Of :func:`read_robot`.
 
     Raises:
         FrobsError: The simulator refuses it.

@@ -109,11 +109,6 @@ def close_Gazebo() -> bool:  # noqa: N802 # FRobs_RL's name
 def find_world(path: str | None, package: str | None, name: str | None) -> Path | None:
     """Return a world file, or None for the empty world.
 
-    Args:
-        path: Of the file; comes first.
-        package: A ROS package that holds it.
-        name: Its name in the package.
-
     Raises:
         ConfigurationError: There is no such file, or one of package and name is missing.
         PackageNotFoundError: There is no such package, or no such file in it.

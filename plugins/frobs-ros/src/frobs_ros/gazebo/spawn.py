@@ -56,11 +56,7 @@ _PLACE = list(inspect.signature(_spawn).parameters.values())[2:]
 
 
 def _spawns(service: str) -> Callable[[Callable[..., str]], Callable[..., tuple[bool, str]]]:
-    """Turn a function that returns a model's text into one that spawns it, and that also takes the place.
-
-    Args:
-        service: Name of Gazebo's service.
-    """
+    """Turn a function that returns a model's text into one that spawns it, and that also takes the place."""
 
     def decorate(read: Callable[..., str]) -> Callable[..., tuple[bool, str]]:
         source = inspect.signature(read)
@@ -127,12 +123,7 @@ def gazebo_spawn_sdf_param(param_name: str) -> str:
 
 
 class RefusedError(ServiceError):
-    """The simulation's own words, which the caller gets as they are.
-
-    Args:
-        service: The service's full name.
-        reason: What the simulation says.
-    """
+    """The simulation's own words, which the caller gets as they are."""
 
     def __str__(self) -> str:
         """Return what the simulation says."""

@@ -18,14 +18,7 @@ class _NoTimer:
 
 
 def start_action_server(name: str, kind: Any, accept: Callable[[Any], None], cancel: Callable[[Any], None]) -> Any:
-    """Start and return an ``actionlib.ActionServer``, which tells its status whenever that changes.
-
-    Args:
-        name: Of the action.
-        kind: Its class.
-        accept: Called with the handle of each goal.
-        cancel: Called with the handle of a goal to be cancelled.
-    """
+    """Start and return an ``actionlib.ActionServer``, which tells its status whenever that changes."""
     import rospy
     from actionlib import ActionServer
 

@@ -26,7 +26,6 @@ class Controller(Component):
     """Base class. All but the constructor and what listens to topics runs in the loop's thread.
 
     Args:
-        model: The robot.
         topic: Namespace of its topics: the robot's, and its own name.
         parameters: What the parameter server holds there.
         interface: What it claims of its joints; None: nothing.

@@ -24,13 +24,8 @@ class ControllerManager(Component):
     """Loads, starts, stops and lists the controllers of one robot.
 
     Args:
-        bridge: That the robot is in.
-        model: The robot.
         namespace: Of its topics and parameters, with a slash in front: ``"/robot"``, or empty.
         find_parameters: Returns what the parameter server holds under a name, or None.
-
-    Attributes:
-        controllers: That are loaded, by name.
     """
 
     def __init__(self, bridge: Bridge, model: Model, namespace: str, find_parameters: Callable[[str], Any]) -> None:

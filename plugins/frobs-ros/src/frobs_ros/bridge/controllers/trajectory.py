@@ -31,10 +31,7 @@ class TrajectoryController(Controller):
     effort interfaces a PID law of ``gains/<joint>`` follows the trajectory, with ``velocity_ff/<joint>``.
 
     Args:
-        model: The robot.
-        topic: Namespace of its topics.
         parameters: ``joints``, ``constraints``, ``gains``, ``state_publish_rate``, ``allow_partial_joints_goal``.
-        interface: What it claims.
     """
 
     def __init__(self, model: Model, topic: str, parameters: Mapping[str, Any], interface: CommandMode) -> None:

@@ -19,13 +19,8 @@ class DriveSettings:
     """What a drive listens to and tells, and under which names.
 
     Args:
-        command: Topic of the twists.
-        odom: Topic of the odometry.
-        frame: Of the odometry.
         child: The base.
-        rate: Of the odometry [Hz].
         truth: Whether the place is the true one, else what the wheels say.
-        tf: Whether the transform is told too.
     """
 
     def __init__(
@@ -37,11 +32,6 @@ class DriveSettings:
 
 def read_diff_drive(plugin: Plugin, model: Model, space: str) -> tuple[Base, DriveSettings]:
     """Read the parameters of libgazebo_ros_diff_drive.so.
-
-    Args:
-        plugin: The plugin.
-        model: The robot.
-        space: Namespace of its topics.
 
     Raises:
         UnknownNameError: The robot has no such joint.
@@ -128,14 +118,7 @@ def _base(
 
 
 class Drive(Driving):
-    """Drives on two wheels.
-
-    Args:
-        world: That the robot is in.
-        model: The robot.
-        base: Its wheels.
-        settings: What it listens to and tells.
-    """
+    """Drives on two wheels."""
 
     def __init__(self, world: World, model: Model, base: Base, settings: DriveSettings) -> None:
         super().__init__(settings.rate)

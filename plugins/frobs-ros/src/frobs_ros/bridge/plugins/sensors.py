@@ -18,10 +18,7 @@ class Scan(Component):
     """``sensor_msgs/LaserScan`` of a lidar; rays that meet nothing read inf, as in Gazebo.
 
     Args:
-        model: The robot.
         sensor: Name of its lidar.
-        topic: To publish on.
-        frame: Of the scan.
         noise: Standard deviation that is added [m].
     """
 
@@ -64,15 +61,7 @@ class Scan(Component):
 
 
 class Truth(Component):
-    """The true pose and twist of a link as ``nav_msgs/Odometry``: libgazebo_ros_p3d.so.
-
-    Args:
-        model: The robot.
-        link: Of it.
-        topic: To publish on.
-        frame: In which the pose is called told.
-        rate: [Hz]
-    """
+    """The true pose and twist of a link as ``nav_msgs/Odometry``: libgazebo_ros_p3d.so."""
 
     def __init__(self, model: Model, link: str, topic: str, frame: str, rate: float) -> None:
         import rospy

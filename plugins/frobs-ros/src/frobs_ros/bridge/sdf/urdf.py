@@ -29,10 +29,6 @@ _UNLIMITED = 1e15  # SDF writes 1e16 where there is no limit
 def write_urdf(links: Mapping[str, SdfLink], model: Element) -> tuple[str, dict[str, Place], bool]:
     """Write the URDF of a model.
 
-    Args:
-        links: Its links.
-        model: Its element.
-
     Returns:
         The URDF; where each SDF link's frame is in the URDF's link of that name; whether its base is fixed to the world.
 

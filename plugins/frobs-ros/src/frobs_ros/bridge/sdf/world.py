@@ -36,7 +36,6 @@ class WorldFile:
         timestep: [s] of a physics step.
         max_update_rate: Physics steps per second [Hz]; 0: no limit.
         models: By name: what each is, and where.
-        lights: Their names.
     """
 
     floor: bool = False

@@ -24,12 +24,15 @@ class Light:
 
 def offer_world_services(offers: Offers) -> None:
     """Offer them."""
+    from gazebo_msgs.msg import ODEPhysics
     from gazebo_msgs.srv import GetPhysicsProperties, GetWorldProperties, SetPhysicsProperties
     from std_srvs.srv import Empty
 
     from frobs_msgs.srv import StepWorld
 
     bridge = offers.bridge
+    contact = {"contact_surface_layer": 0.001, "contact_max_correcting_vel": 100.0, "max_contacts": 20}
+    bridge.ode = ODEPhysics(sor_pgs_iters=50, sor_pgs_w=1.3, erp=0.2, **contact)  # Gazebo's defaults
     offers.offer("pause_physics", Empty, lambda _: bridge.set_paused(True))
     offers.offer("unpause_physics", Empty, lambda _: bridge.set_paused(False))
     offers.offer("reset_simulation", Empty, lambda _: bridge.reset(time=True))
@@ -87,18 +90,15 @@ def _step(bridge: Bridge, request: Any) -> dict[str, Any]:
 
 
 def _get_physics(bridge: Bridge) -> dict[str, Any]:
-    from gazebo_msgs.msg import ODEPhysics
     from geometry_msgs.msg import Vector3
 
-    ode = ODEPhysics()
-    bridge.ode.write(ode)
     return done(
         "GetPhysicsProperties: got properties",
         time_step=bridge.world.timestep,
         pause=bridge.loop.paused,
         max_update_rate=bridge.max_update_rate,
         gravity=Vector3(*bridge.world.gravity),
-        ode_config=ode,
+        ode_config=bridge.ode,
     )
 
 
@@ -109,7 +109,7 @@ def _set_physics(bridge: Bridge, request: Any) -> dict[str, Any]:
     bridge.world.set_timestep(request.time_step)
     bridge.world.set_gravity((x, y, z))
     bridge.max_update_rate = request.max_update_rate
-    bridge.ode.read(request.ode_config)
+    bridge.ode = request.ode_config
     bridge.loop.keep_pace()
     return done("physics engine updated")
 
