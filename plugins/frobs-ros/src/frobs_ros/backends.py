@@ -140,18 +140,9 @@ def has_display() -> bool:
 
 
 def _gazebo(launch: Launch, gui: bool) -> tuple[list[str], dict[str, str]]:
-    given = {
-        "paused": launch.paused,
-        "use_sim_time": launch.use_sim_time,
-        "gui": gui,
-        "recording": launch.recording,
-        "debug": launch.debug,
-        "verbose": launch.verbose,
-        "respawn_gazebo": launch.respawn,
-        "use_clock_frequency": True,
-        "server_required": launch.server_required,
-        "gui_required": launch.gui_required,
-    }
+    switches = ("paused", "use_sim_time", "recording", "debug", "verbose", "server_required", "gui_required")
+    given = {name: getattr(launch, name) for name in switches}
+    given |= {"gui": gui, "respawn_gazebo": launch.respawn, "use_clock_frequency": True}
     words = ["roslaunch", "gazebo_ros", "empty_world.launch"]
     words += [f"{name}:={str(value).lower()}" for name, value in given.items()]
     words += [f"pub_clock_frequency:={launch.clock_frequency}"]

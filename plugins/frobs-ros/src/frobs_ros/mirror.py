@@ -50,8 +50,7 @@ class Measured(Instrument):
 
     def measure(self) -> Floats:
         """Return (1, rays) [m]."""
-        reading: Floats = self.sensor.reading[None].copy()  # type: ignore[attr-defined]
-        return reading
+        return np.array(self.sensor.reading[None])  # type: ignore[attr-defined]
 
 
 @dataclass(frozen=True)

@@ -52,6 +52,20 @@ def find_file(package: str, folder: str, file: str) -> Path:
     raise PackageNotFoundError(package, beside, (), path)
 
 
+def find_anywhere(package: str, folder: str, file: str, suffix: str) -> Path:
+    """Return a file of a ROS package: in its folder ``folder``, by its path in the package, or anywhere below.
+
+    Raises:
+        PackageNotFoundError: There is no such package or file; suggests files with the suffix.
+    """
+    root = find_package(package)
+    for path in (root / folder / file, root / file, *sorted(root.rglob(Path(file).name))):
+        if path.is_file():
+            return path
+    available = [path.name for path in root.rglob(f"*{suffix}")]
+    raise PackageNotFoundError(package, available, (), root / folder / file)
+
+
 class RosPackages(Packages):
     """Packages that a model file refers to: those of ROS first, then what stands around the file."""
 

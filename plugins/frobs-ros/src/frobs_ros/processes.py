@@ -118,6 +118,16 @@ class Process:
             time.sleep(_POLL)
 
 
+def wait_for(condition: Callable[[], object], timeout: float, poll: float = _POLL) -> bool:
+    """Wait until a condition holds, at most ``timeout`` [s]; return whether it does."""
+    until = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() > until:
+            return False
+        time.sleep(poll)
+    return True
+
+
 def start(
     kind: str,
     command: Sequence[str | Path],

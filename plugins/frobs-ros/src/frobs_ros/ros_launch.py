@@ -8,9 +8,9 @@ from pathlib import Path
 
 from frobs_core.errors import MissingFileError, ParameterValueError
 from frobs_ros import master, nodes, processes
-from frobs_ros.errors import PackageNotFoundError, ProcessError
+from frobs_ros.errors import ProcessError
 from frobs_ros.log import LOG, answers
-from frobs_ros.packages import find_package
+from frobs_ros.packages import find_anywhere
 
 START_TIMEOUT = 30.0
 """[s] for the first node of a launch file."""
@@ -22,7 +22,7 @@ def ros_launch_from_pkg(
     pkg_name: str, launch_file: str, args: Sequence[str] | None = None, launch_new_term: bool = True
 ) -> bool:
     """Run a launch file of a ROS package."""
-    return launch(find_launch_file(pkg_name, launch_file), args, terminal=launch_new_term)
+    return launch(find_anywhere(pkg_name, "launch", launch_file, ".launch"), args, terminal=launch_new_term)
 
 
 @answers(False)
@@ -37,19 +37,6 @@ def ros_launch_from_path(
 def ros_kill_launch_process() -> bool:
     """End the launch files that this process runs, with all their nodes; those of others go on."""
     return processes.stop(processes.owned(["launch"]))
-
-
-def find_launch_file(package: str, file: str) -> Path:
-    """Return a launch file of a ROS package: where ``roslaunch PACKAGE FILE`` finds it.
-
-    Raises:
-        PackageNotFoundError: There is no such package or file.
-    """
-    folder = find_package(package)
-    for path in (folder / "launch" / file, folder / file, *sorted(folder.rglob(Path(file).name))):
-        if path.is_file():
-            return path
-    raise PackageNotFoundError(package, [path.name for path in folder.rglob("*.launch")], (), folder / "launch" / file)
 
 
 def launch(file: Path, args: Sequence[str] | None, *, terminal: bool) -> bool:

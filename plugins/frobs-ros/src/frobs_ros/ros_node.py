@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -19,7 +18,6 @@ START_TIMEOUT = 15.0
 """[s] for a node to be known to the master."""
 OUTPUTS = ("log", "screen", None)
 _SILENCE = 3.0
-_POLL = 0.05
 
 
 @answers(False)
@@ -69,11 +67,8 @@ def ros_kill_node(node_name: str) -> bool:
         raise
     except RosError as error:  # it may have ended before it answered
         silence = error
-    until = time.monotonic() + (START_TIMEOUT if silence is None else _SILENCE)
-    while name in nodes.names():
-        if time.monotonic() > until:
-            raise silence or RosError(f"the node {name} was told to end, and has not in {START_TIMEOUT:g} s.")
-        time.sleep(_POLL)
+    if not processes.wait_for(lambda: name not in nodes.names(), START_TIMEOUT if silence is None else _SILENCE):
+        raise silence or RosError(f"the node {name} was told to end, and has not in {START_TIMEOUT:g} s.")
     return True
 
 
@@ -87,11 +82,8 @@ def ros_kill_all_nodes() -> bool:
         except RosError as error:
             LOG.debug("%s", error)
     ended = processes.stop(processes.owned(["node", "state publisher"]))
-    until = time.monotonic() + START_TIMEOUT
-    while master.is_online() and (rest := nodes.ours() & found):
-        if time.monotonic() > until:
-            raise RosError(f"the nodes {', '.join(sorted(rest))} were told to end, and have not.")
-        time.sleep(_POLL)
+    if not processes.wait_for(lambda: not master.is_online() or not nodes.ours() & found, START_TIMEOUT):
+        raise RosError(f"the nodes {', '.join(sorted(nodes.ours() & found))} were told to end, and have not.")
     return ended
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
@@ -14,7 +14,7 @@ from frobs_core.interfaces import Lidar
 from frobs_core.models import RobotModel, default_tcp, forward_kinematics, load_model
 from frobs_core.models.resources import Packages
 from frobs_rl_compat.migrate.package import OldPackage
-from frobs_ros.bridge.extras import read_lidars
+from frobs_ros.bridge.extras import read_lidars, read_plugins
 from frobs_ros.bridge.urdf import gazebo_elements, read_friction
 
 _DRIVE_TAGS = {
@@ -87,23 +87,17 @@ def find_robot(package: OldPackage, package_paths: Mapping[str, str | Path]) -> 
         friction = read_friction(elements, model)
     except FrobsError as error:
         return None, str(error)
-    lidars, problem = _lidars(elements)
+    lidars, problem = {}, ""
+    try:
+        lidars = read_lidars(elements)
+    except FrobsError as error:
+        problem = str(error)
     return RobotSource(path, args, paths, model, _wheels(model), friction, lidars, problem), ""
 
 
-def _lidars(elements: Iterable[ElementTree.Element]) -> tuple[dict[str, Lidar], str]:
-    try:
-        return read_lidars(elements), ""
-    except FrobsError as error:
-        return {}, str(error)
-
-
 def _wheels(model: RobotModel) -> Wheels | None:
-    for plugin in ElementTree.fromstring(model.xml).iter("plugin"):
-        texts = {child.tag: (child.text or "").strip() for child in plugin}
-        found = {}
-        for what, tags in _DRIVE_TAGS.items():
-            found[what] = next((texts[tag] for tag in tags if texts.get(tag)), "")
+    for plugin in read_plugins(ElementTree.fromstring(model.xml).iter("gazebo")):
+        found = {what: plugin.text(*tags) for what, tags in _DRIVE_TAGS.items()}
         if all(found.values()):
             try:
                 sizes = float(found["separation"]), float(found["diameter"])

@@ -75,10 +75,7 @@ class Drive:
             values = self._as_positions(robot, values, steps, timestep)
         if self.efforts.any():
             values = values + self.efforts / self._per_unit(robot, mode)
-        if len(values) == 1:
-            robot.command(values)
-        else:
-            robot.command(values[None])
+        robot.command(values if len(values) == 1 else values[None])
 
     def _as_positions(self, robot: RobotHandle, values: Floats, steps: int, timestep: float) -> Floats:
         stiffness, damping = (gain[0] for gain in robot.drive_gains())

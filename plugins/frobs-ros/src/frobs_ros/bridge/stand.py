@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -87,27 +88,17 @@ def _components(bridge: Bridge, model: Model, robot: Robot, prefix: str) -> Sequ
             max_linear=drive.max_linear_velocity,
             max_angular=drive.max_angular_velocity,
             stiff=robot.gains is None,
-            **_accelerations(drive),
+            linear_acceleration=drive.max_linear_acceleration or math.inf,
+            angular_acceleration=drive.max_angular_acceleration or math.inf,
         )
         root = placement.model.root
-        components.append(
-            Drive(
-                bridge.world, model, base, DriveSettings(f"{prefix}/cmd_vel", f"{prefix}/odom", "odom", root, rate=50.0)
-            )
-        )
+        topics = {"command": f"{prefix}/cmd_vel", "odom": f"{prefix}/odom", "frame": "odom", "child": root}
+        components.append(Drive(bridge.world, model, base, DriveSettings(**topics, rate=50.0)))
     for name, lidar in robot.lidars.items():
         components.append(Scan(model, name, f"{prefix}/{'scan' if len(robot.lidars) == 1 else name}", lidar.frame))
     if not model.description.has_transmissions:
         components.append(_controllers(bridge, model, prefix, [joint for joint in model.joints if joint not in wheels]))
     return components
-
-
-def _accelerations(drive: Any) -> dict[str, float]:
-    found = {
-        "linear_acceleration": drive.max_linear_acceleration,
-        "angular_acceleration": drive.max_angular_acceleration,
-    }
-    return {name: value for name, value in found.items() if value is not None}
 
 
 def _controllers(bridge: Bridge, model: Model, prefix: str, joints: list[str]) -> ControllerManager:

@@ -181,7 +181,7 @@ class Driving(Component):
         if span <= 0.0:
             return
         self._driver.reckon(span)
-        odom, transform = odometry(*self._frames, self._stamps.next(world), *self.where())
+        odom, transform = odometry(*self._frames, self.next_stamp(world), *self.where())
         self._odom.publish(odom)
         if self._tf is not None:
             self._tf.publish([transform])

@@ -145,26 +145,15 @@ def _get() -> Any:
     return answer
 
 
-def _set(
-    now: Any,
-    *,
-    time_step: float | None = None,
-    max_update_rate: float | None = None,
-    gravity: Any = None,
-    ode: dict[str, Any] | None = None,
-) -> bool:
-    """Set what is given, and the rest to what it is now."""
+def _set(now: Any, **changes: Any) -> bool:
+    """Set what is given, and the rest to what it is now; ``ode`` is a mapping."""
     from gazebo_msgs.msg import ODEPhysics
     from gazebo_msgs.srv import SetPhysicsProperties
 
-    answer = call(
-        _SET,
-        SetPhysicsProperties,
-        time_step=now.time_step if time_step is None else time_step,
-        max_update_rate=now.max_update_rate if max_update_rate is None else max_update_rate,
-        gravity=now.gravity if gravity is None else gravity,
-        ode_config=now.ode_config if ode is None else ODEPhysics(**ode),
-    )
+    if "ode" in changes:
+        changes["ode_config"] = ODEPhysics(**changes.pop("ode"))
+    names = ("time_step", "max_update_rate", "gravity", "ode_config")
+    answer = call(_SET, SetPhysicsProperties, **{name: getattr(now, name) for name in names} | changes)
     if not answer.success:
         raise ServiceError(_SET, answer.status_message)
     return True

@@ -37,12 +37,7 @@ class Controller(Component):
     """
 
     def __init__(
-        self,
-        model: Model,
-        topic: str,
-        parameters: Mapping[str, Any],
-        interface: CommandMode | None,
-        rate: float = 0.0,
+        self, model: Model, topic: str, parameters: Mapping[str, Any], interface: CommandMode | None, rate: float = 0.0
     ) -> None:
         super().__init__(rate)
         self.model, self.topic, self.parameters, self.interface = model, topic, parameters, interface
@@ -106,7 +101,7 @@ class Controller(Component):
     def reset(self, world: World) -> None:
         """Begin anew: the robot is back where it was spawned."""
         self.start(world)
-        self._stamps.reset()
+        self._last_stamp_ns = -1
 
 
 def listed(parameters: Mapping[str, Any], *names: str) -> list[str]:

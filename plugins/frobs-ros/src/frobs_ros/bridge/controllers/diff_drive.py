@@ -57,7 +57,7 @@ class DiffDriveController(Driving, Controller):
         """Take over the wheels."""
         super().start(world)
         self._driver.start(world)
-        self._stamps.reset()
+        self._last_stamp_ns = -1
         self._last_ns = world.time_ns
 
 

@@ -118,7 +118,7 @@ class Regulated(Commanded):
         """Take over the joints, and follow where they are."""
         super().start(world)
         self._pid.reset()
-        self._stamps.reset()
+        self._last_stamp_ns = -1
         self._target = self.positions().copy() if self._follows is CommandMode.POSITION else np.zeros(len(self.joints))
 
     def before(self, world: World, steps: int) -> None:
@@ -156,5 +156,5 @@ class Regulated(Commanded):
             d=self._pid.d[0],
             i_clamp=self._pid.clamp[0],
         )
-        message.header.stamp = self._stamps.next(world)
+        message.header.stamp = self.next_stamp(world)
         self._state.publish(message)

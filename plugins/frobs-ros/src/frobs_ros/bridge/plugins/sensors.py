@@ -56,7 +56,7 @@ class Scan(Component):
             noisy = ranges + self._random.normal(0.0, self._noise, len(ranges))
             ranges = np.clip(noisy, self._lidar.range_min, self._lidar.range_max)
         message = self._message(ranges=np.where(nothing, math.inf, ranges).tolist(), **self._fixed)
-        message.header.frame_id, message.header.stamp = self._frame, self._stamps.next(world)
+        message.header.frame_id, message.header.stamp = self._frame, self.next_stamp(world)
         self._publisher.publish(message)
 
 
@@ -77,4 +77,4 @@ class Truth(Component):
             return
         place = self._model.link_place(self._link)
         motion = self._model.link_motion(self._link).turned(quat_conjugate(place.quat_wxyz))
-        self._publisher.publish(odometry(self._frame, self._link, self._stamps.next(world), place, motion)[0])
+        self._publisher.publish(odometry(self._frame, self._link, self.next_stamp(world), place, motion)[0])

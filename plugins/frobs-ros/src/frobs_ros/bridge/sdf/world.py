@@ -10,16 +10,7 @@ from frobs_core.models.xmltree import Element, read_bytes
 from frobs_ros.bridge.model import Description
 from frobs_ros.bridge.poses import Place
 from frobs_ros.bridge.sdf.model import describe_model
-from frobs_ros.bridge.sdf.reading import (
-    check,
-    find_model,
-    number_of,
-    numbers_of,
-    open_sdf,
-    place_of,
-    says,
-    text_of,
-)
+from frobs_ros.bridge.sdf.reading import check, find_model, number_of, numbers_of, open_sdf, place_of, says, text_of
 
 LOG = logging.getLogger("frobs.bridge")
 _PASSED_OVER = ("scene", "gui", "state", "spherical_coordinates", "audio", "wind", "atmosphere", "magnetic_field")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 from frobs_core.errors import ConfigurationError, ParameterValueError
@@ -12,14 +11,6 @@ from frobs_ros.bridge.poses import read_vector
 from frobs_ros.bridge.services.offer import Offers, done, failed
 
 _MOST_STEPS = 10_000_000
-
-
-@dataclass
-class Light:
-    """A light of the world: it is told, and lights nothing."""
-
-    diffuse: tuple[float, float, float, float] = (0.8, 0.8, 0.8, 1.0)
-    attenuation: tuple[float, float, float] = field(default=(0.9, 0.01, 0.001))
 
 
 def offer_world_services(offers: Offers) -> None:
@@ -45,31 +36,24 @@ def offer_world_services(offers: Offers) -> None:
 
 def offer_light_services(offers: Offers, names: Sequence[str]) -> None:
     """Offer those about lights, of which the world begins with these."""
-    from gazebo_msgs.srv import DeleteLight, GetLightProperties, SetLightProperties
+    from gazebo_msgs.srv import DeleteLight, GetLightProperties, SetLightProperties, SetLightPropertiesRequest
+    from std_msgs.msg import ColorRGBA
 
-    lights = {name: Light() for name in names}
+    attenuation = {"attenuation_constant": 0.9, "attenuation_linear": 0.01, "attenuation_quadratic": 0.001}
+    sun = SetLightPropertiesRequest(diffuse=ColorRGBA(0.8, 0.8, 0.8, 1.0), **attenuation)
+    lights = dict.fromkeys(names, sun)
 
     def get(request: Any) -> dict[str, Any]:
-        light = lights.get(request.light_name)
-        if light is None:
+        if request.light_name not in lights:
             return failed("Requested light not found")
-        from std_msgs.msg import ColorRGBA
-
-        names = ("attenuation_constant", "attenuation_linear", "attenuation_quadratic")
-        return done(
-            "GetLightProperties: got properties",
-            diffuse=ColorRGBA(*light.diffuse),
-            **dict(zip(names, light.attenuation, strict=True)),
-        )
+        light = lights[request.light_name]
+        fields = {name: getattr(light, name) for name in ("diffuse", *attenuation)}
+        return done("GetLightProperties: got properties", **fields)
 
     def write(request: Any) -> dict[str, Any]:
         if request.light_name not in lights:
             return failed("Requested light not found")
-        colour = request.diffuse
-        lights[request.light_name] = Light(
-            (colour.r, colour.g, colour.b, colour.a),
-            (request.attenuation_constant, request.attenuation_linear, request.attenuation_quadratic),
-        )
+        lights[request.light_name] = request
         return done("SetLightProperties: kept; no light of this world lights anything")
 
     def delete(request: Any) -> dict[str, Any]:
