@@ -12,8 +12,6 @@ class KeepsApi:
 
     Args:
         env: The environment. Its attributes can be read through the wrapper.
-        *args: Positional arguments of the wrapper.
-        **kwargs: Keyword arguments of the wrapper.
     """
 
     def __init__(self, env: Any, *args: Any, **kwargs: Any) -> None:

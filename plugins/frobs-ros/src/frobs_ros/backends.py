@@ -51,17 +51,8 @@ class Launch:
     """What a simulation is launched with; see :func:`frobs_ros.ros_gazebo.launch_Gazebo`.
 
     Attributes:
-        paused: Whether it begins with the time standing still.
-        use_sim_time: Whether nodes go by its clock.
-        gui: Whether it has a window.
-        recording: Whether it records its state.
-        debug: Whether it runs so that crashes can be understood.
-        verbose: Whether it logs more.
         world: Its world file; None: an empty world.
-        respawn: Whether it is started again when it ends.
         clock_frequency: Of /clock [Hz].
-        server_required: Whether all ends with the server.
-        gui_required: Whether all ends with the window.
     """
 
     paused: bool = False
@@ -149,18 +140,9 @@ def has_display() -> bool:
 
 
 def _gazebo(launch: Launch, gui: bool) -> tuple[list[str], dict[str, str]]:
-    given = {
-        "paused": launch.paused,
-        "use_sim_time": launch.use_sim_time,
-        "gui": gui,
-        "recording": launch.recording,
-        "debug": launch.debug,
-        "verbose": launch.verbose,
-        "respawn_gazebo": launch.respawn,
-        "use_clock_frequency": True,
-        "server_required": launch.server_required,
-        "gui_required": launch.gui_required,
-    }
+    switches = ("paused", "use_sim_time", "recording", "debug", "verbose", "server_required", "gui_required")
+    given = {name: getattr(launch, name) for name in switches}
+    given |= {"gui": gui, "respawn_gazebo": launch.respawn, "use_clock_frequency": True}
     words = ["roslaunch", "gazebo_ros", "empty_world.launch"]
     words += [f"{name}:={str(value).lower()}" for name, value in given.items()]
     words += [f"pub_clock_frequency:={launch.clock_frequency}"]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import importlib.util
 import os
 import re
 import shutil
@@ -14,6 +16,7 @@ from frobs_ros.environment import child_variables, find_ros, use_ros
 from frobs_ros.errors import PackageNotFoundError
 from frobs_ros.packages import find_package
 
+_Row = tuple[str, str, str, bool]
 _VERSION = re.compile(r"<version>\s*([^<\s]+)\s*</version>")
 
 MODULES = (
@@ -50,18 +53,15 @@ ROS_PACKAGES = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Part:
-    """One part of ROS.
+class RosComponent:
+    """A module, program or package of ROS or Gazebo.
 
     Attributes:
-        name: Of the module, program or ROS package.
         kind: ``"module"``, ``"program"`` or ``"ROS package"``.
-        purpose: What it is for.
         needed: Whether frobs-ros cannot work without it.
-        found: Whether it is here.
         version: As its package says; empty: unknown.
         place: Its folder or file; empty: it is not here.
-        package: The Debian package that brings it; empty: Debian has none.
+        package: The Debian package that contains it; empty: Debian has none.
     """
 
     name: str
@@ -82,11 +82,8 @@ class RosReport:
         usable: Whether frobs-ros can work.
         prefix: Where ROS is; empty: nowhere.
         python: The version of this Python.
-        master_uri: Where the master is, or should be.
-        master_answers: Whether one does.
         linked: Whether plain Python can import rospy.
-        parts: Each part.
-        missing: The Debian packages that bring what is missing.
+        missing: The Debian packages that contain what is missing.
         advice: What to do, a line each.
     """
 
@@ -96,7 +93,7 @@ class RosReport:
     master_uri: str
     master_answers: bool
     linked: bool
-    parts: tuple[Part, ...]
+    parts: tuple[RosComponent, ...]
     missing: tuple[str, ...]
     advice: tuple[str, ...]
 
@@ -137,38 +134,31 @@ def examine_ros() -> RosReport:
     )
 
 
-def _module(row: tuple[str, str, str, bool]) -> Part:
-    import importlib.util
-
-    name, package, purpose, needed = row
-    spec = importlib.util.find_spec(name)
-    place = str(Path(spec.origin).parent) if spec and spec.origin else ""
+def _module(row: _Row) -> RosComponent:
+    spec = importlib.util.find_spec(row[0])
+    place = Path(spec.origin).parent if spec and spec.origin else None
     installation = find_ros()
-    version = _version(installation.share / name) if place and installation else ""
-    return Part(name=name, kind="module", purpose=purpose, needed=needed, found=bool(place), version=version,
-                place=place, package=package)  # fmt: skip
+    return _component("module", row, place, installation.share / row[0] if place and installation else None)
 
 
-def _program(row: tuple[str, str, str, bool]) -> Part:
+def _program(row: _Row) -> RosComponent:
+    place = shutil.which(row[0], path=child_variables().get("PATH", os.defpath))
+    return _component("program", row, Path(place) if place else None)
+
+
+def _ros_package(row: _Row) -> RosComponent:
+    folder = None
+    with contextlib.suppress(PackageNotFoundError):
+        folder = find_package(row[0])
+    return _component("ROS package", row, folder, folder)
+
+
+def _component(kind: str, row: _Row, place: Path | None, folder: Path | None = None) -> RosComponent:
+    """Return what was found of a row; its version stands in a folder's ``package.xml``."""
     name, package, purpose, needed = row
-    place = shutil.which(name, path=child_variables().get("PATH", os.defpath)) or ""
-    return Part(name=name, kind="program", purpose=purpose, needed=needed, found=bool(place), version="", place=place,
-                package=package)  # fmt: skip
-
-
-def _ros_package(row: tuple[str, str, str, bool]) -> Part:
-    name, package, purpose, needed = row
-    try:
-        folder = find_package(name)
-    except PackageNotFoundError:
-        folder = None
-    return Part(name=name, kind="ROS package", purpose=purpose, needed=needed, found=folder is not None,
-                version=_version(folder) if folder else "", place=str(folder or ""), package=package)  # fmt: skip
-
-
-def _version(*folders: Path) -> str:
-    for folder in folders:
-        file = folder / "package.xml"
-        if file.is_file() and (match := _VERSION.search(file.read_text(errors="replace"))):
-            return match[1]
-    return ""
+    file = folder / "package.xml" if folder else None
+    match = _VERSION.search(file.read_text(errors="replace")) if file and file.is_file() else None
+    return RosComponent(
+        name=name, kind=kind, purpose=purpose, needed=needed, found=place is not None, version=match[1] if match else "",
+        place=str(place or ""), package=package,
+    )  # fmt: skip

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar
 
 from frobs_core.errors import FrobsError
+from frobs_ros.arguments import describe_arguments
 from frobs_ros.errors import RosNotFoundError
 
 P = ParamSpec("P")
@@ -20,7 +21,8 @@ LOG = logging.getLogger("rosout.frobs_ros")
 def answers(refusal: Any, *, pair: bool = False) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Let a function return ``refusal`` where it would raise an error of FRobs, and log the error.
 
-    That ROS is not installed at all is raised still. :func:`or_raise` calls the function as it was.
+    That ROS is not installed at all is raised still. :func:`or_raise` calls the function as it was. Arguments that the
+    docstring does not describe are added to it from :mod:`frobs_ros.arguments`.
 
     Args:
         refusal: What to return.
@@ -38,6 +40,7 @@ def answers(refusal: Any, *, pair: bool = False) -> Callable[[Callable[P, R]], C
                 LOG.error("%s: %s", function.__name__, error)
                 return (refusal, str(error)) if pair else refusal  # type: ignore[return-value]
 
+        answering.__doc__ = describe_arguments(function)
         return answering
 
     return decorate

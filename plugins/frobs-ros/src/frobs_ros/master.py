@@ -58,9 +58,6 @@ def ensure(*, terminal: bool = False) -> processes.Process | None:
 
     It is rosmaster alone: the node rosout, which ``roscore`` starts too, listens on every interface.
 
-    Args:
-        terminal: Whether to run it in an xterm.
-
     Returns:
         The master; None where one answered before.
 

@@ -50,8 +50,7 @@ class Measured(Instrument):
 
     def measure(self) -> Floats:
         """Return (1, rays) [m]."""
-        reading: Floats = self.sensor.reading[None].copy()  # type: ignore[attr-defined]
-        return reading
+        return np.array(self.sensor.reading[None])  # type: ignore[attr-defined]
 
 
 @dataclass(frozen=True)
@@ -88,12 +87,10 @@ class Mirror:
     """The environment of a policy bundle, following a robot.
 
     Args:
-        bundle: Of the policy.
         simulator: Which shall hold the picture of the robot; nothing is learned here, so any does.
         speed: Share of the joints' velocity limits that commands may use, in (0, 1].
 
     Attributes:
-        env: The environment.
         lidars: Those that must be measured, by name.
 
     Raises:

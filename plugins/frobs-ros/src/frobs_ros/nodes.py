@@ -43,12 +43,7 @@ def pid_of(name: str) -> int | None:
 
 
 def of(pids: set[int], among: set[str]) -> set[str]:
-    """Return the nodes that run in some processes.
-
-    Args:
-        pids: The processes.
-        among: The nodes to look at.
-    """
+    """Return the nodes that run in some processes."""
     return {name for name in among if pid_of(name) in pids}
 
 

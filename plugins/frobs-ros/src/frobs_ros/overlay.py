@@ -19,39 +19,12 @@ from pathlib import Path
 from frobs_core.files import cache_folder
 from frobs_ros.errors import RosNotFoundError
 
-LIBRARIES = frozenset(
-    [
-        "actionlib",
-        "catkin",
-        "dynamic_reconfigure",
-        "genmsg",
-        "genpy",
-        "joint_state_publisher",
-        "laser_geometry",
-        "message_filters",
-        "rosbag",
-        "rosclean",
-        "rosgraph",
-        "roslaunch",
-        "roslib",
-        "roslz4",
-        "rosmaster",
-        "rosmsg",
-        "rosnode",
-        "rosparam",
-        "rospy",
-        "rosservice",
-        "rostopic",
-        "rosunit",
-        "roswtf",
-        "tf",
-        "tf2_geometry_msgs",
-        "tf2_kdl",
-        "tf2_py",
-        "tf2_ros",
-        "tf_conversions",
-    ]
-)
+LIBRARIES = frozenset([
+    "actionlib", "catkin", "dynamic_reconfigure", "genmsg", "genpy", "joint_state_publisher", "laser_geometry",
+    "message_filters", "rosbag", "rosclean", "rosgraph", "roslaunch", "roslib", "roslz4", "rosmaster", "rosmsg",
+    "rosnode", "rosparam", "rospy", "rosservice", "rostopic", "rosunit", "roswtf", "tf", "tf2_geometry_msgs",
+    "tf2_kdl", "tf2_py", "tf2_ros", "tf_conversions",
+])  # fmt: skip
 """Python modules of ROS that are not message packages."""
 
 IMPORTED = frozenset(

@@ -19,9 +19,6 @@ def find_package(name: str) -> Path:
     Looked for in the folders of ``ROS_PACKAGE_PATH`` and all below them, in the ``share`` folders of
     ``CMAKE_PREFIX_PATH``, and in that of ROS itself.
 
-    Args:
-        name: As ``package.xml`` gives it.
-
     Raises:
         PackageNotFoundError: There is none; the nearest name is suggested.
     """
@@ -45,11 +42,6 @@ def find_package(name: str) -> Path:
 def find_file(package: str, folder: str, file: str) -> Path:
     """Return a file of a ROS package.
 
-    Args:
-        package: Its name.
-        folder: Inside of it, with or without slashes around: ``"/urdf"``.
-        file: Inside of that.
-
     Raises:
         PackageNotFoundError: There is no such package, or no such file in it.
     """
@@ -60,12 +52,22 @@ def find_file(package: str, folder: str, file: str) -> Path:
     raise PackageNotFoundError(package, beside, (), path)
 
 
-class RosPackages(Packages):
-    """Packages that a model file refers to: those of ROS first, then what stands around the file.
+def find_anywhere(package: str, folder: str, file: str, suffix: str) -> Path:
+    """Return a file of a ROS package: in its folder ``folder``, by its path in the package, or anywhere below.
 
-    Args:
-        file: The model file.
+    Raises:
+        PackageNotFoundError: There is no such package or file; suggests files with the suffix.
     """
+    root = find_package(package)
+    for path in (root / folder / file, root / file, *sorted(root.rglob(Path(file).name))):
+        if path.is_file():
+            return path
+    available = [path.name for path in root.rglob(f"*{suffix}")]
+    raise PackageNotFoundError(package, available, (), root / folder / file)
+
+
+class RosPackages(Packages):
+    """Packages that a model file refers to: those of ROS first, then what stands around the file."""
 
     def __init__(self, file: Path) -> None:
         super().__init__(None, file)

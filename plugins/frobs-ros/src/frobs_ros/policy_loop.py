@@ -5,12 +5,15 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import FrobsError
 from frobs_deploy import Policy
-from frobs_ros.mirror import Command, Mirror, State
+from frobs_ros.mirror import Mirror, State
+
+if TYPE_CHECKING:
+    from frobs_ros.ros_robot import RosRobot
 
 _POLL = 0.001
 """[s] between two looks at the clock: the robot's may be a simulation's, and stand still."""
@@ -32,37 +35,13 @@ class RobotSilentError(FrobsError):
         )
 
 
-class LiveRobot(Protocol):
-    """A robot that measures and obeys."""
-
-    def now(self) -> float:
-        """Return the time by the robot's clock [s]; it may stand still, and go back."""
-
-    def state(self) -> State | None:
-        """Return what was measured last; None: not all of it yet."""
-
-    def silent(self) -> tuple[str, float]:
-        """Return what has been measured least recently, or never, and for how long [s] of real time it has not been."""
-
-    def new_goal(self) -> Floats | None:
-        """Return a goal (3,) [m] that has come since the last call."""
-
-    def send(self, command: Command, seconds: float) -> None:
-        """Let the joints follow a command, and be there after so many seconds."""
-
-    def is_over(self) -> bool:
-        """Return whether the robot is to be left alone."""
-
-
 @dataclass
 class Report:
     """What a policy did.
 
     Attributes:
-        steps: Commands that were sent.
         late: Steps that came later than half a control step after their time.
         restarts: New goals, and times that the clock went back.
-        is_success: Whether the task was done at the end.
     """
 
     steps: int = 0
@@ -72,7 +51,7 @@ class Report:
 
 
 def act(
-    robot: LiveRobot,
+    robot: RosRobot,
     mirror: Mirror,
     policy: Policy,
     *,
@@ -134,7 +113,7 @@ def act(
     return report
 
 
-def _first(robot: LiveRobot, timeout: float) -> State:
+def _first(robot: RosRobot, timeout: float) -> State:
     """Wait until everything has been measured once."""
     while (state := robot.state()) is None:
         _watch(robot, timeout)
@@ -142,7 +121,7 @@ def _first(robot: LiveRobot, timeout: float) -> State:
     return state
 
 
-def _watch(robot: LiveRobot, timeout: float) -> None:
+def _watch(robot: RosRobot, timeout: float) -> None:
     what, seconds = robot.silent()
     if seconds > timeout:
         raise RobotSilentError(what, seconds)

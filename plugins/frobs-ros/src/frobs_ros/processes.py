@@ -39,8 +39,6 @@ class Process:
 
     Args:
         kind: What it is for: ``"master"``, ``"launch"``, ``"node"``, ``"gazebo"``, ``"state publisher"``.
-        name: For messages.
-        popen: Its guard.
         log: The file that it writes to; None: it writes where we write.
         grace: What it has to end after SIGINT, and again after SIGTERM [s].
         owner: The process that may end it; a fork of it may not.
@@ -107,10 +105,6 @@ class Process:
     def wait_until(self, ready: Callable[[], bool], timeout: float) -> None:
         """Wait until something holds.
 
-        Args:
-            ready: Whether it does.
-            timeout: [s]
-
         Raises:
             ProcessError: The process ended, or time is up; the process is ended then.
         """
@@ -122,6 +116,16 @@ class Process:
                 self.stop()
                 raise ProcessError(self.name, f"it was not ready after {timeout:g} s and was ended", self.output())
             time.sleep(_POLL)
+
+
+def wait_for(condition: Callable[[], object], timeout: float, poll: float = _POLL) -> bool:
+    """Wait until a condition holds, at most ``timeout`` [s]; return whether it does."""
+    until = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() > until:
+            return False
+        time.sleep(poll)
+    return True
 
 
 def start(

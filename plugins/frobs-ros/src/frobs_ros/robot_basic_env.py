@@ -5,8 +5,10 @@ It stands beside the five kinds, for those who port. Six hooks are the user's to
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import weakref
+from collections.abc import Iterator
 from typing import Any, ClassVar
 
 import gymnasium as gym
@@ -103,17 +105,11 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         if settings.spawn_robot:
             or_raise(spawn_model_in_gazebo)(**settings.robot())
         if settings.reset_controllers:
-            or_raise(world.gazebo_unpause_physics)()
-            try:
+            with _unpaused():
                 self._reset_controllers()
-            finally:
-                or_raise(world.gazebo_pause_physics)()
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Send an action; observe, then reward, then see whether the episode is done.
-
-        Args:
-            action: Of the action space.
 
         Returns:
             Observation, reward, terminated, False, info.
@@ -125,11 +121,8 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         self._require_open("step")
         self.info = {}
         if self._settings.step_mode == 1:
-            or_raise(world.gazebo_unpause_physics)()
-            try:
+            with _unpaused():
                 self._send_action(action)
-            finally:
-                or_raise(world.gazebo_pause_physics)()
         else:
             self._send_action(action)
             or_raise(world.gazebo_step_physics)(self._settings.num_gazebo_steps)
@@ -167,14 +160,11 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         or_raise(world.gazebo_pause_physics)()
         reset = world.gazebo_reset_world if self._settings.reset_mode == 1 else world.gazebo_reset_sim
         or_raise(reset)()
-        or_raise(world.gazebo_unpause_physics)()
-        try:
+        with _unpaused():
             if self._settings.reset_controllers:
                 self._reset_controllers()  # a controller manager switches in its update, so not while paused
             self._check_subs_and_pubs_connection()
             self._set_episode_init_params()
-        finally:
-            or_raise(world.gazebo_pause_physics)()
 
     def close(self) -> None:
         """End what this environment has started, and nothing else; twice is harmless."""
@@ -198,11 +188,7 @@ class RobotBasicEnv(gym.Env[Any, Any]):
             raise ResetNeededError(f"{what} was called on an environment that is closed; make a new one.")
 
     def _send_action(self, action: Any) -> None:
-        """Send an action to the robot; yours to write.
-
-        Args:
-            action: Of the action space.
-        """
+        """Send an action to the robot; yours to write."""
         raise NotImplementedError(f"{type(self).__name__} does not say how an action is sent: write _send_action")
 
     def _get_observation(self) -> Any:
@@ -232,6 +218,16 @@ class RobotBasicEnv(gym.Env[Any, Any]):
 
 
 RobotBasicEnv.__init__.__signature__ = inspect.signature(RobotSettings.__init__)  # type: ignore[attr-defined]
+
+
+@contextlib.contextmanager
+def _unpaused() -> Iterator[None]:
+    """Let the simulated time run inside."""
+    or_raise(world.gazebo_unpause_physics)()
+    try:
+        yield
+    finally:
+        or_raise(world.gazebo_pause_physics)()
 
 
 def _ensure_node() -> None:

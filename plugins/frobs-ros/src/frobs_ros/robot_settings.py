@@ -32,13 +32,7 @@ ROBOT: Mapping[str, str] = {
     "rob_state_publisher_max_freq": "max_pub_freq",
     "rob_st_term": "rob_st_term",
     "model_name_in_gazebo": "gazebo_name",
-    "model_pos_x": "pos_x",
-    "model_pos_y": "pos_y",
-    "model_pos_z": "pos_z",
-    "model_ori_w": "ori_w",
-    "model_ori_x": "ori_x",
-    "model_ori_y": "ori_y",
-    "model_ori_z": "ori_z",
+    **{f"model_{name}": name for name in ("pos_x", "pos_y", "pos_z", "ori_w", "ori_x", "ori_y", "ori_z")},
 }
 """Argument of RobotBasicEnv, then of spawn_model_in_gazebo."""
 

@@ -22,16 +22,7 @@ STRICTNESS = {1: "best effort", 2: "strict"}
 
 @answers(False)
 def load_controller_srv(controller_name: str, ns: str | None = None, max_retries: int = 5) -> bool:
-    """Load a controller; one that is loaded already stays.
-
-    Args:
-        controller_name: The controller, whose type is the parameter ``<ns>/<controller>/type``.
-        ns: Namespace of the robot.
-        max_retries: How often to try.
-
-    Returns:
-        Whether the controller is loaded.
-    """
+    """Load a controller; one that is loaded already stays."""
     use_ros()
     from controller_manager_msgs.srv import LoadController
 
@@ -48,29 +39,14 @@ def load_controller_srv(controller_name: str, ns: str | None = None, max_retries
 
 @answers(None)
 def load_controller_list_srv(controller_list: Sequence[str], ns: str | None = None, max_retries: int = 5) -> None:
-    """Load controllers.
-
-    Args:
-        controller_list: The controllers.
-        ns: Namespace of the robot.
-        max_retries: How often to try each.
-    """
+    """Load controllers."""
     for controller in controller_list:
         load_controller_srv(controller, ns, max_retries)
 
 
 @answers(False)
 def unload_controller_srv(controller_name: str, ns: str | None = None, max_retries: int = 5) -> bool:
-    """Unload a controller, which must not run.
-
-    Args:
-        controller_name: The controller.
-        ns: Namespace of the robot.
-        max_retries: How often to try.
-
-    Returns:
-        Whether the controller is unloaded.
-    """
+    """Unload a controller, which must not run."""
     use_ros()
     from controller_manager_msgs.srv import UnloadController
 
@@ -84,13 +60,7 @@ def unload_controller_srv(controller_name: str, ns: str | None = None, max_retri
 
 @answers(None)
 def unload_controller_list_srv(controller_list: Sequence[str], ns: str | None = None, max_retries: int = 5) -> None:
-    """Unload controllers, which must not run.
-
-    Args:
-        controller_list: The controllers.
-        ns: Namespace of the robot.
-        max_retries: How often to try each.
-    """
+    """Unload controllers, which must not run."""
     for controller in controller_list:
         unload_controller_srv(controller, ns, max_retries)
 
@@ -105,20 +75,7 @@ def switch_controllers_srv(
     timeout: float = 3.0,
     max_retries: int = 5,
 ) -> bool:
-    """Start controllers and stop others, in one step of the controller manager.
-
-    Args:
-        start_controllers: The controllers to start.
-        stop_controllers: The controllers to stop.
-        ns: Namespace of the robot.
-        strictness: 1 does what can be done, 2 does all or nothing.
-        start_asap: Whether to start each as soon as its hardware is ready.
-        timeout: Before pending controllers are given up [s]; 0 for never.
-        max_retries: How often to try.
-
-    Returns:
-        Whether it is done: those to start run, those to stop do not.
-    """
+    """Start controllers and stop others, in one step of the controller manager."""
     use_ros()
     from controller_manager_msgs.srv import SwitchController
 
@@ -155,18 +112,7 @@ def start_controllers_srv(
     start_asap: bool = False,
     timeout: float = 3.0,
 ) -> bool:
-    """Start controllers that are loaded.
-
-    Args:
-        start_controllers: The controllers.
-        ns: Namespace of the robot.
-        strictness: 1 does what can be done, 2 does all or nothing.
-        start_asap: Whether to start each as soon as its hardware is ready.
-        timeout: Before pending controllers are given up [s]; 0 for never.
-
-    Returns:
-        Whether they run.
-    """
+    """Start controllers that are loaded."""
     return or_raise(switch_controllers_srv)(start_controllers, [], ns, strictness, start_asap, timeout)
 
 
@@ -178,18 +124,7 @@ def stop_controllers_srv(
     start_asap: bool = False,
     timeout: float = 3.0,
 ) -> bool:
-    """Stop controllers.
-
-    Args:
-        stop_controllers: The controllers.
-        ns: Namespace of the robot.
-        strictness: 1 does what can be done, 2 does all or nothing.
-        start_asap: Of no meaning to stopping; sent as it is.
-        timeout: Before pending controllers are given up [s]; 0 for never.
-
-    Returns:
-        Whether they are stopped.
-    """
+    """Stop controllers."""
     return or_raise(switch_controllers_srv)([], stop_controllers, ns, strictness, start_asap, timeout)
 
 
@@ -202,19 +137,7 @@ def reset_controllers_srv(
     start_asap: bool = False,
     timeout: float = 3.0,
 ) -> bool:
-    """Stop controllers and start them again.
-
-    Args:
-        reset_controllers: The controllers.
-        max_retries: How often to try.
-        ns: Namespace of the robot.
-        strictness: 1 does what can be done, 2 does all or nothing.
-        start_asap: Whether to start each as soon as its hardware is ready.
-        timeout: Before pending controllers are given up [s]; 0 for never.
-
-    Returns:
-        Whether they run again.
-    """
+    """Stop controllers and start them again."""
     switch = or_raise(switch_controllers_srv)
     switch([], reset_controllers, ns, strictness, start_asap, timeout, max_retries)
     return switch(reset_controllers, [], ns, strictness, start_asap, timeout, max_retries)
@@ -228,18 +151,7 @@ def spawn_controllers_srv(
     start_asap: bool = False,
     timeout: float = 3.0,
 ) -> bool:
-    """Load controllers and start them.
-
-    Args:
-        spawn_controllers: The controllers.
-        ns: Namespace of the robot.
-        strictness: 1 does what can be done, 2 does all or nothing.
-        start_asap: Whether to start each as soon as its hardware is ready.
-        timeout: Before pending controllers are given up [s]; 0 for never.
-
-    Returns:
-        Whether they run.
-    """
+    """Load controllers and start them."""
     for controller in spawn_controllers:
         or_raise(load_controller_srv)(controller, ns)
     return or_raise(start_controllers_srv)(spawn_controllers, ns, strictness, start_asap, timeout)
@@ -253,18 +165,7 @@ def kill_controllers_srv(
     start_asap: bool = False,
     timeout: float = 3.0,
 ) -> bool:
-    """Stop controllers and unload them.
-
-    Args:
-        kill_controllers: The controllers.
-        ns: Namespace of the robot.
-        strictness: 1 does what can be done, 2 does all or nothing.
-        start_asap: Of no meaning to stopping; sent as it is.
-        timeout: Before pending controllers are given up [s]; 0 for never.
-
-    Returns:
-        Whether they are unloaded.
-    """
+    """Stop controllers and unload them."""
     or_raise(stop_controllers_srv)(kill_controllers, ns, strictness, start_asap, timeout)
     for controller in kill_controllers:
         or_raise(unload_controller_srv)(controller, ns)

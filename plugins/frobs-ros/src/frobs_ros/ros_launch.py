@@ -8,9 +8,9 @@ from pathlib import Path
 
 from frobs_core.errors import MissingFileError, ParameterValueError
 from frobs_ros import master, nodes, processes
-from frobs_ros.errors import PackageNotFoundError, ProcessError
+from frobs_ros.errors import ProcessError
 from frobs_ros.log import LOG, answers
-from frobs_ros.packages import find_package
+from frobs_ros.packages import find_anywhere
 
 START_TIMEOUT = 30.0
 """[s] for the first node of a launch file."""
@@ -21,69 +21,28 @@ _GRACE = 20.0  # roslaunch gives each node 15 s
 def ros_launch_from_pkg(
     pkg_name: str, launch_file: str, args: Sequence[str] | None = None, launch_new_term: bool = True
 ) -> bool:
-    """Run a launch file of a ROS package.
-
-    Args:
-        pkg_name: The package.
-        launch_file: The file, in the package's folder ``launch`` or below the package.
-        args: Arguments: ``["gui:=false"]``.
-        launch_new_term: Whether to run it in an xterm.
-
-    Returns:
-        Whether it runs, or is done.
-    """
-    return launch(find_launch_file(pkg_name, launch_file), args, terminal=launch_new_term)
+    """Run a launch file of a ROS package."""
+    return launch(find_anywhere(pkg_name, "launch", launch_file, ".launch"), args, terminal=launch_new_term)
 
 
 @answers(False)
 def ros_launch_from_path(
     launch_file_path: str, args: Sequence[str] | None = None, launch_new_term: bool = True
 ) -> bool:
-    """Run a launch file.
-
-    Args:
-        launch_file_path: The file.
-        args: Arguments: ``["gui:=false"]``.
-        launch_new_term: Whether to run it in an xterm.
-
-    Returns:
-        Whether it runs, or is done.
-    """
+    """Run a launch file."""
     return launch(Path(launch_file_path).expanduser(), args, terminal=launch_new_term)
 
 
 @answers(False)
 def ros_kill_launch_process() -> bool:
-    """End the launch files that this process runs, with all their nodes; those of others go on.
-
-    Returns:
-        Whether none of them runs any more.
-    """
+    """End the launch files that this process runs, with all their nodes; those of others go on."""
     return processes.stop(processes.owned(["launch"]))
-
-
-def find_launch_file(package: str, file: str) -> Path:
-    """Return a launch file of a ROS package: where ``roslaunch PACKAGE FILE`` finds it.
-
-    Raises:
-        PackageNotFoundError: There is no such package or file.
-    """
-    folder = find_package(package)
-    for path in (folder / "launch" / file, folder / file, *sorted(folder.rglob(Path(file).name))):
-        if path.is_file():
-            return path
-    raise PackageNotFoundError(package, [path.name for path in folder.rglob("*.launch")], (), folder / "launch" / file)
 
 
 def launch(file: Path, args: Sequence[str] | None, *, terminal: bool) -> bool:
     """Run a launch file; returns when its first node is there.
 
     A ROS master is started where none answers.
-
-    Args:
-        file: The launch file.
-        args: Its arguments.
-        terminal: Whether to run it in an xterm.
 
     Raises:
         ConfigurationError: There is no such file, or an argument is not of the form ``name:=value``.

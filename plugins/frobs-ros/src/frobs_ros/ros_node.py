@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -19,7 +18,6 @@ START_TIMEOUT = 15.0
 """[s] for a node to be known to the master."""
 OUTPUTS = ("log", "screen", None)
 _SILENCE = 3.0
-_POLL = 0.05
 
 
 @answers(False)
@@ -44,9 +42,6 @@ def ros_node_from_pkg(
         name: The node's name in the graph; its own where nothing is given.
         ns: Its namespace.
         output: Where it writes: ``"log"``, a file; ``"screen"``, where we write; None, nowhere.
-
-    Returns:
-        Whether it runs.
     """
     if output not in OUTPUTS:
         raise ParameterValueError("output", output, "'log', 'screen' or None")
@@ -63,9 +58,6 @@ def ros_kill_node(node_name: str) -> bool:
 
     Args:
         node_name: Its name in the graph.
-
-    Returns:
-        Whether it is gone.
     """
     name = join(node_name)
     silence: RosError | None = None
@@ -75,21 +67,14 @@ def ros_kill_node(node_name: str) -> bool:
         raise
     except RosError as error:  # it may have ended before it answered
         silence = error
-    until = time.monotonic() + (START_TIMEOUT if silence is None else _SILENCE)
-    while name in nodes.names():
-        if time.monotonic() > until:
-            raise silence or RosError(f"the node {name} was told to end, and has not in {START_TIMEOUT:g} s.")
-        time.sleep(_POLL)
+    if not processes.wait_for(lambda: name not in nodes.names(), START_TIMEOUT if silence is None else _SILENCE):
+        raise silence or RosError(f"the node {name} was told to end, and has not in {START_TIMEOUT:g} s.")
     return True
 
 
 @answers(False)
 def ros_kill_all_nodes() -> bool:
-    """End the nodes that run in processes of ours; this process's own node and those of others go on.
-
-    Returns:
-        Whether none of them runs any more.
-    """
+    """End the nodes that run in processes of ours; this process's own node and those of others go on."""
     found = nodes.ours() if master.is_online() else set()
     for name in found:
         try:
@@ -97,21 +82,14 @@ def ros_kill_all_nodes() -> bool:
         except RosError as error:
             LOG.debug("%s", error)
     ended = processes.stop(processes.owned(["node", "state publisher"]))
-    until = time.monotonic() + START_TIMEOUT
-    while master.is_online() and (rest := nodes.ours() & found):
-        if time.monotonic() > until:
-            raise RosError(f"the nodes {', '.join(sorted(rest))} were told to end, and have not.")
-        time.sleep(_POLL)
+    if not processes.wait_for(lambda: not master.is_online() or not nodes.ours() & found, START_TIMEOUT):
+        raise RosError(f"the nodes {', '.join(sorted(nodes.ours() & found))} were told to end, and have not.")
     return ended
 
 
 @answers(False)
 def ros_kill_master() -> bool:
-    """End the ROS master if it is ours.
-
-    Returns:
-        Whether no master answers any more. Somebody else's goes on, and the answer is False.
-    """
+    """End the ROS master if this process started it; otherwise it keeps running and the answer is False."""
     ours = processes.owned(["master"])
     ended = processes.stop(ours)
     if not ours and master.is_online():
@@ -121,20 +99,12 @@ def ros_kill_master() -> bool:
 
 @answers(False)
 def ros_kill_all_processes() -> bool:
-    """End all that this process has started: nodes, launch files, Gazebo, the master; nothing of others.
-
-    Returns:
-        Whether none of it runs any more.
-    """
+    """End all that this process has started: nodes, launch files, Gazebo, the master; nothing of others."""
     return processes.stop(processes.owned())
 
 
 def find_node(package: str, node: str) -> Path:
     """Return the program of a node, where ``rosrun PACKAGE NODE`` finds it.
-
-    Args:
-        package: The ROS package.
-        node: The program's name.
 
     Raises:
         PackageNotFoundError: There is no such package, or no such program in it; names what there is.

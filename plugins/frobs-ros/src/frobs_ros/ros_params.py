@@ -14,30 +14,13 @@ from frobs_ros.packages import find_file
 
 @answers(False)
 def ros_load_yaml_from_pkg(pkg_name: str, file_name: str, ns: str = "/") -> bool:
-    """Load a YAML file of a ROS package's folder ``config`` into parameters.
-
-    Args:
-        pkg_name: The package.
-        file_name: The file.
-        ns: Namespace of the parameters.
-
-    Returns:
-        Whether it is loaded.
-    """
+    """Load a YAML file of a ROS package's folder ``config`` into parameters."""
     return _load(find_file(pkg_name, "config", file_name), ns)
 
 
 @answers(False)
 def ros_load_yaml_from_path(file_path: str, ns: str = "/") -> bool:
-    """Load a YAML file into parameters.
-
-    Args:
-        file_path: The file.
-        ns: Namespace of the parameters.
-
-    Returns:
-        Whether it is loaded.
-    """
+    """Load a YAML file into parameters."""
     return _load(Path(file_path).expanduser(), ns)
 
 

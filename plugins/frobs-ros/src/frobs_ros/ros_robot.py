@@ -45,13 +45,10 @@ class Topics:
 
 
 class RosRobot:
-    """A :class:`frobs_ros.policy_loop.LiveRobot` behind ROS topics. The process must be a ROS node already.
+    """A robot that measures and obeys, behind ROS topics. The process must be a ROS node already.
 
     Args:
-        mirror: Of the policy that is to act.
-        namespace: Of the robot.
         controller: Its controller that gets the commands; None: a wheeled robot's ``cmd_vel``.
-        topics: Where it measures.
 
     Raises:
         ConfigurationError: The controller is unknown, does not run, or takes other commands than the policy gives; or there
@@ -192,11 +189,10 @@ class RosRobot:
             self._goal = np.array([message.x, message.y, message.z])
 
     def now(self) -> float:
-        """Return ROS's time [s]."""
+        """Return ROS's time [s]; it may stand still, and go back."""
         import rospy
 
-        seconds: float = rospy.get_time()
-        return seconds
+        return float(rospy.get_time())
 
     def state(self) -> State | None:
         """Return what was measured last; None: not all of it yet."""
@@ -228,8 +224,7 @@ class RosRobot:
         """Return whether the node is shut down."""
         import rospy
 
-        over: bool = rospy.is_shutdown()
-        return over
+        return bool(rospy.is_shutdown())
 
     def _ordered(self, command: Command) -> list[float]:
         values = dict(zip(self._mirror.joint_names, command.values.tolist(), strict=True))

@@ -29,14 +29,6 @@ def init_robot_state_pub(
 
     The parameter ``<namespace>/robot_description`` must be there. The node is :mod:`frobs_ros.state_publisher`, which does
     what ROS's own does.
-
-    Args:
-        namespace: Of the robot.
-        max_pub_freq: Highest rate [Hz]; its own default where nothing is given.
-        launch_new_term: Whether to run it in an xterm.
-
-    Returns:
-        Whether it runs.
     """
     description = join(namespace, _DESCRIPTION)
     if not connect().hasParam(description):
@@ -70,31 +62,7 @@ def spawn_model_in_gazebo(
     ori_y: float = 0.0,
     ori_z: float = 0.0,
 ) -> bool:
-    """Spawn a robot: description, state publisher, model, parameters of its controllers, controllers.
-
-    Args:
-        pkg_name: The ROS package that holds its files.
-        model_urdf_file: Its URDF or xacro.
-        controllers_file: YAML file in the package's folder ``config``; None: it has no controllers.
-        controllers_list: The controllers to load and start.
-        model_urdf_folder: The URDF's folder in the package.
-        ns: Namespace of the robot.
-        args_xacro: Arguments of the xacro: ``["effort:=true"]``.
-        max_pub_freq: Highest rate of the state publisher [Hz].
-        rob_st_term: Whether to run the state publisher in an xterm.
-        gazebo_name: The model's name in the simulation.
-        gaz_ref_frame: The model or link that the pose is relative to.
-        pos_x: [m]
-        pos_y: [m]
-        pos_z: [m]
-        ori_w: Scalar of a quaternion of length 1; four zeros are no rotation.
-        ori_x: Of the quaternion.
-        ori_y: Of the quaternion.
-        ori_z: Of the quaternion.
-
-    Returns:
-        Whether all of it is done.
-    """
+    """Spawn a robot: description, state publisher, model, parameters of its controllers, controllers."""
     quat = orientation(ori_x, ori_y, ori_z, ori_w)
     or_raise(urdf_load_from_pkg)(pkg_name, model_urdf_file, _DESCRIPTION, model_urdf_folder, ns, args_xacro)
     or_raise(init_robot_state_pub)(ns, max_pub_freq, rob_st_term)

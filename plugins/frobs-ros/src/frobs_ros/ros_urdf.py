@@ -26,19 +26,7 @@ def urdf_load_from_pkg(
     ns: str | None = None,
     args_xacro: Sequence[str] | None = None,
 ) -> bool:
-    """Load a URDF or xacro of a ROS package into a parameter.
-
-    Args:
-        pkg_name: The package.
-        model_name: The file.
-        param_name: The parameter: ``"robot_description"``.
-        folder: The file's folder in the package.
-        ns: Namespace of the parameter.
-        args_xacro: Arguments of the xacro: ``["effort:=true"]``.
-
-    Returns:
-        Whether it is loaded.
-    """
+    """Load a URDF or xacro of a ROS package into a parameter."""
     return _load(parse_model(find_file(pkg_name, folder, model_name), args_xacro), param_name, ns)
 
 
@@ -46,17 +34,7 @@ def urdf_load_from_pkg(
 def urdf_load_from_path(
     model_path: str, param_name: str, ns: str | None = None, args_xacro: Sequence[str] | None = None
 ) -> bool:
-    """Load a URDF or xacro into a parameter.
-
-    Args:
-        model_path: The file.
-        param_name: The parameter: ``"robot_description"``.
-        ns: Namespace of the parameter.
-        args_xacro: Arguments of the xacro: ``["effort:=true"]``.
-
-    Returns:
-        Whether it is loaded.
-    """
+    """Load a URDF or xacro into a parameter."""
     return _load(parse_model(Path(model_path), args_xacro), param_name, ns)
 
 
@@ -65,12 +43,6 @@ def urdf_parse_from_pkg(
     pkg_name: str, model_name: str, folder: str = "/urdf", args_xacro: Sequence[str] | None = None
 ) -> str | None:
     """Return the URDF that a file of a ROS package holds or expands to.
-
-    Args:
-        pkg_name: The package.
-        model_name: The file.
-        folder: The file's folder in the package.
-        args_xacro: Arguments of the xacro: ``["effort:=true"]``.
 
     Returns:
         The URDF; None where there is no such package or file, or it is broken.
@@ -82,10 +54,6 @@ def urdf_parse_from_pkg(
 def urdf_parse_from_path(model_path: str, args_xacro: Sequence[str] | None = None) -> str | None:
     """Return the URDF that a file holds or expands to.
 
-    Args:
-        model_path: The file.
-        args_xacro: Arguments of the xacro: ``["effort:=true"]``.
-
     Returns:
         The URDF; None where there is no such file, or it is broken.
     """
@@ -94,10 +62,6 @@ def urdf_parse_from_path(model_path: str, args_xacro: Sequence[str] | None = Non
 
 def parse_model(path: Path, arguments: Sequence[str] | None = None) -> str:
     """Expand a file.
-
-    Args:
-        path: The file.
-        arguments: Of the xacro: ``["effort:=true"]``.
 
     Raises:
         ConfigurationError: An argument is not of the form ``name:=value``.
@@ -115,9 +79,6 @@ def parse_model(path: Path, arguments: Sequence[str] | None = None) -> str:
 
 def xacro_arguments(arguments: Sequence[str] | None) -> Mapping[str, str]:
     """Return xacro arguments by name.
-
-    Args:
-        arguments: Each ``name:=value``.
 
     Raises:
         ConfigurationError: One is not of that form.

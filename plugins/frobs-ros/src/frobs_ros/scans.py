@@ -15,10 +15,6 @@ from frobs_core.interfaces import Lidar
 def rays_of(scan: Any, lidar: Lidar) -> Floats:
     """Return what a scan says along the rays of a lidar: of each the nearest beam.
 
-    Args:
-        scan: A sensor_msgs/LaserScan.
-        lidar: Whose rays are wanted, in the same frame.
-
     Returns:
         (rays,) [m]
 

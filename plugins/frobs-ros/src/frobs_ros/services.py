@@ -7,11 +7,11 @@ import threading
 import time
 from typing import Any
 
+from frobs_ros import processes
 from frobs_ros.environment import use_ros
 from frobs_ros.errors import MasterError, ServiceError
 from frobs_ros.master import master_uri
 
-_POLL = 0.05
 _PAUSE = 0.05
 LASTING = "/gazebo/"
 """Services of the simulation itself, which last as long as it does: connections to them stay open.
@@ -62,11 +62,7 @@ def call(name: str, service: Any, *args: Any, tries: int = 1, **fields: Any) -> 
 
 
 def wait_for(name: str, timeout: float | None = None) -> None:
-    """Wait until a service is offered.
-
-    Args:
-        name: Its full name.
-        timeout: [s]; :func:`patience` where nothing is given.
+    """Wait until a service is offered, for ``timeout`` [s] or :func:`patience`.
 
     Raises:
         MasterError: No master answers.
@@ -74,11 +70,8 @@ def wait_for(name: str, timeout: float | None = None) -> None:
     """
     if name in _connections():
         return
-    until = time.monotonic() + (patience() if timeout is None else timeout)
-    while not is_offered(name):
-        if time.monotonic() > until:
-            raise ServiceError(name, f"nobody offers it; is Gazebo, or the bridge, running with {master_uri()}?")
-        time.sleep(_POLL)
+    if not processes.wait_for(lambda: is_offered(name), patience() if timeout is None else timeout):
+        raise ServiceError(name, f"nobody offers it; is Gazebo, or the bridge, running with {master_uri()}?")
 
 
 def is_open(name: str) -> bool:

@@ -41,10 +41,6 @@ _QUEUE = 100  # messages, as tf2's broadcasters have it
 def read_joints(text: str, source: str) -> tuple[Joint, ...]:
     """Read the joints of a URDF; shapes, masses and limits are not looked at.
 
-    Args:
-        text: The URDF.
-        source: Where it is from, for messages.
-
     Raises:
         ModelFileError: It is no URDF, or its joints make no tree.
     """
@@ -58,14 +54,7 @@ def read_joints(text: str, source: str) -> tuple[Joint, ...]:
 
 
 class Frames:
-    """The frames that joints move: each joint's child in its parent, at a position.
-
-    Args:
-        joints: Revolute, continuous, prismatic; others stay where they are at zero.
-
-    Attributes:
-        joints: They.
-    """
+    """The frames that joints move: each joint's child in its parent, at a position."""
 
     def __init__(self, joints: Iterable[Joint]) -> None:
         self.joints = tuple(joints)
@@ -91,10 +80,7 @@ class Frames:
         return found
 
     def poses(self, positions: Floats) -> tuple[Floats, Floats]:
-        """Return the frames at some positions.
-
-        Args:
-            positions: (k,) [rad or m]
+        """Return the frames at positions (k,) [rad or m].
 
         Returns:
             pos (k, 3) [m] and quat_wxyz (k, 4).
@@ -108,7 +94,6 @@ class Pace:
 
     Args:
         frequency: Highest rate [Hz].
-        always: Whether every message is due.
     """
 
     def __init__(self, frequency: float, always: bool = False) -> None:
@@ -117,13 +102,9 @@ class Pace:
         self._last: dict[str, int] = {}
 
     def is_due(self, names: Collection[str], stamp: int) -> bool:
-        """Return whether a message is to be published, and take it as published then.
+        """Return whether a message with a stamp [ns] is to be published, and take it as published then.
 
         Stamps that go back, after a reset of the simulation, begin anew.
-
-        Args:
-            names: Of its joints.
-            stamp: [ns]
         """
         last = [self._last[name] for name in names if name in self._last]
         due = (
@@ -149,7 +130,6 @@ class StatePublisher:
     """Publishes what it hears of joints; the process must be a ROS node.
 
     Args:
-        joints: Of the robot.
         frequency: Highest rate [Hz].
         static: Whether fixed joints are told once, on ``/tf_static``; else again and again on ``/tf``.
         always: Whether every message counts, whenever it is from.

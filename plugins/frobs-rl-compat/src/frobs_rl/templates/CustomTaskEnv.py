@@ -13,9 +13,7 @@ __all__ = ["CCustomTaskEnv", "CustomTaskEnv"]
 
 if "CustomTaskEnv-v0" not in registry:
     register(
-        id="CustomTaskEnv-v0",
-        entry_point="frobs_rl.templates.CustomTaskEnv:CustomTaskEnv",
-        max_episode_steps=10000,
+        id="CustomTaskEnv-v0", entry_point="frobs_rl.templates.CustomTaskEnv:CustomTaskEnv", max_episode_steps=10000
     )
 
 

@@ -17,9 +17,7 @@ def run(
     command: Annotated[
         list[str],
         typer.Argument(
-            metavar="SCRIPT",
-            show_default=False,
-            help="A Python script (*.py) or any program, then its arguments.",
+            metavar="SCRIPT", show_default=False, help="A Python script (*.py) or any program, then its arguments."
         ),
     ],
 ) -> None:

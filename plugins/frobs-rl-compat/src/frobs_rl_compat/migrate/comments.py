@@ -10,13 +10,7 @@ _WIDTH = 116
 
 
 def commented(lines: Sequence[str], indent: int, todo: str) -> list[str]:
-    """Return lines as comments below a line that says what is to do.
-
-    Args:
-        lines: Of old code.
-        indent: Spaces before each.
-        todo: What is to do.
-    """
+    """Return lines as comments below a line that says what is to do."""
     margin = " " * indent
     found = [f"{margin}# {line}" for line in textwrap.wrap(f"TODO: {todo}", _WIDTH - indent)]
     for line in lines:
@@ -30,13 +24,7 @@ def commented(lines: Sequence[str], indent: int, todo: str) -> list[str]:
 
 
 def insert_in_method(text: str, method: str, lines: Sequence[str]) -> str:
-    """Return a file's text with lines at the beginning of a method's body, below its docstring.
-
-    Args:
-        text: Of the file; it has one class.
-        method: Its name.
-        lines: To insert, with their indentation.
-    """
+    """Return a file's text with lines at the beginning of a method's body, below its docstring."""
     function = next(
         node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.FunctionDef) and node.name == method
     )  # fmt: skip

@@ -9,14 +9,9 @@ from typing import Any
 
 from frobs_rl_compat.migrate.expressions import Evaluator, UnknownValueError
 from frobs_rl_compat.migrate.python_files import ROOTS, OldClass
+from frobs_ros.robot_settings import RobotSettings
 
-PARAMETERS = (
-    "launch_gazebo", "gazebo_init_paused", "gazebo_use_gui", "gazebo_recording", "gazebo_freq", "world_path", "world_pkg",
-    "world_filename", "gazebo_max_freq", "gazebo_timestep", "spawn_robot", "model_name_in_gazebo", "namespace", "pkg_name",
-    "urdf_file", "urdf_folder", "controller_file", "controller_list", "urdf_xacro_args", "rob_state_publisher_max_freq",
-    "rob_st_term", "model_pos_x", "model_pos_y", "model_pos_z", "model_ori_x", "model_ori_y", "model_ori_z", "model_ori_w",
-    "reset_controllers", "reset_mode", "step_mode", "num_gazebo_steps",
-)  # fmt: skip
+PARAMETERS = RobotSettings.names()
 """Of ``RobotBasicEnv``, in their order."""
 
 
@@ -27,7 +22,6 @@ class Constructed:
     Attributes:
         values: By name: ``"self.action_space"``.
         unknown: Names whose value could not be told, with the expression and what was missing.
-        parameters: That ``RobotBasicEnv`` is given.
         unknown_parameters: Of those whose value could not be told, with the expression.
     """
 

@@ -19,35 +19,15 @@ _CONSTANTS = {"np.pi": math.pi, "numpy.pi": math.pi, "math.pi": math.pi, "np.inf
 _DTYPES = {f"{module}.{name}": name for module in ("np", "numpy")
            for name in ("float32", "float64", "int32", "int64", "int8", "uint8")}  # fmt: skip
 
-_BINARY: Mapping[type, Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv,
-    ast.Mod: operator.mod,
-    ast.Pow: operator.pow,
-}
-_UNARY: Mapping[type, Callable[[Any], Any]] = {
-    ast.USub: operator.neg,
-    ast.UAdd: operator.pos,
-    ast.Not: operator.not_,
-}
+_OPERATORS: Mapping[type, Callable[..., Any]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: operator.pow, ast.USub: operator.neg,
+    ast.UAdd: operator.pos, ast.Not: operator.not_,
+}  # fmt: skip
 
 
 class UnknownValueError(Exception):
     """An expression has no value that can be told from its syntax; the text says which part of it."""
-
-
-def _array(value: Any, dtype: Any = None) -> Any:
-    return np.asarray(value, dtype)
-
-
-def _filled(fill: float) -> Callable[..., Any]:
-    def make(shape: Any, dtype: Any = float) -> Any:
-        return np.full(_small(shape), fill, dtype)
-
-    return make
 
 
 def _small(shape: Any) -> Any:
@@ -57,10 +37,9 @@ def _small(shape: Any) -> Any:
 
 
 _FUNCTIONS: Mapping[str, Callable[..., Any]] = {
-    "array": _array,
-    "asarray": _array,
-    "zeros": _filled(0.0),
-    "ones": _filled(1.0),
+    **dict.fromkeys(("array", "asarray"), lambda value, dtype=None: np.asarray(value, dtype)),
+    "zeros": lambda shape, dtype=float: np.zeros(_small(shape), dtype),
+    "ones": lambda shape, dtype=float: np.ones(_small(shape), dtype),
     "full": lambda shape, value, dtype=None: np.full(_small(shape), value, dtype),
     "concatenate": lambda parts, axis=0: np.concatenate([np.atleast_1d(part) for part in parts], axis),
     "hstack": np.hstack,
@@ -69,17 +48,7 @@ _FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "radians": np.deg2rad,
     "sqrt": np.sqrt,
     "linspace": lambda start, stop, num=50: np.linspace(start, stop, _small(num)),
-    "float": float,
-    "int": int,
-    "bool": bool,
-    "str": str,
-    "list": list,
-    "tuple": tuple,
-    "dict": dict,
-    "len": len,
-    "abs": abs,
-    "max": max,
-    "min": min,
+    **{function.__name__: function for function in (float, int, bool, str, list, tuple, dict, len, abs, max, min)},
 }
 _MODULES = ("np", "numpy", "math", "")
 _SPACES = {"Box": gymnasium.spaces.Box, "Discrete": gymnasium.spaces.Discrete,
@@ -142,7 +111,7 @@ class Evaluator:
         return {self._value(key): self._value(value) for key, value in zip(node.keys, node.values, strict=True) if key}
 
     def _unaryop(self, node: ast.UnaryOp) -> Any:
-        return _UNARY[type(node.op)](self._value(node.operand))
+        return _OPERATORS[type(node.op)](self._value(node.operand))
 
     def _binop(self, node: ast.BinOp) -> Any:
         left, right = self._value(node.left), self._value(node.right)
@@ -153,7 +122,7 @@ class Evaluator:
             huge = len(sequence) * times > _MOST
         if huge:
             raise UnknownValueError(ast.unparse(node))
-        return _BINARY[type(node.op)](left, right)
+        return _OPERATORS[type(node.op)](left, right)
 
     def _subscript(self, node: ast.Subscript) -> Any:
         return self._value(node.value)[self._value(node.slice)]

@@ -18,13 +18,7 @@ _SPACES = {"ACTION_SPACE": "self.action_space", "OBSERVATION_SPACE": "self.obser
 
 
 def write_original(package: OldPackage, folder: Path, made: Migration) -> None:
-    """Write the file.
-
-    Args:
-        package: The package.
-        folder: Of the plugin's Python package.
-        made: Notes what was carried over.
-    """
+    """Write the file."""
     parts = [
         f'"""What {package.lineage[0].name} of the ROS package {package.name} said, read from its source.\n\n'
         'Nothing uses it yet: it is here so that the task can be made to say the same.\n"""\n\n'

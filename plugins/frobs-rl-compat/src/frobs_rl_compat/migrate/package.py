@@ -23,13 +23,9 @@ class OldPackage:
 
     Attributes:
         name: In ``package.xml``, or of the folder.
-        folder: Where it lies.
         lineage: The environment's class, and those of the package that it inherits.
         registration: Its ID; None: it is not registered.
         others: Further IDs that the package registers.
-        constructed: What its constructor sets.
-        python: The Python files.
-        yaml: The YAML files.
         time_limits: ``max_steps`` of each ``TimeLimitWrapper`` in the scripts.
         wrappers: Names of FRobs_RL's other wrappers that the scripts use.
     """
@@ -56,10 +52,6 @@ class OldPackage:
 
 def read_package(folder: Path, id: str | None = None) -> OldPackage:
     """Read a package.
-
-    Args:
-        folder: Of the ROS package.
-        id: Which of its environments; None: the first that is registered.
 
     Raises:
         ConfigurationError: There is no such folder, no environment of FRobs_RL in it, or it cannot be read.

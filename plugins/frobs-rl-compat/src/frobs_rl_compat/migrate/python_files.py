@@ -19,13 +19,8 @@ class OldClass:
     """A class of an environment.
 
     Attributes:
-        name: Of the class.
         bases: Last parts of the names of what it inherits.
-        methods: By name.
-        node: Its syntax.
         tree: That of its file.
-        path: Its file.
-        source: The text of the file.
     """
 
     name: str
@@ -37,12 +32,7 @@ class OldClass:
     source: str
 
     def text(self, method: str, without: Callable[[ast.stmt], bool] = lambda statement: False) -> list[str]:
-        """Return the lines of a method's body, without its docstring and indentation.
-
-        Args:
-            method: Its name.
-            without: Which statements are left out.
-        """
+        """Return the lines of a method's body, without its docstring and indentation."""
         function = self.methods[method]
         body = function.body[1:] if ast.get_docstring(function) is not None else function.body
         all_lines = self.source.expandtabs(4).splitlines()
@@ -65,14 +55,7 @@ class OldClass:
 
 @dataclass(frozen=True)
 class Registration:
-    """A call of ``register``.
-
-    Attributes:
-        id: The ID.
-        class_name: Of the entry point.
-        max_episode_steps: Steps per episode, or None.
-        path: The file.
-    """
+    """A call of ``register``."""
 
     id: str
     class_name: str

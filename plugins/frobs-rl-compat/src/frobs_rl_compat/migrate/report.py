@@ -12,7 +12,6 @@ class Migration:
     """What a migration has made.
 
     Attributes:
-        name: Of what was migrated.
         path: The folder or file that was made.
         carried: What was carried over, and where it is now.
         left: What was not, and what to do.

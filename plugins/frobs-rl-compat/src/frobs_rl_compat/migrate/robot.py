@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
@@ -14,7 +14,7 @@ from frobs_core.interfaces import Lidar
 from frobs_core.models import RobotModel, default_tcp, forward_kinematics, load_model
 from frobs_core.models.resources import Packages
 from frobs_rl_compat.migrate.package import OldPackage
-from frobs_ros.bridge.extras import read_lidars
+from frobs_ros.bridge.extras import read_lidars, read_plugins
 from frobs_ros.bridge.urdf import gazebo_elements, read_friction
 
 _DRIVE_TAGS = {
@@ -31,8 +31,6 @@ class Wheels:
     """Two driven wheels, as a plugin of Gazebo describes them.
 
     Attributes:
-        left: Joint of the left one.
-        right: Of the right one.
         separation: Between them [m].
         diameter: Of each [m].
     """
@@ -48,13 +46,10 @@ class RobotSource:
     """A robot's file.
 
     Attributes:
-        path: The file.
         xacro_args: Its arguments by name.
         package_paths: Folders of ROS packages that it may name.
-        model: What it says.
         wheels: Where it drives on two wheels.
         friction: Sliding friction by link, of those for which the file says one.
-        lidars: By name.
         lidar_problem: Why there is none, where the file has one that cannot be used.
     """
 
@@ -76,12 +71,7 @@ class RobotSource:
 
 
 def find_robot(package: OldPackage, package_paths: Mapping[str, str | Path]) -> tuple[RobotSource | None, str]:
-    """Return the robot that the package spawns, or None and why there is none.
-
-    Args:
-        package: The package.
-        package_paths: Folders of ROS packages by name, besides those that are found beside the package.
-    """
+    """Return the robot that the package spawns, or None and why there is none."""
     given = package.constructed.parameters
     file = given.get("urdf_file")
     if not file:
@@ -97,23 +87,17 @@ def find_robot(package: OldPackage, package_paths: Mapping[str, str | Path]) -> 
         friction = read_friction(elements, model)
     except FrobsError as error:
         return None, str(error)
-    lidars, problem = _lidars(elements)
+    lidars, problem = {}, ""
+    try:
+        lidars = read_lidars(elements)
+    except FrobsError as error:
+        problem = str(error)
     return RobotSource(path, args, paths, model, _wheels(model), friction, lidars, problem), ""
 
 
-def _lidars(elements: Iterable[ElementTree.Element]) -> tuple[dict[str, Lidar], str]:
-    try:
-        return read_lidars(elements), ""
-    except FrobsError as error:
-        return {}, str(error)
-
-
 def _wheels(model: RobotModel) -> Wheels | None:
-    for plugin in ElementTree.fromstring(model.xml).iter("plugin"):
-        texts = {child.tag: (child.text or "").strip() for child in plugin}
-        found = {}
-        for what, tags in _DRIVE_TAGS.items():
-            found[what] = next((texts[tag] for tag in tags if texts.get(tag)), "")
+    for plugin in read_plugins(ElementTree.fromstring(model.xml).iter("gazebo")):
+        found = {what: plugin.text(*tags) for what, tags in _DRIVE_TAGS.items()}
         if all(found.values()):
             try:
                 sizes = float(found["separation"]), float(found["diameter"])

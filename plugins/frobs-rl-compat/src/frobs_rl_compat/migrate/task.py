@@ -27,13 +27,7 @@ _ELSEWHERE = (*HOOKS, "_send_action", "_check_subs_and_pubs_connection", _CONSTR
 
 
 def edit_task(package: OldPackage, file: Path, made: Migration) -> None:
-    """Edit the task of a plugin.
-
-    Args:
-        package: The package.
-        file: ``task.py``.
-        made: Notes what was carried over.
-    """
+    """Edit the task of a plugin."""
     text = _with_numbers(package, file.read_text("utf-8"), made)
     for hook, (methods, todo) in HOOKS.items():
         found = package.hook(hook)

@@ -35,7 +35,6 @@ class YamlFiles:
     Attributes:
         learning: Of FRobs_RL's algorithms.
         controllers: Of ROS's controllers.
-        numbers: All others.
         unread: Those that cannot be read, and why.
     """
 
@@ -84,11 +83,6 @@ def read_yaml_files(folder: Path) -> YamlFiles:
 
 def run_configuration(path: Path, mapping: Mapping[str, Any], environment: str | None) -> tuple[str, str]:
     """Return a run's configuration for a file of FRobs_RL, and a line on what has no place in it.
-
-    Args:
-        path: The file.
-        mapping: What it holds.
-        environment: Gymnasium ID; None leaves it to the command line.
 
     Raises:
         ConfigurationError: The file cannot be used.

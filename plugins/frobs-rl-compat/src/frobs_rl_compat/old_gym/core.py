@@ -106,11 +106,7 @@ class ActionWrapper(Wrapper):
 
 
 class FourValues(Wrapper):
-    """An environment of Gymnasium's API with old gym's.
-
-    Args:
-        env: The environment.
-    """
+    """An environment of Gymnasium's API with old gym's."""
 
     def __init__(self, env: Any) -> None:
         gymnasium.Wrapper.__init__(self, env)

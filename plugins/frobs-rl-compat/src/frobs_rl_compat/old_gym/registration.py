@@ -65,12 +65,7 @@ def is_made_by_gymnasium(env: gymnasium.Env[Any, Any]) -> bool:
 
 
 def make(id: str | EnvSpec, **kwargs: Any) -> Any:
-    """Return a new environment with old gym's API.
-
-    Args:
-        id: Registered with ``gym`` or with Gymnasium.
-        **kwargs: For the class.
-    """
+    """Return a new environment with old gym's API."""
     return to_gym(gymnasium.make(id, **kwargs))
 
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.loop import Loop
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.ode import Ode
 from frobs_ros.bridge.world import NANO, World
 
 _Result = TypeVar("_Result")
@@ -21,23 +20,21 @@ class Bridge:
     """A world that is kept going, and everything that belongs to its models.
 
     Args:
-        world: The world.
-        paused: Whether it begins paused.
         furnish: Makes the components of a model that was just added: its plugins and controllers.
 
     Attributes:
         world: To be touched in the loop's thread alone: through :meth:`call`.
-        loop: That thread.
-        ode: Numbers of ODE's solver, which are kept and told.
+        ode: Numbers of ODE's solver (gazebo_msgs/ODEPhysics). No simulator of FRobs is ODE: they are only stored.
     """
 
     def __init__(self, world: World, *, paused: bool, furnish: Callable[[Bridge, Model], Sequence[Component]]) -> None:
-        self.world, self.ode = world, Ode()
+        self.world = world
         self.loop = Loop(self, paused)
         self._furnish = furnish
         self._general: list[Component] = []
         self._components: dict[str, list[Component]] = {}
         self.max_update_rate = 1000.0
+        self.ode: Any = None
 
     @property
     def speed(self) -> float:

@@ -19,13 +19,18 @@ class Component:
     def __init__(self, rate: float = 0.0) -> None:
         self._period_ns = round(NANO / rate) if rate > 0.0 else None
         self._next_ns = 0
-        self._stamps = Stamps()
+        self._last_stamp_ns = -1
         self._topics: list[Any] = []
 
     def own(self, topic: Any) -> Any:
         """Return a publisher or subscriber, which :meth:`close` unregisters."""
         self._topics.append(topic)
         return topic
+
+    def next_stamp(self, world: World) -> Any:
+        """Return a stamp for now as a ``rospy.Time``: never the same twice until :meth:`reset`."""
+        self._last_stamp_ns = max(world.time_ns, self._last_stamp_ns + 1)
+        return stamp(self._last_stamp_ns)
 
     def before(self, world: World, steps: int) -> None:
         """Set what the drives follow in the next physics steps."""
@@ -54,28 +59,12 @@ class Component:
     def reset(self, world: World) -> None:
         """Begin anew: models are back, and the time may be."""
         self._next_ns = world.time_ns
-        self._stamps.reset()
+        self._last_stamp_ns = -1
 
     def close(self) -> None:
         """Leave the ROS graph."""
         for topic in self._topics:
             topic.unregister()
-
-
-class Stamps:
-    """Stamps of a topic: never the same twice while the time goes on; after a reset they begin anew."""
-
-    def __init__(self) -> None:
-        self._last_ns = -1
-
-    def next(self, world: World) -> Any:
-        """Return a stamp for now as a ``rospy.Time``."""
-        self._last_ns = max(world.time_ns, self._last_ns + 1)
-        return stamp(self._last_ns)
-
-    def reset(self) -> None:
-        """Begin anew."""
-        self._last_ns = -1
 
 
 def stamp(time_ns: int) -> Any:

@@ -20,11 +20,7 @@ class Drive:
     joint that follows a velocity run ahead at it, those of one that follows an effort are where the drive law gives just
     that effort, which holds for one physics step.
 
-    Args:
-        modes: Of each joint.
-
     Attributes:
-        modes: Of each joint.
         targets: (dof,) [rad or m, rad/s or m/s, N·m or N], each in its joint's mode.
         efforts: (dof,) [N·m or N] that are added, whatever the mode.
     """
@@ -79,10 +75,7 @@ class Drive:
             values = self._as_positions(robot, values, steps, timestep)
         if self.efforts.any():
             values = values + self.efforts / self._per_unit(robot, mode)
-        if len(values) == 1:
-            robot.command(values)
-        else:
-            robot.command(values[None])
+        robot.command(values if len(values) == 1 else values[None])
 
     def _as_positions(self, robot: RobotHandle, values: Floats, steps: int, timestep: float) -> Floats:
         stiffness, damping = (gain[0] for gain in robot.drive_gains())

@@ -15,7 +15,6 @@ class Plugin:
     """A plugin that a file asks for.
 
     Attributes:
-        name: That the file gives it.
         file: Its library, without ``lib`` and ``.so``.
         parameters: What stands in it, by tag.
         link: The link whose ``<gazebo>`` element it stands in, or that its sensor is on; may be empty.
@@ -38,13 +37,7 @@ class Plugin:
         Raises:
             ConfigurationError: It is none.
         """
-        text = self.text(*tags)
-        try:
-            return float(text) if text else default
-        except ValueError as error:
-            raise GazeboElementError(
-                f"the plugin '{self.name}'", f"{tags[0]} is '{text}', which is no number."
-            ) from error
+        return _number(self.text(*tags), default, f"the plugin '{self.name}'", tags[0])
 
     def says(self, tag: str, default: bool) -> bool:
         """Return whether a parameter is true."""
@@ -75,6 +68,13 @@ def read_lidars(elements: Iterable[Element]) -> dict[str, Lidar]:
     return found
 
 
+def _number(text: str | None, default: float, element: str, name: str) -> float:
+    try:
+        return float(text) if text else default
+    except ValueError as error:
+        raise GazeboElementError(element, f"{name} is '{text}', which is no number.") from error
+
+
 def _plugin(element: Element, link: str, sensor: str = "") -> Plugin:
     file = element.get("filename", "").rpartition("/")[2].removeprefix("lib").removesuffix(".so")
     parameters = {child.tag: (child.text or "").strip() for child in element}
@@ -87,13 +87,7 @@ def _sensor_name(sensor: Element) -> str:
 
 def _lidar(sensor: Element, link: str) -> Lidar:
     def number(path: str, default: float) -> float:
-        text = sensor.findtext(path)
-        try:
-            return float(text) if text else default
-        except ValueError as error:
-            raise GazeboElementError(
-                f"the sensor '{_sensor_name(sensor)}'", f"{path} is '{text}', which is no number."
-            ) from error
+        return _number(sensor.findtext(path), default, f"the sensor '{_sensor_name(sensor)}'", path)
 
     across = "ray/scan/horizontal"
     return Lidar(

@@ -16,8 +16,6 @@ class JointEffort:
     """An effort on a joint.
 
     Attributes:
-        model: Name.
-        joint: Name.
         effort: [N·m or N]
         start_ns: [ns] in simulated time.
         end_ns: [ns]; None: until it is cleared.
@@ -35,8 +33,6 @@ class BodyWrench:
     """A force and a torque on a link, about its centre of mass, in the world.
 
     Attributes:
-        model: Name.
-        link: Name.
         force: (3,) [N]
         torque: (3,) [N·m]
         start_ns: [ns] in simulated time.

@@ -48,13 +48,7 @@ def furnish(bridge: Bridge, model: Model) -> Sequence[Component]:
 
 
 def add_manager(bridge: Bridge, model: Model, space: str) -> ControllerManager:
-    """Make a controller manager for a model, and offer its services.
-
-    Args:
-        bridge: That the model is in.
-        model: The robot.
-        space: Namespace, with a slash in front, or empty.
-    """
+    """Make a controller manager for a model, and offer its services; ``space`` is empty or begins with a slash."""
     import rospy
 
     manager = ControllerManager(bridge, model, space, lambda name: rospy.get_param(name, None))

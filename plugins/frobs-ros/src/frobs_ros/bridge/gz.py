@@ -31,9 +31,6 @@ class GzError(Exception):
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command.
 
-    Args:
-        arguments: After its name; None: those of the process.
-
     Returns:
         The exit code.
     """

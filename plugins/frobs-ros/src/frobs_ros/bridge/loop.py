@@ -7,41 +7,21 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
-from typing import Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from frobs_core.errors import SimulationError
+
+if TYPE_CHECKING:
+    from frobs_ros.bridge.bridge import Bridge
 
 _Result = TypeVar("_Result")
 _MOST_LAG = 0.1  # [s] that a simulation which is too slow is behind before it stops trying to catch up
 
 
-class Advancing(Protocol):
-    """What the loop keeps going."""
-
-    @property
-    def speed(self) -> float:
-        """Simulated seconds per second; 0: as fast as it goes."""
-
-    @property
-    def time(self) -> float:
-        """[s] simulated."""
-
-    def advance(self, most: float) -> None:
-        """Go on, at least one step and about ``most`` [s] at most."""
-
-    def fail(self, error: Exception) -> None:
-        """Take note that a step failed; the loop has paused."""
-
-
 class Loop:
-    """Runs what is handed to it, and between that the simulation, unless it is paused.
+    """Runs what is handed to it, and between that the simulation, unless it is paused."""
 
-    Args:
-        work: What is kept going.
-        paused: Whether it begins paused.
-    """
-
-    def __init__(self, work: Advancing, paused: bool) -> None:
+    def __init__(self, work: Bridge, paused: bool) -> None:
         self._work, self._paused = work, paused
         self._waiting: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]] | None] = queue.SimpleQueue()
         self._open = True

@@ -51,13 +51,10 @@ class Model:
     Args:
         name: Unique in the world.
         namespace: Of its plugins, without slashes at the ends.
-        description: What it is.
-        place: Where it stands.
 
     Attributes:
         key: What the simulation calls it.
         robot: Its handle; None: it is static, or the world has not been built with it yet.
-        drive: What its joints follow.
     """
 
     def __init__(self, name: str, namespace: str, description: Description, place: Place) -> None:

@@ -22,23 +22,7 @@ LOG = logging.getLogger("frobs.bridge")
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What a bridge is started with.
-
-    Attributes:
-        simulator: Name of the simulator.
-        robot: Name of an installed robot, or path of a model file, that stands in the world from the beginning.
-        model_name: What this robot is called in the world; empty: its own name.
-        namespace: Of this robot.
-        world: An SDF world file; None: a ground plane.
-        paused: Whether time stands still at first.
-        timestep: [s] of a physics step; None: what the world file says, or 1 ms.
-        clock_frequency: Of ``/clock``, per simulated second [Hz].
-        state_frequency: Of model_states and link_states, per simulated second [Hz].
-        max_update_rate: Physics steps per second [Hz], 0: no limit; None: what the world file says, or real time.
-        gui: Whether a window shows the world.
-        verbose: Whether to log everything.
-        listen: Address to listen at, and to be reached at, beside the loopback; None: the loopback alone.
-    """
+    """The options of ``frobs ros serve``, whose help describes them."""
 
     simulator: str = "mujoco"
     robot: str | None = None
@@ -165,9 +149,5 @@ def _log(verbose: bool) -> None:
 
 def _bind(listen: str | None) -> None:
     """Say to rospy where to listen, before it is imported."""
-    if listen is None:
-        os.environ["ROS_IP"] = "127.0.0.1"
-        os.environ.pop("ROS_HOSTNAME", None)
-    else:
-        os.environ["ROS_IP"] = listen
-        os.environ.pop("ROS_HOSTNAME", None)
+    os.environ["ROS_IP"] = listen or "127.0.0.1"
+    os.environ.pop("ROS_HOSTNAME", None)

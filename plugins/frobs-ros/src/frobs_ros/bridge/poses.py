@@ -79,6 +79,17 @@ def read_pose(message: Any) -> Place:
     return Place(numbers[:3], numbers[3:] / length if length > 1e-9 else WORLD.quat_wxyz)
 
 
+def read_state(state: Any, frame: Place, frame_motion: Motion) -> tuple[Place, Motion]:
+    """Read pose and twist of a gazebo_msgs/ModelState or LinkState, which are told in a frame; returns them in the world.
+
+    Raises:
+        ConfigurationError: A number is not finite.
+    """
+    told = Motion(read_vector(state.twist.linear), read_vector(state.twist.angular)).turned(frame.quat_wxyz)
+    motion = Motion(told.linear + frame_motion.linear, told.angular + frame_motion.angular)
+    return read_pose(state.pose).after(frame), motion
+
+
 def write_pose(place: Place, message: Any) -> Any:
     """Write into a geometry_msgs/Pose, and return it."""
     p, q = message.position, message.orientation

@@ -16,11 +16,7 @@ from frobs_ros.bridge.world import World
 
 
 class Clock(Component):
-    """``/clock``.
-
-    Args:
-        rate: Per simulated second [Hz].
-    """
+    """``/clock``."""
 
     def __init__(self, rate: float) -> None:
         import rospy
@@ -36,11 +32,7 @@ class Clock(Component):
 
 
 class States(Component):
-    """``/gazebo/model_states`` and ``/gazebo/link_states``, made only where somebody listens.
-
-    Args:
-        rate: Per simulated second [Hz].
-    """
+    """``/gazebo/model_states`` and ``/gazebo/link_states``, made only where somebody listens."""
 
     def __init__(self, rate: float) -> None:
         import rospy
@@ -73,11 +65,7 @@ class States(Component):
 
 
 class Wishes(Component):
-    """Listens to ``/gazebo/set_model_state`` and ``/gazebo/set_link_state``, which are the services without an answer.
-
-    Args:
-        bridge: That obeys.
-    """
+    """Listens to ``/gazebo/set_model_state`` and ``/gazebo/set_link_state``, which are the services without an answer."""
 
     def __init__(self, bridge: Bridge) -> None:
         import rospy

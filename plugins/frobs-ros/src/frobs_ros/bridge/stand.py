@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -27,12 +28,7 @@ STATES, TRAJECTORY, GROUP = "joint_state_controller", "arm_controller", "joint_g
 
 
 def read_robot(robot: str, name: str, namespace: str) -> tuple[Model, Robot]:
-    """Return a robot of FRobs as a model at the world's origin, and its description.
-
-    Args:
-        robot: Name of an installed robot, or path of a model file.
-        name: What the world calls it; empty: its own name.
-        namespace: Of its topics.
+    """Return an installed robot, or one of a model file, as a model at the world's origin, and its description.
 
     Raises:
         UnknownNameError: There is no such robot.
@@ -49,11 +45,6 @@ def stand_up(bridge: Bridge, model: Model, description: Robot) -> None:
     joint states are published, ``arm_controller`` follows trajectories, ``joint_group_position_controller`` is loaded.
     A robot that drives on wheels listens to ``cmd_vel`` and tells ``odom``; a lidar tells ``scan``, or by its own name
     where there are several.
-
-    Args:
-        bridge: That the world is in.
-        model: Of :func:`read_robot`.
-        description: Of :func:`read_robot`.
 
     Raises:
         FrobsError: The simulator refuses it.
@@ -97,27 +88,17 @@ def _components(bridge: Bridge, model: Model, robot: Robot, prefix: str) -> Sequ
             max_linear=drive.max_linear_velocity,
             max_angular=drive.max_angular_velocity,
             stiff=robot.gains is None,
-            **_accelerations(drive),
+            linear_acceleration=drive.max_linear_acceleration or math.inf,
+            angular_acceleration=drive.max_angular_acceleration or math.inf,
         )
         root = placement.model.root
-        components.append(
-            Drive(
-                bridge.world, model, base, DriveSettings(f"{prefix}/cmd_vel", f"{prefix}/odom", "odom", root, rate=50.0)
-            )
-        )
+        topics = {"command": f"{prefix}/cmd_vel", "odom": f"{prefix}/odom", "frame": "odom", "child": root}
+        components.append(Drive(bridge.world, model, base, DriveSettings(**topics, rate=50.0)))
     for name, lidar in robot.lidars.items():
         components.append(Scan(model, name, f"{prefix}/{'scan' if len(robot.lidars) == 1 else name}", lidar.frame))
     if not model.description.has_transmissions:
         components.append(_controllers(bridge, model, prefix, [joint for joint in model.joints if joint not in wheels]))
     return components
-
-
-def _accelerations(drive: Any) -> dict[str, float]:
-    found = {
-        "linear_acceleration": drive.max_linear_acceleration,
-        "angular_acceleration": drive.max_angular_acceleration,
-    }
-    return {name: value for name, value in found.items() if value is not None}
 
 
 def _controllers(bridge: Bridge, model: Model, prefix: str, joints: list[str]) -> ControllerManager:

@@ -49,10 +49,6 @@ class Base:
 class Driver:
     """Follows the twist that was sent last, and reckons where the wheels have brought the base.
 
-    Args:
-        model: The robot.
-        base: Its wheels.
-
     Attributes:
         place: By the wheels, from where it was started.
         motion: By the wheels, in the base's own axes.
@@ -156,15 +152,7 @@ class Driving(Component):
     """A part that drives on two wheels: listens to twists, and publishes where they have brought the robot."""
 
     def listen(self, driver: Driver, command: str, odom: str, frames: tuple[str, str], tf: bool) -> None:
-        """Connect to the ROS graph; a constructor's last call.
-
-        Args:
-            driver: Of the wheels.
-            command: Topic of the twists.
-            odom: Topic of the odometry.
-            frames: Of the odometry, and of the base.
-            tf: Whether to publish the transform too.
-        """
+        """Connect to the ROS graph; a constructor's last call."""
         import rospy
         from geometry_msgs.msg import Twist
         from nav_msgs.msg import Odometry
@@ -193,22 +181,14 @@ class Driving(Component):
         if span <= 0.0:
             return
         self._driver.reckon(span)
-        odom, transform = odometry(*self._frames, self._stamps.next(world), *self.where())
+        odom, transform = odometry(*self._frames, self.next_stamp(world), *self.where())
         self._odom.publish(odom)
         if self._tf is not None:
             self._tf.publish([transform])
 
 
 def odometry(frame: str, child: str, stamp: Any, place: Place, motion: Motion) -> tuple[Any, Any]:
-    """Return a nav_msgs/Odometry and the same place as a geometry_msgs/TransformStamped.
-
-    Args:
-        frame: In which the place is told.
-        child: The base, in whose axes the motion is told.
-        stamp: Of both.
-        place: Of the base.
-        motion: Of the base.
-    """
+    """Return a nav_msgs/Odometry and the same place as a geometry_msgs/TransformStamped."""
     from geometry_msgs.msg import TransformStamped
     from nav_msgs.msg import Odometry
 

@@ -24,14 +24,11 @@ class World:
     A model that comes or goes, or another time step, means another simulation; what stays keeps its state.
 
     Args:
-        simulator: That computes it.
         timestep: [s] of one physics step.
         gravity: [m/s²]
         floor: Whether there is a ground plane at z = 0.
 
     Attributes:
-        models: By name.
-        forces: That push for a while.
         time_ns: [ns] since the start, or since the last reset of the time.
         steps: Physics steps that were made.
     """

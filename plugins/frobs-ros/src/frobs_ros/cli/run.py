@@ -85,12 +85,7 @@ def run(
             live = RosRobot(mirror, namespace, controller, Topics(joint_states, odom, scan, goal_topic))
             print_note(f"acting each {mirror.env.control_timestep:g} s; Ctrl-C ends it")
             report: Report = act(
-                live,
-                mirror,
-                policy,
-                goal=None if goal is None else np.array(goal),
-                timeout=timeout,
-                seconds=seconds,
+                live, mirror, policy, goal=None if goal is None else np.array(goal), timeout=timeout, seconds=seconds
             )
         finally:
             rospy.signal_shutdown("the policy has ended")

@@ -68,26 +68,10 @@ def serve(
         $ frobs ros serve --robot irb120 --simulator mujoco
         $ frobs ros serve --simulator pybullet --world maze.world --paused
     """
-    from frobs_ros.bridge.node import Options
-    from frobs_ros.bridge.node import serve as serve_node
+    options = dict(locals())
+    from frobs_ros.bridge import node
 
-    serve_node(
-        Options(
-            simulator=simulator,
-            robot=robot,
-            model_name=model_name,
-            namespace=namespace,
-            world=world,
-            paused=paused,
-            timestep=timestep,
-            max_update_rate=max_update_rate,
-            clock_frequency=clock_frequency,
-            state_frequency=state_frequency,
-            gui=gui,
-            verbose=verbose,
-            listen=listen,
-        )
-    )
+    node.serve(node.Options(**options))
 
 
 def main() -> None:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from frobs_core.errors import MissingFileError, MissingSettingError, ParameterValueError
 from frobs_ros import backends, master, processes
-from frobs_ros.errors import PackageNotFoundError, ProcessError
+from frobs_ros.errors import ProcessError
 from frobs_ros.log import answers
-from frobs_ros.packages import find_package
+from frobs_ros.packages import find_anywhere
 from frobs_ros.services import is_offered
 
 LAUNCH_TIMEOUT = 120.0
@@ -99,11 +99,7 @@ def launch_Gazebo(  # noqa: N802 # FRobs_RL's name
 
 @answers(False)
 def close_Gazebo() -> bool:  # noqa: N802 # FRobs_RL's name
-    """End the simulation that this process launched; those of others go on.
-
-    Returns:
-        Whether it was running and is ended.
-    """
+    """End the simulation that this process launched; those of others go on."""
     found = processes.owned(["gazebo"])
     if not found:
         raise ProcessError("Gazebo", "this process runs none")
@@ -112,11 +108,6 @@ def close_Gazebo() -> bool:  # noqa: N802 # FRobs_RL's name
 
 def find_world(path: str | None, package: str | None, name: str | None) -> Path | None:
     """Return a world file, or None for the empty world.
-
-    Args:
-        path: Of the file; comes first.
-        package: A ROS package that holds it.
-        name: Its name in the package.
 
     Raises:
         ConfigurationError: There is no such file, or one of package and name is missing.
@@ -131,8 +122,4 @@ def find_world(path: str | None, package: str | None, name: str | None) -> Path 
         return None
     if not package or not name:
         raise MissingSettingError("a world of a package", "the name of the package and of the world file")
-    folder = find_package(package)
-    for file in (folder / "worlds" / name, folder / name, *sorted(folder.rglob(Path(name).name))):
-        if file.is_file():
-            return file
-    raise PackageNotFoundError(package, [file.name for file in folder.rglob("*.world")], (), folder / "worlds" / name)
+    return find_anywhere(package, "worlds", name, ".world")

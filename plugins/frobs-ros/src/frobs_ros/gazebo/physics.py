@@ -38,9 +38,6 @@ def gazebo_set_max_update_rate(max_update_rate: float) -> bool:
 
     Args:
         max_update_rate: Real-time factor: 1 is real time, 10 ten times as fast; 0 is as fast as it can.
-
-    Returns:
-        Whether it is set.
     """
     factor = _number("max_update_rate", max_update_rate, 0.0)
     now = _get()
@@ -60,9 +57,6 @@ def gazebo_set_time_step(new_time_step: float) -> bool:
 
     Args:
         new_time_step: [s]
-
-    Returns:
-        Whether it is set.
     """
     step = _number("new_time_step", new_time_step, 0.0, above=True)
     now = _get()
@@ -83,9 +77,6 @@ def gazebo_set_gravity(x: float, y: float, z: float) -> bool:
         x: [m/s²]
         y: [m/s²]
         z: [m/s²], −9.81 on Earth.
-
-    Returns:
-        Whether it is set.
     """
     return _set(_get(), gravity=_vector(x, y, z))
 
@@ -140,11 +131,7 @@ def gazebo_get_ODE_physics() -> Any:  # noqa: N802 # FRobs_RL's name
 
 @answers(False)
 def gazebo_set_default_properties() -> bool:
-    """Set the time step to 1 ms, the speed to real time, gravity to Earth's, and the engine to its defaults.
-
-    Returns:
-        Whether they are set.
-    """
+    """Set the time step to 1 ms, the speed to real time, gravity to Earth's, and the engine to its defaults."""
     return _set(_get(), time_step=TIME_STEP, max_update_rate=1.0 / TIME_STEP, gravity=_vector(*GRAVITY), ode=ODE)
 
 
@@ -158,26 +145,15 @@ def _get() -> Any:
     return answer
 
 
-def _set(
-    now: Any,
-    *,
-    time_step: float | None = None,
-    max_update_rate: float | None = None,
-    gravity: Any = None,
-    ode: dict[str, Any] | None = None,
-) -> bool:
-    """Set what is given, and the rest to what it is now."""
+def _set(now: Any, **changes: Any) -> bool:
+    """Set what is given, and the rest to what it is now; ``ode`` is a mapping."""
     from gazebo_msgs.msg import ODEPhysics
     from gazebo_msgs.srv import SetPhysicsProperties
 
-    answer = call(
-        _SET,
-        SetPhysicsProperties,
-        time_step=now.time_step if time_step is None else time_step,
-        max_update_rate=now.max_update_rate if max_update_rate is None else max_update_rate,
-        gravity=now.gravity if gravity is None else gravity,
-        ode_config=now.ode_config if ode is None else ODEPhysics(**ode),
-    )
+    if "ode" in changes:
+        changes["ode_config"] = ODEPhysics(**changes.pop("ode"))
+    names = ("time_step", "max_update_rate", "gravity", "ode_config")
+    answer = call(_SET, SetPhysicsProperties, **{name: getattr(now, name) for name in names} | changes)
     if not answer.success:
         raise ServiceError(_SET, answer.status_message)
     return True

@@ -15,12 +15,6 @@ def orientation(x: float, y: float, z: float, w: float) -> tuple[float, float, f
 
     Four zeros, which FRobs_RL has as a default and Gazebo reads as no rotation, are the identity.
 
-    Args:
-        x: First part of the vector.
-        y: Second part.
-        z: Third part.
-        w: Scalar.
-
     Raises:
         ConfigurationError: It is no rotation: its length is not 1.
     """
@@ -38,11 +32,6 @@ def orientation(x: float, y: float, z: float, w: float) -> tuple[float, float, f
 
 def position(x: float, y: float, z: float) -> tuple[float, float, float]:
     """Return a position [m].
-
-    Args:
-        x: [m]
-        y: [m]
-        z: [m]
 
     Raises:
         ConfigurationError: It is not finite.

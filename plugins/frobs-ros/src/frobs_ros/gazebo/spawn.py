@@ -20,22 +20,6 @@ from frobs_ros.packages import find_file
 from frobs_ros.ros_urdf import parse_model
 from frobs_ros.services import call
 
-_PLACE_DOC = """
-        model_name: Its name in the simulation; none may be taken twice.
-        robot_namespace: Of its topics and of its controller manager.
-        reference_frame: The model or link that the pose is relative to; ``"world"`` for none.
-        pos_x: [m]
-        pos_y: [m]
-        pos_z: [m]
-        ori_x: Of a quaternion of length 1; four zeros are no rotation.
-        ori_y: Of the quaternion.
-        ori_z: Of the quaternion.
-        ori_w: Scalar of the quaternion.
-
-    Returns:
-        Whether the model is there; what the simulation says, or why it was not asked.
-    """
-
 
 def _spawn(
     service: str,
@@ -72,17 +56,12 @@ _PLACE = list(inspect.signature(_spawn).parameters.values())[2:]
 
 
 def _spawns(service: str) -> Callable[[Callable[..., str]], Callable[..., tuple[bool, str]]]:
-    """Turn a function that returns a model's text into one that spawns it, and that also takes the place.
-
-    Args:
-        service: Name of Gazebo's service.
-    """
+    """Turn a function that returns a model's text into one that spawns it, and that also takes the place."""
 
     def decorate(read: Callable[..., str]) -> Callable[..., tuple[bool, str]]:
         source = inspect.signature(read)
         signature = inspect.Signature([*source.parameters.values(), *_PLACE], return_annotation="tuple[bool, str]")
 
-        @answers(False, pair=True)
         @wraps(read)
         def spawn(*args: Any, **kwargs: Any) -> tuple[bool, str]:
             place = dict(signature.bind(*args, **kwargs).arguments)
@@ -90,103 +69,61 @@ def _spawns(service: str) -> Callable[[Callable[..., str]], Callable[..., tuple[
             return _spawn(service, read(**model), **place)
 
         spawn.__signature__ = signature  # type: ignore[attr-defined]
-        spawn.__doc__ = (read.__doc__ or "").rstrip() + _PLACE_DOC
-        return spawn
+        return answers(False, pair=True)(spawn)
 
     return decorate
 
 
 @_spawns("spawn_urdf_model")
 def gazebo_spawn_urdf_path(model_path: str) -> str:
-    """Spawn a model from a URDF or xacro file.
-
-    Args:
-        model_path: The file.
-    """
+    """Spawn a model from a URDF or xacro file."""
     return parse_model(Path(model_path))
 
 
 @_spawns("spawn_urdf_model")
 def gazebo_spawn_urdf_pkg(pkg_name: str, file_name: str, file_folder: str = "/urdf") -> str:
-    """Spawn a model from a URDF or xacro file of a ROS package.
-
-    Args:
-        pkg_name: The ROS package that holds it.
-        file_name: The file.
-        file_folder: Its folder in the package.
-    """
+    """Spawn a model from a URDF or xacro file of a ROS package."""
     return parse_model(find_file(pkg_name, file_folder, file_name))
 
 
 @_spawns("spawn_urdf_model")
 def gazebo_spawn_urdf_string(model_string: str) -> str:
-    """Spawn a model from a URDF text.
-
-    Args:
-        model_string: The model.
-    """
+    """Spawn a model from a URDF text."""
     return model_string
 
 
 @_spawns("spawn_urdf_model")
 def gazebo_spawn_urdf_param(param_name: str) -> str:
-    """Spawn a model from a URDF on the parameter server.
-
-    Args:
-        param_name: The parameter that holds the model.
-    """
+    """Spawn a model from a URDF on the parameter server."""
     return _parameter(param_name)
 
 
 @_spawns("spawn_sdf_model")
 def gazebo_spawn_sdf_path(model_path: str) -> str:
-    """Spawn a model from an SDF file.
-
-    Args:
-        model_path: The file.
-    """
+    """Spawn a model from an SDF file."""
     return _read(Path(model_path))
 
 
 @_spawns("spawn_sdf_model")
 def gazebo_spawn_sdf_pkg(pkg_name: str, file_name: str, file_folder: str = "sdf") -> str:
-    """Spawn a model from an SDF file of a ROS package.
-
-    Args:
-        pkg_name: The ROS package that holds it.
-        file_name: The file.
-        file_folder: Its folder in the package.
-    """
+    """Spawn a model from an SDF file of a ROS package."""
     return _read(find_file(pkg_name, file_folder, file_name))
 
 
 @_spawns("spawn_sdf_model")
 def gazebo_spawn_sdf_string(model_string: str) -> str:
-    """Spawn a model from an SDF text.
-
-    Args:
-        model_string: The model.
-    """
+    """Spawn a model from an SDF text."""
     return model_string
 
 
 @_spawns("spawn_sdf_model")
 def gazebo_spawn_sdf_param(param_name: str) -> str:
-    """Spawn a model from an SDF on the parameter server.
-
-    Args:
-        param_name: The parameter that holds the model.
-    """
+    """Spawn a model from an SDF on the parameter server."""
     return _parameter(param_name)
 
 
 class RefusedError(ServiceError):
-    """The simulation's own words, which the caller gets as they are.
-
-    Args:
-        service: The service's full name.
-        reason: What the simulation says.
-    """
+    """The simulation's own words, which the caller gets as they are."""
 
     def __str__(self) -> str:
         """Return what the simulation says."""

@@ -18,10 +18,6 @@ _GET, _SET = "/gazebo/get_model_state", "/gazebo/set_model_state"
 def gazebo_get_model_state(model_name: str, relative_entity_name: str = "world") -> tuple[Any, Any, Any, bool]:
     """Return where a model is and how it moves.
 
-    Args:
-        model_name: Its name in the simulation.
-        relative_entity_name: The model or link that pose and twist are relative to.
-
     Returns:
         Header, pose, twist, and True; three times None and False where there is no such model.
     """
@@ -53,30 +49,7 @@ def gazebo_set_model_state(
     ang_vel_z: float = 0.0,
     sleep_time: float = 0.05,
 ) -> bool:
-    """Put a model somewhere, with a velocity.
-
-    Args:
-        model_name: Its name in the simulation.
-        ref_frame: The model or link that all of it is relative to.
-        pos_x: [m]
-        pos_y: [m]
-        pos_z: [m]
-        ori_x: Of a quaternion of length 1; four zeros are no rotation.
-        ori_y: Of the quaternion.
-        ori_z: Of the quaternion.
-        ori_w: Scalar of the quaternion.
-        lin_vel_x: [m/s]
-        lin_vel_y: [m/s]
-        lin_vel_z: [m/s]
-        ang_vel_x: [rad/s]
-        ang_vel_y: [rad/s]
-        ang_vel_z: [rad/s]
-        sleep_time: What FRobs_RL slept between request and answer [s]. The answer comes when the state is set, so that
-            nothing is slept; it must not be negative.
-
-    Returns:
-        Whether it is done.
-    """
+    """Put a model somewhere, with a velocity."""
     use_ros()
     from gazebo_msgs.msg import ModelState
     from gazebo_msgs.srv import SetModelState

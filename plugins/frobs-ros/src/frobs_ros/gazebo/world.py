@@ -20,53 +20,25 @@ _POLL = 0.0005
 
 @answers(False)
 def gazebo_reset_sim(retries: int = 5) -> bool:
-    """Put all models back to where they were, and the clock to 0.
-
-    Args:
-        retries: How often to try.
-
-    Returns:
-        Whether it is done.
-    """
+    """Put all models back to where they were, and the clock to 0."""
     return _plain("reset_simulation", retries)
 
 
 @answers(False)
 def gazebo_reset_world(retries: int = 5) -> bool:
-    """Put all models back to where they were; the clock goes on.
-
-    Args:
-        retries: How often to try.
-
-    Returns:
-        Whether it is done.
-    """
+    """Put all models back to where they were; the clock goes on."""
     return _plain("reset_world", retries)
 
 
 @answers(False)
 def gazebo_pause_physics(retries: int = 5) -> bool:
-    """Stop the simulated time.
-
-    Args:
-        retries: How often to try.
-
-    Returns:
-        Whether it is done.
-    """
+    """Stop the simulated time."""
     return _plain("pause_physics", retries)
 
 
 @answers(False)
 def gazebo_unpause_physics(retries: int = 5) -> bool:
-    """Let the simulated time run.
-
-    Args:
-        retries: How often to try.
-
-    Returns:
-        Whether it is done.
-    """
+    """Let the simulated time run."""
     return _plain("unpause_physics", retries)
 
 
@@ -78,9 +50,6 @@ def gazebo_step_physics(steps: int = 1) -> bool:
 
     Args:
         steps: Physics steps.
-
-    Returns:
-        Whether they are done.
     """
     if isinstance(steps, bool) or int(steps) != steps or steps < 1:
         raise ParameterValueError("steps", steps, "a whole number of at least 1")
@@ -96,14 +65,7 @@ def gazebo_step_physics(steps: int = 1) -> bool:
 
 @answers(False)
 def gazebo_delete_model(model_name: str) -> bool:
-    """Delete a model.
-
-    Args:
-        model_name: Its name in the simulation.
-
-    Returns:
-        Whether it is gone.
-    """
+    """Delete a model."""
     use_ros()
     from gazebo_msgs.srv import DeleteModel
 

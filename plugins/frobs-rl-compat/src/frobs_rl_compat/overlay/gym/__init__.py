@@ -10,22 +10,9 @@ from gym.spaces import Space
 
 __version__ = "0.21.0"
 __all__ = [
-    "ActionWrapper",
-    "Env",
-    "ObservationWrapper",
-    "RewardWrapper",
-    "Space",
-    "Wrapper",
-    "envs",
-    "error",
-    "logger",
-    "make",
-    "register",
-    "spaces",
-    "spec",
-    "utils",
-    "wrappers",
-]
+    "ActionWrapper", "Env", "ObservationWrapper", "RewardWrapper", "Space", "Wrapper", "envs", "error", "logger",
+    "make", "register", "spaces", "spec", "utils", "wrappers",
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> object:

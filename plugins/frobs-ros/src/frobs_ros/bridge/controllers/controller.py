@@ -26,7 +26,6 @@ class Controller(Component):
     """Base class. All but the constructor and what listens to topics runs in the loop's thread.
 
     Args:
-        model: The robot.
         topic: Namespace of its topics: the robot's, and its own name.
         parameters: What the parameter server holds there.
         interface: What it claims of its joints; None: nothing.
@@ -38,12 +37,7 @@ class Controller(Component):
     """
 
     def __init__(
-        self,
-        model: Model,
-        topic: str,
-        parameters: Mapping[str, Any],
-        interface: CommandMode | None,
-        rate: float = 0.0,
+        self, model: Model, topic: str, parameters: Mapping[str, Any], interface: CommandMode | None, rate: float = 0.0
     ) -> None:
         super().__init__(rate)
         self.model, self.topic, self.parameters, self.interface = model, topic, parameters, interface
@@ -107,7 +101,7 @@ class Controller(Component):
     def reset(self, world: World) -> None:
         """Begin anew: the robot is back where it was spawned."""
         self.start(world)
-        self._stamps.reset()
+        self._last_stamp_ns = -1
 
 
 def listed(parameters: Mapping[str, Any], *names: str) -> list[str]:

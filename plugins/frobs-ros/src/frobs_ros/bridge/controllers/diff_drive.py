@@ -20,8 +20,6 @@ class DiffDriveController(Driving, Controller):
     The wheels' separation and radius must be parameters; ros_control can also measure them in the robot's file.
 
     Args:
-        model: The robot.
-        topic: Namespace of its topics.
         parameters: ``left_wheel``, ``right_wheel``, ``wheel_separation``, ``wheel_radius`` and their multipliers,
             ``linear/x`` and ``angular/z`` limits, ``cmd_vel_timeout``, ``publish_rate``, ``base_frame_id``,
             ``odom_frame_id``, ``enable_odom_tf``.
@@ -59,7 +57,7 @@ class DiffDriveController(Driving, Controller):
         """Take over the wheels."""
         super().start(world)
         self._driver.start(world)
-        self._stamps.reset()
+        self._last_stamp_ns = -1
         self._last_ns = world.time_ns
 
 

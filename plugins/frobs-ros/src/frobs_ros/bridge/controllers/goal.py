@@ -19,10 +19,7 @@ class Points:
 
     Attributes:
         start: [s] in simulated time; None: as soon as it is followed.
-        times: (m,) [s] from the start, increasing, > 0.
-        positions: (m, k)
-        velocities: (m, k), or None.
-        accelerations: (m, k), or None.
+        times: (m,) [s] from the start, increasing, > 0; positions, velocities and accelerations are (m, k).
     """
 
     start: float | None

@@ -23,12 +23,8 @@ class Commanded(Controller):
     """Listens to ``command``: a Float64 for one joint, a Float64MultiArray for a group; what it is sent, joints follow.
 
     Args:
-        model: The robot.
-        topic: Namespace of its topics.
         parameters: ``joint``, or of a group ``joints``.
         interface: What it claims, and what the numbers mean.
-        group: Whether it is for several joints.
-        rate: At which it publishes [Hz].
     """
 
     def __init__(
@@ -85,11 +81,7 @@ class Regulated(Commanded):
     One joint has its gains in ``pid``, each of a group in ``<joint>/pid``. One joint tells how it goes on ``state``.
 
     Args:
-        model: The robot.
-        topic: Namespace of its topics.
         parameters: ``joint`` or ``joints``, and gains.
-        interface: What it claims.
-        group: Whether it is for several joints.
         follows: What the numbers that it is sent mean.
     """
 
@@ -126,7 +118,7 @@ class Regulated(Commanded):
         """Take over the joints, and follow where they are."""
         super().start(world)
         self._pid.reset()
-        self._stamps.reset()
+        self._last_stamp_ns = -1
         self._target = self.positions().copy() if self._follows is CommandMode.POSITION else np.zeros(len(self.joints))
 
     def before(self, world: World, steps: int) -> None:
@@ -164,5 +156,5 @@ class Regulated(Commanded):
             d=self._pid.d[0],
             i_clamp=self._pid.clamp[0],
         )
-        message.header.stamp = self._stamps.next(world)
+        message.header.stamp = self.next_stamp(world)
         self._state.publish(message)

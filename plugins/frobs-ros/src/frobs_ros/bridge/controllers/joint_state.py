@@ -36,7 +36,7 @@ class JointStateController(Controller):
         if self._publisher.get_num_connections() == 0:
             return
         message, robot = self._message(), self.robot
-        message.header.stamp = self._stamps.next(world)
+        message.header.stamp = self.next_stamp(world)
         message.name = self._names
         message.position = robot.joint_positions[0, self._columns].tolist()
         message.velocity = robot.joint_velocities[0, self._columns].tolist()

@@ -24,13 +24,8 @@ class ControllerManager(Component):
     """Loads, starts, stops and lists the controllers of one robot.
 
     Args:
-        bridge: That the robot is in.
-        model: The robot.
         namespace: Of its topics and parameters, with a slash in front: ``"/robot"``, or empty.
         find_parameters: Returns what the parameter server holds under a name, or None.
-
-    Attributes:
-        controllers: That are loaded, by name.
     """
 
     def __init__(self, bridge: Bridge, model: Model, namespace: str, find_parameters: Callable[[str], Any]) -> None:
@@ -46,28 +41,16 @@ class ControllerManager(Component):
         """Offer the manager's services."""
         from controller_manager_msgs import srv
 
-        handlers: dict[str, tuple[Any, Callable[[Any], Any]]] = {
-            "load_controller": (
-                srv.LoadController,
-                lambda request: {"ok": self._tried(lambda: self.load(request.name))},
-            ),
-            "unload_controller": (
-                srv.UnloadController,
-                lambda request: {"ok": self._tried(lambda: self.unload(request.name))},
-            ),
-            "switch_controller": (
-                srv.SwitchController,
-                lambda request: {"ok": self._tried(lambda: self._switch(request))},
-            ),
-            "list_controllers": (srv.ListControllers, lambda _: {"controller": self._list()}),
-            "list_controller_types": (srv.ListControllerTypes, lambda _: _list_types()),
-            "reload_controller_libraries": (
-                srv.ReloadControllerLibraries,
-                lambda request: {"ok": self._tried(lambda: self._reload(request.force_kill))},
-            ),
-        }
-        for name, (kind, handler) in handlers.items():
-            self._offers.offer(name, kind, handler)
+        offer = self._offers.offer
+        offer("load_controller", srv.LoadController, lambda request: self._tried(lambda: self.load(request.name)))
+        offer("unload_controller", srv.UnloadController, lambda request: self._tried(lambda: self.unload(request.name)))
+        offer("switch_controller", srv.SwitchController, lambda request: self._tried(lambda: self._switch(request)))
+        offer("list_controllers", srv.ListControllers, lambda _: {"controller": self._list()})
+        offer("list_controller_types", srv.ListControllerTypes, lambda _: _list_types())
+        reload = srv.ReloadControllerLibraries
+        offer(
+            "reload_controller_libraries", reload, lambda request: self._tried(lambda: self._reload(request.force_kill))
+        )
 
     @property
     def running(self) -> list[Controller]:
@@ -202,28 +185,23 @@ class ControllerManager(Component):
         for name in list(self.controllers):
             self.unload(name)
 
-    def _tried(self, act: Callable[[], None]) -> bool:
+    def _tried(self, act: Callable[[], None]) -> dict[str, bool]:
         try:
             act()
         except FrobsError as error:
             LOG.error("%s/controller_manager: %s", self._namespace, error)
-            return False
-        return True
+            return {"ok": False}
+        return {"ok": True}
 
     def _list(self) -> list[Any]:
         from controller_manager_msgs.msg import ControllerState, HardwareInterfaceResources
 
         told = []
         for name, controller in self.controllers.items():
-            interface = (
-                INTERFACES[controller.interface] if controller.interface else "hardware_interface::JointStateInterface"
-            )
-            resources = HardwareInterfaceResources(hardware_interface=interface, resources=list(controller.joints))
-            told.append(
-                ControllerState(
-                    name=name, state=self._states[name], type=self._types[name], claimed_resources=[resources]
-                )
-            )
+            mode = controller.interface
+            interface = INTERFACES[mode] if mode else "hardware_interface::JointStateInterface"
+            resources = [HardwareInterfaceResources(hardware_interface=interface, resources=list(controller.joints))]
+            told.append(ControllerState(name, self._states[name], self._types[name], resources))
         return told
 
 

@@ -16,7 +16,6 @@ class Pid:
 
     Args:
         parameters: Of each joint: ``p``, ``i``, ``d``, ``i_clamp`` or ``i_max`` and ``i_min``, ``antiwindup``.
-        where: Where they stand, for the message.
 
     Raises:
         ConfigurationError: A joint has no gains, or one is no number.

@@ -49,11 +49,7 @@ class Spline:
         return float(self.times[-1])
 
     def sample(self, times: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return positions, velocities and accelerations, (n, k) each; beyond the ends it rests.
-
-        Args:
-            times: (n,) [s]
-        """
+        """Return positions, velocities and accelerations, (n, k) each, at times (n,) [s]; beyond the ends it rests."""
         if len(self.times) == 1:
             still = np.broadcast_to(self._last, (len(times), len(self._last)))
             return still.copy(), np.zeros(still.shape), np.zeros(still.shape)

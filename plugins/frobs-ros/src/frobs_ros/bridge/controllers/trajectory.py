@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import queue
 from collections.abc import Mapping
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,6 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.errors import FrobsError, UnknownNameError
 from frobs_core.interfaces import CommandMode
-from frobs_ros.bridge.controllers.action import start_action_server
 from frobs_ros.bridge.controllers.controller import Controller, listed
 from frobs_ros.bridge.controllers.goal import Points, read_points
 from frobs_ros.bridge.controllers.pid import Pid
@@ -31,14 +31,12 @@ class TrajectoryController(Controller):
     effort interfaces a PID law of ``gains/<joint>`` follows the trajectory, with ``velocity_ff/<joint>``.
 
     Args:
-        model: The robot.
-        topic: Namespace of its topics.
         parameters: ``joints``, ``constraints``, ``gains``, ``state_publish_rate``, ``allow_partial_joints_goal``.
-        interface: What it claims.
     """
 
     def __init__(self, model: Model, topic: str, parameters: Mapping[str, Any], interface: CommandMode) -> None:
         import rospy
+        from actionlib import ActionServer
         from control_msgs.msg import FollowJointTrajectoryAction, JointTrajectoryControllerState
         from trajectory_msgs.msg import JointTrajectory
 
@@ -60,9 +58,12 @@ class TrajectoryController(Controller):
         self._message = JointTrajectoryControllerState
         self._state = self.own(rospy.Publisher(f"{topic}/state", JointTrajectoryControllerState, queue_size=1))
         self.own(rospy.Subscriber(f"{topic}/command", JointTrajectory, self._take, queue_size=10, tcp_nodelay=True))
-        self._server = start_action_server(
-            f"{topic}/follow_joint_trajectory", FollowJointTrajectoryAction, self._accept, self._cancel
-        )
+        # At 0 actionlib starts no timer: it would run by the simulated time, and die where that goes back.
+        rospy.set_param("/gazebo/actionlib_status_frequency", 0)
+        name, kind = f"{topic}/follow_joint_trajectory", FollowJointTrajectoryAction
+        self._server = ActionServer(name, kind, goal_cb=self._accept, cancel_cb=self._cancel, auto_start=False)
+        self._server.status_timer = SimpleNamespace(shutdown=lambda: None)  # actionlib stops its timer at the end
+        self._server.start()
 
     def _take(self, trajectory: Any) -> None:
         """Take a trajectory of the topic; in rospy's thread. One without points stops the robot."""
@@ -114,7 +115,7 @@ class TrajectoryController(Controller):
         self._end_goal(None, "")
         self._empty_inbox()
         self._now = world.time_ns / NANO
-        self._stamps.reset()
+        self._last_stamp_ns = -1
         self._hold()
         self._runs = True
 
@@ -239,7 +240,7 @@ class TrajectoryController(Controller):
         from control_msgs.msg import FollowJointTrajectoryFeedback
 
         kinds = [self._message] + ([FollowJointTrajectoryFeedback] if self._goal is not None else [])
-        stamp = self._stamps.next(world)
+        stamp = self.next_stamp(world)
         actual = self.positions(), self.velocities()
         for kind in kinds:
             message = kind(joint_names=list(self.joints))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from frobs_core.errors import UnknownNameError
 from frobs_core.interfaces import CommandMode
@@ -15,33 +16,27 @@ from frobs_ros.bridge.world import World
 from frobs_ros.errors import GazeboElementError
 
 
+@dataclass(frozen=True, kw_only=True)
 class DriveSettings:
-    """What a drive listens to and tells, and under which names.
+    """What a drive listens to and publishes, and under which names.
 
-    Args:
-        command: Topic of the twists.
-        odom: Topic of the odometry.
-        frame: Of the odometry.
-        child: The base.
+    Attributes:
+        child: Frame of the base.
         rate: Of the odometry [Hz].
         truth: Whether the place is the true one, else what the wheels say.
-        tf: Whether the transform is told too.
     """
 
-    def __init__(
-        self, command: str, odom: str, frame: str, child: str, rate: float, truth: bool = True, tf: bool = True
-    ) -> None:
-        self.command, self.odom, self.frame, self.child = command, odom, frame, child
-        self.rate, self.truth, self.tf = rate, truth, tf
+    command: str
+    odom: str
+    frame: str
+    child: str
+    rate: float
+    truth: bool = True
+    tf: bool = True
 
 
 def read_diff_drive(plugin: Plugin, model: Model, space: str) -> tuple[Base, DriveSettings]:
     """Read the parameters of libgazebo_ros_diff_drive.so.
-
-    Args:
-        plugin: The plugin.
-        model: The robot.
-        space: Namespace of its topics.
 
     Raises:
         UnknownNameError: The robot has no such joint.
@@ -128,14 +123,7 @@ def _base(
 
 
 class Drive(Driving):
-    """Drives on two wheels.
-
-    Args:
-        world: That the robot is in.
-        model: The robot.
-        base: Its wheels.
-        settings: What it listens to and tells.
-    """
+    """Drives on two wheels."""
 
     def __init__(self, world: World, model: Model, base: Base, settings: DriveSettings) -> None:
         super().__init__(settings.rate)

@@ -18,10 +18,7 @@ class Scan(Component):
     """``sensor_msgs/LaserScan`` of a lidar; rays that meet nothing read inf, as in Gazebo.
 
     Args:
-        model: The robot.
         sensor: Name of its lidar.
-        topic: To publish on.
-        frame: Of the scan.
         noise: Standard deviation that is added [m].
     """
 
@@ -59,20 +56,12 @@ class Scan(Component):
             noisy = ranges + self._random.normal(0.0, self._noise, len(ranges))
             ranges = np.clip(noisy, self._lidar.range_min, self._lidar.range_max)
         message = self._message(ranges=np.where(nothing, math.inf, ranges).tolist(), **self._fixed)
-        message.header.frame_id, message.header.stamp = self._frame, self._stamps.next(world)
+        message.header.frame_id, message.header.stamp = self._frame, self.next_stamp(world)
         self._publisher.publish(message)
 
 
 class Truth(Component):
-    """The true pose and twist of a link as ``nav_msgs/Odometry``: libgazebo_ros_p3d.so.
-
-    Args:
-        model: The robot.
-        link: Of it.
-        topic: To publish on.
-        frame: In which the pose is called told.
-        rate: [Hz]
-    """
+    """The true pose and twist of a link as ``nav_msgs/Odometry``: libgazebo_ros_p3d.so."""
 
     def __init__(self, model: Model, link: str, topic: str, frame: str, rate: float) -> None:
         import rospy
@@ -88,4 +77,4 @@ class Truth(Component):
             return
         place = self._model.link_place(self._link)
         motion = self._model.link_motion(self._link).turned(quat_conjugate(place.quat_wxyz))
-        self._publisher.publish(odometry(self._frame, self._link, self._stamps.next(world), place, motion)[0])
+        self._publisher.publish(odometry(self._frame, self._link, self.next_stamp(world), place, motion)[0])

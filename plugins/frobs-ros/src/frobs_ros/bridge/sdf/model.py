@@ -29,10 +29,7 @@ class SdfLink:
     """A link of an SDF model.
 
     Attributes:
-        element: Its element.
         place: In its model.
-        collisions: Its shapes that touch.
-        visuals: Its shapes that are seen.
     """
 
     element: Element
@@ -63,10 +60,6 @@ def _describe(text: str, paths: tuple[str, ...]) -> Description:
 
 def describe_model(model: Element, static: bool | None = None) -> tuple[Description, Place]:
     """Read a ``<model>``.
-
-    Args:
-        model: Its element.
-        static: Whether it is; None: what it says itself.
 
     Returns:
         What it is, and its own ``<pose>``.

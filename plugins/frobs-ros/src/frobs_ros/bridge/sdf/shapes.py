@@ -22,10 +22,7 @@ class Shape:
     """A collision or a visual of a link.
 
     Attributes:
-        name: In its link.
-        geometry: Its form.
         place: In its link.
-        rgba: Its colour.
         friction: Sliding friction coefficient; None: not told.
         is_ground: Whether it is a plane that lies in its link.
     """

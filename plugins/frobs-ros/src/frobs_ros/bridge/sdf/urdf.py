@@ -29,10 +29,6 @@ _UNLIMITED = 1e15  # SDF writes 1e16 where there is no limit
 def write_urdf(links: Mapping[str, SdfLink], model: Element) -> tuple[str, dict[str, Place], bool]:
     """Write the URDF of a model.
 
-    Args:
-        links: Its links.
-        model: Its element.
-
     Returns:
         The URDF; where each SDF link's frame is in the URDF's link of that name; whether its base is fixed to the world.
 
@@ -65,19 +61,15 @@ def write_urdf(links: Mapping[str, SdfLink], model: Element) -> tuple[str, dict[
 def _link(robot: PlainElement, name: str, link: SdfLink, offset: Place) -> None:
     element = SubElement(robot, "link", {"name": name})
     inertial = link.element.child("inertial")
-    if inertial is not None:
-        check(inertial, ("pose", "mass", "inertia"))
-        written = SubElement(element, "inertial")
-        _origin(written, place_of(inertial).after(offset))
-        SubElement(written, "mass", {"value": repr(number_of(inertial, "mass", 1.0))})
-        usual = {"ixx": 1.0, "iyy": 1.0, "izz": 1.0}
-        values = {key: repr(number_of(inertial, f"inertia/{key}", usual.get(key, 0.0))) for key in _INERTIA}
-        SubElement(written, "inertia", values)
-    else:
-        written = SubElement(element, "inertial")  # SDF's defaults
-        _origin(written, offset)
-        SubElement(written, "mass", {"value": "1"})
-        SubElement(written, "inertia", {"ixx": "1", "iyy": "1", "izz": "1", "ixy": "0", "ixz": "0", "iyz": "0"})
+    if inertial is None:
+        inertial = Element("inertial")  # SDF's defaults
+    check(inertial, ("pose", "mass", "inertia"))
+    written = SubElement(element, "inertial")
+    _origin(written, place_of(inertial).after(offset))
+    SubElement(written, "mass", {"value": repr(number_of(inertial, "mass", 1.0))})
+    usual = {"ixx": 1.0, "iyy": 1.0, "izz": 1.0}
+    values = {key: repr(number_of(inertial, f"inertia/{key}", usual.get(key, 0.0))) for key in _INERTIA}
+    SubElement(written, "inertia", values)
     for shape in link.collisions:
         _shape(SubElement(element, "collision", {"name": shape.name}), shape, offset)
     for shape in link.visuals:

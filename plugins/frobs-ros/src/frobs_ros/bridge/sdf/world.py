@@ -10,16 +10,7 @@ from frobs_core.models.xmltree import Element, read_bytes
 from frobs_ros.bridge.model import Description
 from frobs_ros.bridge.poses import Place
 from frobs_ros.bridge.sdf.model import describe_model
-from frobs_ros.bridge.sdf.reading import (
-    check,
-    find_model,
-    number_of,
-    numbers_of,
-    open_sdf,
-    place_of,
-    says,
-    text_of,
-)
+from frobs_ros.bridge.sdf.reading import check, find_model, number_of, numbers_of, open_sdf, place_of, says, text_of
 
 LOG = logging.getLogger("frobs.bridge")
 _PASSED_OVER = ("scene", "gui", "state", "spherical_coordinates", "audio", "wind", "atmosphere", "magnetic_field")
@@ -36,7 +27,6 @@ class WorldFile:
         timestep: [s] of a physics step.
         max_update_rate: Physics steps per second [Hz]; 0: no limit.
         models: By name: what each is, and where.
-        lights: Their names.
     """
 
     floor: bool = False

@@ -12,7 +12,7 @@ from frobs_core.rotations import quat_conjugate, quat_rotate
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.forces import BodyWrench
 from frobs_ros.bridge.model import Model
-from frobs_ros.bridge.poses import Motion, Place, place_of, read_pose, read_vector, write_pose, write_twist
+from frobs_ros.bridge.poses import Motion, Place, place_of, read_state, read_vector, write_pose, write_twist
 from frobs_ros.bridge.services.offer import Offers, done, failed
 
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
@@ -76,12 +76,10 @@ def set_link_state(bridge: Bridge, state: Any) -> dict[str, Any]:
             "the joints with set_model_configuration"
         )
     try:
-        frame, frame_motion = bridge.world.frame(state.reference_frame)
+        frame = bridge.world.frame(state.reference_frame)
     except UnknownNameError:
         return failed("SetLinkState: reference_frame is not a valid entity name")
-    told = Motion(read_vector(state.twist.linear), read_vector(state.twist.angular)).turned(frame.quat_wxyz)
-    motion = Motion(told.linear + frame_motion.linear, told.angular + frame_motion.angular)
-    bridge.world.put(model, read_pose(state.pose).after(frame), motion)
+    bridge.world.put(model, *read_state(state, *frame))
     return done("SetLinkState: success")
 
 

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from frobs_core.errors import ConfigurationError, FrobsError, UnknownNameError
+from frobs_core.rotations import quat_conjugate
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.model import Description, Model
-from frobs_ros.bridge.poses import Motion, read_pose, read_vector, write_pose, write_twist
+from frobs_ros.bridge.poses import Motion, read_pose, read_state, write_pose, write_twist
 from frobs_ros.bridge.sdf import describe_sdf
 from frobs_ros.bridge.services.offer import Offers, done, failed
 from frobs_ros.bridge.urdf import describe_urdf
@@ -89,12 +90,11 @@ def _get_state(bridge: Bridge, request: Any) -> dict[str, Any]:
         )
     motion = model.motion()
     relative = Motion(motion.linear - frame_motion.linear, motion.angular - frame_motion.angular)
-    back = frame.quat_wxyz * np.array([1.0, -1.0, -1.0, -1.0])
     return done(
         "GetModelState: got properties",
         header=Header(seq=world.steps % 2**32, stamp=stamp(world.time_ns), frame_id=request.relative_entity_name),
         pose=write_pose(model.place().seen_from(frame), Pose()),
-        twist=write_twist(relative.turned(back), Twist()),
+        twist=write_twist(relative.turned(quat_conjugate(frame.quat_wxyz)), Twist()),
     )
 
 
@@ -105,12 +105,10 @@ def set_model_state(bridge: Bridge, state: Any) -> dict[str, Any]:
     if model is None:
         return failed(f"SetModelState: model [{state.model_name}] does not exist")
     try:
-        frame, frame_motion = world.frame(state.reference_frame)
+        frame = world.frame(state.reference_frame)
     except UnknownNameError:
         return failed(f"SetModelState: specified reference frame entity [{state.reference_frame}] does not exist")
-    told = Motion(read_vector(state.twist.linear), read_vector(state.twist.angular)).turned(frame.quat_wxyz)
-    motion = Motion(told.linear + frame_motion.linear, told.angular + frame_motion.angular)
-    world.put(model, read_pose(state.pose).after(frame), motion)
+    world.put(model, *read_state(state, *frame))
     return done("SetModelState: set model state done")
 
 

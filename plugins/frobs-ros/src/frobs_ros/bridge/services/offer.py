@@ -13,12 +13,7 @@ LOG = logging.getLogger("frobs.bridge")
 
 
 class Offers:
-    """A group of services; :meth:`close` withdraws them.
-
-    Args:
-        bridge: That answers.
-        prefix: Of the names: ``"/gazebo"``.
-    """
+    """A group of services; :meth:`close` withdraws them."""
 
     def __init__(self, bridge: Bridge, prefix: str) -> None:
         self.bridge, self._prefix = bridge, prefix.rstrip("/")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 from frobs_core.errors import ConfigurationError, ParameterValueError
@@ -14,22 +13,17 @@ from frobs_ros.bridge.services.offer import Offers, done, failed
 _MOST_STEPS = 10_000_000
 
 
-@dataclass
-class Light:
-    """A light of the world: it is told, and lights nothing."""
-
-    diffuse: tuple[float, float, float, float] = (0.8, 0.8, 0.8, 1.0)
-    attenuation: tuple[float, float, float] = field(default=(0.9, 0.01, 0.001))
-
-
 def offer_world_services(offers: Offers) -> None:
     """Offer them."""
+    from gazebo_msgs.msg import ODEPhysics
     from gazebo_msgs.srv import GetPhysicsProperties, GetWorldProperties, SetPhysicsProperties
     from std_srvs.srv import Empty
 
     from frobs_msgs.srv import StepWorld
 
     bridge = offers.bridge
+    contact = {"contact_surface_layer": 0.001, "contact_max_correcting_vel": 100.0, "max_contacts": 20}
+    bridge.ode = ODEPhysics(sor_pgs_iters=50, sor_pgs_w=1.3, erp=0.2, **contact)  # Gazebo's defaults
     offers.offer("pause_physics", Empty, lambda _: bridge.set_paused(True))
     offers.offer("unpause_physics", Empty, lambda _: bridge.set_paused(False))
     offers.offer("reset_simulation", Empty, lambda _: bridge.reset(time=True))
@@ -42,31 +36,24 @@ def offer_world_services(offers: Offers) -> None:
 
 def offer_light_services(offers: Offers, names: Sequence[str]) -> None:
     """Offer those about lights, of which the world begins with these."""
-    from gazebo_msgs.srv import DeleteLight, GetLightProperties, SetLightProperties
+    from gazebo_msgs.srv import DeleteLight, GetLightProperties, SetLightProperties, SetLightPropertiesRequest
+    from std_msgs.msg import ColorRGBA
 
-    lights = {name: Light() for name in names}
+    attenuation = {"attenuation_constant": 0.9, "attenuation_linear": 0.01, "attenuation_quadratic": 0.001}
+    sun = SetLightPropertiesRequest(diffuse=ColorRGBA(0.8, 0.8, 0.8, 1.0), **attenuation)
+    lights = dict.fromkeys(names, sun)
 
     def get(request: Any) -> dict[str, Any]:
-        light = lights.get(request.light_name)
-        if light is None:
+        if request.light_name not in lights:
             return failed("Requested light not found")
-        from std_msgs.msg import ColorRGBA
-
-        names = ("attenuation_constant", "attenuation_linear", "attenuation_quadratic")
-        return done(
-            "GetLightProperties: got properties",
-            diffuse=ColorRGBA(*light.diffuse),
-            **dict(zip(names, light.attenuation, strict=True)),
-        )
+        light = lights[request.light_name]
+        fields = {name: getattr(light, name) for name in ("diffuse", *attenuation)}
+        return done("GetLightProperties: got properties", **fields)
 
     def write(request: Any) -> dict[str, Any]:
         if request.light_name not in lights:
             return failed("Requested light not found")
-        colour = request.diffuse
-        lights[request.light_name] = Light(
-            (colour.r, colour.g, colour.b, colour.a),
-            (request.attenuation_constant, request.attenuation_linear, request.attenuation_quadratic),
-        )
+        lights[request.light_name] = request
         return done("SetLightProperties: kept; no light of this world lights anything")
 
     def delete(request: Any) -> dict[str, Any]:
@@ -87,18 +74,15 @@ def _step(bridge: Bridge, request: Any) -> dict[str, Any]:
 
 
 def _get_physics(bridge: Bridge) -> dict[str, Any]:
-    from gazebo_msgs.msg import ODEPhysics
     from geometry_msgs.msg import Vector3
 
-    ode = ODEPhysics()
-    bridge.ode.write(ode)
     return done(
         "GetPhysicsProperties: got properties",
         time_step=bridge.world.timestep,
         pause=bridge.loop.paused,
         max_update_rate=bridge.max_update_rate,
         gravity=Vector3(*bridge.world.gravity),
-        ode_config=ode,
+        ode_config=bridge.ode,
     )
 
 
@@ -109,7 +93,7 @@ def _set_physics(bridge: Bridge, request: Any) -> dict[str, Any]:
     bridge.world.set_timestep(request.time_step)
     bridge.world.set_gravity((x, y, z))
     bridge.max_update_rate = request.max_update_rate
-    bridge.ode.read(request.ode_config)
+    bridge.ode = request.ode_config
     bridge.loop.keep_pace()
     return done("physics engine updated")
 
