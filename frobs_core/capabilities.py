@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from enum import IntEnum
+from typing import TYPE_CHECKING, cast
 
 from frobs_core.errors import CapabilityError, ConfigurationError
+
+if TYPE_CHECKING:
+    from frobs_core.specs import AbilityRecord
 
 
 class Level(IntEnum):
@@ -39,7 +43,35 @@ CAPABILITIES: Mapping[str, str] = {
     "randomize_joint_damping": "joint damping per environment",
     "randomize_gravity": "gravity per environment",
 }
-"""Every capability, with what it means."""
+"""Every ability of the core, with what it means; see :func:`abilities` for those of plugins."""
+
+
+METHODS: Mapping[str, Sequence[str]] = {
+    "contacts": ("contact", "contact_force"),
+    "rays": ("rays",),
+    "wrench": ("apply_wrench",),
+    "cameras": ("render",),
+}
+"""Methods of :class:`frobs_core.interfaces.Simulation` that a simulator with an ability defines."""
+
+
+def abilities() -> Mapping[str, AbilityRecord]:
+    """Return all abilities by name: those of the core, and those of plugins.
+
+    An ability of a plugin that has the name of one of the core is ``"distribution:name"``.
+    """
+    from frobs_core import plugins  # which reads records, which have levels
+    from frobs_core.specs import AbilityRecord
+
+    found = {
+        name: AbilityRecord(name=name, summary=summary, methods=tuple(METHODS.get(name, ())))
+        for name, summary in CAPABILITIES.items()
+    }
+    for name, record in plugins.records("ability").items():
+        clashes = name in CAPABILITIES
+        key = f"{plugins.get_report('ability', name).distribution}:{name}" if clashes else name
+        found[key] = cast("AbilityRecord", record)
+    return found
 
 
 def check_capabilities(
@@ -61,8 +93,8 @@ def check_capabilities(
     missing = []
     for who, wanted in needs.items():
         for capability, level in wanted.items():
-            if capability not in CAPABILITIES:
-                known = ", ".join(CAPABILITIES)
+            if capability not in CAPABILITIES and capability not in abilities():
+                known = ", ".join(abilities())
                 raise ConfigurationError(f"{who} needs '{capability}', which is no capability. Known: {known}.")
             there_is = has.get(capability, Level.UNSUPPORTED)
             if there_is < level:

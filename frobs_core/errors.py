@@ -466,6 +466,16 @@ class CapabilityError(FrobsError):
             f"simulator '{simulator}' cannot run this environment; choose another with simulator=…\n{table}"
         )
 
+    @classmethod
+    def lacking(cls, owner: object, capability: str) -> CapabilityError:
+        """Return the error of a method that a simulator, or one of its handles, does not have.
+
+        Args:
+            owner: The simulation or the handle.
+            capability: What it lacks.
+        """
+        return cls(type(owner).__name__, [("the caller", capability, "approximate", "unsupported")])
+
 
 class ModelFileError(FrobsError):
     """A robot's model file cannot be used.

@@ -1,4 +1,4 @@
-"""The five hooks that a plugin may implement, and nothing else.
+"""The hooks that a plugin may implement: one for each of the five kinds, and three that extend the contracts.
 
 A plugin is a module that an entry point of the group ``frobs`` names. Its hooks are called once, when
 the plugins are loaded, never while an environment steps.
@@ -10,7 +10,16 @@ from collections.abc import Sequence
 
 import pluggy
 
-from frobs_core.specs import AlgorithmRecord, ControllerRecord, RobotRecord, SimulatorRecord, TaskRecord
+from frobs_core.specs import (
+    AbilityRecord,
+    AlgorithmRecord,
+    ControllerRecord,
+    ParameterRecord,
+    RobotRecord,
+    SensorTypeRecord,
+    SimulatorRecord,
+    TaskRecord,
+)
 
 hookspec = pluggy.HookspecMarker("frobs")
 hookimpl = pluggy.HookimplMarker("frobs")
@@ -96,4 +105,52 @@ def frobs_algorithms() -> Sequence[AlgorithmRecord]:  # type: ignore[empty-body]
             return [AlgorithmRecord(name="ppo", summary="…", entry_point="frobs_algos_sb3.ppo:PPO")]
 
     Do not import torch here: ``entry_point`` is imported when training starts.
+    """
+
+
+@hookspec
+def frobs_abilities() -> Sequence[AbilityRecord]:  # type: ignore[empty-body]
+    """Offer abilities that simulators may have, beside those of the core.
+
+    Called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.AbilityRecord`.
+
+    Example::
+
+        @hookimpl
+        def frobs_abilities():
+            return [AbilityRecord(name="wind", summary="a wind that pushes bodies", methods=("wind_velocity",))]
+
+    Do not offer a name of the core again: it would only be found as ``"distribution:name"``.
+    """
+
+
+@hookspec
+def frobs_sensor_types() -> Sequence[SensorTypeRecord]:  # type: ignore[empty-body]
+    """Offer types of sensors.
+
+    Called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.SensorTypeRecord`.
+
+    Example::
+
+        @hookimpl
+        def frobs_sensor_types():
+            return [SensorTypeRecord(name="anemometer", summary="…", entry_point="acme.wind:Anemometer")]
+
+    Do not import the instrument here: it is imported when an environment has such a sensor.
+    """
+
+
+@hookspec
+def frobs_parameters() -> Sequence[ParameterRecord]:  # type: ignore[empty-body]
+    """Offer physical parameters that can be randomized.
+
+    Called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.ParameterRecord`.
+
+    Example::
+
+        @hookimpl
+        def frobs_parameters():
+            return [ParameterRecord(name="wind_speed", summary="speed of the wind [m/s]", ability="wind")]
+
+    Do not offer a name that ``randomize`` knows already.
     """

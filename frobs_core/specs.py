@@ -137,6 +137,45 @@ class AlgorithmRecord(Record):
     model_files: Mapping[str, str] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, kw_only=True)
+class AbilityRecord(Record):
+    """An ability that a plugin adds to those of the core: something that a simulator may be able to do.
+
+    Simulators declare it in their ``capabilities``; tasks, controllers, sensors and parameters may need it.
+
+    Attributes:
+        entry_point: Empty: an ability has no implementation of its own.
+        methods: Methods that the class of a simulator with this ability defines.
+    """
+
+    entry_point: str = ""
+    methods: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorTypeRecord(Record):
+    """A type of sensor; ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Sensor`.
+
+    Its name is what ``type`` means in the sensor settings of an environment.
+    """
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterRecord(Record):
+    """A physical parameter that can be randomized, of simulators with an ability.
+
+    Such a simulator lists the targets in ``parameter_targets``, and reads and writes the parameter, (num_envs,) for each
+    target, with ``parameter`` and ``write_parameter``.
+
+    Attributes:
+        entry_point: Empty: the simulator implements it.
+        ability: Ability that a simulator needs.
+    """
+
+    entry_point: str = ""
+    ability: str
+
+
 KINDS: Mapping[str, type[Record]] = {
     "simulator": SimulatorRecord,
     "robot": RobotRecord,
@@ -145,3 +184,13 @@ KINDS: Mapping[str, type[Record]] = {
     "algorithm": AlgorithmRecord,
 }
 """The five kinds, in the order in which they are listed."""
+
+EXTENSIONS: Mapping[str, type[Record]] = {
+    "ability": AbilityRecord,
+    "sensor_type": SensorTypeRecord,
+    "parameter": ParameterRecord,
+}
+"""What else a plugin may offer: additions to the contracts."""
+
+RECORDS: Mapping[str, type[Record]] = {**KINDS, **EXTENSIONS}
+"""All that a plugin may offer."""

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask, read_only
-from frobs_core.errors import CapabilityError, ConfigurationError, SimulationError
+from frobs_core.errors import ConfigurationError, SimulationError
 from frobs_core.interfaces import (
     BodyHandle,
     CommandMode,
@@ -25,7 +25,7 @@ from frobs_core.interfaces import (
     Snapshot,
     Translation,
 )
-from frobs_core.models import JointType, Pose, RobotModel, Treatment, composite_inertia, elements
+from frobs_core.models import Pose, RobotModel, Treatment, composite_inertia, elements
 from frobs_core.rotations import quat_from_axis_angle, quat_multiply, quat_rotate
 
 _KEPT = (
@@ -110,7 +110,6 @@ class JointRobot(RobotHandle):
         self._friction = self.expand([joint.damping for joint in self.model.actuated_joints])  # [N·m·s/rad]
         self.base = FreeBody("base", num_envs, placement.pose, flies=robot.base == "floating")
         self._gravity = np.zeros(3) if self.base.flies else gravity  # a robot that falls with its base is weightless
-        self._parents = {joint.child: joint for joint in self.model.joints}
         self._q = self.home.copy()
         self._v, self._efforts, self._command = np.zeros((3, *self._q.shape))
         carried = composite_inertia(self.model, self.home[0])  # of each joint alone, at home [kg·m² or kg]
@@ -155,6 +154,11 @@ class JointRobot(RobotHandle):
         self._command[:] = values[:, -1] if values.ndim == 3 else values
 
     @property
+    def base_pose(self) -> tuple[Floats, Floats]:
+        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the root link in the world."""
+        return self.base.pose
+
+    @property
     def base_twist(self) -> tuple[Floats, Floats]:
         """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link."""
         return self.base.twist
@@ -168,27 +172,6 @@ class JointRobot(RobotHandle):
         if not self.base.flies:
             raise SimulationError(f"the base of robot '{self.name}' is fixed; it has no velocity.")
         self.base.linear[_rows(mask)], self.base.angular[_rows(mask)] = lin_vel_world, ang_vel_world
-
-    def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return where a link is in the world, now or for given joint positions."""
-        if joint_positions is not None:
-            return self.planned_frame_pose(frame, joint_positions)
-        pos, quat = self.model.frame_pose(self.frame_name(frame), self._q)
-        return self.base.pos + quat_rotate(self.base.quat, pos), quat_multiply(self.base.quat, quat)
-
-    def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
-        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin, (num_envs, 3) each."""
-        linear, angular = np.split((self.frame_jacobian(frame) * self._v[:, None, :]).sum(axis=-1), 2, axis=1)
-        lever = self.frame_pose(frame)[0] - self.base.pos
-        return linear + self.base.linear + np.cross(self.base.angular, lever), angular + self.base.angular
-
-    def frame_jacobian(self, frame: str) -> Floats:
-        """Return (num_envs, 6, dof): lin_vel_world and ang_vel_world per joint velocity."""
-        return self._jacobian(self.frame_name(frame), self.frame_pose(frame)[0])
-
-    def lidar(self, name: str) -> Floats:
-        """Raise CapabilityError: there are no rays."""
-        raise CapabilityError("my_simulator", [("the caller", "rays", "approximate", "unsupported")])
 
     def reset(self, rows: Mask | slice) -> None:
         """Go home, at rest, and hold."""
@@ -226,28 +209,9 @@ class JointRobot(RobotHandle):
             if link.inertial is not None:
                 pos, quat = self.frame_pose(link.name)
                 center = pos + quat_rotate(quat, np.array(link.inertial.origin.pos))
-                moves = self._jacobian(link.name, center)[:, :3]  # (num_envs, 3, dof)
+                moves = self.point_jacobian(link.name, center)[:, :3]  # (num_envs, 3, dof)
                 weight += link.inertial.mass * (moves * self._gravity[:, None]).sum(axis=1)
         return weight
-
-    def _jacobian(self, link: str, point: Floats) -> Floats:
-        """Return how a point (num_envs, 3) of a link moves with each joint: (num_envs, 6, dof)."""
-        jacobian = np.zeros((self.num_envs, 6, self.dof))
-        while link in self._parents:
-            joint = self._parents[link]
-            link = joint.parent
-            if joint.type is JointType.FIXED:
-                continue
-            pos, quat = self.frame_pose(joint.child)
-            axis = quat_rotate(quat, np.broadcast_to(np.array(joint.axis), pos.shape))
-            axis = axis * (joint.mimic.multiplier if joint.mimic else 1.0)
-            column = self.joint_names.index(joint.mimic.joint if joint.mimic else joint.name)
-            if joint.type is JointType.PRISMATIC:
-                jacobian[:, :3, column] += axis
-            else:
-                jacobian[:, :3, column] += np.cross(axis, point - pos)
-                jacobian[:, 3:, column] += axis
-        return jacobian
 
 
 class MySimulator(Simulation):
@@ -287,10 +251,6 @@ class MySimulator(Simulation):
         how = {**dict.fromkeys(_KEPT, kept), "inertias": (Treatment.APPROXIMATED, "what each joint carries at home")}
         found = {element: how.get(element, dropped) for element in elements(model)}
         return [Translation(element=element, treatment=kind, how=text) for element, (kind, text) in found.items()]
-
-    @property
-    def native(self) -> None:
-        """There is no engine."""
 
     @property
     def time(self) -> Floats:

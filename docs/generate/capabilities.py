@@ -1,7 +1,7 @@
 """The page of the capabilities, and of how well each installed simulator has them."""
 
 from frobs_core import plugins
-from frobs_core.capabilities import CAPABILITIES, Level
+from frobs_core.capabilities import Level, abilities
 from generate.rst import code, escape, heading, label, table
 
 
@@ -11,10 +11,10 @@ def page() -> str:
     rows = [
         (
             code(name),
-            escape(meaning),
+            escape(ability.summary),
             *(str(simulator.capabilities.get(name, Level.UNSUPPORTED)) for simulator in simulators.values()),
         )
-        for name, meaning in CAPABILITIES.items()
+        for name, ability in abilities().items()
     ]
     text = label("capabilities") + heading("Capabilities")
     text += (

@@ -1,7 +1,7 @@
-"""The page of the five hooks and of the records that they return."""
+"""The page of the hooks and of the records that they return."""
 
 from frobs_core.hookspecs import __dict__ as hookspecs
-from frobs_core.specs import KINDS
+from frobs_core.specs import RECORDS
 from generate.rst import directive, heading, label, table
 
 
@@ -14,16 +14,16 @@ def page() -> str:
     """Return the page."""
     kinds = [
         (f":func:`~frobs_core.hookspecs.{hook}`", kind, f":class:`~frobs_core.specs.{record.__name__}`")
-        for hook, (kind, record) in zip(names(), KINDS.items(), strict=True)
+        for hook, (kind, record) in zip(names(), RECORDS.items(), strict=True)
     ]
     text = label("hooks") + heading("Hooks and records")
     text += (
-        "A plugin is a module that an entry point of the group ``frobs`` names. It implements any of five hooks; each "
+        "A plugin is a module that an entry point of the group ``frobs`` names. It implements any of these hooks; each "
         "takes nothing and returns frozen records, which say by name what there is and where it is imported from.\n\n"
     )
     text += table(["hook", "kind", "returns a list of"], kinds)
     text += heading("Hooks", "-") + directive("module", "frobs_core.hookspecs")
     text += "".join(directive("autofunction", f"frobs_core.hookspecs.{name}") for name in names())
     text += heading("Records", "-") + directive("module", "frobs_core.specs")
-    records = ["Record", *(record.__name__ for record in KINDS.values()), "EnvironmentRecord"]
+    records = ["Record", *(record.__name__ for record in RECORDS.values()), "EnvironmentRecord"]
     return text + "".join(directive("autoclass", f"frobs_core.specs.{name}", no_members="") for name in records)

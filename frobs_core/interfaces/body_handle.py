@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import CapabilityError
 
 
 class BodyHandle(ABC):
@@ -22,7 +23,6 @@ class BodyHandle(ABC):
     def twist(self) -> tuple[Floats, Floats]:
         """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s]."""
 
-    @abstractmethod
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
         """Put the body somewhere at once; its velocity becomes 0.
 
@@ -32,5 +32,7 @@ class BodyHandle(ABC):
             mask: The environments.
 
         Raises:
+            CapabilityError: The simulator lacks the ability ``teleport``.
             SimulationError: The body is static.
         """
+        raise CapabilityError.lacking(self, "teleport")

@@ -69,14 +69,14 @@ class JointGroup(ABC):
         """Return Kp and Kd, (num_envs, dof) each, whatever the command mode."""
 
     @property
+    @abstractmethod
     def base_pose(self) -> tuple[Floats, Floats]:
         """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the robot's root link in the world."""
-        return self.frame_pose(self.model.root)
 
     @property
+    @abstractmethod
     def base_twist(self) -> tuple[Floats, Floats]:
         """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link's origin."""
-        return self.frame_velocity(self.model.root)
 
     @abstractmethod
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
@@ -161,6 +161,16 @@ class JointSubset(JointGroup):
     def joint_efforts(self) -> Floats:
         """(num_envs, dof) [N·m or N]: what the drives applied in the last physics step."""
         return self._whole.joint_efforts[:, self.columns]
+
+    @property
+    def base_pose(self) -> tuple[Floats, Floats]:
+        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the robot's root link in the world."""
+        return self._whole.base_pose
+
+    @property
+    def base_twist(self) -> tuple[Floats, Floats]:
+        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link's origin."""
+        return self._whole.base_twist
 
     def drive_gains(self) -> tuple[Floats, Floats]:
         """Return Kp and Kd, (num_envs, dof) each."""

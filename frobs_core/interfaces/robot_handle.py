@@ -8,13 +8,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import UnknownNameError, UnsuitableRobotError
+from frobs_core.errors import CapabilityError, UnknownNameError, UnsuitableRobotError
 from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.joint_group import JointGroup, JointSubset
 from frobs_core.interfaces.scene import Placement
 from frobs_core.interfaces.sensor import Lidar
 from frobs_core.models.defaults import default_tcp, home_positions
-from frobs_core.models.model import Pose
+from frobs_core.models.kinematics import joint_path
+from frobs_core.models.model import JointType, Pose
 from frobs_core.rotations import quat_multiply, quat_rotate
 
 
@@ -82,7 +83,6 @@ class RobotHandle(JointGroup):
             return self
         return JointSubset(self, joint_names, tcp)
 
-    @abstractmethod
     def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
         """Set the joint state at once.
 
@@ -90,7 +90,11 @@ class RobotHandle(JointGroup):
             positions: (n, dof) [rad or m]
             velocities: (n, dof) [rad/s or m/s]
             mask: The environments.
+
+        Raises:
+            CapabilityError: The simulator lacks the ability ``teleport``.
         """
+        raise CapabilityError.lacking(self, "teleport")
 
     @property
     def command_mode(self) -> CommandMode:
@@ -158,7 +162,17 @@ class RobotHandle(JointGroup):
         held = np.array([mode is CommandMode.POSITION for mode in self.command_modes], bool)
         return np.where(held, joint_positions, 0.0)
 
-    @abstractmethod
+    @property
+    def base_pose(self) -> tuple[Floats, Floats]:
+        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the root link in the world; here: as the scene places it."""
+        n = self.num_envs
+        return np.tile(self._start.pos, (n, 1)), np.tile(self._start.quat_wxyz, (n, 1))
+
+    @property
+    def base_twist(self) -> tuple[Floats, Floats]:
+        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link; here: zero."""
+        return np.zeros((self.num_envs, 3)), np.zeros((self.num_envs, 3))
+
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
         """Put the root link somewhere at once; a fixed base can be moved too.
 
@@ -166,9 +180,12 @@ class RobotHandle(JointGroup):
             pos: (n, 3) [m] in the world.
             quat_wxyz: (n, 4), of length 1.
             mask: The environments.
-        """
 
-    @abstractmethod
+        Raises:
+            CapabilityError: The simulator lacks the ability ``teleport``.
+        """
+        raise CapabilityError.lacking(self, "teleport")
+
     def write_base_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
         """Give a free root link a velocity at once.
 
@@ -178,8 +195,20 @@ class RobotHandle(JointGroup):
             mask: The environments.
 
         Raises:
+            CapabilityError: The simulator lacks the ability ``teleport``.
             SimulationError: The base is fixed.
         """
+        raise CapabilityError.lacking(self, "teleport")
+
+    # Kinematics from the model, the joint state and the pose of the base; engines that have their own override them.
+
+    def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
+        """Return the pose of a link in the world, now or for given joint positions."""
+        if joint_positions is not None:
+            return self.planned_frame_pose(frame, joint_positions)
+        pos, quat = self.model.frame_pose(self.frame_name(frame), self.joint_positions)
+        base_pos, base_quat = self.base_pose
+        return base_pos + quat_rotate(base_quat, pos), quat_multiply(base_quat, quat)
 
     def planned_frame_pose(self, frame: str, joint_positions: Floats) -> tuple[Floats, Floats]:
         """Return :meth:`frame_pose` for given joint positions, (k, dof) [rad or m]."""
@@ -187,9 +216,50 @@ class RobotHandle(JointGroup):
         base = np.broadcast_to(np.array(self._start.quat_wxyz), quat.shape)
         return quat_rotate(base, pos) + np.array(self._start.pos), quat_multiply(base, quat)
 
-    @abstractmethod
+    def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
+        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin, (num_envs, 3) each."""
+        twist = (self.frame_jacobian(frame) * self.joint_velocities[:, None, :]).sum(axis=-1)  # (num_envs, 6)
+        linear, angular = self.base_twist
+        lever = self.frame_pose(frame)[0] - self.base_pose[0]
+        return twist[:, :3] + linear + np.cross(angular, lever), twist[:, 3:] + angular
+
+    def frame_jacobian(self, frame: str) -> Floats:
+        """Return (num_envs, 6, dof): rows 0–2 lin_vel_world, rows 3–5 ang_vel_world, per joint velocity."""
+        return self.point_jacobian(self.frame_name(frame), self.frame_pose(frame)[0])
+
+    def point_jacobian(self, link: str, point: Floats) -> Floats:
+        """Return the Jacobian of a point that moves with a link.
+
+        Args:
+            link: Name of the link.
+            point: (num_envs, 3) [m] in the world.
+
+        Returns:
+            (num_envs, 6, dof): rows 0–2 lin_vel_world, rows 3–5 ang_vel_world, per joint velocity.
+        """
+        jacobian = np.zeros((self.num_envs, 6, self.dof))
+        for joint in joint_path(self.model, link):
+            if joint.type is JointType.FIXED:
+                continue
+            pos, quat = self.frame_pose(joint.child)
+            axis = quat_rotate(quat, np.broadcast_to(np.array(joint.axis), pos.shape))
+            axis = axis * (joint.mimic.multiplier if joint.mimic else 1.0)
+            column = self.joint_names.index(joint.mimic.joint if joint.mimic else joint.name)
+            if joint.type is JointType.PRISMATIC:
+                jacobian[:, :3, column] += axis
+            else:
+                jacobian[:, :3, column] += np.cross(axis, point - pos)
+                jacobian[:, 3:, column] += axis
+        return jacobian
+
     def lidar(self, name: str) -> Floats:
-        """Return (num_envs, rays) [m] of a lidar of the robot; it does not see the robot itself."""
+        """Return (num_envs, rays) [m] of a lidar of the robot; it does not see the robot itself.
+
+        Raises:
+            CapabilityError: The simulator lacks the ability ``rays``.
+            UnknownNameError: The robot has no such lidar.
+        """
+        raise CapabilityError.lacking(self, "rays")
 
     def lidar_rays(self, name: str) -> tuple[Lidar, Floats, Floats]:
         """Return a lidar, and where its rays start [m] and point in the world, (num_envs, rays, 3) each.

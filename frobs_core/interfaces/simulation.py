@@ -93,9 +93,9 @@ class Simulation(ABC):
         return ()
 
     @property
-    @abstractmethod
     def native(self) -> Any:
-        """The engine's own objects; a task that uses them is tied to this simulator."""
+        """The engine's own objects, if there are any; a task that uses them is tied to this simulator."""
+        return None
 
     @property
     @abstractmethod
@@ -103,9 +103,9 @@ class Simulation(ABC):
         """(num_envs,) [s] since the reset."""
 
     @property
-    @abstractmethod
     def diverged(self) -> Mask | None:
         """Which environments the engine gave up on since their reset, or None while there are none."""
+        return None
 
     @abstractmethod
     def reset(self, mask: Mask | None = None) -> None:
@@ -146,7 +146,7 @@ class Simulation(ABC):
         Raises:
             UnknownNameError: The scene declares no such contact.
         """
-        raise self._lacks("contacts")
+        raise CapabilityError.lacking(self, "contacts")
 
     def contact_force(self, name: str) -> Floats:
         """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``.
@@ -155,7 +155,7 @@ class Simulation(ABC):
             UnknownNameError: The scene declares no such contact.
             ConfigurationError: The contact ignores something, so that its force is not told.
         """
-        raise self._lacks("contacts")
+        raise CapabilityError.lacking(self, "contacts")
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
         """Cast rays.
@@ -168,7 +168,7 @@ class Simulation(ABC):
         Returns:
             (num_envs, k) [m]; ``max_range`` where nothing is hit.
         """
-        raise self._lacks("rays")
+        raise CapabilityError.lacking(self, "rays")
 
     def write_body_poses(
         self, names: Sequence[str], pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None
@@ -196,7 +196,7 @@ class Simulation(ABC):
             torque_world: (n, 3) [N·m]
             mask: The environments.
         """
-        raise self._lacks("wrench")
+        raise CapabilityError.lacking(self, "wrench")
 
     def parameter(self, name: str, target: str = "") -> Floats:
         """Return a physical parameter of each environment.
@@ -212,17 +212,25 @@ class Simulation(ABC):
         """
         raise UnknownNameError("parameter", name, ())
 
+    def parameter_targets(self, name: str) -> Sequence[str]:
+        """Return the targets of a parameter that a plugin has added; :meth:`parameter` returns (num_envs,) for each."""
+        return ()
+
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
         """Change a physical parameter; the arguments are those of :meth:`parameter`."""
         raise UnknownNameError("parameter", name, ())
 
-    @abstractmethod
     def snapshot(self) -> Snapshot:
-        """Return the complete state: restored, it continues exactly, where the capability says so."""
+        """Return the complete state: restored, it continues exactly, where the capability says so.
 
-    @abstractmethod
+        Raises:
+            CapabilityError: The simulator lacks the ability ``snapshot``.
+        """
+        raise CapabilityError.lacking(self, "snapshot")
+
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot of this simulation or of one that was built alike."""
+        raise CapabilityError.lacking(self, "snapshot")
 
     def render(
         self,
@@ -249,7 +257,7 @@ class Simulation(ABC):
             RenderingUnavailableError: Nothing can be drawn on this machine.
             UnknownNameError: No such camera or modality.
         """
-        raise self._lacks("cameras")
+        raise CapabilityError.lacking(self, "cameras")
 
     def open_viewer(self) -> None:
         """Open a window that shows the first environment and follows it at each ``step``.
@@ -257,7 +265,7 @@ class Simulation(ABC):
         Raises:
             RenderingUnavailableError: There is no display.
         """
-        raise self._lacks("cameras")
+        raise CapabilityError.lacking(self, "cameras")
 
     def overlaps(self, robot: str = "robot") -> Sequence[Overlap] | None:
         """Return which links of a robot are in each other now, in the first environment, the deepest first.
@@ -279,6 +287,3 @@ class Simulation(ABC):
     @abstractmethod
     def close(self) -> None:
         """Release everything; twice is harmless."""
-
-    def _lacks(self, capability: str) -> CapabilityError:
-        return CapabilityError(type(self).__name__, [("the caller", capability, "approximate", "unsupported")])

@@ -22,7 +22,7 @@ from frobs_core.plugins.known import install_command, known
 from frobs_core.plugins.loading import import_plugin, read_records
 from frobs_core.plugins.report import PluginReport, environment_ids
 from frobs_core.plugins.requirements import core_versions, is_made_for
-from frobs_core.specs import KINDS, Record
+from frobs_core.specs import RECORDS, Record
 
 STRICT = "FROBS_STRICT_PLUGINS"
 """Environment variable: anything but empty, 0, false, no or off makes a broken plugin an error."""
@@ -137,8 +137,8 @@ class Plugins:
 
     def _offers_of(self, kind: str) -> Mapping[str, Mapping[str, PluginReport]]:
         """Return who offers each name of a kind, by distribution."""
-        if kind not in KINDS:
-            raise UnknownNameError("kind", kind, KINDS)
+        if kind not in RECORDS:
+            raise UnknownNameError("kind", kind, RECORDS)
         self.reports()
         return self._offers[kind]
 
@@ -160,7 +160,7 @@ class Plugins:
                     reports.append(PluginReport.of(candidate, "disabled", cause=f"disabled by {DISABLE}"))
                 else:
                     reports.append(self._load_one(candidate, reports, watch))
-        offers: dict[str, dict[str, dict[str, PluginReport]]] = {kind: {} for kind in KINDS}
+        offers: dict[str, dict[str, dict[str, PluginReport]]] = {kind: {} for kind in RECORDS}
         for report in reports:
             for kind, records in report.records.items():
                 for record in records:
@@ -278,9 +278,9 @@ def _refuse_second_offers(
     """Refuse what another plugin of the same distribution offers: ``distribution:name`` must mean one thing."""
     for other in others:
         if other.distribution == candidate.distribution:
-            taken = [(kind, record.name) for kind in KINDS for record in other.records[kind]]
+            taken = [(kind, record.name) for kind in RECORDS for record in other.records[kind]]
             taken += [("environment ID", id) for id in other.environment_ids]
-            offered = [(kind, record.name) for kind in KINDS for record in records[kind]]
+            offered = [(kind, record.name) for kind in RECORDS for record in records[kind]]
             offered += [("environment ID", id) for id in environment_ids(records)]
             for kind, name in offered:
                 if (kind, name) in taken:

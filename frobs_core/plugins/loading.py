@@ -16,9 +16,11 @@ import pluggy
 
 from frobs_core import hookspecs
 from frobs_core.errors import PluginError, nearest
-from frobs_core.specs import KINDS, EnvironmentRecord, Record, TaskRecord
+from frobs_core.specs import RECORDS, AbilityRecord, EnvironmentRecord, ParameterRecord, Record, TaskRecord
 
-HOOKS: Mapping[str, str] = {f"frobs_{kind}s": kind for kind in KINDS}
+HOOKS: Mapping[str, str] = {
+    f"frobs_{kind[:-1]}ies" if kind.endswith("y") else f"frobs_{kind}s": kind for kind in RECORDS
+}
 """The kind that each hook offers."""
 
 _PROJECT = hookspecs.hookimpl.project_name
@@ -64,7 +66,7 @@ def read_records(module: ModuleType, key: str) -> dict[str, tuple[Record, ...]]:
     manager = pluggy.PluginManager(_PROJECT)
     manager.add_hookspecs(hookspecs)
     manager.register(_only_hooks(module), name=key)
-    records: dict[str, list[Record]] = {kind: [] for kind in KINDS}
+    records: dict[str, list[Record]] = {kind: [] for kind in RECORDS}
     for hook, caller in vars(manager.hook).items():
         for implementation in caller.get_hookimpls():
             if hook in HOOKS:
@@ -99,10 +101,10 @@ def _checked(hook: str, kind: str, returned: object) -> Sequence[Record]:
         returned.close()
         raise PluginError(f"{hook} is a {type(returned).__name__}; write a plain function that returns a list")
     if not isinstance(returned, (list, tuple)):
-        raise PluginError(f"{hook} returned {_article(returned)}; return a list of {KINDS[kind].__name__}")
+        raise PluginError(f"{hook} returned {_article(returned)}; return a list of {RECORDS[kind].__name__}")
     for record in returned:
-        if not isinstance(record, KINDS[kind]):
-            raise PluginError(f"{hook} offers {_article(record)}; it may only offer {KINDS[kind].__name__}")
+        if not isinstance(record, RECORDS[kind]):
+            raise PluginError(f"{hook} offers {_article(record)}; it may only offer {RECORDS[kind].__name__}")
         _check_record(kind, record)
     return returned
 
@@ -110,7 +112,8 @@ def _checked(hook: str, kind: str, returned: object) -> Sequence[Record]:
 def _check_record(kind: str, record: Record) -> None:
     if not isinstance(record.name, str) or not _NAME.fullmatch(record.name):
         raise PluginError(f"{kind} {record.name!r}: a name has lower-case letters, digits and underscores only")
-    if not isinstance(record.entry_point, str) or not _ENTRY_POINT.fullmatch(record.entry_point):
+    needs_none = record.entry_point == "" and isinstance(record, AbilityRecord | ParameterRecord)
+    if not needs_none and (not isinstance(record.entry_point, str) or not _ENTRY_POINT.fullmatch(record.entry_point)):
         raise PluginError(f"{kind} '{record.name}': entry_point is {record.entry_point!r}, not 'module:attribute'")
     for text in ("summary", "install_hint"):
         if not isinstance(getattr(record, text), str):

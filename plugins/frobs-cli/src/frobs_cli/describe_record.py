@@ -8,7 +8,7 @@ from typing import Any
 from frobs_cli.catalogue import source_of
 from frobs_cli.describe_robot import describe_robot
 from frobs_cli.parameters import parameters
-from frobs_core.capabilities import CAPABILITIES, Level
+from frobs_core.capabilities import Level, abilities
 from frobs_core.compose import simulator_defaults
 from frobs_core.errors import PluginError
 from frobs_core.specs import AlgorithmRecord, ControllerRecord, Record, SimulatorRecord, TaskRecord
@@ -38,8 +38,8 @@ def _levels(levels: Mapping[str, Level]) -> dict[str, str]:
 
 def _simulator(record: SimulatorRecord) -> dict[str, Any]:
     rows = [
-        {"capability": name, "level": str(record.capabilities.get(name, Level.UNSUPPORTED)), "help": meaning}
-        for name, meaning in CAPABILITIES.items()
+        {"capability": name, "level": str(record.capabilities.get(name, Level.UNSUPPORTED)), "help": ability.summary}
+        for name, ability in abilities().items()
     ]
     return {"capabilities": rows}
 

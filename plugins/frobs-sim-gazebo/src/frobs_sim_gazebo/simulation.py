@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import ConfigurationError, SimulationError
-from frobs_core.interfaces import Marker, Placement, Scene, Simulation, Snapshot, Translation, read_tables, translate
+from frobs_core.interfaces import Placement, Scene, Simulation, Snapshot, Translation, read_tables, translate
 from frobs_core.models import RobotModel
 from frobs_sim_gazebo import protocol, snapshots
 from frobs_sim_gazebo.body import GazeboBody
@@ -331,21 +331,6 @@ class GazeboSimulation(Simulation):
         self.reset(self._diverged | np.array([server is None for server in self.native], bool))
         self.parameters.restore(snapshot)
         snapshots.put_back(self, snapshot)
-
-    def render(
-        self,
-        mask: Mask | None = None,
-        camera: str | None = None,
-        size: tuple[int, int] = (480, 640),
-        modality: str = "rgb",
-        markers: Sequence[Marker] = (),
-    ) -> np.ndarray[Any, Any]:
-        """Refuse: this plugin draws nothing."""
-        raise SimulationError("no pictures are drawn on Gazebo; run the same policy with simulator='mujoco' for them.")
-
-    def open_viewer(self) -> None:
-        """Refuse: this plugin draws nothing."""
-        raise SimulationError("no window is opened on Gazebo; run the same policy with simulator='mujoco' for one.")
 
     def close(self) -> None:
         """End the servers; twice is harmless."""

@@ -79,6 +79,16 @@ class PybulletRobot(RobotHandle):
         """Command some environments to stay where they are, or to rest."""
         self._command[rows] = (self._factor * self.holding_command(self._positions))[rows]
 
+    @property
+    def base_pose(self) -> tuple[Floats, Floats]:
+        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the root link in the world."""
+        return self.frame_pose(self.model.root)
+
+    @property
+    def base_twist(self) -> tuple[Floats, Floats]:
+        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link's origin."""
+        return self.frame_velocity(self.model.root)
+
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
         """Put the root link somewhere at once."""
         n = self._simulation.count(mask)

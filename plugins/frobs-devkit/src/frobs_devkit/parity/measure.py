@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from frobs_core import plugins
-from frobs_core.capabilities import CAPABILITIES, Level
+from frobs_core.capabilities import Level, abilities
 from frobs_core.errors import ModelMismatchError, UnknownNameError
 from frobs_devkit.parity.actions import ActionFile, check_actions, read_actions, smooth_actions
 from frobs_devkit.parity.certificate import Certificate
@@ -158,7 +158,7 @@ def _make(name: str, plan: Plan, subjects: Sequence[Subject]) -> Measurement:
 
 def _missing(plan: Plan, subject: Subject) -> str:
     if plan.needs and subject.level(plan.needs) == Level.UNSUPPORTED:
-        return f"it does not claim '{plan.needs}' ({CAPABILITIES[plan.needs]})"
+        return f"it does not claim '{plan.needs}' ({abilities()[plan.needs].summary})"
     return subject.lacks if plan.environment else ""
 
 

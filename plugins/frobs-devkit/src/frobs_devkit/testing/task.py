@@ -13,7 +13,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 
 from frobs_core import plugins
-from frobs_core.capabilities import CAPABILITIES
+from frobs_core.capabilities import abilities
 from frobs_core.errors import ConfigurationError, MissingSettingError
 from frobs_core.interfaces import Marker, Scene, Task
 from frobs_core.random import RandomSource
@@ -47,7 +47,7 @@ def record_is_sound(subject: TaskUnderTest) -> None:
     expect(isinstance(cls, type) and issubclass(cls, Task), f"{cls} is no subclass of Task.")
     expect_keyword_only(cls)
     for capability in subject.record.needs:
-        expect(capability in CAPABILITIES, f"it needs '{capability}', which is no capability.")
+        expect(capability in abilities(), f"it needs '{capability}', which is no capability.")
     expect(isinstance(cls().scene(), Scene), "scene() returns no Scene.")
 
 

@@ -9,7 +9,6 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import SimulationError
 from frobs_core.interfaces import CommandMode, Placement, RobotHandle
-from frobs_core.rotations import quat_multiply, quat_rotate
 
 _LAG = 0.02  # [s] in which an error falls to a third and a little
 _STEP = 1e-6  # [rad or m] of the differences that the Jacobian is made of
@@ -20,7 +19,6 @@ class IdealRobot(RobotHandle):
 
     def __init__(self, name: str, placement: Placement, num_envs: int, timestep: float) -> None:
         self.describe(name, placement, num_envs)
-        self._place = np.array(placement.pose.pos), np.array(placement.pose.quat_wxyz)
         self._timestep, self._share = timestep, 1.0 - np.exp(-timestep / _LAG)
         self._positions, self._velocities = self.home.copy(), np.zeros_like(self.home)
         self._held: Floats = np.zeros_like(self.home)
@@ -80,53 +78,6 @@ class IdealRobot(RobotHandle):
             inside = np.clip(self._positions, self.position_lower, self.position_upper)
             self._velocities[inside != self._positions] = 0.0
             self._positions = inside
-
-    @property
-    def base_pose(self) -> tuple[Floats, Floats]:
-        """Where the scene places it."""
-        return self.expand(self._place[0]), self.expand(self._place[1])
-
-    @property
-    def base_twist(self) -> tuple[Floats, Floats]:
-        """Zero: bases stand."""
-        return np.zeros((self.num_envs, 3)), np.zeros((self.num_envs, 3))
-
-    def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
-        """Refuse: the simulator does not claim 'teleport'."""
-        raise SimulationError("bases stand where the scene places them.")
-
-    def write_base_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
-        """Refuse: bases stand."""
-        raise SimulationError("bases stand where the scene places them.")
-
-    def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return where a link is, or would be, in the world."""
-        given = self._positions if joint_positions is None else joint_positions
-        pos, quat = self.model.frame_pose(self.frame_name(frame), given)
-        base_pos, base_quat = (np.broadcast_to(part, (len(given), len(part))) for part in self._place)
-        return base_pos + quat_rotate(base_quat, pos), quat_multiply(base_quat, quat)
-
-    def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
-        """Return lin_vel_world [m/s] and ang_vel_world [rad/s]."""
-        twist = (self.frame_jacobian(frame) * self._velocities[:, None, :]).sum(-1)
-        return twist[:, :3], twist[:, 3:]
-
-    def frame_jacobian(self, frame: str) -> Floats:
-        """Return (num_envs, 6, dof), from differences."""
-        jacobian = np.zeros((self.num_envs, 6, self.dof))
-        for joint in range(self.dof):
-            step = _STEP * np.eye(self.dof)[joint]
-            (ahead, turned), (behind, before) = (
-                self.frame_pose(frame, self._positions + s * step) for s in (1.0, -1.0)
-            )
-            jacobian[:, :3, joint] = (ahead - behind) / (2.0 * _STEP)
-            turn = quat_multiply(turned, before * np.array([1.0, -1.0, -1.0, -1.0]))
-            jacobian[:, 3:, joint] = turn[:, 1:] * np.sign(turn[:, :1]) / _STEP
-        return jacobian
-
-    def lidar(self, name: str) -> Floats:
-        """Refuse: the simulator does not claim 'rays'."""
-        raise SimulationError("there are no rays here.")
 
     def snapshot(self) -> dict[str, Floats]:
         """Return the joints and what they follow."""

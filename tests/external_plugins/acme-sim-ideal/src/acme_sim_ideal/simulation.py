@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NoReturn
+from collections.abc import Mapping
 
 import numpy as np
 
 from acme_sim_ideal.robot import IdealRobot
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError, RenderingUnavailableError, SimulationError, UnknownNameError
-from frobs_core.interfaces import Body, BodyHandle, Marker, Placement, Scene, Simulation, Snapshot
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import Body, BodyHandle, Placement, Scene, Simulation, Snapshot
 
 
 class IdealBody(BodyHandle):
@@ -30,10 +29,6 @@ class IdealBody(BodyHandle):
     def twist(self) -> tuple[Floats, Floats]:
         """Zero."""
         return np.zeros_like(self._pos), np.zeros_like(self._pos)
-
-    def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
-        """Refuse: the simulator does not claim 'teleport'."""
-        raise SimulationError(f"body '{self.name}' stays where the scene puts it.")
 
 
 class IdealSimulation(Simulation):
@@ -55,19 +50,9 @@ class IdealSimulation(Simulation):
         self._steps = np.zeros(num_envs, np.int64)
 
     @property
-    def native(self) -> None:
-        """There is no engine."""
-        return
-
-    @property
     def time(self) -> Floats:
         """(num_envs,) [s] since the reset."""
         return self._steps * self.physics_timestep
-
-    @property
-    def diverged(self) -> None:
-        """Nothing ever does."""
-        return
 
     def reset(self, mask: Mask | None = None) -> None:
         """Go home."""
@@ -82,30 +67,6 @@ class IdealSimulation(Simulation):
             robot.advance(decimation)
         self._steps += decimation
 
-    def contact(self, name: str) -> NoReturn:
-        """Refuse: nothing touches."""
-        raise UnknownNameError("declared contact", name, ())
-
-    def contact_force(self, name: str) -> NoReturn:
-        """Refuse: nothing touches."""
-        raise UnknownNameError("declared contact", name, ())
-
-    def rays(self, origins: Floats, directions: Floats, max_range: float) -> NoReturn:
-        """Refuse: there are no rays."""
-        raise SimulationError("there are no rays here.")
-
-    def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> NoReturn:
-        """Refuse: nothing can be pushed."""
-        raise SimulationError("nothing can be pushed here.")
-
-    def parameter(self, name: str, target: str = "") -> NoReturn:
-        """Refuse: there are none."""
-        raise UnknownNameError("parameter", name, ())
-
-    def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> NoReturn:
-        """Refuse: there are none."""
-        raise UnknownNameError("parameter", name, ())
-
     def snapshot(self) -> Snapshot:
         """Return the complete state."""
         state: Snapshot = {"steps": self._steps.copy()}
@@ -119,21 +80,6 @@ class IdealSimulation(Simulation):
         for name, robot in self.robots.items():
             keys = [key for key in snapshot if key.startswith(f"{name}/")]
             robot.restore({key.removeprefix(f"{name}/"): snapshot[key] for key in keys})
-
-    def render(
-        self,
-        mask: Mask | None = None,
-        camera: str | None = None,
-        size: tuple[int, int] = (480, 640),
-        modality: str = "rgb",
-        markers: Sequence[Marker] = (),
-    ) -> np.ndarray[Any, Any]:
-        """Refuse: it cannot draw."""
-        raise RenderingUnavailableError("the simulator 'ideal' cannot draw", "nothing")
-
-    def open_viewer(self) -> None:
-        """Refuse: it cannot draw."""
-        raise RenderingUnavailableError("the simulator 'ideal' cannot draw", "nothing")
 
     def close(self) -> None:
         """There is nothing to release."""

@@ -7,7 +7,7 @@ from copy import deepcopy
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.capabilities import CAPABILITIES, Level
+from frobs_core.capabilities import Level, abilities
 from frobs_core.interfaces import CommandMode, Controller
 from frobs_devkit.testing.checks import NotApplicable, expect, expect_keyword_only
 from frobs_devkit.testing.compare import expect_rows, expect_same
@@ -93,7 +93,7 @@ def apply_reads_only(subject: ControllerUnderTest) -> None:
 def needs_are_capabilities(subject: ControllerUnderTest) -> None:
     """What the record says that it needs of a simulator are capabilities that there are, with levels."""
     for capability, level in subject.record.needs.items():
-        expect(capability in CAPABILITIES, f"it needs '{capability}', which is no capability.")
+        expect(capability in abilities(), f"it needs '{capability}', which is no capability.")
         expect(isinstance(level, Level), f"the level of '{capability}' that it needs is {level!r}, no Level.")
 
 

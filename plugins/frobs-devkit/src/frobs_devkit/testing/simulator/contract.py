@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.capabilities import CAPABILITIES, Level
+from frobs_core.capabilities import Level, abilities
 from frobs_core.errors import FrobsError, SimulationError, UnknownNameError
 from frobs_core.interfaces import CommandMode, Contact, Placement, RobotHandle, Scene, Simulation
 from frobs_core.models import Pose
@@ -23,7 +23,7 @@ from frobs_devkit.testing.simulator.subject import BALL, TIMESTEP, WALL, Simulat
 def capabilities_are_known(subject: SimulatorUnderTest) -> None:
     """The record names known capabilities with levels, and its entry point a subclass of Simulation."""
     for name, level in subject.record.capabilities.items():
-        expect(name in CAPABILITIES, f"'{name}' is no capability; known are {', '.join(CAPABILITIES)}.")
+        expect(name in abilities(), f"'{name}' is no capability; known are {', '.join(abilities())}.")
         expect(isinstance(level, Level), f"the level of '{name}' is {level!r}, no Level.")
     cls = subject.record.load()
     expect(isinstance(cls, type) and issubclass(cls, Simulation), f"{cls} is no subclass of Simulation.")
