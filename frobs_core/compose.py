@@ -20,7 +20,7 @@ from frobs_core.errors import (
 )
 from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Simulation, Task
 from frobs_core.models import Pose, load_model
-from frobs_core.randomization import CAPABILITY, Randomization, read_settings
+from frobs_core.randomization import Randomization, physical_parameters, read_settings
 from frobs_core.robot_config import RobotConfig
 from frobs_core.sensors.contacts import with_contacts
 from frobs_core.specs import Record, SimulatorRecord, TaskRecord
@@ -78,9 +78,10 @@ def compose(config: EnvConfig, num_envs: int) -> Parts:
 
     needs: dict[str, Mapping[str, Level]] = {f"task '{task.name}'": task.needs}
     needs |= {f"controller '{record.name}'": record.needs for record in records}
+    needed = physical_parameters() if settings is not None else {}
     for name in () if settings is None else dict.fromkeys(item.parameter for item in settings.items):
-        if name in CAPABILITY:
-            needs[f"randomize.{name}"] = {CAPABILITY[name]: Level.APPROXIMATE}
+        if name in needed:
+            needs[f"randomize.{name}"] = {needed[name]: Level.APPROXIMATE}
     check_capabilities(simulator.name, simulator.capabilities, needs)
     the_task: Task = build(f"task '{task.name}'", task.load(), config.task_parameters, KEYWORDS)
     controllers: dict[str, dict[str, Controller]] = {

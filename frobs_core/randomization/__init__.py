@@ -2,12 +2,10 @@
 
 from frobs_core.randomization.observation import Term, find_terms
 from frobs_core.randomization.randomization import Randomization
-from frobs_core.randomization.settings import CAPABILITY, PARAMETERS, Setting, Settings, read_settings
+from frobs_core.randomization.settings import Setting, Settings, physical_parameters, read_settings
 from frobs_core.randomization.targets import Unit, find_units
 
 __all__ = [
-    "CAPABILITY",
-    "PARAMETERS",
     "Randomization",
     "Setting",
     "Settings",
@@ -15,5 +13,6 @@ __all__ = [
     "Unit",
     "find_terms",
     "find_units",
+    "physical_parameters",
     "read_settings",
 ]

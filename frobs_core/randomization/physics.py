@@ -14,11 +14,17 @@ from frobs_core.interfaces import CommandMode, Simulation
 from frobs_core.interfaces.simulation import Snapshot
 from frobs_core.random import RandomSource
 from frobs_core.randomization.schedule import Draw
-from frobs_core.randomization.settings import Setting
+from frobs_core.randomization.settings import CAPABILITY, Setting
 from frobs_core.randomization.targets import find_units, matches
 
 _LEAST_MASS = 0.01
 """Share of its nominal mass that a body keeps, whatever an unbounded distribution gives."""
+
+_VECTORS = ("stiffness", "damping", "joint_damping", "gravity")
+"""Parameters that are written as an array for each target: (n, dof) or (n, 3). Others are one number for each target."""
+
+_OF_ROBOTS = ("mass", "stiffness", "damping", "joint_damping")
+"""Parameters that change only those of robots where no target is named."""
 
 _WITHOUT_EFFECT = {
     ("stiffness", CommandMode.VELOCITY): "velocities, which the drives follow by their damping",
@@ -74,7 +80,7 @@ class PhysicalParameter:
         for unit in units:
             stop = start + len(unit.names)
             if any(start <= column < stop for column in self.touched):
-                self._writes.append((unit.target, start if name in ("mass", "friction") else slice(start, stop)))
+                self._writes.append((unit.target, slice(start, stop) if name in _VECTORS else start))
             start = stop
         self._least = self._floor(settings)
         self._changing = [draw for _, _, draw in self._changes if draw.changes_in_episode]
@@ -118,7 +124,7 @@ class PhysicalParameter:
     def _columns(self, setting: Setting) -> list[int]:
         if self._name == "gravity":
             return [0, 1, 2]
-        patterns = setting.targets or (["*"] if self._name == "friction" else [f"{robot}/*" for robot in self._robots])
+        patterns = setting.targets or ([f"{robot}/*" for robot in self._robots] if self._name in _OF_ROBOTS else ["*"])
         found = matches(patterns, self.names, f"target of {setting.place}")
         if setting.change == "scale" and not self._changes and not self.nominal[:, found].any():
             raise RandomizationError(
@@ -162,7 +168,7 @@ class PhysicalParameter:
 
         An unbounded distribution is held above them instead.
         """
-        if self._name == "gravity":
+        if self._name == "gravity" or self._name not in CAPABILITY:
             return None
         least = self.nominal * (_LEAST_MASS if self._name == "mass" else 0.0)
         value = self.nominal.copy()

@@ -19,7 +19,7 @@ from frobs_core.randomization.delay import ActionDelay
 from frobs_core.randomization.observation import ObservedArrays
 from frobs_core.randomization.physics import PhysicalParameter
 from frobs_core.randomization.schedule import Draw
-from frobs_core.randomization.settings import CAPABILITY, Settings
+from frobs_core.randomization.settings import Settings, physical_parameters
 
 
 class Randomization:
@@ -50,7 +50,7 @@ class Randomization:
         self._all = np.ones(simulation.num_envs, np.bool_)
         self._physics = [
             PhysicalParameter(name, items, simulation, list(control.robots), control_timestep)
-            for name in CAPABILITY
+            for name in physical_parameters()
             if (items := settings.of(name))
         ]
         late = settings.of("action_delay")

@@ -16,13 +16,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
+from frobs_core import plugins
 from frobs_core.errors import ConfigFileError, UnknownParameterError
 from frobs_core.plain import plain
 from frobs_core.randomization.distribution import Distribution, Shape
 from frobs_core.randomization.reading import Problem, read_distribution, read_schedule, read_steps, read_targets
 from frobs_core.randomization.schedule import Schedule, When
+from frobs_core.specs import ParameterRecord
 from frobs_core.yaml import find_origin
 
 CAPABILITY: Mapping[str, str] = {
@@ -33,10 +35,14 @@ CAPABILITY: Mapping[str, str] = {
     "joint_damping": "randomize_joint_damping",
     "gravity": "randomize_gravity",
 }
-"""The physical parameters, each with what a simulator must be capable of."""
+"""The physical parameters of the core, each with the ability that a simulator needs for it."""
 
-PARAMETERS = (*CAPABILITY, "action_delay", "observation_noise", "observation_delay")
-"""All that can be randomised."""
+
+def physical_parameters() -> Mapping[str, str]:
+    """Return the physical parameters of the core and of plugins, each with the ability that a simulator needs for it."""
+    added = {name: cast(ParameterRecord, record).ability for name, record in plugins.records("parameter").items()}
+    return {**added, **CAPABILITY}
+
 
 CHANGES = ("scale", "add", "set")
 """What is done with a number that was drawn: it multiplies the value, is added to it, or replaces it."""
@@ -50,7 +56,7 @@ class Setting:
     """One thing that is randomised.
 
     Attributes:
-        parameter: One of ``PARAMETERS``.
+        parameter: What is randomized: ``"mass"``, ``"action_delay"``, …
         place: Where it was written, for messages: ``"randomize.mass"``.
         stream: Of the random source, and its name in a snapshot.
         targets: Patterns of names that it is for; empty: the parameter's own default.
@@ -109,8 +115,9 @@ def read_settings(given: Mapping[str, Any] | None) -> Settings | None:
             raise Problem((), f"{given!r} is no mapping; write the parameters and what becomes of them.")
         items: list[Setting] = []
         for name, entry in given.items():
-            if name not in PARAMETERS:
-                raise Problem((name,), UnknownParameterError("randomize", str(name), PARAMETERS))
+            known = (*physical_parameters(), *_READERS)
+            if name not in known:
+                raise Problem((name,), UnknownParameterError("randomize", str(name), known))
             read = _READERS.get(name, _read_physical)
             items += read(name, entry)
     except Problem as problem:

@@ -50,11 +50,14 @@ def find_units(simulation: Simulation, parameter: str) -> list[Unit]:
                 if parameter == "friction" or (unit.nominal > 0).all():
                     units.append(unit)
             return units
-        case _:
+        case "stiffness" | "damping" | "joint_damping":
             return [
                 _read(simulation, parameter, name, tuple(f"{name}/{joint}" for joint in robot.joint_names))
                 for name, robot in simulation.robots.items()
             ]
+        case _:  # a plugin's
+            targets = simulation.parameter_targets(parameter)
+            return [_read(simulation, parameter, target, (target or parameter,)) for target in targets]
 
 
 def matches(patterns: Sequence[str], names: Sequence[str], what: str) -> list[int]:

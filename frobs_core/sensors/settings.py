@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from dataclasses import MISSING, fields, replace
 from typing import Any
 
+from frobs_core import plugins
 from frobs_core.errors import (
     ConfigFileError,
     ConfigurationError,
     ParameterValueError,
+    PluginError,
     SensorSettingError,
     UnknownNameError,
     UnknownParameterError,
@@ -61,7 +63,7 @@ def _apply(name: str, sensors: Mapping[str, Sensor], setting: Any) -> Sensor | N
     if setting is not None and "type" in setting:
         return _new(name, setting)
     if name not in sensors:
-        raise UnknownNameError("sensor of the robot (a new one says its type: lidar, bumper, imu)", name, sensors)
+        raise UnknownNameError("sensor of the robot (a new one needs a type)", name, sensors)
     if setting is None:
         return None
     _check_fields(name, type(sensors[name]), setting)
@@ -72,10 +74,7 @@ def _apply(name: str, sensors: Mapping[str, Sensor], setting: Any) -> Sensor | N
 
 
 def _new(name: str, setting: Mapping[str, Any]) -> Sensor:
-    types = {cls.type_name: cls for cls in SENSORS}
-    if setting["type"] not in types:
-        raise UnknownNameError("type of sensor", str(setting["type"]), types)
-    cls = types[setting["type"]]
+    cls = _sensor_type(str(setting["type"]))
     given = {key: value for key, value in setting.items() if key != "type"}
     _check_fields(name, cls, given)
     missing = [field.name for field in fields(cls) if field.default is MISSING and field.name not in given]
@@ -85,6 +84,24 @@ def _new(name: str, setting: Mapping[str, Any]) -> Sensor:
         return cls(**given)
     except ConfigurationError as error:
         raise SensorSettingError(name, str(error)) from None
+
+
+def _sensor_type(name: str) -> type[Sensor]:
+    """Return a type of sensor of the core or of a plugin.
+
+    Raises:
+        UnknownNameError: There is no such type.
+    """
+    types = {cls.type_name: cls for cls in SENSORS}
+    added = plugins.records("sensor_type")
+    if name in types:
+        return types[name]
+    if name not in added:
+        raise UnknownNameError("type of sensor", name, [*types, *added])
+    cls = added[name].load()
+    if not (isinstance(cls, type) and issubclass(cls, Sensor)):
+        raise PluginError(f"the sensor type '{name}' is {cls!r}, which is no subclass of Sensor.")
+    return cls
 
 
 def _check_fields(name: str, cls: type[Sensor], given: Mapping[str, Any]) -> None:

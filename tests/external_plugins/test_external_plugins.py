@@ -144,6 +144,49 @@ def test_without_any_one_of_them_the_others_work(clean: Environment, wheels: dic
         clean.install(wheels[gone])
 
 
+EXTENSIONS = """
+import gymnasium as gym
+import numpy as np
+from frobs_core.errors import CapabilityError
+from frobs_core.random import RandomSource
+from frobs_core.sensors import Sensors
+
+keywords = {
+    "robot": "scara_with_pointer",
+    "sensors": {"wind": {"type": "anemometer", "frame": "pointer_point"}},
+    "randomize": {"wind_speed": {"set": [1.0, 2.0]}},
+}
+env = gym.make("frobs_core:acme/ScaraTouch-v0", **keywords).unwrapped
+assert env.robot.tcp == "pointer_point"
+reach = np.linalg.norm(env.robot.frame_pose("tcp", np.zeros((1, 2)))[0][0, :2])
+assert abs(reach - 0.54) < 1e-9, reach
+speeds = set()
+for seed in range(3):
+    env.reset(seed=seed)
+    sensors = Sensors(env.simulation, env.control_timestep)
+    sensors.reset(None, RandomSource(1))
+    wind = sensors.read("wind")[0]
+    assert wind[0] == env.randomization.values["wind_speed/world"][0] and 1.0 <= wind[0] < 2.0 and not wind[1:].any()
+    speeds.add(wind[0])
+assert len(speeds) == 3
+from frobs_core import plugins
+plugins.get_record("simulator", "ideal").capabilities.pop("wind")
+try:
+    gym.make("acme/ScaraTouch-v0", **keywords)
+except CapabilityError as error:
+    assert "wind" in str(error)
+else:
+    raise AssertionError("a simulator without the ability was accepted")
+print("done")
+"""
+
+
+@pytest.mark.slow
+def test_plugins_add_an_ability_a_sensor_type_a_parameter_and_an_end_effector(clean: Environment) -> None:
+    done = clean.run("-c", EXTENSIONS)
+    assert done.stdout.strip().endswith("done"), done.stderr
+
+
 def test_the_folder_of_each_is_small() -> None:
     for folder in PLUGINS:
         lines = sum(len(path.read_text("utf-8").splitlines()) for path in folder.rglob("*.py"))

@@ -10,7 +10,7 @@ from sliding import RECORD
 
 from frobs_core import plugins
 from frobs_core.capabilities import Level
-from frobs_core.randomization import CAPABILITY
+from frobs_core.randomization import physical_parameters
 
 N = 4
 SHOULDER = 1  # joint 2, which carries the arm
@@ -18,7 +18,7 @@ SHOULDER = 1  # joint 2, which carries the arm
 
 def claiming(parameter: str) -> Any:
     """Return a mark for each installed simulator that claims to be able to randomise a parameter."""
-    needed = CAPABILITY.get(parameter)
+    needed = physical_parameters().get(parameter)
     names = [
         name
         for name, record in plugins.records("simulator").items()

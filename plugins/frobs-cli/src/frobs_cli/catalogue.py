@@ -37,7 +37,7 @@ def kind_of(word: str) -> str:
 
 def plural(kind: str) -> str:
     """Return the word for several of a kind."""
-    return f"{kind}s"
+    return f"{kind[:-1]}ies" if kind.endswith("y") else f"{kind}s"
 
 
 def listed(kind: str) -> list[Listed]:

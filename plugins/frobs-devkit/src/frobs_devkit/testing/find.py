@@ -150,8 +150,8 @@ def _of_plugin(report: PluginReport, robot: str | None, simulator: str | None) -
     """Return the checks of a plugin, then those of its records, then those of its IDs."""
     checks = check_plugin(_key(report))
     of_environments = {function.__name__ for function in ENVIRONMENT_CHECKS}
-    for kind, records in report.records.items():
-        for record in records:
+    for kind in KINDS:
+        for record in report.records[kind]:
             name = record.name if record.name in plugins.records(kind) else f"{report.distribution}:{record.name}"
             own = _of(kind, name, robot, simulator)
             if isinstance(record, TaskRecord):  # what it shares with environments runs for each of its IDs

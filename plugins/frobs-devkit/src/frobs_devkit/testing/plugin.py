@@ -9,7 +9,7 @@ from functools import lru_cache
 
 from frobs_core import plugins
 from frobs_core.errors import FrobsError, ModelFileError, PluginError, UnknownNameError
-from frobs_core.interfaces import Algorithm, Controller, Robot, Simulation, Task
+from frobs_core.interfaces import Algorithm, Controller, Robot, Sensor, Simulation, Task
 from frobs_core.models.resources import resolve_path
 from frobs_core.plugins import PluginReport
 from frobs_core.plugins.discovery import Candidate
@@ -18,7 +18,13 @@ from frobs_core.specs import AlgorithmRecord, Record, TaskRecord
 from frobs_devkit.doctor.plugins import PluginFacts, examine_plugins
 from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, checks_of, collect, expect
 
-_BASES: dict[str, type] = {"simulator": Simulation, "controller": Controller, "task": Task, "algorithm": Algorithm}
+_BASES: dict[str, type] = {
+    "sensor_type": Sensor,
+    "simulator": Simulation,
+    "controller": Controller,
+    "task": Task,
+    "algorithm": Algorithm,
+}
 _ID = re.compile(r"[\w.-]+/[\w.-]+-v\d+")
 
 
@@ -103,6 +109,8 @@ def core_versions_are_stated(subject: PluginUnderTest) -> None:
 def entry_points_load(subject: PluginUnderTest) -> None:
     """Every record's entry point can be imported, and is what its kind asks for."""
     for kind, record in subject.records:
+        if not record.entry_point:  # an ability or a parameter, which simulators implement
+            continue
         implementation = record.load()
         if kind == "robot":
             expect(isinstance(implementation, Robot), f"robot '{record.name}': {record.entry_point} is no Robot.")

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from acme_sim_ideal.robot import IdealRobot
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.interfaces import Body, BodyHandle, Placement, Scene, Simulation, Snapshot
 
 
@@ -48,6 +48,7 @@ class IdealSimulation(Simulation):
         self.robots = {name: IdealRobot(name, one, num_envs, physics_timestep) for name, one in robots.items()}
         self.bodies = {name: IdealBody(name, body, num_envs) for name, body in scene.bodies.items()}
         self._steps = np.zeros(num_envs, np.int64)
+        self._wind = np.zeros((num_envs, 1))  # [m/s] along x
 
     @property
     def time(self) -> Floats:
@@ -67,16 +68,36 @@ class IdealSimulation(Simulation):
             robot.advance(decimation)
         self._steps += decimation
 
+    def wind_velocity(self) -> Floats:
+        """(num_envs, 3) [m/s]: the wind, which blows along x."""
+        return self._wind * np.array([1.0, 0.0, 0.0])
+
+    def parameter_targets(self, name: str) -> Sequence[str]:
+        """Return the targets of the parameters of this distribution."""
+        return ["world"] if name == "wind_speed" else []
+
+    def parameter(self, name: str, target: str = "") -> Floats:
+        """Return the speed of the wind, (num_envs,) [m/s]."""
+        if name != "wind_speed":
+            raise UnknownNameError("parameter", name, ["wind_speed"])
+        return self._wind[:, 0].copy()
+
+    def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
+        """Change the speed of the wind."""
+        if name != "wind_speed":
+            raise UnknownNameError("parameter", name, ["wind_speed"])
+        self._wind[slice(None) if mask is None else mask, 0] = values
+
     def snapshot(self) -> Snapshot:
         """Return the complete state."""
-        state: Snapshot = {"steps": self._steps.copy()}
+        state: Snapshot = {"steps": self._steps.copy(), "wind": self._wind.copy()}
         for name, robot in self.robots.items():
             state |= {f"{name}/{key}": array for key, array in robot.snapshot().items()}
         return state
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
-        self._steps = snapshot["steps"].copy()
+        self._steps, self._wind = snapshot["steps"].copy(), snapshot["wind"].copy()
         for name, robot in self.robots.items():
             keys = [key for key in snapshot if key.startswith(f"{name}/")]
             robot.restore({key.removeprefix(f"{name}/"): snapshot[key] for key in keys})

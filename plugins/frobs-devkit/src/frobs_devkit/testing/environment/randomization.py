@@ -12,7 +12,7 @@ import gymnasium as gym
 from frobs_core import plugins
 from frobs_core.capabilities import Level
 from frobs_core.interfaces import Bumper, CommandMode, Sensor
-from frobs_core.randomization import CAPABILITY, find_terms, find_units
+from frobs_core.randomization import find_terms, find_units, physical_parameters
 from frobs_core.specs import SimulatorRecord
 from frobs_devkit.testing.checks import NotApplicable
 from frobs_devkit.testing.environment import seeding, state, vector
@@ -58,7 +58,7 @@ def _everything(subject: EnvUnderTest, env: Any) -> dict[str, Any]:
     found: dict[str, Any] = {
         parameter: dict(setting)
         for parameter, setting in _PHYSICS.items()
-        if record.capabilities.get(CAPABILITY[parameter], Level.UNSUPPORTED)
+        if record.capabilities.get(physical_parameters()[parameter], Level.UNSUPPORTED)
         and not without_effect.get(parameter, False)
         and find_units(env.simulation, parameter)
     }

@@ -29,6 +29,24 @@ def capabilities_are_known(subject: SimulatorUnderTest) -> None:
     expect(isinstance(cls, type) and issubclass(cls, Simulation), f"{cls} is no subclass of Simulation.")
 
 
+def abilities_are_declared(subject: SimulatorUnderTest) -> None:
+    """Every ability that is declared is implemented, and every one that is implemented is declared."""
+    cls, levels = subject.record.load(), subject.record.capabilities
+    for name, ability in abilities().items():
+        defined = [
+            method for method in ability.methods if getattr(cls, method, None) is not getattr(Simulation, method, None)
+        ]
+        if levels.get(name, Level.UNSUPPORTED):
+            missing = [method for method in ability.methods if method not in defined]
+            expect(
+                not missing, f"the record declares '{name}', but {cls.__name__} does not define {', '.join(missing)}."
+            )
+        else:
+            expect(
+                not defined, f"{cls.__name__} defines {', '.join(defined)}, but the record does not declare '{name}'."
+            )
+
+
 def arrays_have_their_shapes(subject: SimulatorUnderTest) -> None:
     """Every array is (num_envs, …) float64, masks are bool, and nobody can move the simulation by writing to one."""
     contacts = {"ball": Contact(first="ball")} if subject.level("contacts") else {}
