@@ -10,11 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.errors import ConfigurationError, ParameterValueError
+from frobs_core.errors import ConfigurationError, MissingSettingError, ParameterValueError
 from frobs_core.interfaces import Robot
 from frobs_core.specs import ControllerRecord, SimulatorRecord, TaskRecord
 
 RENDER_MODES = ("rgb_array", "human")
+
+MAX_SIDE = 16_384
+"""Largest height and width of a rendered image [pixels]; more than graphics cards can draw."""
 
 _MAPPINGS = ("controller_kwargs", "simulator_kwargs", "robot_args", "package_paths", "home", "task_parameters")
 
@@ -86,14 +89,20 @@ class EnvConfig:
         _check(self, (Real, type(None)), "a number of seconds or None", "control_timestep", "physics_timestep")
         _check(self, (Mapping, type(None)), "a mapping or None", "sensors", "randomize")
         _check(self, Mapping, "a mapping", *_MAPPINGS)
+        for name in (*_MAPPINGS, "sensors", "randomize"):
+            if not all(isinstance(key, str) for key in getattr(self, name) or ()):
+                raise ParameterValueError(name, getattr(self, name), "a mapping with texts as its keys")
+        for joint, position in self.home.items():
+            if not isinstance(position, Real) or isinstance(position, bool):
+                raise ParameterValueError(f"home of joint '{joint}'", position, "a number [rad or m]")
         _check(self, (int, np.integer), "a whole number", "num_threads")
         if self.num_threads < 0:
             raise ParameterValueError("num_threads", self.num_threads, "0 or more")
         if self.render_mode is not None and self.render_mode not in RENDER_MODES:
             raise ParameterValueError("render_mode", self.render_mode, f"one of {', '.join(RENDER_MODES)}")
         size = tuple(self.render_size) if isinstance(self.render_size, Iterable) else ()
-        if len(size) != 2 or not all(isinstance(side, int | np.integer) and side > 0 for side in size):
-            raise ParameterValueError("render_size", self.render_size, "(height, width) in pixels")
+        if len(size) != 2 or not all(isinstance(side, int | np.integer) and 0 < side <= MAX_SIDE for side in size):
+            raise ParameterValueError("render_size", self.render_size, f"(height, width) in pixels, up to {MAX_SIDE:,}")
         object.__setattr__(self, "render_size", size)
 
     @classmethod
@@ -102,8 +111,11 @@ class EnvConfig:
 
         Raises:
             ConfigurationError: A value has the wrong type.
-            TypeError: ``task``, ``robot`` or ``controller`` is missing.
+            MissingSettingError: ``task``, ``robot`` or ``controller`` is missing.
         """
+        for name in ("task", "robot", "controller"):
+            if name not in keywords:
+                raise MissingSettingError("this environment", f"a {name}", f"pass it as {name}='…'")
         own = {name: value for name, value in keywords.items() if name in KEYWORDS}
         return cls(**own, task_parameters={name: keywords[name] for name in keywords if name not in KEYWORDS})
 
