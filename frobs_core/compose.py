@@ -25,6 +25,7 @@ from frobs_core.randomization import CAPABILITY, Randomization, read_settings
 from frobs_core.sensors.contacts import with_contacts
 from frobs_core.sensors.settings import apply_settings
 from frobs_core.specs import ControllerRecord, Record, SimulatorRecord, TaskRecord
+from frobs_core.validation import whole_number
 
 _Record = TypeVar("_Record", bound=Record)
 
@@ -180,11 +181,9 @@ def check_num_envs(num_envs: int) -> None:
     """Check the number of environments before anything is built.
 
     Raises:
-        ConfigurationError: It is below 1 or above :data:`MAX_NUM_ENVS`.
+        ConfigurationError: It is not a whole number, below 1 or above :data:`MAX_NUM_ENVS`.
     """
-    if num_envs < 1:
-        raise ParameterValueError("num_envs", num_envs, "at least 1")
-    if num_envs > MAX_NUM_ENVS:
+    if whole_number("num_envs", num_envs, 1) > MAX_NUM_ENVS:
         raise ConfigurationError(
             f"num_envs is {num_envs:,}; the limit is {MAX_NUM_ENVS:,}. Each environment takes about 10 kB or more."
         )
