@@ -10,7 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.errors import ConfigurationError, ConflictingOptionsError, ParameterValueError
+from frobs_core.errors import (
+    ConfigurationError,
+    ConflictingOptionsError,
+    MissingSettingError,
+    ParameterValueError,
+)
 from frobs_core.interfaces import Robot
 from frobs_core.robot_config import RobotConfig
 from frobs_core.specs import ControllerRecord, SimulatorRecord, TaskRecord
@@ -20,6 +25,9 @@ RENDER_MODES = ("rgb_array", "human")
 
 MAX_THREADS = 1_024
 """Most threads, or worker processes, of a simulator."""
+
+MAX_SIDE = 16_384
+"""Largest height and width of a rendered image [pixels]; more than graphics cards can draw."""
 
 _OF_A_ROBOT = ("robot", "controller", "controller_kwargs", "robot_args", "package_paths", "home", "tcp", "sensors")
 """Fields that hold for a single robot."""
@@ -102,9 +110,15 @@ class EnvConfig:
         whole_number("num_threads", self.num_threads, highest=MAX_THREADS)
         if self.render_mode is not None:
             choice("render_mode", self.render_mode, RENDER_MODES)
+        for name in (*_MAPPINGS, "sensors", "randomize", "robots"):
+            if not all(isinstance(key, str) for key in getattr(self, name) or ()):
+                raise ParameterValueError(name, getattr(self, name), "a mapping with texts as its keys")
+        for joint, position in self.home.items():
+            if not isinstance(position, Real) or isinstance(position, bool):
+                raise ParameterValueError(f"home of joint '{joint}'", position, "a number [rad or m]")
         size = tuple(self.render_size) if isinstance(self.render_size, Iterable) else ()
-        if len(size) != 2 or not all(isinstance(side, int | np.integer) and side > 0 for side in size):
-            raise ParameterValueError("render_size", self.render_size, "(height, width) in pixels")
+        if len(size) != 2 or not all(isinstance(side, int | np.integer) and 0 < side <= MAX_SIDE for side in size):
+            raise ParameterValueError("render_size", self.render_size, f"(height, width) in pixels, up to {MAX_SIDE:,}")
         object.__setattr__(self, "render_size", size)
 
     @classmethod
@@ -113,8 +127,10 @@ class EnvConfig:
 
         Raises:
             ConfigurationError: A value has the wrong type.
-            TypeError: ``task`` is missing.
+            MissingSettingError: ``task`` is missing.
         """
+        if "task" not in keywords:
+            raise MissingSettingError("this environment", "a task", "pass it as task='…'")
         own = {name: value for name, value in keywords.items() if name in KEYWORDS}
         return cls(**own, task_parameters={name: keywords[name] for name in keywords if name not in KEYWORDS})
 

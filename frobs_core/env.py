@@ -14,7 +14,7 @@ from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.compose import Parts, compose
 from frobs_core.config import RENDER_MODES, EnvConfig
 from frobs_core.errors import ResetNeededError
-from frobs_core.inputs import batch_options, invalid_action
+from frobs_core.inputs import as_numbers, batch_options, invalid_action
 from frobs_core.interfaces import Controller, GoalTask, Snapshot, Task
 from frobs_core.interfaces.task import Observation
 from frobs_core.random import RandomSource
@@ -241,7 +241,7 @@ class RobotEnv(gym.Env[Any, Any]):
         return self._row(observation), reward, terminated, diverged, info
 
     def _check_box(self, action: Any) -> Action:
-        array = np.asarray(action, np.float64)
+        array = as_numbers(action, np.float64, self.action_space)
         if array.shape != self._action_shape or not array.dot(array) < math.inf:  # one number for all elements
             raise invalid_action(action, self.action_space)
         return array[None]

@@ -8,19 +8,47 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import InvalidActionError, ResetOptionError, UnknownParameterError
+from frobs_core.arrays import Action, Floats
+from frobs_core.errors import InvalidActionError, ParameterValueError, ResetOptionError, UnknownParameterError
+
+
+def as_numbers(action: Any, dtype: type[np.generic], space: gym.Space[Any]) -> Action:
+    """Return an action as an array.
+
+    Raises:
+        InvalidActionError: It does not consist of numbers, or its rows differ in length.
+    """
+    try:
+        return np.asarray(action, dtype)
+    except (TypeError, ValueError, OverflowError):
+        raise invalid_action(action, space) from None
 
 
 def invalid_action(action: Any, space: gym.Space[Any]) -> InvalidActionError:
     """Return the error that says why an action is not in its space."""
-    given = np.asarray(action)
+    try:
+        given = np.asarray(action)
+    except ValueError:
+        return InvalidActionError(f"the rows of the action differ in length; the action space has {space.shape}.")
+    if given.dtype.kind not in "biuf":
+        return InvalidActionError(f"the action {action!r:.80} does not consist of numbers; it must be in {space}.")
     if given.shape != space.shape:
         return InvalidActionError(f"the action has shape {given.shape}; the action space has {space.shape}.")
     where = np.argwhere(~np.isfinite(given)).tolist()
     if where:
         return InvalidActionError(f"the action is not finite at {where[:3]}: {given[tuple(where[0])]}.")
     return InvalidActionError(f"the action {action!r} is not in {space}.")
+
+
+def option_mapping(options: Any) -> dict[str, Any]:
+    """Return the options of a reset as a new dictionary.
+
+    Raises:
+        ConfigurationError: They are not a mapping.
+    """
+    if not isinstance(options, Mapping | None):
+        raise ParameterValueError("options", options, "a mapping by name, or None")
+    return dict(options or {})
 
 
 def batch_options(options: Mapping[str, Any] | None, known: Sequence[str], num_envs: int) -> dict[str, Floats]:
@@ -39,10 +67,13 @@ def batch_options(options: Mapping[str, Any] | None, known: Sequence[str], num_e
         ConfigurationError: A value is not finite, or has a wrong number of rows.
     """
     batched = {}
-    for name, value in (options or {}).items():
+    for name, value in option_mapping(options).items():
         if name not in known:
-            raise UnknownParameterError("reset(options=…)", name, known)
-        array = np.asarray(value, np.float64)
+            raise UnknownParameterError("reset(options=…)", str(name), known)
+        try:
+            array = np.asarray(value, np.float64)
+        except (TypeError, ValueError, OverflowError):
+            raise ResetOptionError(name, f"is {value!r:.80}; it must consist of numbers.") from None
         if not np.isfinite(array).all():
             raise ResetOptionError(name, f"holds a number that is not finite: {value}.")
         if array.ndim < 2:

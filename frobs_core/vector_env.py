@@ -20,9 +20,10 @@ from frobs_core.compose import compose
 from frobs_core.config import RENDER_MODES, EnvConfig
 from frobs_core.env import Loop
 from frobs_core.errors import ParameterValueError, ResetNeededError, ResetOptionError
-from frobs_core.inputs import batch_options, invalid_action
+from frobs_core.inputs import as_numbers, batch_options, invalid_action, option_mapping
 from frobs_core.interfaces import Snapshot
 from frobs_core.interfaces.task import Observation
+from frobs_core.validation import whole_number
 
 
 class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
@@ -105,7 +106,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
             UnknownParameterError: The task understands no such option.
             ConfigurationError: An option cannot be used.
         """
-        given = dict(options or {})
+        given = option_mapping(options)
         mask = given.pop("reset_mask", None)
         if mask is not None:
             mask = np.asarray(mask)
@@ -145,6 +146,11 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
                 else:
                     rng.seed([s for s, chosen in zip(seeds, mask, strict=True) if chosen], mask)
         else:
+            if isinstance(seed, str) or not isinstance(seed, Sequence | np.ndarray):
+                raise ParameterValueError("seed", seed, "a whole number, one for each environment, or None")
+            for number in seed:
+                if number is not None:
+                    whole_number("seed", number)
             if len(seed) != self.num_envs:
                 raise ParameterValueError("number of seeds", len(seed), f"{self.num_envs}, one for each environment")
             if not self._seeded:
@@ -211,14 +217,14 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         return _merge(observation, fresh, mask)
 
     def _check_box(self, actions: Any) -> Action:
-        array = np.asarray(actions, np.float64)
+        array = as_numbers(actions, np.float64, self.action_space)
         # A product would be faster than isfinite, but its threads would compete with the engine's.
         if array.shape != self.action_space.shape or not np.isfinite(array).all():
             raise invalid_action(actions, self.action_space)
         return array
 
     def _check_discrete(self, actions: Any) -> Action:
-        array = np.asarray(actions, np.int64)
+        array = as_numbers(actions, np.int64, self.action_space)
         if array.shape != self.action_space.shape or not self.action_space.contains(array):
             raise invalid_action(actions, self.action_space)
         return array

@@ -239,3 +239,15 @@ def test_a_file_that_was_cut_is_named(share: float, stock: dict[str, Path], tmp_
         load_model(path)
     with pytest.raises(CheckpointError, match="does not exist"):
         load_model(tmp_path / "nothing")
+
+
+def test_a_flipped_bit_is_reported_as_damage_or_changes_nothing(stock: dict[str, Path], tmp_path: Path) -> None:
+    data, flipped = stock["td3-layers"].read_bytes(), tmp_path / "flipped.zip"
+    damaged = 0
+    for place in range(0, len(data), max(1, len(data) // 150)):
+        flipped.write_bytes(data[:place] + bytes([data[place] ^ (1 << place % 8)]) + data[place + 1 :])
+        try:
+            archives.read_archive(flipped)
+        except (CheckpointError, UntrustedFileError):
+            damaged += 1
+    assert damaged > 100  # the others are dates and attributes of the archive

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bundles import first_two, manifest, write
+from bundles import first_two, manifest, space, write
 
 from frobs_deploy import Policy, pack_bundle, read_bundle
 from frobs_deploy.errors import BundleError
@@ -189,3 +189,20 @@ def test_a_graph_for_another_observation_is_refused(tmp_path: Path) -> None:
     }
     with pytest.raises(BundleError, match="not the graph that the bundle describes"):
         Policy(write(tmp_path / "odd.frobs", observation=other))
+
+
+@pytest.mark.parametrize("where", ["action", "observation"])
+def test_a_space_that_would_fill_the_memory_is_refused(where: str, tmp_path: Path) -> None:
+    huge = space(10**12)
+    changes: dict[str, Any] = {
+        "action": {"space": huge, "max_change": None},
+        "observation": {"spaces": {"": huge}, "terms": []},
+    }
+    path = write(tmp_path / "huge.frobs", **{where: changes[where]})
+    with pytest.raises(BundleError, match=r"has more than 16,777,216 numbers"):
+        Policy(path)
+
+
+def test_a_path_that_no_file_can_have_is_refused() -> None:
+    with pytest.raises(BundleError, match="cannot be read"):
+        read_bundle("a\0b")

@@ -235,3 +235,38 @@ def test_latency_is_measured(arm: Path) -> None:
     assert "median" in str(found)
     assert policy.bench(5).actions == 5
     assert policy.latency.actions == 0
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"robot": 5},
+        {"joint_names": 5},
+        {"joint_names": [1, 2]},
+        {"control_timestep": "a"},
+        {"control_timestep": [0.04]},
+        {"max_change": [1, "a"]},
+        {"max_change": [[1], [1, 2]]},
+        {"max_change": {}},
+        {"num_threads": 1.5},
+        {"num_threads": math.inf},
+        {"num_threads": 0},
+    ],
+)
+def test_arguments_of_a_wrong_type_are_named(arm: Path, arguments: dict[str, Any]) -> None:
+    [name] = arguments
+    with pytest.raises(PolicyArgumentError, match=f"^{name}="):
+        Policy(arm, **arguments)
+
+
+@pytest.mark.parametrize("value", ["a", [[1.0], [1.0, 2.0]], {}])
+def test_values_that_are_no_numbers_are_named(arm: Path, value: Any) -> None:
+    policy = Policy(arm)
+    with pytest.raises(PolicyArgumentError, match=r"^previous_action="):
+        policy.reset(previous_action=value)
+    with pytest.raises(BundleMismatchError, match="observation"):
+        policy.act(value)
+    with pytest.raises(BundleMismatchError, match="observation"):
+        policy.act({"height": value, "joint_positions": [1.0, 2.0]})
+    with pytest.raises(PolicyArgumentError, match=r"^actions="):
+        policy.bench(value)

@@ -6,7 +6,7 @@ import pytest
 from pydantic import ValidationError
 
 from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameError, UnknownParameterError
-from frobs_train import resolve_config
+from frobs_train import decide_threads, resolve_config
 
 REACH = "frobs/Irb120Reach-v0"
 
@@ -140,3 +140,10 @@ def test_an_unknown_algorithm_names_the_nearest() -> None:
 def test_an_environment_is_needed() -> None:
     with pytest.raises(ConfigurationError, match="needs environment"):
         resolve_config()
+
+
+@pytest.mark.parametrize("threads", [".inf", "1.5", "[1]", "many"])
+def test_threads_that_are_no_whole_number_are_named(threads: str) -> None:
+    config = resolve_config("frobs/Irb120Reach-v0", settings=[f"environment_kwargs.num_threads={threads}"])
+    with pytest.raises(ConfigurationError, match=r"environment_kwargs\.num_threads is"):
+        decide_threads(config)

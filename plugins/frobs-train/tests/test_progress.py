@@ -3,6 +3,9 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import pytest
+
+from frobs_core.errors import RunError
 from frobs_train.logs.progress import STEPS, ProgressLog, read_progress
 
 
@@ -42,3 +45,10 @@ def test_tensorboard_gets_the_same(tmp_path: Path) -> None:
         for value in event.summary.value
     ]
     assert found == [(10, STEPS, 10.0), (10, "episode/reward", 1.5)]
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe\x00garbage\n\x81\n", b"a,b\n1,x\n", b"a,b\n1,2,3\n"])
+def test_garbage_is_an_error_that_names_the_file(content: bytes, tmp_path: Path) -> None:
+    (tmp_path / "progress.csv").write_bytes(content)
+    with pytest.raises(RunError, match=r"progress\.csv is damaged: .* Remove the file"):
+        read_progress(tmp_path / "progress.csv")

@@ -86,17 +86,17 @@ def read_bundle(path: Path | str) -> Bundle:
         BundleError: There is no such file, it is none, or it is damaged.
     """
     path = Path(path)
-    if path.is_dir():
-        raise BundleError(path, "is a folder; name a bundle, as 'frobs export' prints it.")
     try:
         found = path.stat()
+        if stat.S_ISDIR(found.st_mode):
+            raise BundleError(path, "is a folder; name a bundle, as 'frobs export' prints it.")
         if not stat.S_ISREG(found.st_mode):  # a FIFO or a device could block forever
             raise BundleError(path, "is no regular file; name a bundle, as 'frobs export' prints it.")
         if found.st_size > _LARGEST_FILE:
             raise BundleError(path, f"is larger than {_LARGEST_FILE // 2**20} MiB, the limit of bundles.")
         data = path.read_bytes()
-    except OSError as error:
-        raise BundleError(path, f"cannot be read: {error.strerror}.") from error
+    except (OSError, ValueError) as error:  # ValueError: a NUL character in the path
+        raise BundleError(path, f"cannot be read: {getattr(error, 'strerror', None) or error}.") from error
     return parse_bundle(path, data)
 
 

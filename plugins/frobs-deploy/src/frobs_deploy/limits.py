@@ -9,7 +9,7 @@ import numpy as np
 
 from frobs_deploy.errors import BundleError, BundleMismatchError, PolicyArgumentError
 from frobs_deploy.manifest import Manifest
-from frobs_deploy.spaces import Array
+from frobs_deploy.spaces import Array, as_floats
 
 
 class ActionLimits:
@@ -61,7 +61,7 @@ class ActionLimits:
                     "velocity says nothing about them; give numbers in the action's own unit.",
                 )
             return manifest.max_action_change
-        changes = np.asarray(given, np.float64)
+        changes = as_floats("max_change", given)
         if changes.shape not in ((), self._space.shape) or not (changes > 0.0).all():
             raise PolicyArgumentError(
                 f"max_change={given!r}: it must be above 0, one number or an array of shape {self._space.shape}."

@@ -41,7 +41,10 @@ class ObservationReader:
         return parts, singles.pop(), sizes.pop()
 
     def _batch(self, what: str, space: Space, given: Array) -> tuple[Array, bool]:
-        value = given if isinstance(given, np.ndarray) else np.asarray(given)
+        try:
+            value = given if isinstance(given, np.ndarray) else np.asarray(given)
+        except ValueError:
+            self._fail(f"the rows of {what} differ in length.")
         single = value.ndim == len(space.shape)
         value = value[None] if single else value
         complaint = space.complaint(value)
@@ -57,7 +60,10 @@ class ObservationReader:
         if sum(columns.stop - columns.start for columns in self._terms.values()) != (self._flat.shape or (0,))[0]:
             self._fail("the terms of the observation have no names; give it as one array.")
         self._check_names(terms.keys(), self._terms.keys())
-        pieces = {name: np.asarray(terms[name], self._flat.dtype) for name in self._terms}
+        try:
+            pieces = {name: np.asarray(terms[name], self._flat.dtype) for name in self._terms}
+        except (TypeError, ValueError, OverflowError) as error:
+            self._fail(f"a term of the observation does not consist of numbers: {error}.")
         leading = {piece.shape[:-1] for piece in pieces.values()}
         for name, columns in self._terms.items():
             width = columns.stop - columns.start

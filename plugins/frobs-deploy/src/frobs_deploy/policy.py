@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from frobs_deploy.latency import Latency, LatencyWindow
 from frobs_deploy.limits import ActionLimits
 from frobs_deploy.manifest import Manifest, read_manifest
 from frobs_deploy.observation import ObservationReader
-from frobs_deploy.spaces import Array
+from frobs_deploy.spaces import Array, as_floats
 
 _SAME_TIMESTEP = 1e-6  # relative
 
@@ -62,11 +62,12 @@ class Policy:
         self.bundle = bundle if isinstance(bundle, Bundle) else read_bundle(bundle)
         self.manifest: Manifest = read_manifest(self.bundle)
         if joint_names is not None:
-            self._check_joints(tuple(joint_names))
+            self._check_joints(joint_names)
         if robot is not None:
             self._check_robot(robot)
         if control_timestep is not None:
             self._check_rate(control_timestep)
+        _check_count("num_threads", num_threads, 1)
         path = self.bundle.path
         self._observation = ObservationReader(path, self.manifest)
         self._limits = ActionLimits(path, self.manifest, max_change)
@@ -96,6 +97,7 @@ class Policy:
         Args:
             actions: How many are measured, after some that are not.
         """
+        _check_count("actions", actions, 0)
         observation = {key: space.middle() for key, space in self.manifest.observation.items()}
         given = observation.get("", observation)
         self.reset()
@@ -172,7 +174,7 @@ class Policy:
         return action[0] if single else action
 
     def _previous(self, action: Array) -> Array:
-        given, shape = np.asarray(action, np.float64), self.manifest.action.shape
+        given, shape = as_floats("previous_action", action), self.manifest.action.shape
         if given.shape == shape:
             given = given[None]
         if given.shape[1:] != shape or not np.isfinite(given).all():
@@ -183,7 +185,7 @@ class Policy:
         trained = self.manifest.robot
         if trained is None:
             raise BundleMismatchError(self.bundle.path, "was trained without a robot; leave out robot=….")
-        if not re.fullmatch("[0-9a-f]{64}", robot):
+        if not re.fullmatch("[0-9a-f]{64}", str(robot)):
             raise PolicyArgumentError(
                 f"robot={robot!r} is not a fingerprint of 64 hexadecimal digits; "
                 "frobs_core.models.fingerprint(frobs_core.models.load_model(FILE)) returns that of a model file."
@@ -195,8 +197,10 @@ class Policy:
                 "needed; use the model file of the training, or train with this one.",
             )
 
-    def _check_joints(self, names: tuple[str, ...]) -> None:
-        trained = self.manifest.joint_names
+    def _check_joints(self, given: Sequence[str]) -> None:
+        if not isinstance(given, Iterable) or not all(isinstance(name, str) for name in given):
+            raise PolicyArgumentError(f"joint_names={given!r:.80}: it must be a sequence of names.")
+        names, trained = tuple(given), self.manifest.joint_names
         if names != trained:
             same = sorted(names) == sorted(trained)
             raise BundleMismatchError(
@@ -206,7 +210,9 @@ class Policy:
             )
 
     def _check_rate(self, control_timestep: float) -> None:
-        trained = self.manifest.control_timestep
+        trained, shape = self.manifest.control_timestep, as_floats("control_timestep", control_timestep).shape
+        if shape:
+            raise PolicyArgumentError(f"control_timestep={control_timestep!r:.80}: it must be one number [s].")
         if trained is None:
             raise BundleMismatchError(self.bundle.path, "says no control_timestep; leave out control_timestep=….")
         if not abs(control_timestep - trained) <= _SAME_TIMESTEP * trained:
@@ -215,3 +221,8 @@ class Policy:
                 f"control_timestep is {control_timestep:g} s, and the policy was trained with {trained:g} s "
                 f"({1.0 / trained:g} Hz).",
             )
+
+
+def _check_count(name: str, value: Any, least: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+        raise PolicyArgumentError(f"{name}={value!r:.80}: it must be a whole number of at least {least}.")

@@ -9,9 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from frobs_deploy.errors import PolicyArgumentError
+
 Array = np.ndarray[Any, Any]
 
 _SHAPED = ("Box", "MultiDiscrete", "MultiBinary")
+
+MAX_SIZE = 2**24
+"""Most numbers in an element of a space; a larger one would only fill the memory."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +56,18 @@ class Space:
         return None
 
 
+def as_floats(name: str, value: Any) -> Array:
+    """Return an argument as an array, float64.
+
+    Raises:
+        PolicyArgumentError: It does not consist of numbers.
+    """
+    try:
+        return np.asarray(value, np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise PolicyArgumentError(f"{name}={value!r:.80}: it must consist of numbers.") from None
+
+
 def space_to_json(type: str, shape: tuple[int, ...], dtype: np.dtype[Any], low: Array, high: Array) -> dict[str, Any]:
     """Return a space as JSON holds it: a bound that is the same everywhere is one number, and an infinite one null."""
     return {"type": type, "shape": list(shape), "dtype": dtype.name, "low": _bound(low), "high": _bound(high)}
@@ -61,6 +78,8 @@ def space_from_json(data: Mapping[str, Any]) -> Space:
     shape, dtype = tuple(int(size) for size in data["shape"]), np.dtype(str(data["dtype"]))
     if data["type"] not in (*_SHAPED, "Discrete") or dtype.kind not in "fiub" or any(size < 0 for size in shape):
         raise ValueError(f"no space is {data['type']} {shape} {dtype}")
+    if math.prod(shape) > MAX_SIZE:
+        raise ValueError(f"a space of shape {shape} has more than {MAX_SIZE:,} numbers")
     low, high = (_array(data[name], shape, default) for name, default in (("low", -math.inf), ("high", math.inf)))
     return Space(data["type"], shape, dtype, low, high)
 

@@ -11,8 +11,10 @@ import io
 import json
 import pickle
 import re
+import struct
 import warnings
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,6 +39,7 @@ MAX_GROWTH = 20
 
 _NAME = re.compile(r"^[A-Za-z_][A-Za-z0-9_.]*$")
 _INNER_NAME = re.compile(r"^(?!/)(?!.*\.\.)[A-Za-z0-9_./-]+$")
+_DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, RuntimeError, KeyError, OverflowError)
 _VARIABLES = ("pytorch_variables.pth", "tensors.pth")
 
 
@@ -73,11 +76,12 @@ def read_archive(path: Path | str) -> ModelArchive:
             raise CheckpointError(f"{path} is no model of stable-baselines3: it holds no 'data' or no 'policy.pth'.")
         data, pickled = _read_json(path, archive)
         tensors = {
-            name.removesuffix(".pth"): _read_tensors(path, name, archive.read(name))
+            name.removesuffix(".pth"): _read_tensors(path, name, _member(path, archive, name))
             for name in names
             if name.endswith(".pth")
         }
-        version = archive.read("_stable_baselines3_version")[:64] if "_stable_baselines3_version" in names else b""
+        known_version = "_stable_baselines3_version" in names
+        version = _member(path, archive, "_stable_baselines3_version")[:64] if known_version else b""
     for name in _VARIABLES:
         tensors.pop(name.removesuffix(".pth"), None)  # only checked: the loader reads them once more
     return ModelArchive(path, content, data, pickled, tensors, version.decode("ascii", "replace").strip())
@@ -109,7 +113,7 @@ def _open(path: Path, file: io.BytesIO, size: int, allowed: re.Pattern[str], par
     where = f"{path}{f' ({part})' if part else ''}"
     try:
         archive = zipfile.ZipFile(file)
-    except (zipfile.BadZipFile, ValueError, OSError, NotImplementedError) as error:
+    except (*_DAMAGE, ValueError) as error:
         raise CheckpointError(f"{where} is damaged: it is no zip archive ({error}).") from error
     members = archive.infolist()
     names = [member.filename for member in members]
@@ -128,13 +132,20 @@ def _open(path: Path, file: io.BytesIO, size: int, allowed: re.Pattern[str], par
     return archive
 
 
+def _member(path: Path, archive: zipfile.ZipFile, name: str) -> bytes:
+    try:
+        return archive.read(name)
+    except (*_DAMAGE, ValueError) as error:
+        raise CheckpointError(f"{path} is damaged: '{name}' in it cannot be read ({error}).") from error
+
+
 def _read_json(path: Path, archive: zipfile.ZipFile) -> tuple[dict[str, Any], frozenset[str]]:
     size = archive.getinfo("data").file_size
     if size > MAX_JSON_BYTES:
         raise CheckpointError(f"{path} is refused: 'data' in it has {size:,} bytes, more than {MAX_JSON_BYTES:,}.")
     try:
-        data = json.loads(archive.read("data"))
-    except (ValueError, RecursionError, zipfile.BadZipFile, EOFError) as error:
+        data = json.loads(_member(path, archive, "data"))
+    except (ValueError, RecursionError) as error:
         raise CheckpointError(f"{path} is damaged: 'data' in it is no JSON ({error}).") from error
     if not isinstance(data, dict):
         raise CheckpointError(f"{path} is damaged: 'data' in it is no JSON object.")

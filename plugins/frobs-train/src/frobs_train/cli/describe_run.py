@@ -48,6 +48,7 @@ def describe_run(path: Path) -> dict[str, Any]:
         "threads": _threads(path),
         "files": sorted(str(found.relative_to(path)) for found in pictures),
         "evaluations": run.evaluations(),
+        "changes": list(run.changes),
         "config": run.config.model_dump(),
     }
 
@@ -68,6 +69,11 @@ def readable_run(facts: Mapping[str, Any]) -> dict[str, Any]:
     if facts["best"] is not None:
         shown["best"] = f"after {facts['best']:,} steps, of the evaluations during the training"
     shown |= {"threads": facts["threads"], "checkpoints": len(facts["checkpoints"]), "files": facts["files"]}
+    shown["changes"] = [
+        {"after": f"{change['steps']:,} steps", "setting": key, "was": values["from"], "is": values["to"]}
+        for change in facts["changes"]
+        for key, values in change["settings"].items()
+    ]
     shown["evaluations"] = [_evaluation(found) for found in facts["evaluations"]]
     return shown
 

@@ -21,23 +21,38 @@ def resume(
             help="Environment steps in all; more than the run's own extend it.",
         ),
     ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            show_default=False,
+            help="Change a setting from here on, once for each: keep_checkpoints=9, environment_kwargs.tolerance=0.02.",
+        ),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Continue a training from its newest checkpoint, exactly where the simulator restores its state exactly.
 
-    A training that was stopped, killed or cut off goes on as if it had never been; one that is complete is left as it
-    is, unless --steps asks for more. Where the continuation cannot be exact, a line says why.
+    A run that was stopped or killed continues as if it had not been interrupted. A complete run stays as it is, unless
+    --steps asks for more. If the continuation cannot be exact, a line says why. Changed settings are recorded in the
+    run's history.json; --set rejects settings on which the checkpoints depend, and says why.
 
     Example:
         $ frobs resume runs/first
         $ frobs resume runs/first --steps 2_000_000
+        $ frobs resume runs/first --set environment_kwargs.tolerance=0.02
     """
     from frobs_train import Run
     from frobs_train import resume as resume_run
+    from frobs_train.training.resume import changed_config
 
     opened = Run.open(run)
-    config = opened.config if steps is None else opened.config.model_copy(update={"steps": steps})
+    config = changed_config(opened, steps, settings or ())
     headline = describe_training(config, "resuming", str(run))
     report_training(
-        headline, config.steps, lambda update: resume_run(opened, steps=steps, on_progress=update), json=json
+        headline,
+        config.steps,
+        lambda update: resume_run(opened, steps=steps, settings=settings or (), on_progress=update),
+        json=json,
     )

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Iterator, Mapping
 from typing import Any
 
 from frobs_core.errors import FrobsError
-from frobs_train.configuration.config import RunConfig
+from frobs_train.configuration.config import RunConfig, differences
 from frobs_train.configuration.resolve import resolve_config
 
 _OF_THE_ENVIRONMENT = ("robot", "tcp", "simulator", "controller")
@@ -37,7 +36,8 @@ def training_command(config: RunConfig) -> str | None:
                 flags[name] = getattr(config, name)
                 words += [f"--{name.replace('_', '-')}", str(flags[name])]
         usual = resolve_config(config.environment, flags=flags)
-        settings = list(_differences(config.model_dump(), usual.model_dump()))
+        found = differences(usual.model_dump(), config.model_dump())
+        settings = [f"{key}={json.dumps(value)}" for key, _, value in found]
         if resolve_config(config.environment, flags=flags, settings=settings) != config:
             return None
     except FrobsError:
@@ -45,13 +45,3 @@ def training_command(config: RunConfig) -> str | None:
     if config.seed is not None:
         words += ["--seed", str(config.seed)]
     return shlex.join([*words, *(word for setting in settings for word in ("--set", setting))])
-
-
-def _differences(wanted: Mapping[str, Any], usual: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
-    """Yield ``key=value`` for each value that is not the usual one; a key that only the latter has is not told."""
-    for key, value in wanted.items():
-        there = usual.get(key, _differences)  # no value equals that
-        if isinstance(value, Mapping) and isinstance(there, Mapping):
-            yield from _differences(value, there, f"{prefix}{key}.")
-        elif value != there:
-            yield f"{prefix}{key}={json.dumps(value)}"

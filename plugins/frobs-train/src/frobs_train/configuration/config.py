@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, cast
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
@@ -117,6 +117,18 @@ class RunConfig(BaseModel):
             **({"simulator": simulator} if simulator else {}),
             **({"randomize": dict(chosen)} if chosen else {}),
         }
+
+
+def differences(
+    before: Mapping[str, Any], after: Mapping[str, Any], prefix: str = ""
+) -> Iterator[tuple[str, Any, Any]]:
+    """Yield dotted key, old and new value of each setting that differs; None if a key is missing."""
+    for key in {**after, **before}:
+        old, new = before.get(key), after.get(key)
+        if isinstance(old, Mapping) and isinstance(new, Mapping):
+            yield from differences(old, new, f"{prefix}{key}.")
+        elif old != new or (key in before) != (key in after):
+            yield f"{prefix}{key}", old, new
 
 
 def algorithm_record(name: str) -> AlgorithmRecord:

@@ -64,13 +64,23 @@ def resolve_config(
     given = merge(tuned, from_file, from_flags, from_settings)
     controller = _environment_kwargs(given).get("controller")
     merged = merge(*_with_section(tuned, controller), *_with_section(from_file, controller), from_flags, from_settings)
+    config = check_config(merged)
+    own = _with_threads(merged.get("algorithm_config", {}), config.threads.torch)
+    return config.model_copy(update={"algorithm_config": resolve_algorithm_config(record, own)})
+
+
+def check_config(merged: Mapping[str, Any]) -> RunConfig:
+    """Return the configuration that merged settings make; the algorithm's settings are not checked.
+
+    Raises:
+        ConfigurationError: A key is unknown, or a value cannot be used.
+    """
     config = validate(RunConfig, merged, OWNER)
     _check_randomize(merged)
     _check_stop(config)
     check_components(config.wrappers, merged.get("wrappers"), "wrapper")
     check_components(config.callbacks, merged.get("callbacks"), "callback")
-    own = _with_threads(merged.get("algorithm_config", {}), config.threads.torch)
-    return config.model_copy(update={"algorithm_config": resolve_algorithm_config(record, own)})
+    return config
 
 
 def _check_stop(config: RunConfig) -> None:

@@ -14,11 +14,11 @@ import numpy as np
 
 from frobs_core import plugins
 from frobs_core.capabilities import Level
-from frobs_core.errors import ParameterValueError
 from frobs_core.files import write_json
 from frobs_core.plain import plain
 from frobs_core.registry import find_spec
 from frobs_core.specs import SimulatorRecord
+from frobs_core.validation import whole_number
 from frobs_train.configuration.config import RunConfig
 from frobs_train.environments import make_vector_env
 from frobs_train.evaluation.playing import OctantResult, play_episodes
@@ -104,11 +104,11 @@ def evaluate(
     config = run.config
     chosen_seed = config.seed if seed is None else seed
     assert chosen_seed is not None
+    whole_number("episodes", episodes, 1)
     if num_envs is None:
         num_envs = usual_num_envs(config, episodes, simulator)
-    for name, value, least in (("episodes", episodes, 1), ("num_envs", num_envs, 1), ("seed", chosen_seed, 0)):
-        if value < least:
-            raise ParameterValueError(name, value, f"at least {least}")
+    for name, value, least in (("num_envs", num_envs, 1), ("seed", chosen_seed, 0)):
+        whole_number(name, value, least)
     kwargs = config.keywords(simulator=simulator, randomize=randomize)
     randomized = plain(kwargs.get("randomize"), for_yaml=True)
     env = make_vector_env(config.environment, min(num_envs, episodes), kwargs, config.wrappers)

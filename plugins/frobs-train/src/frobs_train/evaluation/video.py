@@ -14,6 +14,7 @@ import numpy.typing as npt
 from frobs_core.errors import ParameterValueError, RunError
 from frobs_core.files import write_aside
 from frobs_core.interfaces.algorithm import Algorithm
+from frobs_core.validation import whole_number
 from frobs_train.environments import make_env
 from frobs_train.runs.policy import load_policy
 from frobs_train.runs.run import Run
@@ -48,8 +49,7 @@ def record_video(
         ConfigurationError: The environment cannot draw, or a number is out of range.
         CheckpointError: The checkpoint is not there, or none is usable.
     """
-    if episodes < 1:
-        raise ParameterValueError("episodes", episodes, "at least 1")
+    whole_number("episodes", episodes, 1)
     try:
         import imageio_ffmpeg
     except ImportError as error:

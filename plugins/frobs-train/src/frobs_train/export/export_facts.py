@@ -92,7 +92,7 @@ def training_facts(run: Run, steps: int) -> dict[str, Any]:
             "steps": steps,
             "seed": run.config.seed,
             "seconds": curve["seconds"][-1] if curve["seconds"] else None,
-            "command": training_command(run.config),
+            "command": None if run.changes else training_command(run.config),
             "curve": curve,
             "config": config,
             "config_sha256": hashlib.sha256(json.dumps(config, sort_keys=True).encode()).hexdigest(),

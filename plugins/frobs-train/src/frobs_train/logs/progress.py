@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -16,6 +17,8 @@ from frobs_core.arrays import Floats
 from frobs_core.errors import RunError
 from frobs_core.files import write_aside
 from frobs_train.logs.events import EventLog
+
+_REMOVE = "Remove the file to use the run without its log; a resumed run starts a new one."
 
 STEPS = "train/steps"
 """The column that counts environment steps."""
@@ -115,11 +118,16 @@ class ProgressLog:
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:
-    """Return the rows of a ``progress.csv`` as text; a last line that a kill cut short is left out."""
-    with path.open(newline="", encoding="utf-8") as file:
-        text = file.read()
-    complete = text[: text.rfind("\n") + 1]
-    return list(csv.DictReader(complete.splitlines()))
+    """Return the rows of a ``progress.csv`` as text; a last line that a kill cut short is left out.
+
+    Raises:
+        RunError: The file is damaged.
+    """
+    try:
+        text = path.read_text("utf-8")
+        return list(csv.DictReader(text[: text.rfind("\n") + 1].splitlines()))
+    except (ValueError, csv.Error) as error:
+        raise RunError(f"{path} is damaged: {error}. {_REMOVE}") from error
 
 
 def read_columns(run: Path) -> dict[str, Floats]:
@@ -146,17 +154,24 @@ def smooth(values: Floats, weights: Floats, window: float = 0.04) -> Floats:
 
 
 def read_progress(path: Path) -> dict[str, list[float]]:
-    """Return the columns of a ``progress.csv``; an empty cell is NaN."""
+    """Return the columns of a ``progress.csv``; an empty cell is NaN.
+
+    Raises:
+        RunError: The file is damaged.
+    """
     rows = read_rows(path)
     columns = list(rows[0]) if rows else []
-    return {name: [float(row[name] or "nan") for row in rows] for name in columns}
+    try:
+        return {name: [float(row[name] or "nan") for row in rows] for name in columns}
+    except (TypeError, ValueError) as error:  # TypeError: a row has more cells than the header
+        raise RunError(f"{path} is damaged: {error}. {_REMOVE}") from error
 
 
 def _steps(row: Mapping[str, str]) -> float:
     try:
-        return float(row[STEPS])
+        return math.inf if None in row else float(row[STEPS])
     except (KeyError, TypeError, ValueError):  # the disk lost power in the middle of it
-        return float("inf")
+        return math.inf
 
 
 def _write_rows(path: Path, columns: Sequence[str], rows: Iterable[Mapping[str, str]]) -> None:

@@ -9,7 +9,7 @@ import gymnasium as gym
 
 from frobs_core.errors import CheckpointError, RunError
 from frobs_core.interfaces.algorithm import Algorithm
-from frobs_train.configuration.config import algorithm_record
+from frobs_train.configuration.config import algorithm_record, differences
 from frobs_train.export.bundle_run import BundleRun
 from frobs_train.runs.model_file import ModelFile
 from frobs_train.runs.run import Run
@@ -37,6 +37,9 @@ def load_policy(
             what = "policy bundle" if isinstance(run, BundleRun) else "model file"
             raise RunError(f"{run.path} is a {what}, which holds one policy; leave out --checkpoint.")
         return cast("tuple[Algorithm, int]", run.load_policy(observation_space, action_space))
+    if run.edited is not None:
+        keys = ", ".join(key for key, _, _ in differences(run.config.model_dump(), run.edited.model_dump()))
+        _log.warning("%s was edited: %s. The values that the run has used count.", run.path / "config.yaml", keys)
     algorithm, steps = _load(run, checkpoint)
     for what, trained, now in (
         ("observation", algorithm.observation_space, observation_space),

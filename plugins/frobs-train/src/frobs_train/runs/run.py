@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import os
 import shutil
+from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from frobs_core.errors import CheckpointError, RunError
-from frobs_core.files import write_json, write_text
+from frobs_core.files import write_json
 from frobs_core.validation import validate
-from frobs_core.yaml import dump_yaml, load_yaml
+from frobs_core.yaml import load_yaml
 from frobs_train.configuration.config import RunConfig
 from frobs_train.errors import RunExistsError
 from frobs_train.runs.checkpoints import Checkpoint, list_checkpoints, newest_checkpoint
+from frobs_train.runs.history import describe_change, has_history, read_history, write_history
 from frobs_train.runs.state import read_best
 from frobs_train.runs.versions import versions
 from frobs_train.training.seeds import RunSeeds, draw_seed, spread_seed
@@ -27,6 +29,7 @@ class Run:
     ::
 
         config.yaml      the resolved configuration
+        history.json     the same as it was used, and its changes
         .lock            which process trains
         versions.json    of Python, the core, the plugins and the libraries
         progress.csv     a row for each iteration
@@ -40,12 +43,17 @@ class Run:
 
     Attributes:
         path: The folder.
-        config: The resolved configuration; its seed is never None.
+        config: The resolved configuration that was used; its seed is never None.
+        edited: The configuration in ``config.yaml``, if somebody has edited the file.
+        changes: Changes by ``frobs resume``, oldest first: ``steps`` after which they count, ``time``, and
+            ``settings`` with the old and the new value of each key.
     """
 
     def __init__(self, path: Path, config: RunConfig) -> None:
         self.path = path
         self.config = config
+        self.edited: RunConfig | None = None
+        self.changes: tuple[Mapping[str, Any], ...] = ()
 
     @classmethod
     def create(cls, path: Path, config: RunConfig, *, replace: bool = False) -> Run:
@@ -73,7 +81,7 @@ class Run:
             raise RunError(f"the run folder {path} cannot be made: {error.strerror}; choose another.") from error
         try:
             write_json(aside / "versions.json", {**versions(), "threads": decide_threads(config).to_dict()})
-            write_text(aside / "config.yaml", dump_yaml(config.model_dump()))
+            write_history(aside, config)
             if path.exists():
                 os.replace(path, old)
             os.rename(aside, path)
@@ -93,14 +101,19 @@ class Run:
         """Open a run folder.
 
         Raises:
-            RunError: The folder is none.
-            ConfigFileError: Its configuration is damaged.
+            RunError: The folder is none, or its ``history.json`` is damaged.
+            ConfigurationError: Its configuration is damaged.
         """
         path = Path(path)
         if not (path / "config.yaml").is_file():
             what = "holds no config.yaml" if path.is_dir() else "is no folder"
             raise RunError(f"{path} {what}; name a run folder, as 'frobs train' prints it at its end.")
-        return cls(path, validate(RunConfig, load_yaml(path / "config.yaml"), "a run"))
+        written = validate(RunConfig, load_yaml(path / "config.yaml"), "a run")
+        used, changes = read_history(path)
+        run = cls(path, written if used is None else used)
+        run.changes = changes
+        run.edited = written if written != run.config else None
+        return run
 
     @property
     def seeds(self) -> RunSeeds:
@@ -143,18 +156,21 @@ class Run:
         chosen.verify()
         return chosen, []
 
-    def extend(self, steps: int) -> Run:
-        """Return the run with other steps in all, in its folder too.
+    def record(self, before: RunConfig, steps: int) -> None:
+        """Write the configuration and, if it differs from the one before, the change after some steps.
 
         Raises:
-            RunError: The configuration cannot be written.
+            RunError: A file cannot be written.
         """
-        config = self.config.model_copy(update={"steps": steps})
+        if self.config != before:
+            self.changes = (*self.changes, describe_change(before, self.config, steps))
+        elif self.edited is None and has_history(self.path):
+            return
         try:
-            write_text(self.path / "config.yaml", dump_yaml(config.model_dump()))
+            write_history(self.path, self.config, self.changes)
         except OSError as error:
-            raise RunError(f"{self.path / 'config.yaml'} cannot be written: {error.strerror}.") from error
-        return Run(self.path, config)
+            raise RunError(f"the configuration of {self.path} cannot be written: {error.strerror}.") from error
+        self.edited = None
 
     def evaluations(self) -> list[dict[str, Any]]:
         """Return what ``evaluations/`` holds, in the order of the names."""

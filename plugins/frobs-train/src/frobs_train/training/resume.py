@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from copy import copy
 from pathlib import Path
 
 from frobs_core.errors import CheckpointError, ParameterValueError
 from frobs_core.interfaces.algorithm import Algorithm
-from frobs_train.configuration.config import algorithm_record
+from frobs_core.yaml import merge
+from frobs_train.configuration.config import RunConfig, algorithm_record, differences
+from frobs_train.configuration.resolve import check_config, read_setting
 from frobs_train.logs.recorder import EpisodeRecorder
 from frobs_train.logs.statistics import EpisodeStatistics
 from frobs_train.runs import checkpoints
 from frobs_train.runs.checkpoints import Checkpoint
+from frobs_train.runs.history import check_change
 from frobs_train.runs.lock import RunLock
 from frobs_train.runs.run import Run
 from frobs_train.runs.state import RunState, read_arrays, read_state
@@ -30,6 +34,7 @@ def resume(
     run: Run | Path | str,
     *,
     steps: int | None = None,
+    settings: Sequence[str] = (),
     on_progress: Callable[[Progress], bool | None] | None = None,
 ) -> Run:
     """Continue a run from its newest undamaged checkpoint, or from its beginning where there is none yet.
@@ -37,42 +42,62 @@ def resume(
     Where the environment restores its state exactly, the run goes on as if it had never stopped: same weights, same
     ``progress.csv`` but for the times. Where it does not, its episodes begin anew, and a line of the log says so.
 
+    What changes in the configuration is reported and recorded in the run's ``history.json``.
+
     Args:
         run: The run, or its folder.
         steps: Environment steps in all; None: those of the configuration. More than there extend a run, and its
             configuration with it; schedules such as ``lin_3e-4`` then fall over the new total, so that they rise once.
+        settings: Changes, ``"key=value"`` each: evaluations, logging, checkpoints, callbacks, threads of the simulator
+            and parameters of the task may change. An edit of ``config.yaml`` counts as such a change.
         on_progress: Called after each row of the log; where it returns False, the training ends with a checkpoint.
 
     Returns:
         The run. One that is complete is left as it is.
 
     Raises:
-        RunError: The folder is no run, or cannot be written.
+        RunError: The folder is no run, or cannot be written, or the run keeps a setting that should change.
         RunBusyError: Another process trains in it.
-        ConfigurationError: Fewer steps were asked for than were taken.
+        ConfigurationError: Fewer steps were asked for than were taken, or a setting cannot be used.
         CheckpointError: No checkpoint can be used, though there are some.
         TrainingError: The environment or the algorithm raised.
         TrainingInterrupt: Ctrl-C or SIGTERM came.
     """
-    run = run if isinstance(run, Run) else Run.open(run)
-    with RunLock(run.path):
+    path = run.path if isinstance(run, Run) else Path(run)
+    Run.open(path)  # an error leaves no lock file behind
+    with RunLock(path):
+        run = Run.open(path)
         checkpoints.clean(run.path / "checkpoints")
         for debris in run.path.glob(".progress.*.csv"):
             debris.unlink(missing_ok=True)
+        config = changed_config(run, steps, settings)
         checkpoint, state = _newest(run)
         done = 0 if state is None else state.steps
-        if steps is not None and steps < min(done, run.config.steps):
-            raise ParameterValueError("steps", steps, f"above {done:,}, the number of steps that {run.path} has taken")
-        if steps is None and state is not None and state.stopped is not None:
+        if config.steps < min(done, run.config.steps):
+            raise ParameterValueError(
+                "steps", config.steps, f"above {done:,}, the number of steps that {run.path} has taken"
+            )
+        if steps is None and config == run.config and state is not None and state.stopped is not None:
             _log.warning("%s is complete after %s steps: %s. More steps go on.", run.path, f"{done:,}", state.stopped)
             return run
-        if done >= (steps or run.config.steps):
+        if done >= config.steps:
             _log.warning("%s is complete: %s steps were taken. More steps go on.", run.path, f"{done:,}")
             return run
-        if steps is not None and steps != run.config.steps:
-            run = run.extend(steps)
-        _continue(run, checkpoint, state, on_progress)
+        run, before = copy(run), run.config
+        run.config = config
+        _continue(run, before, checkpoint, state, on_progress)
     return run
+
+
+def changed_config(run: Run, steps: int | None = None, settings: Sequence[str] = ()) -> RunConfig:
+    """Return the configuration with which a run is resumed; the arguments are those of :func:`resume`."""
+    written = run.edited or run.config
+    check_change(run.config, written, str(run.path / "config.yaml"))
+    given = [read_setting(setting) for setting in settings]
+    merged = merge(written.model_dump(), {} if steps is None else {"steps": steps}, *given)
+    config = check_config(merged)
+    check_change(written, config, "--set")
+    return config
 
 
 def _newest(run: Run) -> tuple[Checkpoint | None, RunState | None]:
@@ -91,6 +116,7 @@ def _newest(run: Run) -> tuple[Checkpoint | None, RunState | None]:
 
 def _continue(
     run: Run,
+    before: RunConfig,
     checkpoint: Checkpoint | None,
     state: RunState | None,
     on_progress: Callable[[Progress], bool | None] | None,
@@ -112,6 +138,10 @@ def _continue(
             algorithm = record.load().load(checkpoint.path / "algorithm", recorder)
             if not restored:
                 algorithm.forget_episodes()
+        steps = 0 if state is None else state.steps
+        for key, old, new in differences(before.model_dump(), run.config.model_dump()):
+            _log.warning("%s is %s from step %s on; it was %s.", key, new, f"{steps:,}", old)
+        run.record(before, steps)
         run_training(run, recorder, episodes, algorithm, callbacks, on_progress, state, checkpoint)
     finally:
         env.close()

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from frobs_core.errors import ConfigurationError, ParameterValueError, RunError, UnknownParameterError
+from frobs_core.errors import ConfigurationError, RunError, UnknownParameterError
 from frobs_core.files import write_text
+from frobs_core.validation import whole_number
 from frobs_core.yaml import dump_yaml
 from frobs_train.configuration.config import RunConfig, algorithm_record
 from frobs_train.configuration.resolve import resolve_config
@@ -107,8 +108,7 @@ def tune(
         ConfigurationError: A setting, the search space, the storage or a number cannot be used.
     """
     for name, value in (("trials", search.trials), ("seeds", search.seeds), ("episodes", search.episodes)):
-        if value < 1:
-            raise ParameterValueError(name, value, "at least 1")
+        whole_number(name, value, 1)
     base = search.resolve()
     space = _space(search, base)
     _check_environment(base)

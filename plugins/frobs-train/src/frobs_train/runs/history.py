@@ -1,0 +1,98 @@
+"""The configuration that a run has used, and its changes: ``history.json``.
+
+``config.yaml`` shows the same configuration to people. If somebody edits that file, resuming the run treats the edit as a
+change; everything else uses the recorded configuration.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from frobs_core.config import KEYWORDS
+from frobs_core.errors import ConfigurationError, RunError
+from frobs_core.files import write_json, write_text
+from frobs_core.plain import plain
+from frobs_core.validation import validate
+from frobs_core.yaml import dump_yaml
+from frobs_train.configuration.config import RunConfig, differences
+
+FILE = "history.json"
+
+_FIXED = {
+    "environment": "the policy was trained in this environment",
+    "randomize": "the checkpoints contain environments that were drawn from it",
+    "algorithm": "the checkpoints contain its networks",
+    "algorithm_config": "the checkpoints contain networks and an optimizer that were built with these settings",
+    "num_envs": "the checkpoints contain the state of this number of environments",
+    "seed": "all random numbers of the run follow from it",
+    "wrappers": "the policy was trained with them",
+    "threads.torch": "it is a setting of the algorithm, and another number may round differently",
+}
+"""Keys of a configuration that a run keeps, and why."""
+
+_PART = "the policy and the snapshots in the checkpoints belong to this environment"
+
+
+def check_change(before: RunConfig, after: RunConfig, source: str) -> None:
+    """Check that a run may go on with another configuration.
+
+    Args:
+        before: The configuration that it has used.
+        after: The configuration to use.
+        source: Where ``after`` comes from, for the message: ``"--set"``.
+
+    Raises:
+        RunError: A setting differs that a run keeps.
+    """
+    for key, old, new in differences(before.model_dump(), after.model_dump()):
+        section, _, rest = key.partition(".")
+        reason = _FIXED.get(key, _FIXED.get(section))
+        if section == "environment_kwargs" and rest.partition(".")[0] in KEYWORDS - {"num_threads"}:
+            reason = _PART
+        if reason is not None:
+            raise RunError(
+                f"{source}: {key} was {old!r} and cannot become {new!r} in this run, because {reason}. "
+                "Start a new run with 'frobs train'."
+            )
+
+
+def write_history(folder: Path, config: RunConfig, changes: Sequence[Mapping[str, Any]] = ()) -> None:
+    """Write a configuration as ``config.yaml``, then the same and its changes as ``history.json``."""
+    values = plain(config.model_dump(), for_yaml=True)
+    write_text(folder / "config.yaml", dump_yaml(values))
+    write_json(folder / FILE, {"config": values, "changes": list(changes)})
+
+
+def has_history(folder: Path) -> bool:
+    """Return whether a run folder has the file; versions before 0.2 did not write it."""
+    return (folder / FILE).is_file()
+
+
+def read_history(folder: Path) -> tuple[RunConfig | None, tuple[Mapping[str, Any], ...]]:
+    """Return the configuration and its changes; None for a run of a version that did not write them.
+
+    Raises:
+        RunError: The file is damaged.
+    """
+    path = folder / FILE
+    try:
+        found = json.loads(path.read_text("utf-8"))
+        return validate(RunConfig, found["config"], str(path)), tuple(found["changes"])
+    except FileNotFoundError:
+        return None, ()
+    except (OSError, ValueError, KeyError, TypeError, ConfigurationError) as error:
+        raise RunError(f"{path} cannot be read: {error}; remove it to use config.yaml as it is.") from error
+
+
+def describe_change(before: RunConfig, after: RunConfig, steps: int) -> dict[str, Any]:
+    """Return the record of a change after some environment steps."""
+    found = differences(before.model_dump(), after.model_dump())
+    return {
+        "steps": steps,
+        "time": datetime.now(UTC).isoformat(timespec="seconds"),
+        "settings": {key: {"from": plain(old), "to": plain(new)} for key, old, new in found},
+    }
