@@ -123,6 +123,25 @@ def test_time_runs_and_stands_still(gazebo: Gazebo) -> None:
     assert gazebo.get_world_properties().sim_time == pytest.approx(start + passed)
 
 
+LEANING = """<sdf version="1.7"><model name="m"><pose>1 2 0.5 0 0 1.5707963267948966</pose><static>1</static>
+<link name="l"><pose>0 0 1 0 0 0</pose><collision name="c"><geometry><box><size>1 1 1</size></box></geometry></collision>
+</link></model></sdf>"""
+
+
+def test_the_pose_of_an_sdf_model_is_relative_to_the_pose_that_is_asked_for(gazebo: Gazebo) -> None:
+    from geometry_msgs.msg import Point, Pose, Quaternion
+
+    pose = Pose(Point(10.0, 0.0, 3.0), Quaternion(0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)))  # a quarter turn
+    assert gazebo.spawn_sdf_model("leaning", LEANING, "/", pose, "world").success
+    told = gazebo.get_model_state("leaning", "world").pose
+    assert (told.position.x, told.position.y, told.position.z) == pytest.approx((8.0, 1.0, 3.5))
+    assert abs(told.orientation.z) == pytest.approx(1.0)
+    gazebo.reset_world()
+    assert gazebo.get_model_state("leaning", "world").pose.position.x == pytest.approx(8.0)
+    link = gazebo.get_link_state("leaning::l", "world").link_state.pose.position
+    assert (link.x, link.y, link.z) == pytest.approx((8.0, 1.0, 4.5))
+
+
 def test_models_are_spawned_and_deleted(gazebo: Gazebo) -> None:
     for name, xml in (("box", BOX), ("ball", SPHERE)):
         told = gazebo.spawn(name, xml, z=1.0)
