@@ -26,7 +26,7 @@ def legacy_variables() -> dict[str, str]:
         RosNotFoundError: ROS is not installed, or not for this Python; the message names the Debian packages.
     """
     use_ros()
-    own = {"frobs_rl": FROBS_RL, "gym": _HERE / "overlay" / "gym"}
+    own = {"frobs_rl": FROBS_RL} | {path.name: path for path in (_HERE / "overlay").iterdir() if path.name[0] != "_"}
     overlay = make_overlay({**links_to_messages(), **links_to_ros(), **own})
     set_by_use_ros = {name: os.environ[name] for name in _OF_ROS if name in os.environ}
     return {
