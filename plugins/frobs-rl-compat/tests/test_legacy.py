@@ -50,6 +50,16 @@ def test_what_old_packages_import_is_found_by_a_script_and_by_its_child_processe
     assert first == second
 
 
+def test_programs_of_ros_are_on_the_path_without_a_sourced_setup(legacy_run, monkeypatch):
+    from frobs_rl_compat import legacy
+    from frobs_ros.environment import RosInstallation
+
+    elsewhere = RosInstallation(Path("/opt/ros/noetic"), Path("/opt/ros/noetic/lib/python3/dist-packages"))
+    monkeypatch.setattr(legacy, "find_ros", lambda: elsewhere)
+    monkeypatch.setenv("PATH", "/usr/bin")
+    assert legacy.legacy_variables()["PATH"] == "/usr/bin:/opt/ros/noetic/bin"
+
+
 OLD_NUMPY = """
 from numpy.lib.npyio import save
 import numpy as np
