@@ -22,7 +22,7 @@ OUTPUTS = ("log", "screen", None)
 _SILENCE = 3.0
 
 
-@answers(False)
+@answers(False, vital=True)
 def ros_node_from_pkg(
     pkg_name: str,
     node_name: str,
