@@ -78,6 +78,12 @@ def test_physics_properties_are_those_of_gazebo(gazebo: Gazebo) -> None:
     assert (ode.contact_surface_layer, ode.contact_max_correcting_vel) == (0.001, 100.0)
 
 
+def test_logging_asks_the_master_for_nothing(gazebo: Gazebo) -> None:
+    import rospy
+
+    assert rospy.get_param("/rosout_disable_topics_generation") is False  # rospy only caches parameters with a value
+
+
 def test_physics_properties_are_kept_and_felt(gazebo: Gazebo) -> None:
     before = gazebo.get_physics_properties()
     gazebo.spawn("box", BOX, z=10.0)
