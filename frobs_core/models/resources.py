@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from frobs_core.files import read_limited
 
 _PACKAGE = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 _MAX_PACKAGE_BYTES = 2**20
+_NO_PACKAGES_BELOW = ("CATKIN_IGNORE", "AMENT_IGNORE", "rospack_nosubdirs")
 _SCHEME = re.compile(r"^([A-Za-z][A-Za-z0-9+.-]+)://(.*)$", re.DOTALL)  # one letter is a Windows drive
 
 
@@ -55,8 +57,8 @@ def _beside(path: Path) -> str:
 class Packages:
     """ROS packages by name, found without ROS.
 
-    Looked for in this order: the folders given; ``ROS_PACKAGE_PATH``, ``AMENT_PREFIX_PATH`` and
-    ``GAZEBO_MODEL_PATH``; the folders above the model file that are named so or whose ``package.xml`` names them so,
+    Looked for in this order: the folders given; those of ``ROS_PACKAGE_PATH``, ``AMENT_PREFIX_PATH`` and
+    ``GAZEBO_MODEL_PATH``; all folders below ``ROS_PACKAGE_PATH``; the folders above the model file that are named so or whose ``package.xml`` names them so,
     and the folders beside those. A folder above the file that is named so counts at any height; what is beside, and
     without such a name, up to the folder beside the package that holds the file.
 
@@ -85,6 +87,8 @@ class Packages:
             for candidate in (folder, folder / name):
                 if candidate.is_dir() and package_name(candidate) == name:
                     return candidate
+        if name in self._workspace:
+            return self._workspace[name]
         for folder in self.file.parents:
             if folder.name == name:
                 return folder
@@ -99,13 +103,19 @@ class Packages:
 
     def _folders(self) -> list[Path]:
         """Folders that are packages or hold them, in the order in which they are searched."""
-        folders = [Path(p) for p in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if p]
+        folders = path_folders("ROS_PACKAGE_PATH")
         folders += [Path(p) / "share" for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
         folders += [Path(p) for p in os.environ.get("GAZEBO_MODEL_PATH", "").split(os.pathsep) if p]
         above = list(self.file.parents)
         roots = [i for i, folder in enumerate(above) if (folder / "package.xml").is_file()]
         depth = roots[0] + 2 if roots else 3  # without a package.xml: not up to the root of the disk
         return list(dict.fromkeys(folders + above[:depth]))
+
+    @cached_property
+    def _workspace(self) -> dict[str, Path]:
+        """The packages below ``ROS_PACKAGE_PATH`` by name."""
+        folders = [folder for root in path_folders("ROS_PACKAGE_PATH") for folder in packages_below(root)]
+        return {package_name(folder): folder for folder in reversed(folders)}
 
     def resolve(self, uri: str, base: Path) -> Path:
         """Return the file that a model refers to.
@@ -132,6 +142,23 @@ class Packages:
         if not found.is_file():
             raise ModelFileError(self.file, f"the file '{uri}' is missing: looked for {found}.{_beside(found)}")
         return found.resolve()
+
+
+def path_folders(variable: str) -> list[Path]:
+    """Return the folders that a path variable of the environment lists."""
+    return [Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
+
+
+def packages_below(root: Path) -> Iterator[Path]:
+    """Yield each ROS package at or below a folder, as rospack finds them; folders inside a package are not searched."""
+    for folder, below, names in os.walk(root, followlinks=True):
+        if "package.xml" in names:
+            yield Path(folder)
+            below.clear()
+        elif any(mark in names for mark in _NO_PACKAGES_BELOW):
+            below.clear()
+        else:
+            below[:] = sorted(entry for entry in below if not entry.startswith("."))
 
 
 def package_name(folder: Path) -> str:

@@ -114,6 +114,14 @@ def test_a_package_is_found_on_the_path_of_ros(packages, tmp_path, monkeypatch, 
     assert packages("package://arm/meshes/m.stl", "elsewhere") == MESH
 
 
+def test_a_package_is_found_at_any_depth_below_the_path_of_ros(packages, tmp_path, monkeypatch):
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    assert packages("package://arm/meshes/m.stl", "elsewhere") == MESH
+    (tmp_path / "src" / "CATKIN_IGNORE").touch()
+    with pytest.raises(ModelFileError, match="the ROS package 'arm' is not found"):
+        packages("package://arm/meshes/m.stl", "elsewhere")
+
+
 def test_a_folder_above_the_file_that_is_named_so_counts_at_any_height(packages):
     deep = "src/arm_checkout/a/b/c/d/e"
     assert packages("package://arm_checkout/meshes/m.stl", deep) == MESH

@@ -55,18 +55,15 @@ def backend(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture
-def run_package(tmp_path: Path, legacy_run: list[str]) -> Callable[..., Callable[..., str]]:
-    """Copy a package, and return what runs its scripts and returns their output."""
+def run_in_workspace(tmp_path: Path, legacy_run: list[str]) -> Callable[..., Callable[..., str]]:
+    """Return what runs scripts in a ROS graph of their own and returns their output."""
     alone = _alone()
 
-    def prepare(package: Path, backend: str) -> Callable[..., str]:
-        folder = tmp_path / package.name
-        shutil.copytree(package, folder)
-        (tmp_path / "home").mkdir()
+    def prepare(packages: Path, backend: str, **variables: str) -> Callable[..., str]:
+        (tmp_path / "home").mkdir(exist_ok=True)
         environment = {
             **os.environ,
-            "ROS_PACKAGE_PATH": str(folder),
-            "PYTHONPATH": str(folder / "src"),
+            "ROS_PACKAGE_PATH": str(packages),
             "ROS_HOSTNAME": "localhost",
             "ROS_MASTER_URI": f"http://localhost:{11311 if alone else _free_port()}",
             "FROBS_ROS_BACKEND": backend,
@@ -74,11 +71,12 @@ def run_package(tmp_path: Path, legacy_run: list[str]) -> Callable[..., Callable
             "XDG_CACHE_HOME": os.environ.get("XDG_CACHE_HOME", str(Path.home() / ".cache")),  # a Gazebo may be there
             "OMP_NUM_THREADS": "1",  # small networks learn fastest so, and far faster where other tests run
             "ROS_HOME": str(tmp_path / "home" / ".ros"),
+            **variables,
         }
 
-        def run(script: str, *arguments: str) -> str:
+        def run(script: Path, *arguments: str) -> str:
             done = subprocess.run(
-                [*alone, *legacy_run, str(folder / "scripts" / script), *arguments],
+                [*alone, *legacy_run, str(script), *arguments],
                 env=environment,
                 cwd=tmp_path,
                 capture_output=True,
@@ -90,5 +88,20 @@ def run_package(tmp_path: Path, legacy_run: list[str]) -> Callable[..., Callable
             return output
 
         return run
+
+    return prepare
+
+
+@pytest.fixture
+def run_package(
+    tmp_path: Path, run_in_workspace: Callable[..., Callable[..., str]]
+) -> Callable[..., Callable[..., str]]:
+    """Copy a package, and return what runs its scripts and returns their output."""
+
+    def prepare(package: Path, backend: str) -> Callable[..., str]:
+        folder = tmp_path / package.name
+        shutil.copytree(package, folder)
+        run = run_in_workspace(folder, backend, PYTHONPATH=str(folder / "src"))
+        return lambda script, *arguments: run(folder / "scripts" / script, *arguments)
 
     return prepare

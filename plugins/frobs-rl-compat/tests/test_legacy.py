@@ -50,6 +50,37 @@ def test_what_old_packages_import_is_found_by_a_script_and_by_its_child_processe
     assert first == second
 
 
+def test_programs_of_ros_are_on_the_path_without_a_sourced_setup(legacy_run, monkeypatch):
+    from frobs_rl_compat import legacy
+    from frobs_ros.environment import RosInstallation
+
+    elsewhere = RosInstallation(Path("/opt/ros/noetic"), Path("/opt/ros/noetic/lib/python3/dist-packages"))
+    monkeypatch.setattr(legacy, "find_ros", lambda: elsewhere)
+    monkeypatch.setenv("PATH", "/usr/bin")
+    assert legacy.legacy_variables()["PATH"] == "/usr/bin:/opt/ros/noetic/bin"
+
+
+OLD_NUMPY = """
+from numpy.lib.npyio import save
+import numpy as np
+from tf.transformations import euler_from_quaternion, quaternion_from_euler
+yaw = euler_from_quaternion(quaternion_from_euler(0.0, 0.0, np.array([1.0], np.float32)))[2]
+print(np.float(1), np.product([2, 3]), save is np.save, round(yaw, 6))
+"""
+
+
+@pytest.mark.parametrize("python", [sys.executable, "/usr/bin/python3"])
+def test_names_and_conversions_that_numpy_has_removed_are_there(legacy_run, script, python):
+    assert output([*legacy_run, python, "-W", "ignore", script(OLD_NUMPY)]).strip() == "1.0 6 True 1.0"
+
+
+def test_the_sitecustomize_of_others_runs_too(legacy_run, script, tmp_path):
+    (tmp_path / "site").mkdir()
+    (tmp_path / "site" / "sitecustomize.py").write_text("import sys; sys.customized = True")
+    file = script("import sys; print(sys.customized)")
+    assert output([*legacy_run, file], PYTHONPATH=str(tmp_path / "site")).strip() == "True"
+
+
 def test_a_node_in_the_systems_python_finds_the_messages(legacy_run):
     assert "frobs" in output([*legacy_run, "/usr/bin/python3", "-c", FIND.format("gazebo_msgs.msg")])
 

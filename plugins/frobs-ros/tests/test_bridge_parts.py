@@ -187,6 +187,14 @@ def test_what_is_outside_of_the_part_of_sdf_is_refused_by_name(inside: str, word
         describe_sdf(f'<sdf version="1.6"><model name="m">{inside}</model></sdf>')
 
 
+def test_gravity_of_a_whole_model_is_ignored_with_a_warning(caplog: pytest.LogCaptureFixture) -> None:
+    inside = '<pose>1 2 3 0 0 0</pose><gravity>0</gravity><link name="l"/>'
+    description = describe_sdf(f'<sdf version="1.6"><model name="m">{inside}</model></sdf>')
+    assert description.placement is not None
+    assert description.pose.pos == (1.0, 2.0, 3.0)
+    assert "only knows in a <link>" in caplog.text
+
+
 def test_world_file_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     crate = tmp_path / "models" / "crate"
     crate.mkdir(parents=True)

@@ -78,6 +78,12 @@ def test_physics_properties_are_those_of_gazebo(gazebo: Gazebo) -> None:
     assert (ode.contact_surface_layer, ode.contact_max_correcting_vel) == (0.001, 100.0)
 
 
+def test_logging_asks_the_master_for_nothing(gazebo: Gazebo) -> None:
+    import rospy
+
+    assert rospy.get_param("/rosout_disable_topics_generation") is False  # rospy only caches parameters with a value
+
+
 def test_physics_properties_are_kept_and_felt(gazebo: Gazebo) -> None:
     before = gazebo.get_physics_properties()
     gazebo.spawn("box", BOX, z=10.0)
@@ -121,6 +127,25 @@ def test_time_runs_and_stands_still(gazebo: Gazebo) -> None:
     assert 0.3 * wall < passed <= 1.1 * wall + 0.05  # as real time where the machine lets it
     time.sleep(0.1)
     assert gazebo.get_world_properties().sim_time == pytest.approx(start + passed)
+
+
+LEANING = """<sdf version="1.7"><model name="m"><pose>1 2 0.5 0 0 1.5707963267948966</pose><static>1</static>
+<link name="l"><pose>0 0 1 0 0 0</pose><collision name="c"><geometry><box><size>1 1 1</size></box></geometry></collision>
+</link></model></sdf>"""
+
+
+def test_the_pose_of_an_sdf_model_is_relative_to_the_pose_that_is_asked_for(gazebo: Gazebo) -> None:
+    from geometry_msgs.msg import Point, Pose, Quaternion
+
+    pose = Pose(Point(10.0, 0.0, 3.0), Quaternion(0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)))  # a quarter turn
+    assert gazebo.spawn_sdf_model("leaning", LEANING, "/", pose, "world").success
+    told = gazebo.get_model_state("leaning", "world").pose
+    assert (told.position.x, told.position.y, told.position.z) == pytest.approx((8.0, 1.0, 3.5))
+    assert abs(told.orientation.z) == pytest.approx(1.0)
+    gazebo.reset_world()
+    assert gazebo.get_model_state("leaning", "world").pose.position.x == pytest.approx(8.0)
+    link = gazebo.get_link_state("leaning::l", "world").link_state.pose.position
+    assert (link.x, link.y, link.z) == pytest.approx((8.0, 1.0, 4.5))
 
 
 def test_models_are_spawned_and_deleted(gazebo: Gazebo) -> None:

@@ -16,7 +16,7 @@ from gymnasium.utils.env_checker import check_env
 
 from frobs_core.errors import ConfigurationError, ResetNeededError
 from frobs_ros import processes, ros_gazebo
-from frobs_ros.errors import RosError
+from frobs_ros.errors import PackageNotFoundError, RosError
 from frobs_ros.robot_basic_env import RobotBasicEnv
 
 CONTROLLERS = ["joint_state_controller", "arm_controller"]
@@ -183,6 +183,31 @@ def test_arguments_that_have_no_use_are_logged(own_master: str, reasons: Callabl
     RobotBasicEnv(world_path="/a.world", num_gazebo_steps=3).close()
     assert "world_path is not used: launch_gazebo is False" in reasons()
     assert "num_gazebo_steps=3 is not used" in reasons()
+
+
+class LonelyArmEnv(ArmEnv):
+    """Cannot do without a wall that is not there."""
+
+    def __init__(self, **given: Any) -> None:
+        super().__init__(**given)
+        ros_gazebo.gazebo_spawn_sdf_pkg("tiny_arm", "wall.sdf")
+
+
+def test_a_constructor_whose_world_is_not_complete_fails_with_the_reason(world: None) -> None:
+    before = processes.owned()
+    with pytest.raises(PackageNotFoundError, match=r"has no file .*wall\.sdf"):
+        LonelyArmEnv()
+    assert processes.owned() == before
+    assert ros_gazebo.gazebo_spawn_sdf_pkg("tiny_arm", "wall.sdf")[0] is False
+
+
+def test_without_the_world_that_a_script_asked_for_there_is_no_environment(
+    own_master: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(processes, "owned", lambda kinds=(): [])  # a simulation of another test may run
+    assert ros_gazebo.launch_Gazebo(custom_world_path="/nowhere.world") is False
+    with pytest.raises(ConfigurationError, match=r"/nowhere\.world"):
+        ArmEnv()
 
 
 def test_an_error_in_the_constructor_leaves_nothing_running(world: None) -> None:

@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from frobs_ros.doctor import examine_ros
+from frobs_ros.environment import PACKAGES
 
 
 def frobs(*words: str) -> subprocess.CompletedProcess[str]:
@@ -22,6 +23,11 @@ def test_the_doctor_says_what_is_here_and_that_no_master_answers(lonely: str) ->
     assert found["rospy"].found
     assert found["rospy"].version
     assert all(part.package in report.missing for part in report.parts if not part.found and part.package)
+
+
+def test_the_messages_of_markers_are_a_part_and_named_where_ros_is_missing(ros: None) -> None:
+    assert {part.name for part in examine_ros().parts} >= {"visualization_msgs"}
+    assert "python3-visualization-msgs" in PACKAGES
 
 
 def test_the_doctor_sees_a_master(own_master: str) -> None:

@@ -1,7 +1,9 @@
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 from importlib.machinery import PathFinder
 from pathlib import Path
@@ -50,6 +52,18 @@ def test_processes_that_make_the_same_overlay_at_once_share_it(tmp_path: Path, m
     assert {path.name: path.readlink() for path in made.pop().iterdir()} == links
     assert len(list(cache_folder("ros").iterdir())) == 1
     assert make_overlay({}) != make_overlay(links)
+
+
+def test_folders_of_the_cache_that_nobody_has_used_for_long_are_deleted(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    used, unused, old = (make_overlay({name: tmp_path}) for name in ("used", "unused", "old"))
+    os.utime(used, (0, time.time() - 40 * 24 * 3600))
+    os.utime(old, (0, time.time() - 70 * 24 * 3600))
+    os.utime(unused, (0, time.time() - 40 * 24 * 3600))
+    assert make_overlay({"used": tmp_path}) == used
+    assert not old.exists()
+    assert unused.exists()
+    assert used.stat().st_mtime > time.time() - 60.0
 
 
 def test_a_cache_that_cannot_be_written_is_an_error_with_advice(

@@ -34,6 +34,23 @@ def test_a_node_runs_under_its_name_and_is_killed() -> None:
 
 
 @pytest.mark.usefixtures("running")
+def test_a_python_node_runs_with_this_python_and_its_failure_is_logged(reasons: Callable[[], str]) -> None:
+    import rospy
+
+    assert ros_node.ros_node_from_pkg("tiny_arm", "which_python.py", launch_new_term=False)
+    until = time.monotonic() + 20.0
+    while not rospy.has_param("/which_python/python"):
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    assert rospy.get_param("/which_python/python") == sys.executable
+    rospy.set_param("/which_python/fail", True)
+    while "told to fail" not in reasons():
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    assert "which_python.py ended by itself: exit code 1" in reasons()
+
+
+@pytest.mark.usefixtures("running")
 def test_all_our_nodes_are_killed_and_no_other() -> None:
     import rospy
 

@@ -167,4 +167,7 @@ def test_a_process_in_a_window_ends_as_any_other(monkeypatch: pytest.MonkeyPatch
     process.stop()
     assert not any(map(is_alive, pids))
     assert (tmp_path / "said").exists()
+    failing = start("echo last words; exit 1", terminal=True)
+    wait_for(lambda: not failing.is_running)
+    assert failing.output() == "last words"
     display.stop()

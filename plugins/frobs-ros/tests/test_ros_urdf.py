@@ -38,7 +38,6 @@ def test_a_description_is_loaded_into_a_parameter(own_master: str, ns: str | Non
     [
         (None, None, "no such file"),
         ("<robot name='a'><link name='b'></robot>", None, "not well-formed"),
-        ("<sdf version='1.6'/>", None, "its root is <sdf>"),
         ("<robot name='a'/>", ["length=3"], "'length=3'; it must be of the form"),
         ("<robot name='a'/>", "length:=3", "a list of 'name:=value'"),
         ("<robot name='a'/>", ["length:=3"], "takes no xacro argument 'length'"),
@@ -52,6 +51,14 @@ def test_a_file_that_is_no_robot_is_refused_with_a_reason(
         file.write_text(text)
     assert ros_urdf.urdf_parse_from_path(str(file), args) is None
     assert reason in reasons()
+
+
+def test_sdf_is_expanded_too(tmp_path: Path) -> None:
+    file = tmp_path / "model.sdf"
+    file.write_text("<sdf version='1.6'><model name='wall'/></sdf>")
+    text = ros_urdf.urdf_parse_from_path(str(file))
+    assert text is not None
+    assert '<model name="wall"' in text
 
 
 def test_a_package_without_the_file_is_refused_and_what_it_has_named(reasons: Callable[[], str]) -> None:

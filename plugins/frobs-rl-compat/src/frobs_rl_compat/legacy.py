@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from frobs_core.files import cache_folder
-from frobs_ros.environment import links_to_ros, use_ros
+from frobs_ros.environment import find_ros, links_to_ros, use_ros
 from frobs_ros.overlay import links_to_messages, make_overlay
 
 _HERE = Path(__file__).parent
@@ -26,14 +26,22 @@ def legacy_variables() -> dict[str, str]:
         RosNotFoundError: ROS is not installed, or not for this Python; the message names the Debian packages.
     """
     use_ros()
-    own = {"frobs_rl": FROBS_RL, "gym": _HERE / "overlay" / "gym"}
+    installation = find_ros()
+    own = {"frobs_rl": FROBS_RL} | {path.name: path for path in (_HERE / "overlay").iterdir() if path.name[0] != "_"}
     overlay = make_overlay({**links_to_messages(), **links_to_ros(), **own})
     set_by_use_ros = {name: os.environ[name] for name in _OF_ROS if name in os.environ}
     return {
         "PYTHONPATH": _prepend(overlay, "PYTHONPATH"),
         "ROS_PACKAGE_PATH": _prepend(FROBS_RL, "ROS_PACKAGE_PATH"),
+        **({"PATH": _append(installation.programs, "PATH")} if installation is not None else {}),
         **set_by_use_ros,
     }
+
+
+def _append(folder: Path, variable: str) -> str:
+    """Return a path variable with a folder at its end, unless it has it."""
+    entries = os.environ.get(variable, os.defpath).split(os.pathsep)
+    return os.pathsep.join(entries if str(folder) in entries else [*entries, str(folder)])
 
 
 def _prepend(folder: Path, variable: str) -> str:

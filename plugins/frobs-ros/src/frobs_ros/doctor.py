@@ -30,6 +30,12 @@ MODULES = (
     ("geometry_msgs", "python3-geometry-msgs", "poses", True),
     ("sensor_msgs", "python3-sensor-msgs", "joint states, scans", True),
     ("trajectory_msgs", "python3-trajectory-msgs", "trajectories of controllers", True),
+    (
+        "visualization_msgs",
+        "python3-visualization-msgs",
+        "markers, which every task of FRobs_RL's examples imports",
+        False,
+    ),
     ("rosgraph_msgs", "python3-rosgraph-msgs", "the clock", True),
     ("tf2_msgs", "python3-tf2-msgs", "frames of a robot's links", True),
     ("nav_msgs", "python3-nav-msgs", "odometry", False),

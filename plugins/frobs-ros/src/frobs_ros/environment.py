@@ -22,8 +22,11 @@ DISTRIBUTION = Path("/opt/ros/noetic")
 SYSTEM = Path("/usr")
 MASTER_URI = "http://localhost:11311"
 
-PACKAGES = ("ros-core", "python3-rospy", "python3-tf2-ros", "python3-sensor-msgs", "python3-geometry-msgs")
-"""Debian packages without which nothing goes; ``frobs doctor ros`` lists all."""
+PACKAGES = (
+    "ros-core", "python3-rospy", "python3-tf2-ros", "python3-sensor-msgs", "python3-geometry-msgs",
+    "python3-visualization-msgs",
+)  # fmt: skip
+"""Debian packages that most ROS packages need; ``frobs doctor ros`` lists all."""
 
 
 @dataclass(frozen=True)

@@ -7,17 +7,21 @@ environment already has, and can therefore stand anywhere on the path.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import shutil
 import sys
 import tempfile
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from importlib.machinery import PathFinder
 from pathlib import Path
 
 from frobs_core.files import cache_folder
 from frobs_ros.errors import RosNotFoundError
+
+_KEPT = 60 * 24 * 3600.0  # [s]
 
 LIBRARIES = frozenset([
     "actionlib", "catkin", "dynamic_reconfigure", "genmsg", "genpy", "joint_state_publisher", "laser_geometry",
@@ -45,6 +49,7 @@ def make_overlay(links: Mapping[str, Path]) -> Path:
     key = "\0".join(f"{name}\0{target}" for name, target in sorted(links.items()))
     folder = cache_folder("ros") / hashlib.sha256(os.fsencode(key)).hexdigest()[:20]
     if folder.is_dir():
+        delete_unused(folder)
         return folder
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
@@ -63,6 +68,15 @@ def make_overlay(links: Mapping[str, Path]) -> Path:
             "that can be written"
         ) from error
     return folder
+
+
+def delete_unused(folder: Path) -> None:
+    """Note that a folder of the cache is used now, and delete those beside it that were not used for 60 days."""
+    with contextlib.suppress(OSError):
+        os.utime(folder)
+        for other in folder.parent.iterdir():
+            if other.stat().st_mtime < time.time() - _KEPT:
+                shutil.rmtree(other)
 
 
 def links_to_modules(folders: Sequence[Path]) -> dict[str, Path]:

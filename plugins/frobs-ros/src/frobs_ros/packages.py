@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator
 from pathlib import Path
 
-from frobs_core.models.resources import Packages, package_name
+from frobs_core.models.resources import Packages, package_name, packages_below, path_folders
 from frobs_ros.environment import find_ros
 from frobs_ros.errors import PackageNotFoundError
-
-_STOP = ("CATKIN_IGNORE", "AMENT_IGNORE", "rospack_nosubdirs")
 
 
 def find_package(name: str) -> Path:
@@ -23,14 +19,14 @@ def find_package(name: str) -> Path:
         PackageNotFoundError: There is none; the nearest name is suggested.
     """
     seen: dict[str, Path] = {}
-    sources = _folders("ROS_PACKAGE_PATH")
+    sources = path_folders("ROS_PACKAGE_PATH")
     for root in sources:
-        for folder in _crawl(root):
+        for folder in packages_below(root):
             found = package_name(folder)
             if found == name:
                 return folder
             seen.setdefault(found, folder)
-    shares = [prefix / "share" for prefix in _folders("CMAKE_PREFIX_PATH")]
+    shares = [prefix / "share" for prefix in path_folders("CMAKE_PREFIX_PATH")]
     installation = find_ros()
     shares += [installation.share] if installation else []
     for share in shares:
@@ -82,19 +78,3 @@ class RosPackages(Packages):
             return find_package(name)
         except PackageNotFoundError:
             return super().find(name)
-
-
-def _folders(variable: str) -> list[Path]:
-    return [Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
-
-
-def _crawl(root: Path) -> Iterator[Path]:
-    """Yield each package at or below a folder; what is inside of a package is not searched."""
-    for folder, below, files in os.walk(root, followlinks=True):
-        if "package.xml" in files:
-            yield Path(folder)
-            below.clear()
-        elif any(mark in files for mark in _STOP):
-            below.clear()
-        else:
-            below[:] = sorted(entry for entry in below if not entry.startswith("."))

@@ -51,6 +51,8 @@ class Process:
         self.owner = os.getpid()
         self._popen = popen
         self._grace = grace
+        self._stopped = False
+        self.in_window = False
 
     @property
     def pid(self) -> int:
@@ -82,6 +84,7 @@ class Process:
         """
         if os.getpid() != self.owner:
             return False
+        self._stopped = True
         self._let_go()
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._popen.wait(2 * self._grace + 5.0)
@@ -93,6 +96,14 @@ class Process:
         if self._popen.stdin is not None:
             with contextlib.suppress(OSError):
                 self._popen.stdin.close()
+
+    def report_end(self) -> None:
+        """Wait until it has ended, and log the last that it wrote if it failed by itself."""
+        code = self._popen.wait()
+        if self._stopped or not (code or self.in_window):
+            return
+        said = "its window was closed" if self.in_window else f"exit code {code}"  # xterm hides the code
+        LOG.error("%s ended by itself: %s. It wrote last:\n%s", self.name, said, self.output() or "(nothing)")
 
     def output(self) -> str:
         """Return the last that it wrote, as far as we keep it."""
@@ -162,16 +173,23 @@ def start(
     words[0] = program
     options = ["--grace", str(grace), *(["--respawn"] if respawn else [])]
     log = None
-    window = _window(name, variables) if terminal else []
+    if terminal or output == "log":
+        log = log_folder() / f"{name.strip('/').replace('/', '-').replace(' ', '-') or kind}-{next(_numbers)}.log"
+    window = _window(name, log, variables) if terminal and log else []
     if window:
         words = [*window, *words]
         options.append("--inside")
-    elif terminal or output == "log":
-        log = log_folder() / f"{name.strip('/').replace('/', '-').replace(' ', '-') or kind}-{next(_numbers)}.log"
-    if terminal and log:
+    elif terminal:
         LOG.warning("%s writes to %s", name, log)
     with contextlib.ExitStack() as stack:
-        to = stack.enter_context(log.open("wb")) if log else (None if output == "screen" else subprocess.DEVNULL)
+        written = log is not None and not window  # a window writes its log itself
+        to = (
+            stack.enter_context(log.open("wb"))
+            if log and written
+            else None
+            if output == "screen"
+            else subprocess.DEVNULL
+        )
         popen = subprocess.Popen(
             [sys.executable, "-I", "-S", str(_GUARD), *options, *words],
             stdin=subprocess.PIPE,
@@ -180,6 +198,8 @@ def start(
             env=variables,
         )
     process = Process(kind, name, popen, log, grace)
+    process.in_window = bool(window)
+    threading.Thread(target=process.report_end, daemon=True).start()
     with _lock:
         _owned[process.pid] = process
     collected = _collecting.get()
@@ -188,7 +208,7 @@ def start(
     return process
 
 
-def _window(name: str, variables: Mapping[str, str]) -> list[str]:
+def _window(name: str, log: Path, variables: Mapping[str, str]) -> list[str]:
     """Return the words that put a command into a window; none where there can be no window."""
     missing = "xterm is not installed" if shutil.which("xterm", path=variables.get("PATH")) is None else ""
     if not variables.get("DISPLAY"):
@@ -196,7 +216,7 @@ def _window(name: str, variables: Mapping[str, str]) -> list[str]:
     if missing:
         LOG.warning("%s runs without a window of its own: %s", name, missing)
         return []
-    return ["xterm", "-T", name, "-e"]
+    return ["xterm", "-T", name, "-l", "-lf", str(log), "-e"]
 
 
 def log_folder() -> Path:

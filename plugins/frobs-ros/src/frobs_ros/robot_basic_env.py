@@ -6,9 +6,10 @@ It stands beside the five kinds, for those who port. Six hooks are the user's to
 from __future__ import annotations
 
 import contextlib
+import functools
 import inspect
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, ClassVar
 
 import gymnasium as gym
@@ -17,11 +18,29 @@ from frobs_core.errors import ResetNeededError
 from frobs_ros import master, processes
 from frobs_ros.environment import use_ros
 from frobs_ros.gazebo import launch, physics, world
-from frobs_ros.log import LOG, or_raise
+from frobs_ros.log import LOG, constructing, or_raise, refused
 from frobs_ros.names import join
 from frobs_ros.robot_settings import RobotSettings
 from frobs_ros.ros_controllers import reset_controllers_srv
 from frobs_ros.ros_spawn import spawn_model_in_gazebo
+
+
+def _whole(init: Callable[..., None]) -> Callable[..., None]:
+    """Let the outermost constructor of an environment fail as a whole: an error ends all that it has started."""
+
+    @functools.wraps(init)
+    def construct(self: RobotBasicEnv, *args: Any, **kwargs: Any) -> None:
+        if self._is_constructing:
+            init(self, *args, **kwargs)
+            return
+        self._is_constructing = True
+        with constructing(), processes.collected() as started:
+            init(self, *args, **kwargs)
+        self._is_constructing = False
+        self._processes = started
+        self._open.add(self)
+
+    return construct
 
 
 class RobotBasicEnv(gym.Env[Any, Any]):
@@ -29,7 +48,8 @@ class RobotBasicEnv(gym.Env[Any, Any]):
 
     The constructor launches the simulation, sets its speed and time step, spawns the robot and resets its controllers,
     in this order and as far as its arguments ask for it. What it starts, :meth:`close` ends, and nothing else; an error
-    ends it at once. Spaces are the subclass's to set.
+    ends it at once. Spaces are the subclass's to set. If a model cannot be spawned, or a node, launch file or controller
+    cannot be started, while the constructor of a subclass runs, the constructor fails with the reason.
 
     A step of mode 1 lets the time run while :meth:`_send_action` does what it does, so its simulated duration is that
     of the call, times the real-time factor; one of mode 2 is ``num_gazebo_steps`` physics steps, always.
@@ -80,6 +100,14 @@ class RobotBasicEnv(gym.Env[Any, Any]):
     metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
     _open: ClassVar[weakref.WeakSet[RobotBasicEnv]] = weakref.WeakSet()
 
+    _is_constructing = False
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        if "__init__" in vars(cls):
+            cls.__init__ = _whole(cls.__init__)  # type: ignore[method-assign]
+
+    @_whole
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         settings = RobotSettings(*args, **kwargs)
         settings.check()
@@ -89,10 +117,9 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         self._settings = settings
         self._closed = False
         self._processes: list[processes.Process] = []
-        with processes.collected() as started:
-            self._start()
-        self._processes = started
-        self._open.add(self)
+        if "launch_Gazebo" in refused and not (settings.launch_gazebo or processes.owned(["gazebo"])):
+            raise refused.pop("launch_Gazebo")  # the script went on without the world that it asked for
+        self._start()
 
     def _start(self) -> None:
         settings = self._settings

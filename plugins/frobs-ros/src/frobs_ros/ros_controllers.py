@@ -20,7 +20,7 @@ _PAUSE = 0.05
 STRICTNESS = {1: "best effort", 2: "strict"}
 
 
-@answers(False)
+@answers(False, vital=True)
 def load_controller_srv(controller_name: str, ns: str | None = None, max_retries: int = 5) -> bool:
     """Load a controller; one that is loaded already stays."""
     use_ros()
@@ -65,7 +65,7 @@ def unload_controller_list_srv(controller_list: Sequence[str], ns: str | None = 
         unload_controller_srv(controller, ns, max_retries)
 
 
-@answers(False)
+@answers(False, vital=True)
 def switch_controllers_srv(
     start_controllers: Sequence[str],
     stop_controllers: Sequence[str],
@@ -104,7 +104,7 @@ def switch_controllers_srv(
     raise ServiceError(service, f"{', '.join(wrong) or 'it refuses, and does not say why'}. {_loaded(ns)}")
 
 
-@answers(False)
+@answers(False, vital=True)
 def start_controllers_srv(
     start_controllers: Sequence[str],
     ns: str | None = None,
@@ -143,7 +143,7 @@ def reset_controllers_srv(
     return switch(reset_controllers, [], ns, strictness, start_asap, timeout, max_retries)
 
 
-@answers(False)
+@answers(False, vital=True)
 def spawn_controllers_srv(
     spawn_controllers: Sequence[str],
     ns: str | None = None,

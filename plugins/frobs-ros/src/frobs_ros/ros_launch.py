@@ -17,7 +17,7 @@ START_TIMEOUT = 30.0
 _GRACE = 20.0  # roslaunch gives each node 15 s
 
 
-@answers(False)
+@answers(False, vital=True)
 def ros_launch_from_pkg(
     pkg_name: str, launch_file: str, args: Sequence[str] | None = None, launch_new_term: bool = True
 ) -> bool:
@@ -25,7 +25,7 @@ def ros_launch_from_pkg(
     return launch(find_anywhere(pkg_name, "launch", launch_file, ".launch"), args, terminal=launch_new_term)
 
 
-@answers(False)
+@answers(False, vital=True)
 def ros_launch_from_path(
     launch_file_path: str, args: Sequence[str] | None = None, launch_new_term: bool = True
 ) -> bool:

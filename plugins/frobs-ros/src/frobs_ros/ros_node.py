@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from frobs_core.errors import ParameterValueError
 from frobs_ros import master, nodes, processes
-from frobs_ros.environment import find_ros
+from frobs_ros.environment import child_variables, find_ros, link_modules
 from frobs_ros.errors import MasterError, PackageNotFoundError, RosError
 from frobs_ros.log import LOG, answers
 from frobs_ros.names import join
+from frobs_ros.overlay import links_to_messages, make_overlay
 from frobs_ros.packages import find_package
 
 START_TIMEOUT = 15.0
@@ -20,7 +22,7 @@ OUTPUTS = ("log", "screen", None)
 _SILENCE = 3.0
 
 
-@answers(False)
+@answers(False, vital=True)
 def ros_node_from_pkg(
     pkg_name: str,
     node_name: str,
@@ -48,7 +50,8 @@ def ros_node_from_pkg(
     program = find_node(pkg_name, node_name)
     if launch_master:
         master.ensure(terminal=launch_master_term)
-    start_node("node", [program], name=name, ns=ns, terminal=launch_new_term, output=output)
+    command, environment = _python_command(program)
+    start_node("node", command, name=name, ns=ns, terminal=launch_new_term, output=output, environment=environment)
     return True
 
 
@@ -125,6 +128,23 @@ def find_node(package: str, node: str) -> Path:
     return programs[node]
 
 
+def _python_command(program: Path) -> tuple[list[str | Path], dict[str, str] | None]:
+    """Return the words and the environment that run a node; None: the environment of ROS's programs.
+
+    A Python node of a package runs with this Python, which has the modules that the package imports. ROS's own nodes
+    run with the system's.
+    """
+    with program.open("rb") as file:
+        first = file.readline(200)
+    installation = find_ros()
+    if not (first.startswith(b"#!") and b"python" in first) or (
+        installation is not None and program.is_relative_to(installation.prefix / "lib")
+    ):
+        return [program], None
+    folders = [os.environ.get("PYTHONPATH", ""), link_modules(), str(make_overlay(links_to_messages()))]
+    return [sys.executable, program], {**child_variables(), "PYTHONPATH": os.pathsep.join(filter(None, folders))}
+
+
 def start_node(
     kind: str,
     command: Sequence[str | Path],
@@ -134,6 +154,7 @@ def start_node(
     terminal: bool = False,
     output: str | None = "log",
     remaps: tuple[str, ...] = (),
+    environment: Mapping[str, str] | None = None,
 ) -> processes.Process:
     """Start a node; returns when the master knows it.
 
@@ -145,6 +166,7 @@ def start_node(
         terminal: Whether to run it in an xterm.
         output: Where it writes.
         remaps: Further arguments: ``"_rate:=30"``, ``"a:=b"``.
+        environment: Its environment variables; None: those of ROS's programs.
 
     Raises:
         MasterError: No master answers.
@@ -152,8 +174,8 @@ def start_node(
     """
     before = nodes.names()
     words = [*command, f"__ns:={join(ns)}", *([f"__name:={name}"] if name else []), *remaps]
-    title = join(ns, name or Path(command[0]).name)
-    process = processes.start(kind, words, name=title, terminal=terminal, output=output)
+    title = join(ns, name or Path(command[-1]).name)
+    process = processes.start(kind, words, name=title, terminal=terminal, output=output, environment=environment)
     replaces = {join(ns, name)} & before if name else set()  # a node of one name takes the other's place
 
     def is_known() -> bool:

@@ -21,7 +21,7 @@ _STATE_PUBLISHER = "robot_state_publisher"
 _DESCRIPTION = "robot_description"
 
 
-@answers(False)
+@answers(False, vital=True)
 def init_robot_state_pub(
     namespace: str = "/", max_pub_freq: float | None = None, launch_new_term: bool = False
 ) -> bool:
@@ -41,7 +41,7 @@ def init_robot_state_pub(
     return True
 
 
-@answers(False)
+@answers(False, vital=True)
 def spawn_model_in_gazebo(
     pkg_name: str,
     model_urdf_file: str,

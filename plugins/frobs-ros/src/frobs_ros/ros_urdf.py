@@ -1,6 +1,7 @@
 """FRobs_RL's ``ros_urdf``: robot descriptions from files to texts, and to the parameter server.
 
-Files are expanded by xacro, whatever their suffix. Nothing of ROS is needed to parse one.
+Files are expanded by xacro, whatever their suffix; packages of FRobs_RL load SDF with these functions, too. Nothing of
+ROS is needed to parse one.
 """
 
 from __future__ import annotations
@@ -65,15 +66,13 @@ def parse_model(path: Path, arguments: Sequence[str] | None = None) -> str:
 
     Raises:
         ConfigurationError: An argument is not of the form ``name:=value``.
-        ModelFileError: The file is missing, broken, or no robot.
+        ModelFileError: The file is missing or broken.
     """
     file = path.expanduser().absolute()
     if not file.is_file():
         raise ModelFileError(file, "no such file.")
     text = expand_xacro(file, xacro_arguments(arguments), RosPackages(file))
-    root = parse_xml(text.encode(), file)
-    if root.tag != "robot":
-        raise ModelFileError(file, f"its root is <{root.tag}>; a URDF's is <robot>.")
+    parse_xml(text.encode(), file)
     return text
 
 

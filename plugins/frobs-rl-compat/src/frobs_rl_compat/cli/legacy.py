@@ -33,12 +33,12 @@ def run(
     from frobs_rl_compat.legacy import legacy_variables
 
     words = [sys.executable, *command] if command[0].endswith(".py") else command
-    program = shutil.which(words[0])
+    environment = {**os.environ, **legacy_variables()}
+    program = shutil.which(words[0], path=environment["PATH"])
     if program is None:
         raise ConfigurationError(
             f"'{words[0]}' is neither a Python script (*.py) nor an installed program; check the path, or install it."
         )
-    environment = {**os.environ, **legacy_variables()}
     os.execve(program, words, environment)  # Ctrl-C and every other signal go straight to the script
 
 

@@ -21,6 +21,7 @@ class Description:
 
     Attributes:
         placement: Of what moves; None: it is static.
+        pose: The file's own ``<pose>``, which is relative to the pose that a spawn asks for.
         bodies: Of what is static, by name; their poses are told in the model's frame.
         links: Names of the links of what is static, with their poses in the model's frame.
         offsets: Where a link is told to be, in the robot's own link of that name: an SDF's link frame is not at its joint.
@@ -30,6 +31,7 @@ class Description:
     """
 
     placement: Placement | None = None
+    pose: Pose = field(default_factory=Pose)
     bodies: Mapping[str, Body] = field(default_factory=dict)
     links: Mapping[str, Pose] = field(default_factory=dict)
     offsets: Mapping[str, Pose] = field(default_factory=dict)

@@ -92,6 +92,9 @@ def open_bridge(options: Options) -> Bridge:
     # Before the node is one: what it stamps of its own is then in simulated time too.
     if not rosgraph.Master("/gazebo").hasParam("/use_sim_time"):
         rosgraph.Master("/gazebo").setParam("/use_sim_time", True)
+    # Without a value, each message that a rospy node logs asks the master for it.
+    if not rosgraph.Master("/gazebo").hasParam("/rosout_disable_topics_generation"):
+        rosgraph.Master("/gazebo").setParam("/rosout_disable_topics_generation", False)
     rospy.init_node("gazebo")
     bridge = Bridge(world, paused=options.paused, furnish=furnish)
     rate = options.max_update_rate

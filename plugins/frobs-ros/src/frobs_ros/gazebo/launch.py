@@ -18,7 +18,7 @@ _LAST, _FIRST = "/gazebo/get_world_properties", "/gazebo/pause_physics"
 OUTPUTS = ("screen", "log")
 
 
-@answers(False)
+@answers(False, vital=True)
 def launch_Gazebo(  # noqa: N802 # FRobs_RL's name
     paused: bool = False,
     use_sim_time: bool = True,

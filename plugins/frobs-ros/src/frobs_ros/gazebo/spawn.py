@@ -69,7 +69,7 @@ def _spawns(service: str) -> Callable[[Callable[..., str]], Callable[..., tuple[
             return _spawn(service, read(**model), **place)
 
         spawn.__signature__ = signature  # type: ignore[attr-defined]
-        return answers(False, pair=True)(spawn)
+        return answers(False, pair=True, vital=True)(spawn)
 
     return decorate
 

@@ -12,6 +12,7 @@ from frobs_core.files import cache_folder, write_aside
 from frobs_ros.environment import link_modules
 from frobs_ros.errors import RosError, RosNotFoundError
 from frobs_ros.messages.generator import generate
+from frobs_ros.overlay import delete_unused
 
 DEFINITIONS = Path(__file__).with_name("definitions")
 
@@ -41,6 +42,7 @@ def message_folder() -> Path:
                     f"the ROS message packages cannot be stored in {folder}: {error.strerror}; "
                     "set XDG_CACHE_HOME to a folder that you can write to."
                 ) from error
+    delete_unused(folder)
     return folder
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import logging
 import tempfile
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -21,6 +22,7 @@ from frobs_ros.bridge.sdf.reading import check, model_paths, open_sdf, packages_
 from frobs_ros.bridge.sdf.shapes import Shape, read_collision, read_visual
 from frobs_ros.bridge.sdf.urdf import write_urdf
 
+LOG = logging.getLogger("frobs.bridge")
 _SENSORS = ("ray", "gpu_ray")
 
 
@@ -55,27 +57,25 @@ def _describe(text: str, paths: tuple[str, ...]) -> Description:
         models = list(root.children("model"))
         if len(models) != 1 or root.child("world") is not None:
             root.refuse(f"holds {len(models)} models; what is spawned is one model, and no world.")
-        return describe_model(models[0])[0]
+        return describe_model(models[0])
 
 
-def describe_model(model: Element, static: bool | None = None) -> tuple[Description, Place]:
+def describe_model(model: Element, static: bool | None = None) -> Description:
     """Read a ``<model>``.
-
-    Returns:
-        What it is, and its own ``<pose>``.
 
     Raises:
         ModelFileError: It holds what is not understood.
     """
-    passed_over = ("allow_auto_disable", "enable_wind", "meta")
+    passed_over = ("allow_auto_disable", "enable_wind", "meta", "gravity")
     check(model, ("pose", "static", "self_collide", "link", "joint", "plugin"), passed_over)
     links = {element.required("name"): _link(element) for element in model.children("link")}
     if not links:
         model.refuse("has no <link>.")
-    place = place_of(model)
-    if says(model, "static") if static is None else static:
-        return _standing(links, model), place
-    return _moving(links, model), place
+    if not says(model, "gravity", True):
+        LOG.warning("%s has <gravity>, which SDF only knows in a <link>: it falls, as in Gazebo", model.named())
+    is_static = says(model, "static") if static is None else static
+    description = _standing(links, model) if is_static else _moving(links, model)
+    return replace(description, pose=place_of(model).to_pose())
 
 
 def _link(element: Element) -> SdfLink:

@@ -92,8 +92,7 @@ def _add(read: WorldFile, model: Element, name: str, static: bool | None, place:
     if _is_ground(model):
         read.floor = True
         return
-    description, own = describe_model(model, static)
-    read.models[name] = description, own if place is None else place
+    read.models[name] = describe_model(model, static), place_of(model) if place is None else place
 
 
 def _is_ground(model: Element) -> bool:

@@ -10,7 +10,7 @@ from frobs_core.errors import ConfigurationError, FrobsError, UnknownNameError
 from frobs_core.rotations import quat_conjugate
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.model import Description, Model
-from frobs_ros.bridge.poses import Motion, read_pose, read_state, write_pose, write_twist
+from frobs_ros.bridge.poses import Motion, place_of, read_pose, read_state, write_pose, write_twist
 from frobs_ros.bridge.sdf import describe_sdf
 from frobs_ros.bridge.services.offer import Offers, done, failed
 from frobs_ros.bridge.urdf import describe_urdf
@@ -59,6 +59,7 @@ def _spawn(bridge: Bridge, request: Any) -> dict[str, Any]:
             return failed("SpawnModel: Failure - reference reference_frame not found.")
         place = read_pose(request.initial_pose).after(frame)
         description = describe_text(request.model_xml)
+        place = place_of(description.pose).after(place)
         bridge.add(Model(request.model_name, request.robot_namespace.strip("/"), description, place))
     except FrobsError as error:
         return failed(f"SpawnModel: Failure - {error}")
