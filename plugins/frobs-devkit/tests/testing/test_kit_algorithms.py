@@ -222,7 +222,7 @@ test_a_sound_algorithm_passes = pytest_checks(check_algorithm(record(Drift)), al
 @pytest.mark.parametrize(
     ("faulty", "check", "told"),
     [
-        (LearnsNothingMore, "learns", "after 200 of 300 steps"),
+        (LearnsNothingMore, "learns", "for 200 of 300 steps"),
         (StepsFall, "learns", "falling steps"),
         (NeverOffers, "learns", "never called"),
         (LeavesTheSpace, "predicts_in_the_space", "is not in Box"),
