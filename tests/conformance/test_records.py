@@ -21,7 +21,7 @@ from frobs_devkit.testing import (
 )
 
 _ON_POLICY = {"n_steps": 64, "batch_size": 32, "n_epochs": 2}
-_OFF_POLICY = {"learning_starts": 200, "batch_size": 16, "buffer_size": 1000, "policy_kwargs": {"net_arch": [64, 64]}}
+_OFF_POLICY = {"learning_starts": 60, "batch_size": 16, "buffer_size": 1000, "policy_kwargs": {"net_arch": [64, 64]}}
 
 SHORT: dict[str, dict[str, Any]] = {
     "ppo": _ON_POLICY,

@@ -18,13 +18,17 @@ from frobs_devkit.testing import NotApplicable, check_algorithm, pytest_checks, 
 
 
 class Drift(Algorithm):
-    """Learns nothing useful, but keeps the contract: a matrix that training moves."""
+    """Learns nothing useful, but keeps the contract: a matrix that training moves, with momentum."""
+
+    iteration = 100
+    action = 0.0
 
     def __init__(self, env: Any, config: Mapping[str, Any], seed: int) -> None:
         self.env, self.config = env, dict(config)
         self.observation_space, self.action_space = env.single_observation_space, env.single_action_space
         self.rng = np.random.default_rng(seed)
-        self.matrix = self.rng.normal(size=(3, 1))
+        self.matrix = self.rng.normal(size=(*self.observation_space.shape, 1))
+        self.velocity = np.zeros_like(self.matrix)
         self.steps = 0
 
     @classmethod
@@ -38,8 +42,11 @@ class Drift(Algorithm):
         if self.steps == 0:
             self.env.reset()
         while self.steps < steps:
-            self.matrix += self.config["rate"] * self.rng.normal(size=(3, 1))
-            self.steps += 100
+            for _ in range(self.iteration // self.env.num_envs):
+                self.env.step(np.full(self.env.action_space.shape, self.action, np.float32))
+            self.velocity = 0.5 * self.velocity + self.config["rate"] * self.rng.normal(size=self.matrix.shape)
+            self.matrix += self.velocity
+            self.steps += self.iteration
             go_on = monitor.on_progress(self.steps, {"drift/size": 1.0})
             monitor.offer_checkpoint(self.steps, self.save)
             if not go_on:
@@ -52,7 +59,12 @@ class Drift(Algorithm):
         return np.tanh((observation[:, :, None] * self.matrix).sum(1) + noise).astype(np.float32), None
 
     def save(self, folder: Path, previous: Path | None = None) -> None:
-        told = {"matrix": self.matrix.tolist(), "steps": self.steps, "config": self.config}
+        told = {
+            "matrix": self.matrix.tolist(),
+            "velocity": self.velocity.tolist(),
+            "steps": self.steps,
+            "config": self.config,
+        }
         (folder / "drift.json").write_text(json.dumps({**told, "random": self.rng.bit_generator.state}))
 
     @classmethod
@@ -67,6 +79,7 @@ class Drift(Algorithm):
         if "random" in told:
             self.rng.bit_generator.state = told["random"]
         self.matrix = np.array(told["matrix"])
+        self.velocity = np.array(told.get("velocity", 0.0 * self.matrix))
         return self
 
 
@@ -119,6 +132,98 @@ class ForgetsItsGenerator(Drift):
         self = super().load(folder, env)
         self.rng = np.random.default_rng()
         return self
+
+
+class ForgetsItsGeneratorInLongIterations(ForgetsItsGenerator):
+    iteration = 1000
+
+
+class ForgetsItsMomentum(Drift):
+    iteration = 1000
+
+    @classmethod
+    def load(cls, folder: Path, env: Any = None) -> Any:
+        self = super().load(folder, env)
+        self.velocity = 0.0 * self.velocity
+        return self
+
+
+class ForgetsItsSteps(Drift):
+    iteration = 1000
+
+    @classmethod
+    def load(cls, folder: Path, env: Any = None) -> Any:
+        self = super().load(folder, env)
+        self.steps = 1 if env is not None else 0
+        return self
+
+
+class CountsOneEnvironment(Drift):
+    def train(self, steps: int, monitor: Any) -> None:
+        tell = monitor.on_progress
+        monitor.on_progress = lambda steps, metrics: tell(steps // 2, metrics)
+        super().train(2 * steps, monitor)
+
+
+class ActsOutside(Drift):
+    action = 3.0
+
+
+class GoesOnSilently(Drift):
+    def train(self, steps: int, monitor: Any) -> None:
+        super().train(steps, monitor)
+        while self.steps < steps:
+            self.env.step(np.zeros(self.env.action_space.shape, np.float32))
+            self.steps += 2
+
+
+class NeverStopsInLongIterations(Drift):
+    iteration = 5000
+
+    def train(self, steps: int, monitor: Any) -> None:
+        tell = monitor.on_progress
+        monitor.on_progress = lambda *told: tell(*told) or True
+        super().train(steps, monitor)
+
+
+class LeavesTheSpaceOnceTrained(Drift):
+    def predict(self, *arguments: Any, **keywords: Any) -> Any:
+        actions, state = super().predict(*arguments, **keywords)
+        return (5 if self.steps else 1) * actions, state
+
+
+class LeavesTheSpaceFarOut(Drift):
+    def predict(self, observation: Any, *arguments: Any, **keywords: Any) -> Any:
+        actions, state = super().predict(observation, *arguments, **keywords)
+        return np.where(np.abs(observation).max(axis=1, keepdims=True) > 5.0, np.float32(9.0), actions), state
+
+
+class PredictsFromItsGenerator(Drift):
+    def predict(self, *arguments: Any, **keywords: Any) -> Any:
+        self.rng.normal()
+        return super().predict(*arguments, **keywords)
+
+
+class LearnsFromPredictions(Drift):
+    def predict(self, *arguments: Any, **keywords: Any) -> Any:
+        found = super().predict(*arguments, **keywords)
+        self.velocity += 1e-3
+        return found
+
+
+class SavesObjects(Drift):
+    def save(self, folder: Path, previous: Path | None = None) -> None:
+        super().save(folder)
+        np.savez(folder / "rest.npz", rest=np.array([{"a": 1}], dtype=object))
+
+
+class Climbs(Drift):
+    """Goes where the reward falls."""
+
+    def train(self, steps: int, monitor: Any) -> None:
+        super().train(steps, monitor)
+        if self.matrix.shape == (1, 1):
+            self.matrix[...] = -3.0
 
 
 class TellsTwice(Drift):
@@ -222,7 +327,7 @@ test_a_sound_algorithm_passes = pytest_checks(check_algorithm(record(Drift)), al
 @pytest.mark.parametrize(
     ("faulty", "check", "told"),
     [
-        (LearnsNothingMore, "learns", "after 200 of 300 steps"),
+        (LearnsNothingMore, "learns", "for 200 of 300 steps"),
         (StepsFall, "learns", "falling steps"),
         (NeverOffers, "learns", "never called"),
         (LeavesTheSpace, "predicts_in_the_space", "is not in Box"),
@@ -231,7 +336,20 @@ test_a_sound_algorithm_passes = pytest_checks(check_algorithm(record(Drift)), al
         (OneSeed, "same_seed_repeats", "two seeds learn the same"),
         (SavesInFloat16, "load_equals_save", "what was loaded"),
         (ForgetsItsGenerator, "continues_exactly", "training that was continued"),
-        (TellsTwice, "continues_exactly", "training that was continued"),
+        (TellsTwice, "continues_exactly", "it tells of steps"),
+        (ForgetsItsGeneratorInLongIterations, "continues_exactly", "training that was continued"),
+        (ForgetsItsMomentum, "continues_exactly", "training that was continued"),
+        (ForgetsItsSteps, "continues_exactly", "it tells of steps"),
+        (CountsOneEnvironment, "steps_count_every_environment", "2 environments took"),
+        (ActsOutside, "steps_count_every_environment", "actions that are not in"),
+        (GoesOnSilently, "stops_when_told", "training went on"),
+        (NeverStopsInLongIterations, "stops_when_told", "training went on"),
+        (LeavesTheSpaceOnceTrained, "predicts_in_the_space", "is not in Box"),
+        (LeavesTheSpaceFarOut, "predicts_in_the_space", "is not in Box"),
+        (PredictsFromItsGenerator, "predicting_changes_nothing", "after a training in which"),
+        (LearnsFromPredictions, "predicting_changes_nothing", "after a training in which"),
+        (SavesObjects, "files_execute_nothing", "an array of Python objects"),
+        (Climbs, "training_does_not_harm", "takes the mean reward"),
         (KeepsHalfOfThePolicy, "policy_alone_predicts", "kept alone"),
         (AnythingGoes, "unknown_settings_refused", "must raise UnknownParameterError"),
         (ResolvesTwice, "settings_resolve_once", "changes them"),
@@ -253,7 +371,10 @@ SEPARATE = [
     (SpaceOfTheBatch, "spaces_are_kept"),
     (LearnsNothingMore, "learns"),
     (NeverStops, "stops_when_told"),
+    (ActsOutside, "steps_count_every_environment"),
     (DependsOnTheBatch, "predicts_in_the_space"),
+    (PredictsFromItsGenerator, "predicting_changes_nothing"),
+    (Climbs, "training_does_not_harm"),
     (OneSeed, "same_seed_repeats"),
     (ForgetsWithAnEnvironment, "load_equals_save"),
     (ForgetsItsGenerator, "continues_exactly"),

@@ -7,13 +7,11 @@ from typing import Any
 
 from frobs_core import plugins
 from frobs_core.specs import AlgorithmRecord
-from frobs_devkit.testing.algorithm import continuing, learning, saving
-from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest
+from frobs_devkit.testing.algorithm import aiming, continuing, learning, saving
+from frobs_devkit.testing.algorithm.subject import ENVIRONMENTS, AlgorithmUnderTest
 from frobs_devkit.testing.checks import Check, NotApplicable, checks_of, collect, only
 
-_ENVIRONMENTS = {"Box": "Pendulum-v1", "Discrete": "CartPole-v1"}
-
-CHECKS = checks_of(learning, saving, continuing)
+CHECKS = checks_of(learning, aiming, saving, continuing)
 """Every check of an algorithm, in the order in which they run."""
 
 
@@ -33,7 +31,7 @@ def check_algorithm(
     """
     record = plugins.get_record("algorithm", algorithm) if isinstance(algorithm, str) else algorithm
     assert isinstance(record, AlgorithmRecord)
-    chosen = id or next((_ENVIRONMENTS[kind] for kind in record.action_spaces if kind in _ENVIRONMENTS), "")
+    chosen = id or next((ENVIRONMENTS[kind] for kind in record.action_spaces if kind in ENVIRONMENTS), "")
     if not chosen:
         spaces = ", ".join(record.action_spaces)
         none = NotApplicable(f"the kit has no environment with an action space {spaces}; give check_algorithm id=")

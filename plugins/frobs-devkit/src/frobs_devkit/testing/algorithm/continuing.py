@@ -4,73 +4,72 @@ from __future__ import annotations
 
 import copy
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from contextlib import closing
+from functools import partial
 from pathlib import Path
-from typing import Any
-
-import gymnasium as gym
 
 from frobs_core.interfaces import Algorithm
-from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest, Monitor
+from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest, Monitor, Watched
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
-from frobs_devkit.testing.compare import expect_same
+from frobs_devkit.testing.compare import difference, expect_same
 
 
 class _SavingMonitor(Monitor):
-    """Keeps the rows, and from the first checkpoint of the second half on also a copy of the environment."""
+    """Takes the first checkpoint that is offered at or after some steps, with a copy of the environment."""
 
-    def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], folder: Path, half: int) -> None:
-        super().__init__()
-        self.rows: dict[int, dict[str, float]] = {}
+    def __init__(self, env: Watched, folder: Path, when: int) -> None:
+        super().__init__(env)
         self.saved_at: int | None = None
-        self.copied: gym.vector.VectorEnv[Any, Any, Any] | None = None
-        self._env, self._folder, self._half = env, folder, half
-
-    def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Keep the row, and go on."""
-        self.rows[steps] = dict(metrics)
-        return super().on_progress(steps, metrics)
+        self.copied: Watched | None = None
+        self._folder, self._when = folder, when
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
-        """Take the first of the second half."""
-        if steps >= self._half and self.saved_at is None:
+        """Take the first in the second half."""
+        super().offer_checkpoint(steps, save)
+        if steps >= self._when and self.saved_at is None:
             save(self._folder, None)
-            self.saved_at, self.copied = steps, copy.deepcopy(self._env)
+            self.saved_at, self.copied = steps, copy.deepcopy(self.env)
 
 
 def continues_exactly(subject: AlgorithmUnderTest) -> None:
     """What was saved in the middle of a training and loaded learns on as if it had never been stopped."""
-    env = subject.make_env()
-    try:
-        copy.deepcopy(env).close()
-    except Exception as error:
-        env.close()
-        raise NotApplicable(f"{subject.id} cannot be copied: {type(error).__name__}: {error}") from error
-    cls: type[Algorithm] = subject.record.load()
-    seen = subject.observations(8)
+    with closing(subject.make_env()) as env:
+        try:
+            copy.deepcopy(env).close()
+        except Exception as error:
+            raise NotApplicable(f"{subject.id} cannot be copied: {type(error).__name__}: {error}") from error
+    seen, total = subject.observations(8), subject.enough
     with tempfile.TemporaryDirectory() as folder:
-        monitor = _SavingMonitor(env, Path(folder), subject.steps // 2)
-        whole = cls(env, cls.resolve_config(subject.config), 5)
-        whole.train(subject.steps, monitor)
-        expected = whole.predict(seen)[0].copy()
-        env.close()
-        if monitor.copied is None or monitor.saved_at is None:
+        monitor = partial(_SavingMonitor, folder=Path(folder), when=total // 2)
+        whole, told = subject.train(total, monitor=monitor)
+        assert isinstance(told, _SavingMonitor)
+        saved_at = told.saved_at
+        if saved_at is None or told.copied is None:
             raise Inconclusive("no checkpoint is offered in the second half of the training; give smaller settings")
-        again = _SavingMonitor(monitor.copied, Path(folder), subject.steps + 1)
-        resumed = cls.load(Path(folder), monitor.copied)
-        resumed.train(subject.steps, again)
-        expect_same(expected, resumed.predict(seen)[0], "predictions of a training that was continued")
-        monitor.copied.close()
-    rows = {steps: row for steps, row in monitor.rows.items() if steps > monitor.saved_at}
-    expect(list(again.rows) == list(rows), f"continued, it tells of steps {list(again.rows)}, not of {list(rows)}.")
-    for steps, row in rows.items():
-        expect_same(row, again.rows[steps], f"the metrics at step {steps} of a training that was continued")
+        before, after = ([step for step in told.steps if (step > saved_at) == late] for late in (False, True))
+        if len(before) < 2 or len(after) < 2:
+            raise Inconclusive(
+                f"of {total} steps, {len(before)} iterations are before the checkpoint at {saved_at} and {len(after)} "
+                "after it; two on either side are needed: give smaller settings, or more steps"
+            )
+        started = type(whole).load(Path(folder))
+        if difference(subject.untrained.predict(seen)[0], started.predict(seen)[0]) is None:
+            raise Inconclusive(f"nothing was learned before the checkpoint at {saved_at} steps; give smaller settings")
+        with closing(told.copied) as copied:
+            resumed = type(whole).load(Path(folder), copied)
+            again = Monitor(copied)
+            resumed.train(total, again)
+    expect(again.steps == after, f"continued, it tells of steps {again.steps}, not of {after}.")
+    expect_same(whole.predict(seen)[0], resumed.predict(seen)[0], "predictions of a training that was continued")
+    for steps, row, found in zip(after, told.rows[len(before) :], again.rows, strict=True):
+        expect_same(row, found, f"the metrics at step {steps} of a training that was continued")
 
 
 def policy_alone_predicts(subject: AlgorithmUnderTest) -> None:
     """What ``save_policy`` writes predicts the same once it is loaded without an environment."""
-    with tempfile.TemporaryDirectory() as folder, subject.trained() as (algorithm, _):
+    algorithm: Algorithm = subject.trained[0]
+    with tempfile.TemporaryDirectory() as folder:
         algorithm.save_policy(Path(folder))
-        seen = subject.observations(8)
-        loaded = type(algorithm).load(Path(folder))
+        seen, loaded = subject.observations(8), type(algorithm).load(Path(folder))
         expect_same(algorithm.predict(seen)[0], loaded.predict(seen)[0], "predictions of the policy kept alone")

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import closing
+from typing import Any
 
+import gymnasium as gym
 import numpy as np
 
 from frobs_core.errors import UnknownParameterError
@@ -13,6 +15,8 @@ from frobs_core.plain import is_plain
 from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest, Monitor
 from frobs_devkit.testing.checks import Inconclusive, expect, expect_raises
 from frobs_devkit.testing.compare import difference, expect_same
+
+_FARTHEST = 10.0  # of unbounded observations
 
 
 class _Impatient(Monitor):
@@ -24,66 +28,98 @@ class _Impatient(Monitor):
         return False
 
 
+class _Curious(Monitor):
+    """Asks for predictions at each word of progress."""
+
+    algorithm: Algorithm
+    seen: Any
+
+    def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
+        """Ask, and go on."""
+        self.algorithm.predict(self.seen)
+        return super().on_progress(steps, metrics)
+
+
 def spaces_are_kept(subject: AlgorithmUnderTest) -> None:
     """Its spaces are those of one environment, not of the batch."""
-    with closing(subject.make_env()) as env, subject.trained(steps=0) as (algorithm, _):
-        for name, wanted in (("observation", env.single_observation_space), ("action", env.single_action_space)):
-            found = getattr(algorithm, f"{name}_space")
-            expect(found == wanted, f"{name}_space is {found}, not {wanted}.")
-
-
-def stops_when_told(subject: AlgorithmUnderTest) -> None:
-    """Training ends when ``on_progress`` returns False, without another word of progress."""
-    monitor, cls = _Impatient(), subject.record.load()
     with closing(subject.make_env()) as env:
-        cls(env, cls.resolve_config(subject.config), 5).train(20 * subject.steps, monitor)
-    if not monitor.steps:
-        raise Inconclusive("on_progress was never called")
-    expect(len(monitor.steps) == 1, f"on_progress returned False at {monitor.steps[0]} steps, and training went on to "
-           f"{monitor.steps[-1]}.")  # fmt: skip
+        for name, wanted in (("observation", env.single_observation_space), ("action", env.single_action_space)):
+            found = getattr(subject.untrained, f"{name}_space")
+            expect(found == wanted, f"{name}_space is {found}, not {wanted}.")
 
 
 def learns(subject: AlgorithmUnderTest) -> None:
     """Training runs to its steps, tells of its progress in growing numbers, and changes the policy."""
     seen = subject.observations(8)
-    with subject.trained(steps=0) as (algorithm, _):
-        before = algorithm.predict(seen)[0].copy()
-    with subject.trained() as (algorithm, monitor):
-        expect(monitor.steps, "on_progress was never called.")
-        expect(monitor.steps == sorted(monitor.steps), f"on_progress was told of falling steps: {monitor.steps}.")
-        expect(monitor.steps[-1] >= subject.steps, f"it trained for {monitor.steps[-1]} of {subject.steps} steps.")
-        expect(monitor.offers or len(monitor.steps) < 3, "offer_checkpoint is never called; no run could be resumed.")
-        unchanged = difference(before, algorithm.predict(seen)[0]) is None
-    if unchanged:
+    algorithm, monitor = subject.trained
+    expect(monitor.steps, "on_progress was never called.")
+    expect(monitor.steps == sorted(monitor.steps), f"on_progress was told of falling steps: {monitor.steps}.")
+    expect(monitor.steps[-1] >= subject.steps, f"it trained for {monitor.steps[-1]} of {subject.steps} steps.")
+    expect(monitor.offers or len(monitor.steps) < 3, "offer_checkpoint is never called; no run could be resumed.")
+    if difference(subject.untrained.predict(seen)[0], algorithm.predict(seen)[0]) is None:
         raise Inconclusive(f"{subject.steps} steps changed no prediction")
-    if not monitor.offers:
-        raise Inconclusive("the training was too short for a checkpoint; give smaller settings")
+
+
+def steps_count_every_environment(subject: AlgorithmUnderTest) -> None:
+    """The steps of progress are those of all environments together; the actions of the training are in the space."""
+    monitor = subject.trained[1]
+    env = monitor.env
+    expect(
+        monitor.steps == monitor.taken,
+        f"on_progress tells of {monitor.steps[:5]} steps where {env.num_envs} environments took {monitor.taken[:5]}.",
+    )
+    expect(env.outside is None, f"the training steps with actions that are not in {env.action_space}: {env.outside}.")
+
+
+def stops_when_told(subject: AlgorithmUnderTest) -> None:
+    """Training ends when ``on_progress`` returns False, without another step or word of progress."""
+    monitor = subject.train(subject.enough, monitor=_Impatient)[1]
+    if not monitor.steps:
+        raise Inconclusive("on_progress was never called")
+    expect(
+        len(monitor.steps) == 1 and monitor.env.taken == monitor.taken[0],
+        f"on_progress returned False at {monitor.steps[0]} steps, and training went on to "
+        f"{max(monitor.steps[-1], monitor.env.taken)}.",
+    )
 
 
 def predicts_in_the_space(subject: AlgorithmUnderTest) -> None:
     """Predictions for a batch are a batch of actions in the space; deterministic ones repeat; row i stands alone."""
-    with subject.trained(steps=0) as (algorithm, _):
+    extreme = _extreme_observations(subject.untrained.observation_space)
+    for algorithm in (subject.untrained, subject.trained[0]):
         seen = subject.observations(5)
-        actions = algorithm.predict(seen)[0]
+        actions, space = algorithm.predict(seen)[0], algorithm.action_space
         expect(len(actions) == 5, f"5 observations give {len(actions)} actions.")
-        for sampled in (actions, algorithm.predict(seen, deterministic=False)[0]):
-            for action in sampled:
-                typed = np.asarray(action).astype(algorithm.action_space.dtype)
-                expect(algorithm.action_space.contains(typed), f"action {action!r} is not in {algorithm.action_space}.")
+        sampled = algorithm.predict(seen, deterministic=False)[0]
+        for action in (*actions, *sampled, *(() if extreme is None else algorithm.predict(extreme)[0])):
+            typed = np.asarray(action).astype(space.dtype)
+            expect(space.contains(typed), f"action {action!r} is not in {space}.")
         expect_same(actions, algorithm.predict(seen)[0], "a deterministic prediction, again")
-        expect(np.allclose(actions[2:3], algorithm.predict(seen[2:3])[0], atol=1e-5), "row 2 alone has another action.")
+        alone = algorithm.predict(seen[2:3])[0]
+        expect(np.allclose(actions[2:3], alone, atol=1e-5), "row 2 alone has another action.")
+
+
+def predicting_changes_nothing(subject: AlgorithmUnderTest) -> None:
+    """A training in which deterministic predictions are asked for learns the same: weights and generators are left alone."""
+    seen = subject.observations(8)
+    with closing(subject.make_env()) as env:
+        algorithm, monitor = subject.make(env), _Curious(env)
+        monitor.algorithm, monitor.seen = algorithm, seen
+        algorithm.train(subject.steps, monitor)
+    expected = subject.trained[0].predict(seen)[0]
+    expect_same(expected, algorithm.predict(seen)[0], "predictions after a training in which others were asked for")
 
 
 def same_seed_repeats(subject: AlgorithmUnderTest) -> None:
     """The same seed learns the same; another seed learns something else."""
     seen = subject.observations(8)
-    predictions = []
-    for seed in (5, 5, 6):
-        with subject.trained(seed=seed) as (algorithm, _):
-            predictions.append(algorithm.predict(seen)[0].copy())
-    expect_same(predictions[0], predictions[1], "predictions after training again with the same seed")
-    if predictions[0].dtype.kind == "f":
-        expect(difference(predictions[0], predictions[2]), "two seeds learn the same to the last bit.")
+    expected, again, other = (
+        algorithm.predict(seen)[0]
+        for algorithm, _ in (subject.trained, *(subject.train(subject.steps, s) for s in (5, 6)))
+    )
+    expect_same(expected, again, "predictions after training again with the same seed")
+    if expected.dtype.kind == "f":
+        expect(difference(expected, other), "two seeds learn the same to the last bit.")
 
 
 def unknown_settings_refused(subject: AlgorithmUnderTest) -> None:
@@ -99,3 +135,12 @@ def settings_resolve_once(subject: AlgorithmUnderTest) -> None:
     expect(cls.resolve_config(resolved) == resolved, "resolving resolved settings changes them.")
     odd = [f"{key}: {value!r}" for key, value in resolved.items() if not is_plain(value)]
     expect(not odd, f"YAML cannot hold {', '.join(odd)}.")
+
+
+def _extreme_observations(space: gym.Space[Any]) -> Any:
+    """Return the corners of flat observations, (4, k): far from where a policy was trained, and still in the space."""
+    if not isinstance(space, gym.spaces.Box) or len(space.shape) != 1:
+        return None
+    low, high = np.maximum(space.low, -_FARTHEST), np.minimum(space.high, _FARTHEST)
+    odd = np.arange(low.size) % 2 == 0
+    return np.stack([low, high, np.where(odd, low, high), np.where(odd, high, low)]).astype(space.dtype)

@@ -57,7 +57,7 @@ def next_step_equals_single(subject: EnvUnderTest) -> None:
                 if before is not None:
                     expect_same(before.reset_observation, row(observation, i), f"{what}, which resets: the observation")
                     told = (float(reward[i]), bool(terminated[i]), bool(truncated[i]))
-                    expect(told == (0.0, False, False), f"{what}, a reset: (reward, terminated, truncated) is {told}.")
+                    expect(told == (0.0, False, False), f"{what}, which resets: reward and ends are {told}.")
                     ended[i] = None
                     continue
                 expected = singles.plays[i][position[i]]

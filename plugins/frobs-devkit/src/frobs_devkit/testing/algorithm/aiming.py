@@ -1,0 +1,67 @@
+"""A check that training does not make the policy worse, on a task that every algorithm can learn."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import replace
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.envs.registration import EnvSpec
+
+from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest
+from frobs_devkit.testing.checks import NotApplicable, expect
+
+_WORSE = 0.2  # of the reward of a step: untrained policies get −0.5 or so, the best 0, the worst below −1
+_OBSERVATIONS = 256
+
+
+class Aim(gym.Env[Any, Any]):
+    """Show a number between −1 and 1 with each step; the reward is 0 where the action names it, or its sign, else less."""
+
+    def __init__(self, discrete: bool) -> None:
+        self.observation_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
+        self.action_space = gym.spaces.Discrete(2) if discrete else gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Show the first number."""
+        super().reset(seed=seed)
+        return self._show(), {}
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Reward the action, and show another number."""
+        reward = float(self.rewards(self._shown[None], np.asarray(action)[None])[0])
+        return self._show(), reward, False, False, {}
+
+    def rewards(self, shown: Any, actions: Any) -> Any:
+        """Return the rewards (n,) of actions where numbers (n, 1) are shown."""
+        if isinstance(self.action_space, gym.spaces.Discrete):
+            return -np.abs(np.asarray(actions).reshape(-1) - (shown[:, 0] > 0.0))
+        return -np.abs(np.asarray(actions).reshape(-1) - shown[:, 0])
+
+    def _show(self) -> Any:
+        self._shown = self.np_random.uniform(-1.0, 1.0, 1).astype(np.float32)
+        return self._shown.copy()
+
+
+def training_does_not_harm(subject: AlgorithmUnderTest) -> None:
+    """Where the best action can be read from the observation, a training does not lead to worse ones."""
+    space = subject.untrained.action_space
+    if not subject.has_kit_environment:
+        raise NotApplicable("how hard the given environment is, the kit does not know")
+    spec = EnvSpec(
+        "frobs_kit/Aim-v0", Aim, max_episode_steps=10, kwargs={"discrete": not isinstance(space, gym.spaces.Box)}
+    )
+    aiming = replace(subject, id=spec)
+    shown = np.linspace(-1.0, 1.0, _OBSERVATIONS, dtype=np.float32)[:, None]
+    with closing(Aim(**spec.kwargs)) as env:
+        before, after = (
+            float(env.rewards(shown, algorithm.predict(shown)[0]).mean())
+            for algorithm in (aiming.untrained, aiming.train(aiming.enough)[0])
+        )
+    expect(
+        after > before - _WORSE,
+        f"a training of {aiming.enough} steps on a task that the observation solves takes the mean reward of a step from "
+        f"{before:.2f} to {after:.2f}; is something maximized that should be minimized?",
+    )
