@@ -8,7 +8,7 @@ from frobs_core.interfaces.robot import DifferentialDrive, DriveGains, Robot
 from frobs_core.interfaces.scene import Body, Camera, Contact, Marker, Placement, Scene
 from frobs_core.interfaces.sensor import Bumper, Imu, Lidar, Sensor
 from frobs_core.interfaces.simulation import BareEngine, BodyHandle, RobotHandle, Simulation, Snapshot
-from frobs_core.interfaces.task import GoalTask, ResetOptions, Task
+from frobs_core.interfaces.task import GoalTask, Observation, ResetOptions, Task
 from frobs_core.interfaces.translation import Overlap, Translation, TranslationTable, read_tables, translate
 
 __all__ = [
@@ -27,6 +27,7 @@ __all__ = [
     "Imu",
     "Lidar",
     "Marker",
+    "Observation",
     "Overlap",
     "Placement",
     "ResetOptions",

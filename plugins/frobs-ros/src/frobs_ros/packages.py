@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from frobs_core.models.resources import Packages, package_name
+from frobs_core.models import Packages, package_name
 from frobs_ros.environment import find_ros
 from frobs_ros.errors import PackageNotFoundError
 

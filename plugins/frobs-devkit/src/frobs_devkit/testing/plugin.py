@@ -6,15 +6,20 @@ import re
 from dataclasses import dataclass
 from functools import lru_cache
 
-from frobs_core import plugins
-from frobs_core._version import __version__
+from frobs_core import __version__, plugins
 from frobs_core.errors import FrobsError, ModelFileError, PluginError, UnknownNameError
 from frobs_core.interfaces import Algorithm, Controller, Robot, Simulation, Task
-from frobs_core.models.resources import resolve_path
-from frobs_core.plugins import PluginReport
-from frobs_core.plugins.discovery import Candidate
-from frobs_core.plugins.probe import Probe, probe
-from frobs_core.plugins.requirements import core_versions, has_upper_bound, is_made_for, missing
+from frobs_core.models import resolve_path
+from frobs_core.plugins import (
+    Candidate,
+    PluginReport,
+    Probe,
+    core_versions,
+    has_upper_bound,
+    is_made_for,
+    missing,
+    probe,
+)
 from frobs_core.specs import AlgorithmRecord, Record, TaskRecord
 from frobs_devkit.doctor.plugins import HEAVY
 from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, Outcome, collect, expect
@@ -187,7 +192,7 @@ def tuned_settings_exist(subject: PluginUnderTest) -> Outcome:
 
 def pretrained_policies_fit(subject: PluginUnderTest) -> Outcome:
     """Every trained policy that comes with an ID is whole, and was trained in the ID as it is now."""
-    from frobs_train.export.bundle_run import changes_since, open_pretrained
+    from frobs_train import changes_since, open_pretrained
 
     for _, record in subject.records:
         for environment in record.environments if isinstance(record, TaskRecord) else ():

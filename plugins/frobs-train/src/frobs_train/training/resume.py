@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from frobs_core.errors import CheckpointError, ParameterValueError
-from frobs_core.interfaces.algorithm import Algorithm
+from frobs_core.interfaces import Algorithm
 from frobs_train.configuration.config import algorithm_record
 from frobs_train.logs.recorder import EpisodeRecorder
 from frobs_train.logs.statistics import EpisodeStatistics
