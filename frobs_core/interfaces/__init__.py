@@ -11,7 +11,7 @@ from frobs_core.interfaces.robot_handle import RobotHandle, active_gains
 from frobs_core.interfaces.scene import Body, Camera, Contact, Marker, Placement, Scene
 from frobs_core.interfaces.sensor import Bumper, Imu, Lidar, Sensor
 from frobs_core.interfaces.simulation import BareEngine, Simulation, Snapshot
-from frobs_core.interfaces.task import GoalTask, ResetOptions, Task
+from frobs_core.interfaces.task import GoalTask, Observation, ResetOptions, Task
 from frobs_core.interfaces.translation import Overlap, Translation, TranslationTable, read_tables, translate
 
 __all__ = [
@@ -35,6 +35,7 @@ __all__ = [
     "JointSubset",
     "Lidar",
     "Marker",
+    "Observation",
     "Overlap",
     "Placement",
     "ResetOptions",

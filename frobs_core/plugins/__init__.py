@@ -18,17 +18,30 @@ from contextlib import contextmanager, suppress
 
 from frobs_core.errors import PluginError
 from frobs_core.plugins.collection import Plugins
+from frobs_core.plugins.discovery import Candidate, normalize
+from frobs_core.plugins.known import install_command
+from frobs_core.plugins.probe import Probe, probe
 from frobs_core.plugins.report import PluginReport
+from frobs_core.plugins.requirements import core_versions, has_upper_bound, is_made_for, missing
 from frobs_core.specs import Record
 
 __all__ = [
+    "Candidate",
     "PluginReport",
     "Plugins",
+    "Probe",
     "active",
+    "core_versions",
     "get_record",
     "get_report",
+    "has_upper_bound",
     "importable",
+    "install_command",
+    "is_made_for",
     "isolated",
+    "missing",
+    "normalize",
+    "probe",
     "records",
     "reports",
 ]

@@ -11,7 +11,13 @@ can change them with its keyword ``sensors``::
     sensors.py · timing.py · channel.py · instrument.py · lidar.py · bumper.py · imu.py · settings.py · contacts.py
 """
 
-from frobs_core.sensors.instrument import Instrument
+from frobs_core.sensors.contacts import with_contacts
+from frobs_core.sensors.instrument import Instrument, instrument_of
 from frobs_core.sensors.sensors import Sensors
 
-__all__ = ["Instrument", "Sensors"]
+__all__ = [
+    "Instrument",
+    "Sensors",
+    "instrument_of",
+    "with_contacts",
+]

@@ -25,8 +25,7 @@ from frobs_algos_sb3.spaces import space_from_json, space_to_json
 from frobs_algos_sb3.vec_env import NoEnvironment, VectorEnvAdapter
 from frobs_core.arrays import Action, Mask
 from frobs_core.errors import CheckpointError, IncompatibleSpaceError, ModelMismatchError, RunError
-from frobs_core.interfaces import Algorithm, TrainingMonitor
-from frobs_core.interfaces.task import Observation
+from frobs_core.interfaces import Algorithm, Observation, TrainingMonitor
 from frobs_core.validation import validate
 
 FORMAT = 2

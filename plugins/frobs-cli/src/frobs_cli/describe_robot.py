@@ -10,8 +10,7 @@ from typing import Any
 from frobs_core import plugins
 from frobs_core.errors import FrobsError
 from frobs_core.interfaces import Robot
-from frobs_core.models import JointType, RobotModel
-from frobs_core.models.load import ENDINGS
+from frobs_core.models import ENDINGS, JointType, RobotModel
 
 
 def is_model_file(name: str) -> bool:

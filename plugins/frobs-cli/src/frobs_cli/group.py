@@ -38,7 +38,7 @@ class FrobsGroup(TyperGroup):
         """
         if args and not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
             from frobs_core.errors import UnknownNameError
-            from frobs_core.plugins.known import install_command
+            from frobs_core.plugins import install_command
 
             hint = install_command("command", " ".join([*_words(ctx), args[0]]))
             raise UnknownNameError("command", args[0], self.list_commands(ctx), install_hint=hint)

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from frobs_core.errors import CommandLineError
-from frobs_core.models.resources import package_name
+from frobs_core.models import package_name
 
 XacroArgs = Annotated[
     list[str] | None,

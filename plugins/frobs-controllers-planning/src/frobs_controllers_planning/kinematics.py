@@ -8,8 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from frobs_core.arrays import Floats
-from frobs_core.models import JointType, Pose, RobotModel
-from frobs_core.models.tree import outward
+from frobs_core.models import JointType, Pose, RobotModel, outward
 
 _ANGULAR = (JointType.REVOLUTE, JointType.CONTINUOUS)
 

@@ -8,8 +8,7 @@ import coal
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
-from frobs_core.models.meshes import joined, read_mesh, scaled
+from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere, joined, read_mesh, scaled
 
 _THICKNESS = 1e-4
 """[m]"""

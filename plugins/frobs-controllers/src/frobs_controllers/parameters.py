@@ -7,7 +7,7 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import MissingSettingError, UnsuitableRobotError
 from frobs_core.interfaces import JointGroup
-from frobs_core.models.model import JointType
+from frobs_core.models import JointType
 
 
 def rows(mask: Mask | None) -> slice | Mask:

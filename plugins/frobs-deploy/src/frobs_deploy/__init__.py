@@ -12,7 +12,7 @@
 ``python -m frobs_deploy BUNDLE`` says what a bundle is for and how fast it runs here.
 """
 
-from frobs_deploy.bundle import Bundle, pack_bundle, read_bundle
+from frobs_deploy.bundle import Bundle, pack_bundle, parse_bundle, read_bundle
 from frobs_deploy.errors import (
     BundleError,
     BundleMismatchError,
@@ -23,6 +23,7 @@ from frobs_deploy.errors import (
 from frobs_deploy.latency import Latency
 from frobs_deploy.manifest import Manifest, read_manifest
 from frobs_deploy.policy import Policy
+from frobs_deploy.spaces import space_to_json
 
 __all__ = [
     "Bundle",
@@ -35,6 +36,8 @@ __all__ = [
     "Policy",
     "PolicyArgumentError",
     "pack_bundle",
+    "parse_bundle",
     "read_bundle",
     "read_manifest",
+    "space_to_json",
 ]

@@ -6,8 +6,7 @@ import os
 from pathlib import Path
 
 from frobs_core.files import cache_folder
-from frobs_ros.environment import find_ros, links_to_ros, use_ros
-from frobs_ros.overlay import links_to_messages, make_overlay
+from frobs_ros import find_ros, links_to_messages, links_to_ros, make_overlay, use_ros
 
 _HERE = Path(__file__).parent
 FROBS_RL = _HERE.parent / "frobs_rl"

@@ -10,8 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from frobs_core.errors import ModelFileError, ParameterValueError
-from frobs_core.models.xacro_files import expand_xacro
-from frobs_core.models.xmltree import parse_xml
+from frobs_core.models import expand_xacro, parse_xml
 from frobs_ros.log import answers
 from frobs_ros.master import connect
 from frobs_ros.names import join

@@ -17,11 +17,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import FrobsError, ParameterValueError
-from frobs_core.models import Joint, JointType
-from frobs_core.models.kinematics import MOVING
-from frobs_core.models.tree import check_tree, check_unique, flatten_mimics
-from frobs_core.models.urdf import read_joint
-from frobs_core.models.xmltree import parse_xml
+from frobs_core.models import MOVING, Joint, JointType, check_tree, check_unique, flatten_mimics, parse_xml, read_joint
 from frobs_core.rotations import quat_from_axis_angle, quat_multiply, quat_rotate
 from frobs_ros.environment import use_ros
 from frobs_ros.errors import MasterError

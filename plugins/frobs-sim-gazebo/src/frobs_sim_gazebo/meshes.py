@@ -10,8 +10,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from frobs_core.errors import ModelFileError, SimulationError
 from frobs_core.files import write_aside
-from frobs_core.models import Mesh
-from frobs_core.models.meshes import MeshPart, joined, read_mesh, scaled, write_stl
+from frobs_core.models import Mesh, MeshPart, joined, read_mesh, scaled, write_stl
 from frobs_sim_gazebo.installation import Installation
 
 

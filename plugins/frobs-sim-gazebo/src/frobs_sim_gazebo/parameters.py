@@ -8,7 +8,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.interfaces import Snapshot, WrittenParameters
-from frobs_core.models.solids import solid_moments
+from frobs_core.models import solid_moments
 from frobs_core.rotations import matrix_from_quat
 from frobs_sim_gazebo import protocol
 from frobs_sim_gazebo.protocol import Op

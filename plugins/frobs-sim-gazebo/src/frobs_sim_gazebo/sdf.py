@@ -10,9 +10,7 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.errors import ModelFileError
 from frobs_core.interfaces import Body, Placement
-from frobs_core.models import JointType
-from frobs_core.models.kinematics import compose
-from frobs_core.models.solids import solid_moments
+from frobs_core.models import JointType, compose, solid_moments
 from frobs_core.rotations import matrix_from_quat, quat_from_matrix
 from frobs_sim_gazebo.meshes import MeshFiles
 from frobs_sim_gazebo.shapes import elements, numbers

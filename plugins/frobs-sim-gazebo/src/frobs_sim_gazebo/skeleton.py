@@ -8,10 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.models import Joint, JointType, Link, Pose, RobotModel
-from frobs_core.models.inertia import inertia_matrix
-from frobs_core.models.kinematics import compose
-from frobs_core.models.tree import joints_below
+from frobs_core.models import Joint, JointType, Link, Pose, RobotModel, compose, inertia_matrix, joints_below
 from frobs_core.rotations import matrix_from_quat, quat_from_matrix
 
 

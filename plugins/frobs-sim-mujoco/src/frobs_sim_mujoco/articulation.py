@@ -9,9 +9,7 @@ import numpy as np
 
 from frobs_core.errors import ModelFileError
 from frobs_core.interfaces import Placement, active_gains
-from frobs_core.models import Inertial, Joint, JointType
-from frobs_core.models.inertia import inertia_matrix
-from frobs_core.models.tree import joints_below
+from frobs_core.models import Inertial, Joint, JointType, inertia_matrix, joints_below
 from frobs_sim_mujoco.geoms import VISUAL_GROUP, add_shape
 from frobs_sim_mujoco.meshes import RobotMeshes
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import mujoco
 
 from frobs_core.errors import ConfigurationError
-from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Pose, Sphere
-from frobs_core.models.solids import mesh_refusal
+from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Pose, Sphere, mesh_refusal
 from frobs_sim_mujoco.meshes import RobotMeshes
 
 SCENE_GROUP = 0

@@ -5,8 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from frobs_core.models import Mesh
-from frobs_core.models.meshes import MeshPart, Rgba, joined, read_mesh, scaled
+from frobs_core.models import Mesh, MeshPart, Rgba, joined, read_mesh, scaled
 
 _LEAST_VERTICES = 4  # that MuJoCo takes
 

@@ -9,8 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from frobs_core.models import Mesh
-from frobs_core.models.meshes import MeshPart, joined, read_mesh, scaled, write_stl
+from frobs_core.models import Mesh, MeshPart, joined, read_mesh, scaled, write_stl
 
 Rgba: TypeAlias = tuple[float, float, float, float]
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from frobs_core.interfaces import Body
-from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
-from frobs_core.models.solids import mesh_refusal, solid_moments
+from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere, mesh_refusal, solid_moments
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.transforms import from_pose
 

@@ -1,1 +1,16 @@
 """Navigation tasks for FRobs."""
+
+from importlib import import_module
+from typing import Any
+
+_MODULES = {
+    "Navigate": "frobs_tasks_navigation.navigate",
+}
+__all__ = [*_MODULES]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its module when it is first used: listing plugins imports no task."""
+    if name not in _MODULES:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    return getattr(import_module(_MODULES[name]), name)

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import ConfigFileError, ConfigurationError, ModelFileError
-from frobs_core.models.resources import resolve_path
+from frobs_core.models import resolve_path
 from frobs_core.validation import validate
 from frobs_core.yaml import load_yaml
 

@@ -13,8 +13,7 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ParameterValueError, UnknownNameError, UnsuitableRobotError
 from frobs_core.flat_observation import FlatObservation, ObservationTerm
-from frobs_core.interfaces import Controller, Marker, RobotHandle, Scene, Simulation, Snapshot, Task
-from frobs_core.interfaces.task import Observation
+from frobs_core.interfaces import Controller, Marker, Observation, RobotHandle, Scene, Simulation, Snapshot, Task
 from frobs_core.random import RandomSource
 from frobs_core.sensors import Sensors
 from frobs_core.validation import boolean, finite, non_negative, positive

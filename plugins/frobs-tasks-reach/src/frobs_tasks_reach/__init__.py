@@ -1,1 +1,20 @@
 """Reaching tasks for FRobs."""
+
+from importlib import import_module
+from typing import Any
+
+_MODULES = {
+    "JointSampler": "frobs_tasks_reach.sampling",
+    "Oscillation": "frobs_tasks_reach.motion",
+    "Reach": "frobs_tasks_reach.reach",
+    "checked_goal": "frobs_tasks_reach.reset_options",
+    "distance": "frobs_tasks_reach.reach",
+}
+__all__ = [*_MODULES]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its module when it is first used: listing plugins imports no task."""
+    if name not in _MODULES:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    return getattr(import_module(_MODULES[name]), name)

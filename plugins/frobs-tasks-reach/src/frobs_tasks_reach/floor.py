@@ -6,8 +6,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.interfaces import RobotHandle
-from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
-from frobs_core.models.meshes import bounding_box
+from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere, bounding_box
 from frobs_core.rotations import matrix_from_quat
 from frobs_tasks_reach.keep_out import fixed_links
 

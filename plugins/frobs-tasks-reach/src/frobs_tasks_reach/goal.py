@@ -11,8 +11,7 @@ import numpy.typing as npt
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.flat_observation import ObservationTerm
-from frobs_core.interfaces import Controller, GoalTask, Simulation
-from frobs_core.interfaces.task import Observation
+from frobs_core.interfaces import Controller, GoalTask, Observation, Simulation
 from frobs_core.random import RandomSource
 from frobs_tasks_reach.reach import Reach, distance, inside, missed
 

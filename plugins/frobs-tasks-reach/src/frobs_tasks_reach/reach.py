@@ -12,8 +12,7 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import UnsuitableRobotError
 from frobs_core.flat_observation import FlatObservation, ObservationTerm
-from frobs_core.interfaces import Camera, Controller, Marker, RobotHandle, Scene, Simulation, Snapshot
-from frobs_core.interfaces.task import Observation
+from frobs_core.interfaces import Camera, Controller, Marker, Observation, RobotHandle, Scene, Simulation, Snapshot
 from frobs_core.random import RandomSource
 from frobs_core.validation import finite, positive
 from frobs_tasks_reach.sampling import first_moving_link

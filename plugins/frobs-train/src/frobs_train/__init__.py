@@ -24,12 +24,18 @@ if TYPE_CHECKING:
     from frobs_train.configuration.config import RunConfig as RunConfig
     from frobs_train.configuration.config import ThreadsConfig as ThreadsConfig
     from frobs_train.configuration.resolve import resolve_config as resolve_config
+    from frobs_train.environments import make_env as make_env
     from frobs_train.evaluation.evaluate import Evaluation as Evaluation
     from frobs_train.evaluation.evaluate import evaluate as evaluate
     from frobs_train.evaluation.playing import OctantResult as OctantResult
     from frobs_train.evaluation.video import record_video as record_video
     from frobs_train.evaluation.view import view as view
+    from frobs_train.export.bundle_run import changes_since as changes_since
     from frobs_train.export.bundle_run import open_pretrained as open_pretrained
+    from frobs_train.plots.figures import COLORS as COLORS
+    from frobs_train.plots.figures import INK as INK
+    from frobs_train.plots.figures import dress as dress
+    from frobs_train.plots.figures import make_figure as make_figure
     from frobs_train.plots.plot import plot_runs as plot_runs
     from frobs_train.plots.plot_comparison import plot_comparison as plot_comparison
     from frobs_train.runs.checkpoints import Checkpoint as Checkpoint
@@ -37,6 +43,7 @@ if TYPE_CHECKING:
     from frobs_train.runs.model_file import ModelFile as ModelFile
     from frobs_train.runs.run import Run as Run
     from frobs_train.runs.run import default_run_dir as default_run_dir
+    from frobs_train.runs.versions import versions as versions
     from frobs_train.training.callbacks import TrainingCallback as TrainingCallback
     from frobs_train.training.interrupts import TrainingInterrupt as TrainingInterrupt
     from frobs_train.training.monitor import Progress as Progress
@@ -50,13 +57,15 @@ if TYPE_CHECKING:
     from frobs_train.tuning.tune import tune as tune
 
 _MODULES = {
+    "COLORS": "frobs_train.plots.figures",
     "Checkpoint": "frobs_train.runs.checkpoints",
     "Comparison": "frobs_train.comparison.compare",
+    "ComponentConfig": "frobs_train.configuration.config",
     "Evaluation": "frobs_train.evaluation.evaluate",
+    "INK": "frobs_train.plots.figures",
     "ModelFile": "frobs_train.runs.model_file",
     "ON_EXISTING": "frobs_train.runs.existing",
     "OctantResult": "frobs_train.evaluation.playing",
-    "ComponentConfig": "frobs_train.configuration.config",
     "Progress": "frobs_train.training.monitor",
     "Run": "frobs_train.runs.run",
     "RunConfig": "frobs_train.configuration.config",
@@ -67,10 +76,14 @@ _MODULES = {
     "TrainingCallback": "frobs_train.training.callbacks",
     "TrainingInterrupt": "frobs_train.training.interrupts",
     "TrialResult": "frobs_train.tuning.study",
+    "changes_since": "frobs_train.export.bundle_run",
     "compare": "frobs_train.comparison.compare",
     "decide_threads": "frobs_train.training.threads",
     "default_run_dir": "frobs_train.runs.run",
+    "dress": "frobs_train.plots.figures",
     "evaluate": "frobs_train.evaluation.evaluate",
+    "make_env": "frobs_train.environments",
+    "make_figure": "frobs_train.plots.figures",
     "open_pretrained": "frobs_train.export.bundle_run",
     "plot_comparison": "frobs_train.plots.plot_comparison",
     "plot_runs": "frobs_train.plots.plot",
@@ -79,6 +92,7 @@ _MODULES = {
     "resume": "frobs_train.training.resume",
     "train": "frobs_train.training.train",
     "tune": "frobs_train.tuning.tune",
+    "versions": "frobs_train.runs.versions",
     "view": "frobs_train.evaluation.view",
 }
 

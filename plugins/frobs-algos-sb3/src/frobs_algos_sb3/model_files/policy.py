@@ -16,7 +16,7 @@ from frobs_algos_sb3.model_files.load import load_model
 from frobs_algos_sb3.model_files.space_text import same_space
 from frobs_core.arrays import Action, Mask
 from frobs_core.errors import RunError
-from frobs_core.interfaces.task import Observation
+from frobs_core.interfaces import Observation
 
 
 class ModelPolicy:

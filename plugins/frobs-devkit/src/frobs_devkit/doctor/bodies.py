@@ -9,10 +9,18 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import ModelFileError
-from frobs_core.models import Collision, Inertial, Link, Mesh, RobotModel, Visual
-from frobs_core.models.bounds import link_bounds, shape_points
-from frobs_core.models.inertia import inertia_matrix
-from frobs_core.models.kinematics import MOVING
+from frobs_core.models import (
+    MOVING,
+    Collision,
+    Inertial,
+    Link,
+    Mesh,
+    RobotModel,
+    Visual,
+    inertia_matrix,
+    link_bounds,
+    shape_points,
+)
 from frobs_devkit.doctor.report import Finding, LinkFacts, Severity, warning
 
 DENSITIES = (1.0, 20_000.0)

@@ -8,8 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.models import Joint, JointType, RobotModel, default_gains
-from frobs_core.models.kinematics import MOVING
+from frobs_core.models import MOVING, Joint, JointType, RobotModel, default_gains
 from frobs_core.rotations import quat_rotate
 from frobs_devkit.doctor.report import DriveFacts, Finding, JointFacts, Severity, warning
 

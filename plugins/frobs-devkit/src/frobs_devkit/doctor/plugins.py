@@ -8,11 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import PurePath
 
-from frobs_core import plugins
-from frobs_core._version import __version__
-from frobs_core.plugins.discovery import Candidate
-from frobs_core.plugins.probe import Probe, probe
-from frobs_core.plugins.requirements import core_versions, has_upper_bound, is_made_for, missing
+from frobs_core import __version__, plugins
+from frobs_core.plugins import Candidate, Probe, core_versions, has_upper_bound, is_made_for, missing, probe
 from frobs_devkit.doctor.report import Finding, Severity, warning
 
 SLOW = 0.5

@@ -10,10 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from frobs_core.errors import ModelFileError
-from frobs_core.models import RobotModel
-from frobs_core.models.load import open_document, read_document
-from frobs_core.models.resources import Packages
-from frobs_core.models.xmltree import Element
+from frobs_core.models import Element, Packages, RobotModel, open_document, read_document
 from frobs_devkit.doctor.report import Difference, Finding, Severity
 
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")

@@ -6,8 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from frobs_core.models import RobotModel, Treatment, home_positions
-from frobs_core.models.bounds import robot_bounds
+from frobs_core.models import RobotModel, Treatment, home_positions, robot_bounds
 from frobs_devkit.doctor.bodies import body_findings, link_facts
 from frobs_devkit.doctor.joints import joint_facts, joint_findings
 from frobs_devkit.doctor.reading import read

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from frobs_devkit.parity.result import Line, Measurement, Panel
-from frobs_train.plots.figures import COLORS, INK, dress, make_figure
+from frobs_train import COLORS, INK, dress, make_figure
 
 _BAD = "#C22E2E"  # of the tolerance
 _BOTTOM = 1e-17  # where a logarithmic axis shows zeros: below a rounding of anything near 1

@@ -27,8 +27,7 @@ from frobs_devkit.parity.rewards import rewards
 from frobs_devkit.parity.settling import settling
 from frobs_devkit.parity.step_response import saturated_step_response, step_response
 from frobs_devkit.parity.subject import Subject, make_subjects
-from frobs_train import Run
-from frobs_train.runs.versions import versions
+from frobs_train import Run, versions
 
 _log = logging.getLogger(__name__)
 _LONGEST_REPLAY = 200  # steps of the actions that are made where none are given

@@ -18,7 +18,7 @@ from frobs_core.interfaces import Body, CommandMode, Placement, RobotHandle, Sce
 from frobs_core.models import JointLimits, JointType
 from frobs_core.registry import find_spec
 from frobs_core.specs import SimulatorRecord
-from frobs_train.environments import make_env
+from frobs_train import make_env
 
 
 @dataclass(frozen=True, kw_only=True)

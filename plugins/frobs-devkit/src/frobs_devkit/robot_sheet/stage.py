@@ -14,8 +14,7 @@ from frobs_core.arrays import Floats
 from frobs_core.capabilities import Level
 from frobs_core.errors import MissingDependencyError
 from frobs_core.interfaces import Body, CommandMode, Placement, Robot, Scene, Simulation
-from frobs_core.models import Cylinder, JointType, Pose, RobotModel, default_tcp
-from frobs_core.models.bounds import drawn_points
+from frobs_core.models import Cylinder, JointType, Pose, RobotModel, default_tcp, drawn_points
 from frobs_core.rotations import matrix_from_quat
 from frobs_core.specs import SimulatorRecord
 from frobs_devkit.robot_sheet.framing import View, frame

@@ -11,11 +11,13 @@ The templates are ``cookiecutter/`` and ``templates/`` of the repository; they t
 
 from frobs_devkit.scaffold.answers import CHOICES, QUESTIONS, asked, find_problem
 from frobs_devkit.scaffold.rendering import fill_in, prompts, render, resolve, template_folder
+from frobs_devkit.scaffold.robot_file import copy_model
 
 __all__ = [
     "CHOICES",
     "QUESTIONS",
     "asked",
+    "copy_model",
     "fill_in",
     "find_problem",
     "prompts",

@@ -10,8 +10,7 @@ import gymnasium as gym
 
 from frobs_core import plugins, registry
 from frobs_core.errors import AmbiguousNameError, UnknownNameError
-from frobs_core.plugins import PluginReport
-from frobs_core.plugins.discovery import normalize
+from frobs_core.plugins import PluginReport, normalize
 from frobs_core.specs import KINDS, SimulatorRecord, TaskRecord
 from frobs_devkit.testing.algorithm import check_algorithm
 from frobs_devkit.testing.checks import Check, Inconclusive, only

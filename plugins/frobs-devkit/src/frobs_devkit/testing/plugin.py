@@ -10,10 +10,12 @@ from functools import lru_cache
 from frobs_core import plugins
 from frobs_core.errors import FrobsError, ModelFileError, PluginError, UnknownNameError
 from frobs_core.interfaces import Algorithm, Controller, Robot, Sensor, Simulation, Task
-from frobs_core.models.resources import resolve_path
-from frobs_core.plugins import PluginReport
-from frobs_core.plugins.discovery import Candidate
-from frobs_core.plugins.requirements import missing
+from frobs_core.models import resolve_path
+from frobs_core.plugins import (
+    Candidate,
+    PluginReport,
+    missing,
+)
 from frobs_core.specs import AlgorithmRecord, Record, TaskRecord
 from frobs_devkit.doctor.plugins import PluginFacts, examine_plugins
 from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, checks_of, collect, expect
@@ -164,7 +166,7 @@ def tuned_settings_exist(subject: PluginUnderTest) -> None:
 
 def pretrained_policies_fit(subject: PluginUnderTest) -> None:
     """Every trained policy that comes with an ID is whole, and was trained in the ID as it is now."""
-    from frobs_train.export.bundle_run import changes_since, open_pretrained
+    from frobs_train import changes_since, open_pretrained
 
     for _, record in subject.records:
         for environment in record.environments if isinstance(record, TaskRecord) else ():

@@ -6,7 +6,7 @@ from typing import Any
 
 from frobs_rl_compat.manner import to_four_values
 from frobs_rl_compat.old_gym.registration import is_made_by_gymnasium
-from frobs_ros.robot_basic_env import RobotBasicEnv as _RobotBasicEnv
+from frobs_ros import RobotBasicEnv as _RobotBasicEnv
 
 __all__ = ["RobotBasicEnv"]
 

@@ -12,8 +12,7 @@ from typing import Any
 
 from frobs_core.errors import ConfigurationError, TargetExistsError
 from frobs_core.interfaces import Lidar
-from frobs_devkit.scaffold import render, resolve
-from frobs_devkit.scaffold.robot_file import copy_model
+from frobs_devkit.scaffold import copy_model, render, resolve
 from frobs_rl_compat.migrate.advice import note_what_is_left
 from frobs_rl_compat.migrate.comments import commented
 from frobs_rl_compat.migrate.original import write_original

@@ -11,11 +11,9 @@ import numpy as np
 
 from frobs_core.errors import FrobsError
 from frobs_core.interfaces import Lidar
-from frobs_core.models import RobotModel, default_tcp, forward_kinematics, load_model
-from frobs_core.models.resources import Packages
+from frobs_core.models import Packages, RobotModel, default_tcp, forward_kinematics, load_model
 from frobs_rl_compat.migrate.package import OldPackage
-from frobs_ros.bridge.extras import read_lidars, read_plugins
-from frobs_ros.bridge.urdf import gazebo_elements, read_friction
+from frobs_ros import gazebo_elements, read_friction, read_lidars, read_plugins
 
 _DRIVE_TAGS = {
     "left": ("leftJoint", "left_wheel_joint_name", "left_wheel", "left_joint"),

@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from frobs_algos_sb3.frobs_rl.settings import ROOT, algorithms_in
-from frobs_algos_sb3.frobs_rl.translate import translate
+from frobs_algos_sb3.frobs_rl import ROOT, algorithms_in, translate
 from frobs_core.errors import ConfigurationError, TargetExistsError
 from frobs_core.plain import plain
 from frobs_core.yaml import dump_yaml, load_yaml

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.models.defaults import BANDWIDTH
+from frobs_core.models import BANDWIDTH
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.poses import Motion, Place, write_pose, write_twist

@@ -12,7 +12,7 @@ from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ParameterValueError
 from frobs_core.interfaces import Controller, Simulation
 from frobs_tasks_legacy.navigation.config import FILES
-from frobs_tasks_navigation.navigate import Navigate
+from frobs_tasks_navigation import Navigate
 
 _OBSERVED = {
     "maze": ("distance", "bearing", "position", "yaw", "way_point", "lidar"),

@@ -14,10 +14,7 @@ from frobs_core.flat_observation import ObservationTerm
 from frobs_core.interfaces import Controller, Simulation, Snapshot
 from frobs_core.random import RandomSource
 from frobs_tasks_legacy.reach.config import FILES
-from frobs_tasks_reach.motion import Oscillation
-from frobs_tasks_reach.reach import Reach, distance
-from frobs_tasks_reach.reset_options import checked_goal
-from frobs_tasks_reach.sampling import JointSampler
+from frobs_tasks_reach import JointSampler, Oscillation, Reach, checked_goal, distance
 
 
 class ReachLegacy(Reach):

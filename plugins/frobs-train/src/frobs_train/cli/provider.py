@@ -57,7 +57,7 @@ PROVIDER = TrainProvider()
 def _pretrained(id: str) -> dict[str, Any]:
     """Return the facts about the trained policy of an ID; ``error`` if its file cannot be used."""
     from frobs_core.errors import FrobsError
-    from frobs_deploy.errors import DeployError
+    from frobs_deploy import DeployError
     from frobs_train.export.pretrained import describe_pretrained, read_pretrained
 
     try:

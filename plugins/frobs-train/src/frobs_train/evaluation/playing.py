@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.interfaces.algorithm import Algorithm
+from frobs_core.interfaces import Algorithm
 from frobs_train.logs.recorder import EpisodeRecorder, FinishedEpisodes
 
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from frobs_core.errors import ParameterValueError, RunError
 from frobs_core.files import write_aside
-from frobs_core.interfaces.algorithm import Algorithm
+from frobs_core.interfaces import Algorithm
 from frobs_core.validation import whole_number
 from frobs_train.environments import make_env
 from frobs_train.runs.policy import load_policy

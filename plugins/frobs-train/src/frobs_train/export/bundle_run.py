@@ -11,10 +11,9 @@ import numpy as np
 
 from frobs_core.arrays import Action, Mask
 from frobs_core.errors import RunError
-from frobs_core.interfaces.task import Observation
+from frobs_core.interfaces import Observation
 from frobs_core.validation import validate
-from frobs_deploy import Bundle, Policy, read_bundle
-from frobs_deploy.errors import BundleError, BundleMismatchError
+from frobs_deploy import Bundle, BundleError, BundleMismatchError, Policy, read_bundle
 from frobs_train.configuration.config import RunConfig
 from frobs_train.environments import make_vector_env
 from frobs_train.export.export_facts import environment_facts, spaces_facts

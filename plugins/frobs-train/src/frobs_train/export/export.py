@@ -11,10 +11,8 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.files import write_aside
-from frobs_core.interfaces.algorithm import Algorithm
-from frobs_deploy.bundle import pack_bundle, parse_bundle
-from frobs_deploy.errors import BundleError
-from frobs_deploy.policy import Policy
+from frobs_core.interfaces import Algorithm
+from frobs_deploy import BundleError, Policy, pack_bundle, parse_bundle
 from frobs_train.environments import make_vector_env
 from frobs_train.export.export_facts import environment_facts, license_text, training_facts
 from frobs_train.runs.policy import load_policy

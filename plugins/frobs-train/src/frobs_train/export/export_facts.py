@@ -19,7 +19,7 @@ from frobs_core.errors import ConfigurationError, PluginError, PolicyExportError
 from frobs_core.interfaces import RobotHandle
 from frobs_core.models import JointType, fingerprint
 from frobs_core.plain import plain
-from frobs_deploy.spaces import space_to_json
+from frobs_deploy import space_to_json
 from frobs_train.configuration.command import training_command
 from frobs_train.configuration.config import RunConfig
 from frobs_train.logs.progress import STEPS, read_progress

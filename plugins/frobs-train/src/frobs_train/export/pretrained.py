@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from frobs_core import registry
-from frobs_deploy.bundle import Bundle, read_bundle
-from frobs_deploy.errors import BundleError
+from frobs_deploy import Bundle, BundleError, read_bundle
 
 
 def read_pretrained(environment: str) -> Bundle:

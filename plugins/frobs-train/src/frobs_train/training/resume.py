@@ -8,7 +8,7 @@ from copy import copy
 from pathlib import Path
 
 from frobs_core.errors import CheckpointError, ParameterValueError
-from frobs_core.interfaces.algorithm import Algorithm
+from frobs_core.interfaces import Algorithm
 from frobs_core.yaml import merge
 from frobs_train.configuration.config import RunConfig, algorithm_record, differences
 from frobs_train.configuration.resolve import check_config, read_setting

@@ -12,7 +12,7 @@ from typing import Any
 import gymnasium as gym
 
 from frobs_core.errors import IncompatibleSpaceError, RunError
-from frobs_core.interfaces.algorithm import Algorithm
+from frobs_core.interfaces import Algorithm
 from frobs_core.specs import AlgorithmRecord
 from frobs_train.configuration.config import RunConfig
 from frobs_train.environments import make_vector_env

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from frobs_core.interfaces import Robot
-from frobs_core.models import JointType
-from frobs_core.models.defaults import default_tcp, home_positions
-from frobs_core.models.inertia import inertia_matrix
+from frobs_core.models import JointType, default_tcp, home_positions, inertia_matrix
 from frobs_devkit.testing.checks import Inconclusive, expect
 from frobs_devkit.testing.robot.subject import RobotUnderTest
 

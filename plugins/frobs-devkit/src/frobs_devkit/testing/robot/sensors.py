@@ -8,7 +8,7 @@ import numpy as np
 
 from frobs_core.capabilities import Level
 from frobs_core.interfaces import Bumper, Lidar, Sensor
-from frobs_core.sensors.instrument import instrument_of
+from frobs_core.sensors import instrument_of
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.robot.subject import TIMESTEP, RobotUnderTest
 

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 
 from frobs_core.capabilities import Level
 from frobs_core.interfaces import CommandMode, DriveGains, Placement, Robot, RobotHandle, Scene, Simulation
-from frobs_core.models import RobotModel, load_model
-from frobs_core.models.defaults import default_gains, home_positions
-from frobs_core.sensors.contacts import with_contacts
+from frobs_core.models import RobotModel, default_gains, home_positions, load_model
+from frobs_core.sensors import with_contacts
 from frobs_core.specs import SimulatorRecord
 
 TIMESTEP = 0.002

@@ -12,9 +12,7 @@ from xml.etree.ElementTree import Element as PlainElement
 
 from frobs_core.errors import ModelFileError
 from frobs_core.interfaces import Body, CommandMode, Placement, Robot
-from frobs_core.models import Pose
-from frobs_core.models.urdf import read_urdf
-from frobs_core.models.xmltree import Element, parse_xml
+from frobs_core.models import Element, Pose, parse_xml, read_urdf
 from frobs_ros.bridge.extras import read_lidars
 from frobs_ros.bridge.model import Description, with_gains
 from frobs_ros.bridge.poses import Place

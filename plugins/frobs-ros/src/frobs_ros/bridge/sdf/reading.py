@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from frobs_core.errors import ModelFileError, nearest
-from frobs_core.models.resources import Packages
-from frobs_core.models.xmltree import Element, parse_xml, read_bytes
+from frobs_core.models import Element, Packages, parse_xml, read_bytes
 from frobs_core.rotations import quat_from_rpy
 from frobs_ros.bridge.poses import WORLD, Place
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frobs_core.errors import ModelFileError
-from frobs_core.models import Box, Cylinder, Geometry, Mesh, Sphere
-from frobs_core.models.xmltree import Element
+from frobs_core.models import Box, Cylinder, Element, Geometry, Mesh, Sphere
 from frobs_ros.bridge.poses import Place
 from frobs_ros.bridge.sdf.reading import check, number_of, numbers_of, packages_of, place_of, text_of
 
