@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,10 @@ Action: TypeAlias = npt.NDArray[Any]
 """(num_envs, …) in the batched action space."""
 
 
-def read_only(array: Floats) -> Floats:
+_Array = TypeVar("_Array", bound=np.ndarray[Any, Any])
+
+
+def read_only(array: _Array) -> _Array:
     """Return a view that cannot be written to."""
     view = array.view()
     view.flags.writeable = False

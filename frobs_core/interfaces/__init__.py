@@ -3,6 +3,7 @@
 from frobs_core.interfaces.algorithm import Algorithm, TrainingMonitor
 from frobs_core.interfaces.body_handle import BodyHandle
 from frobs_core.interfaces.command import CommandMode
+from frobs_core.interfaces.contacts import ContactState
 from frobs_core.interfaces.controller import Controller, ControllerWrapper
 from frobs_core.interfaces.joint_group import JointGroup, JointSubset
 from frobs_core.interfaces.parameters import WrittenParameters
@@ -24,6 +25,7 @@ __all__ = [
     "Camera",
     "CommandMode",
     "Contact",
+    "ContactState",
     "Controller",
     "ControllerWrapper",
     "DifferentialDrive",

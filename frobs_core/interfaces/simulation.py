@@ -14,9 +14,10 @@ from typing import Any, ClassVar, Protocol, TypeAlias
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import CapabilityError, UnknownNameError
 from frobs_core.interfaces.body_handle import BodyHandle
+from frobs_core.interfaces.contacts import ContactState
 from frobs_core.interfaces.robot_handle import RobotHandle
 from frobs_core.interfaces.scene import Marker, Placement, Scene
 from frobs_core.interfaces.translation import Overlap, Translation
@@ -59,6 +60,7 @@ class Simulation(ABC):
         physics_timestep: [s]
         robots: A handle for each robot.
         bodies: A handle for each body of the scene.
+        contacts: The contacts that the scene declares; None: the simulator has none.
         render_modalities: What ``render`` can draw.
     """
 
@@ -68,6 +70,7 @@ class Simulation(ABC):
     physics_timestep: float
     robots: Mapping[str, RobotHandle]
     bodies: Mapping[str, BodyHandle]
+    contacts: ContactState | None = None
 
     @abstractmethod
     def __init__(
@@ -123,10 +126,15 @@ class Simulation(ABC):
             decimation: Physics steps.
             update: The function.
         """
+        contacts = []
         for i in range(decimation):
             if i:
                 update()
             self.step(1)
+            if self.contacts is not None:
+                contacts.append(self.contacts.snapshot())
+        if self.contacts is not None:
+            self.contacts.merge(contacts)
 
     @abstractmethod
     def step(self, decimation: int) -> None:
@@ -146,7 +154,8 @@ class Simulation(ABC):
         Raises:
             UnknownNameError: The scene declares no such contact.
         """
-        raise CapabilityError.lacking(self, "contacts")
+        contacts = self._contacts()
+        return read_only(contacts.closed[:, contacts.scene.contact_number(name)])
 
     def contact_force(self, name: str) -> Floats:
         """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``.
@@ -155,7 +164,13 @@ class Simulation(ABC):
             UnknownNameError: The scene declares no such contact.
             ConfigurationError: The contact ignores something, so that its force is not told.
         """
-        raise CapabilityError.lacking(self, "contacts")
+        contacts = self._contacts()
+        return read_only(contacts.normal_force[:, contacts.scene.contact_number(name, force=True)])
+
+    def _contacts(self) -> ContactState:
+        if self.contacts is None:
+            raise CapabilityError.lacking(self, "contacts")
+        return self.contacts
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
         """Cast rays.

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from planting import Fault, replaced
 
 _ROBOT, _SIMULATION = "frobs_sim_mujoco.robot", "frobs_sim_mujoco.simulation"
-_CONTACTS = "frobs_sim_mujoco.contacts"
+_CONTACTS = "frobs_core.interfaces.contacts"
 _DELTA, _JOINTS = "frobs_controllers.joint_delta_position", "frobs_controllers.joint_position"
 _VELOCITY, _DRIVE = "frobs_controllers.joint_velocity", "frobs_controllers.differential_drive"
 _REACH, _GOAL, _SAMPLING = "frobs_tasks_reach.reach", "frobs_tasks_reach.goal", "frobs_tasks_reach.sampling"
@@ -47,7 +47,7 @@ _TABLE = (
      "self.batch.step(nstep=decimation, stage=_VEL)", "self.batch.step(nstep=decimation, stage=_NONE)"),
     ("a reading that is not refreshed after a write", _SIMULATION,
      "self._stale = mask.copy()", "self._stale = None"),
-    ("contacts of the last physics step only", _CONTACTS, "(counts > 0).any(axis=1)", "(counts > 0)[:, -1]"),
+    ("contacts of the last physics step only", _CONTACTS, "closed.any(axis=1)", "closed[:, -1]"),
     ("a wrench that never ends", _SIMULATION, 'self.batch.bind("xfrc_applied")[:] = 0.0', "pass"),
     ("a snapshot that is the state itself", _SIMULATION, "self.batch.state.copy(), ", "self.batch.state, "),
     ("a snapshot without the physical parameters", _SIMULATION,

@@ -51,8 +51,9 @@ def source_of(module: str) -> str:
 def path_of(module: str) -> Path:
     """Return the file of a module, without importing it."""
     package, _, name = module.rpartition(".")
-    folder = "frobs_core" if package == "frobs_core" else f"plugins/{package.replace('_', '-')}/src/{package}"
-    return ROOT / folder / f"{name}.py"
+    top = package.partition(".")[0]
+    folder = "" if top == "frobs_core" else f"plugins/{top.replace('_', '-')}/src"
+    return ROOT / folder / package.replace(".", "/") / f"{name}.py"
 
 
 def replaced(name: str, module: str, old: str, new: str) -> Fault:

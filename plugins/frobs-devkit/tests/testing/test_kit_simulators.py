@@ -412,9 +412,17 @@ def nothing_is_ignored(original: Any, self: Any, name: str) -> Any:
 
 @wrong(MujocoSimulation, "reset", "contacts_end_with_a_reset")
 def contacts_outlive_a_reset(original: Any, self: Any, mask: Any = None) -> None:
-    told = self._contacts and tuple(array.copy() for array in self._contacts)
+    told = self.contacts.snapshot()
     original(self, mask)
-    self._contacts = told
+    self.contacts.restore(told)
+
+
+@wrong(MujocoSimulation, "step_with", "contacts_are_those_of_all_steps")
+def contacts_are_those_of_the_last_step(original: Any, self: Any, decimation: int, update: Any) -> None:
+    self.step(1)
+    for _ in range(1, decimation):
+        update()
+        self.step(1)
 
 
 @wrong(MujocoRobot, "frame_velocity", "frames_of_floating_bases_move")

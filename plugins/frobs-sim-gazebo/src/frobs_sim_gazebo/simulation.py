@@ -8,9 +8,18 @@ from typing import ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, read_only
+from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError, SimulationError
-from frobs_core.interfaces import Placement, Scene, Simulation, Snapshot, Translation, read_tables, translate
+from frobs_core.interfaces import (
+    ContactState,
+    Placement,
+    Scene,
+    Simulation,
+    Snapshot,
+    Translation,
+    read_tables,
+    translate,
+)
 from frobs_core.models import RobotModel
 from frobs_sim_gazebo import protocol, snapshots
 from frobs_sim_gazebo.body import GazeboBody
@@ -84,7 +93,7 @@ class GazeboSimulation(Simulation):
         self.raw = np.zeros((n, layout.body_count, 13))  # at the centres of mass: pos, quat_wxyz, lin and ang vel
         self.bases = {name: np.tile(layout.start(name), (n, 1)) for name in robots}  # of robots whose base is fixed
         self.stands = {name: np.tile(pose_array(body.pose), (n, 1)) for name, body in scene.bodies.items()}
-        self._contact, self._force = np.zeros((2, n, len(scene.contacts)))
+        self.contacts: ContactState = ContactState(scene, n)
         self.steps, self._diverged = np.zeros(n, np.int64), np.zeros(n, bool)
         self.command_rows: dict[str, Floats] = {}
         self._queues: list[list[Message]] = [[] for _ in range(n)]
@@ -140,7 +149,8 @@ class GazeboSimulation(Simulation):
         self.stale_gains[fresh] = True
         self._diverged[envs] = False
         self.steps[envs] = 0
-        self.efforts[envs] = self._contact[envs] = self._force[envs] = 0.0
+        self.efforts[envs] = 0.0
+        self.contacts.clear(mask)
         for env in envs:
             self._queues[env] = [(Op.CLEAR, b"")]
         for env in fresh:
@@ -186,7 +196,7 @@ class GazeboSimulation(Simulation):
             messages[env] = [*self._queues[env], (Op.STEP, protocol.step(decimation, commands[env]))]
             self._queues[env] = []
         for env, answer in self.exchange(messages, decimation).items():
-            if self._take(env, answer):
+            if self._take(env, answer, stepped=True):
                 self.steps[env] += decimation
         self.command_rows.clear()
 
@@ -196,18 +206,20 @@ class GazeboSimulation(Simulation):
             robot.fill_gains(env, whole[self.layout.joints[name]])
         return protocol.numbers(whole)
 
-    def _take(self, env: int, answer: bytes) -> bool:
-        """Take over the state that a server tells; return whether it is sound."""
+    def _take(self, env: int, answer: bytes, *, stepped: bool = False) -> bool:
+        """Take over the state that a server sent, after a step also efforts and contacts; return whether it is sound."""
         self.version += 1
         found, joints, bodies = protocol.read_numbers(answer), self.layout.joint_count, self.layout.body_count
         if found[0]:
             self._diverged[env] = True
             return False
         by_joint = found[1 : 1 + 3 * joints].reshape(joints, 3)
-        self.positions[env], self.velocities[env], self.efforts[env] = by_joint.T
+        self.positions[env], self.velocities[env], efforts = by_joint.T
         contacts = 1 + 3 * joints + 13 * bodies
         self.raw[env] = found[1 + 3 * joints : contacts].reshape(bodies, 13)
-        self._contact[env], self._force[env] = found[contacts:].reshape(2, -1)
+        if stepped:
+            self.efforts[env] = efforts
+            self.contacts.closed[env], self.contacts.normal_force[env] = found[contacts:].reshape(2, -1)
         return True
 
     def exchange(self, messages: Mapping[int, Sequence[Message]], steps: int = 0) -> dict[int, bytes]:
@@ -227,11 +239,6 @@ class GazeboSimulation(Simulation):
         """Say which environments have diverged, and that the state is another."""
         self._diverged[:] = which
         self.version += 1
-
-    @property
-    def told(self) -> tuple[Floats, Floats]:
-        """What the last step told of the declared contacts: 1 or 0, and force [N]; (num_envs, contacts) each."""
-        return self._contact, self._force
 
     def later(self, env: int, op: Op, body: bytes) -> None:
         """Send a message before the next step or write; its answer tells nothing."""
@@ -261,10 +268,8 @@ class GazeboSimulation(Simulation):
                 body += protocol.count(number) + protocol.numbers(values)
             messages[env] = [*self._queues[env], (Op.WRITE, body + protocol.numbers(angles))]
             self._queues[env] = []
-        kept = self._contact.copy(), self._force.copy(), self.efforts.copy()
         for env, answer in self.exchange(messages).items():
             self._take(env, answer)
-        self._contact, self._force, self.efforts = kept
 
     def place(self, body: str, poses: Floats, envs: Sequence[int]) -> None:
         """Put a body that nothing pushes somewhere, (k, 7)."""
@@ -274,14 +279,6 @@ class GazeboSimulation(Simulation):
                 self.stands[body][env] = pose
                 self.later(env, Op.PLACE, model + protocol.numbers(pose))
         self.version += 1
-
-    def contact(self, name: str) -> Mask:
-        """(num_envs,) bool: whether a declared contact was there in any physics step of the last ``step``."""
-        return read_only(self._contact[:, self.scene.contact_number(name)] > 0.0)
-
-    def contact_force(self, name: str) -> Floats:
-        """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``."""
-        return read_only(self._force[:, self.scene.contact_number(name, force=True)])
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
         """Cast rays at everything that collides."""

@@ -19,7 +19,7 @@ def take(simulation: GazeboSimulation) -> Snapshot:
     """Return the state, as copies."""
     state: Snapshot = {name: getattr(simulation, name).copy() for name in _STATE}
     state["diverged"] = np.zeros(simulation.num_envs, bool) | (simulation.diverged is not None and simulation.diverged)
-    state["contact"], state["contact_force"] = (array.copy() for array in simulation.told)
+    state |= simulation.contacts.snapshot()
     for name, stands in simulation.stands.items():
         state[f"stands/{name}"] = stands.copy()
     for name, robot in simulation.robots.items():
@@ -40,8 +40,7 @@ def put_back(simulation: GazeboSimulation, state: Snapshot) -> None:
     simulation.write(whole[0], state["raw"], envs, whole[1], state["positions"])
     for name in _STATE:
         getattr(simulation, name)[...] = state[name]
-    for told, name in zip(simulation.told, ("contact", "contact_force"), strict=True):
-        told[...] = state[name]
+    simulation.contacts.restore(state)
     for name, robot in simulation.robots.items():
         simulation.bases[name][...] = state[f"base/{name}"]
         robot.target[...] = state[f"target/{name}"]

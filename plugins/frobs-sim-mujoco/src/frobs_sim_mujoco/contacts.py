@@ -74,12 +74,15 @@ class ContactReader:
         self._ignored = [(i, at(s)) for i, (name, contact) in enumerate(contacts) for s in _ignored(name, contact)]
 
     def read(self, data: Floats) -> tuple[Mask, Floats]:
-        """Return which contacts were there, and the largest normal force of each [N]; (num_envs, contacts) both.
+        """Return which contacts were there, and the largest normal force of each [N], in each physics step.
 
         Args:
             data: (num_envs, decimation, nsensordata)
+
+        Returns:
+            (num_envs, decimation, contacts) both.
         """
         counts = data[..., self._counts]
         for column, at in self._ignored:
             counts[..., column] -= data[..., at]
-        return (counts > 0).any(axis=1), np.abs(data[..., self._forces]).max(axis=1)
+        return counts > 0, np.abs(data[..., self._forces])

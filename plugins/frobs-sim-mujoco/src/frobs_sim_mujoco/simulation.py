@@ -13,6 +13,7 @@ from mujoco.batch import Batch
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
 from frobs_core.interfaces import (
+    ContactState,
     Marker,
     Overlap,
     Placement,
@@ -173,7 +174,7 @@ class MujocoSimulation(Simulation):
         self._pushed = False
         self._rows: Floats | None = None
         self._contact_reader = ContactReader(self.model, scene)
-        self._contacts: tuple[Mask, Floats] | None = None
+        self.contacts: ContactState = ContactState(scene, num_envs)
         self._renderer: Renderer | None = None
         self._viewer: Viewer | None = None
         self._closed = False
@@ -217,9 +218,7 @@ class MujocoSimulation(Simulation):
         self.batch.reset(ids, stage=_NONE)
         rows = slice(None) if ids is None else ids
         self.batch.state[rows] = self._initial[rows]
-        if self._contacts is not None:
-            for told in self._contacts:
-                told[rows] = 0
+        self.contacts.clear(mask)
         for robot in self.robots.values():
             if robot.gains_written:  # the initial controls are those of the gains as built
                 robot.hold_home(rows)
@@ -252,21 +251,7 @@ class MujocoSimulation(Simulation):
         self.mark_stale(None)  # computed when it is read: a task may move bodies first
         if self.scene.contacts:
             data = recorded["sensordata"].reshape(self.num_envs, decimation, -1)
-            self._contacts = self._contact_reader.read(data)
-
-    def contact(self, name: str) -> Mask:
-        """(num_envs,) bool: whether a declared contact was there in any physics step of the last ``step``."""
-        return self._contact_column(name)[0]
-
-    def contact_force(self, name: str) -> Floats:
-        """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``."""
-        return self._contact_column(name, force=True)[1]
-
-    def _contact_column(self, name: str, *, force: bool = False) -> tuple[Mask, Floats]:
-        column = self.scene.contact_number(name, force=force)
-        if self._contacts is None:
-            return np.zeros(self.num_envs, np.bool_), np.zeros(self.num_envs)
-        return self._contacts[0][:, column], self._contacts[1][:, column]
+            self.contacts.reduce(*self._contact_reader.read(data))
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
         """Cast rays at everything that collides."""
@@ -314,17 +299,14 @@ class MujocoSimulation(Simulation):
     def snapshot(self) -> Snapshot:
         """Return the state rows, and the parameters that differ between environments."""
         state: Snapshot = {"state": self.batch.state.copy(), "warning": self.batch.warning.copy()}
-        if self._contacts is not None:
-            state["contact"], state["contact_force"] = (told.copy() for told in self._contacts)
-        return {**state, **parameters.snapshot(self)}
+        return {**state, **self.contacts.snapshot(), **parameters.snapshot(self)}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
         parameters.restore(self, snapshot)
         self.batch.state[:] = snapshot["state"]
         self.batch.warning[:] = snapshot["warning"]
-        told = "contact" in snapshot
-        self._contacts = (snapshot["contact"].copy(), snapshot["contact_force"].copy()) if told else None
+        self.contacts.restore(snapshot)
         self.mark_stale(None)
 
     def render(

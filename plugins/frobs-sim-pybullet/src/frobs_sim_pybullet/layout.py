@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from frobs_core.interfaces import Placement, Scene
+from frobs_core.interfaces import ContactState, Placement, Scene
 
 Layout: TypeAlias = dict[str, tuple[tuple[int, ...], str]]
 """Shape of one environment's row and dtype, by name."""
@@ -23,8 +23,7 @@ def layout(robots: Mapping[str, Placement], scene: Scene) -> Layout:
     found: Layout = {
         "time": ((), "f8"),
         "diverged": ((), "?"),
-        "contact": ((len(scene.contacts),), "?"),
-        "contact_force": ((len(scene.contacts),), "f8"),
+        **ContactState.fields(scene),
     }
     for name, placement in robots.items():
         dof = len(placement.model.joint_names)

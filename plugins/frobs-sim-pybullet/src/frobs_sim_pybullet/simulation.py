@@ -11,6 +11,7 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
 from frobs_core.interfaces import (
+    ContactState,
     Marker,
     Overlap,
     Placement,
@@ -100,6 +101,7 @@ class PybulletSimulation(Simulation):
         fields = layout.layout(robots, scene)
         buffer = layout.allocate(fields, num_envs, CONTEXT if workers > 1 else None)
         self.arrays = layout.arrays(fields, num_envs, buffer)
+        self.contacts: ContactState = ContactState(scene, num_envs, self.arrays)
         self.robots = {name: PybulletRobot(self, name, placement) for name, placement in robots.items()}
         self.bodies = {name: PybulletBody(self, name, body) for name, body in scene.bodies.items()}
         self._backend: Block | Pool
@@ -149,6 +151,7 @@ class PybulletSimulation(Simulation):
     def reset(self, mask: Mask | None = None) -> None:
         """Go back to the scene as it was built."""
         self.call("reset", mask)
+        self.contacts.clear(mask)
         for robot in self.robots.values():
             robot.hold(slice(None) if mask is None else np.flatnonzero(mask))
         self.command_rows.clear()
@@ -170,16 +173,6 @@ class PybulletSimulation(Simulation):
             self._backend.step(decimation, rows)
         if self._viewer is not None:
             self._viewer.sync(self.arrays)
-
-    def contact(self, name: str) -> Mask:
-        """(num_envs,) bool: whether a declared contact was there in any physics step of the last ``step``."""
-        found: Mask = self.arrays["contact"][:, self.scene.contact_number(name)]
-        return found
-
-    def contact_force(self, name: str) -> Floats:
-        """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``."""
-        force: Floats = self.arrays["contact_force"][:, self.scene.contact_number(name, force=True)]
-        return force
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
         """Cast rays at everything that collides."""

@@ -153,7 +153,6 @@ class World:
             p.restoreState(self._fresh, physicsClientId=self.client)
         self._steps, self._broken = 0, False
         self._row["diverged"][...] = False
-        self._row["contact"][...], self._row["contact_force"][...] = False, 0.0
         for _name, drive in self._drives.items():
             drive.efforts = [0.0] * len(drive.efforts)
         self._stop_pushing()

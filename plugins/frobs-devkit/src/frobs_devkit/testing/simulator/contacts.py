@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from frobs_core.interfaces import Body, CommandMode, Contact, RobotHandle, Simulation
 from frobs_core.models import Box, Pose
-from frobs_devkit.testing.checks import expect
+from frobs_devkit.testing.checks import NotApplicable, expect
+from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import ROVER
 from frobs_devkit.testing.simulator.subject import BALL, SimulatorUnderTest, verifies
 
@@ -65,6 +67,26 @@ def contacts_end_with_a_reset(subject: SimulatorUnderTest) -> None:
         expect(not sim.contact_force("standing")[0].any(), "after a reset the force of the last contact is told.")
         sim.step(20)
         expect(sim.contact("standing").all(), "no contact is told in the step after a reset.")
+
+
+@verifies("contacts")
+def contacts_are_those_of_all_steps(subject: SimulatorUnderTest) -> None:
+    """``step_with`` returns the contacts of all its physics steps, not those of the last."""
+    if not subject.level("teleport"):
+        raise NotApplicable("the simulator does not claim 'teleport'")
+    on_floor = replace(BALL, pose=Pose(pos=(0.0, 2.0, 0.05)))
+    contacts = {"ball": Contact(first="ball", second="floor")}
+    with subject.build(bodies={"ball": on_floor}, contacts=contacts, num_threads=1) as (sim, _):
+        n = sim.num_envs
+        sim.step(400)
+        force = sim.contact_force("ball").copy()
+
+        def lift() -> None:
+            sim.bodies["ball"].write_pose(np.tile([0.0, 2.0, 1.0], (n, 1)))
+
+        sim.step_with(2, lift)
+        expect(sim.contact("ball").all(), "a contact of the first of two physics steps is not reported by step_with.")
+        expect_close(force, sim.contact_force("ball"), 0.1 * force.max(), "contact_force of the first of two steps [N]")
 
 
 def _standing_rover(

@@ -1,0 +1,71 @@
+"""What a simulation measured of the contacts that its scene declares."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.interfaces.scene import Scene
+
+
+class ContactState:
+    """The declared contacts of a scene during the last control step, in the order of ``scene.contacts``.
+
+    A simulator with contacts keeps one as :attr:`Simulation.contacts` and fills its arrays in each ``step``.
+
+    Args:
+        scene: Declares the contacts.
+        num_envs: ≥ 1.
+        arrays: Memory to use, by the names of :meth:`fields`; None: new arrays.
+
+    Attributes:
+        scene: Declares the contacts.
+        closed: (num_envs, contacts) bool: whether a contact was closed in any physics step.
+        normal_force: (num_envs, contacts) [N] largest normal force.
+    """
+
+    def __init__(self, scene: Scene, num_envs: int, arrays: Mapping[str, np.ndarray[Any, Any]] | None = None) -> None:
+        self.scene = scene
+        fields = self.fields(scene)
+        if arrays is None:
+            arrays = {name: np.zeros((num_envs, *shape), dtype) for name, (shape, dtype) in fields.items()}
+        self._arrays = {name: arrays[name] for name in fields}
+        self.closed: Mask = self._arrays["contact"]
+        self.normal_force: Floats = self._arrays["contact_force"]
+
+    @staticmethod
+    def fields(scene: Scene) -> dict[str, tuple[tuple[int, ...], str]]:
+        """Return shape of one environment's row and dtype of each array, by its name in a snapshot."""
+        count = len(scene.contacts)
+        return {"contact": ((count,), "?"), "contact_force": ((count,), "f8")}
+
+    def clear(self, mask: Mask | None = None) -> None:
+        """Open all contacts in some environments."""
+        for array in self._arrays.values():
+            array[slice(None) if mask is None else mask] = 0
+
+    def reduce(self, closed: Mask, normal_force: Floats) -> None:
+        """Take the contacts of each physics step of a control step.
+
+        Args:
+            closed: (num_envs, decimation, contacts)
+            normal_force: (num_envs, decimation, contacts) [N]
+        """
+        self.closed[:] = closed.any(axis=1)
+        self.normal_force[:] = normal_force.max(axis=1)
+
+    def merge(self, steps: Sequence[Mapping[str, np.ndarray[Any, Any]]]) -> None:
+        """Take the contacts of a control step from the snapshots of its physics steps."""
+        self.reduce(*(np.stack([step[name] for step in steps], axis=1) for name in self._arrays))
+
+    def snapshot(self) -> dict[str, np.ndarray[Any, Any]]:
+        """Return copies of the arrays."""
+        return {name: array.copy() for name, array in self._arrays.items()}
+
+    def restore(self, snapshot: Mapping[str, np.ndarray[Any, Any]]) -> None:
+        """Return to a snapshot; arrays that it does not contain become zero."""
+        for name, array in self._arrays.items():
+            array[:] = snapshot.get(name, 0)
