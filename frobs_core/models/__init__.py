@@ -21,9 +21,11 @@ from frobs_core.models.model import (
     Pose,
     RobotModel,
     Sphere,
+    Vector3,
     Visual,
 )
 from frobs_core.models.notes import RULES, Note, Rule, Treatment
+from frobs_core.models.solids import solid_inertial
 
 __all__ = [
     "ELEMENTS",
@@ -46,6 +48,7 @@ __all__ = [
     "Rule",
     "Sphere",
     "Treatment",
+    "Vector3",
     "Visual",
     "composite_inertia",
     "default_gains",
@@ -57,4 +60,5 @@ __all__ = [
     "joint_path",
     "load_model",
     "longest_reach",
+    "solid_inertial",
 ]
