@@ -10,6 +10,7 @@ from frobs_core.interfaces.robot import ALL, DifferentialDrive, DriveGains, EndE
 from frobs_core.interfaces.robot_handle import RobotHandle, active_gains
 from frobs_core.interfaces.scene import (
     AT_REST,
+    Attachment,
     Body,
     Camera,
     Contact,
@@ -29,6 +30,7 @@ __all__ = [
     "ALL",
     "AT_REST",
     "Algorithm",
+    "Attachment",
     "BareEngine",
     "Body",
     "BodyHandle",
