@@ -9,7 +9,19 @@ from frobs_core.interfaces.joint_group import JointGroup, JointSubset
 from frobs_core.interfaces.parameters import WrittenParameters
 from frobs_core.interfaces.robot import ALL, DifferentialDrive, DriveGains, EndEffector, Robot
 from frobs_core.interfaces.robot_handle import RobotHandle, active_gains
-from frobs_core.interfaces.scene import Body, Camera, Contact, Marker, Placement, Scene
+from frobs_core.interfaces.scene import (
+    AT_REST,
+    Attachment,
+    Body,
+    Camera,
+    Contact,
+    Marker,
+    Placement,
+    Prop,
+    Scene,
+    Shape,
+    Twist,
+)
 from frobs_core.interfaces.sensor import Bumper, Imu, Lidar, Sensor
 from frobs_core.interfaces.simulation import BareEngine, Simulation, Snapshot
 from frobs_core.interfaces.task import GoalTask, Observation, ResetOptions, Task
@@ -17,7 +29,9 @@ from frobs_core.interfaces.translation import Overlap, Translation, TranslationT
 
 __all__ = [
     "ALL",
+    "AT_REST",
     "Algorithm",
+    "Attachment",
     "BareEngine",
     "Body",
     "BodyHandle",
@@ -40,17 +54,20 @@ __all__ = [
     "Observation",
     "Overlap",
     "Placement",
+    "Prop",
     "ResetOptions",
     "Robot",
     "RobotHandle",
     "Scene",
     "Sensor",
+    "Shape",
     "Simulation",
     "Snapshot",
     "Task",
     "TrainingMonitor",
     "Translation",
     "TranslationTable",
+    "Twist",
     "WrittenParameters",
     "active_gains",
     "read_tables",

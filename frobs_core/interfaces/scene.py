@@ -3,40 +3,132 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import dist
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import SceneError, UnknownNameError
 from frobs_core.interfaces.command import CommandMode
-from frobs_core.interfaces.robot import Robot
+from frobs_core.interfaces.robot import DriveGains, Robot
+from frobs_core.models import load_model
 from frobs_core.models.defaults import default_gains, home_positions
-from frobs_core.models.model import Geometry, Pose, RobotModel
+from frobs_core.models.kinematics import compose
+from frobs_core.models.model import Collision, Geometry, Inertial, Pose, RobotModel, Vector3
+from frobs_core.models.solids import solid_inertial
+from frobs_core.rotations import quat_conjugate, quat_multiply, quat_rotate
+
+Twist: TypeAlias = tuple[Vector3, Vector3]
+"""Linear velocity [m/s] and angular velocity [rad/s]."""
+
+AT_REST: Twist = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Body:
-    """An object of the scene.
+@dataclass(frozen=True)
+class Shape:
+    """One of several shapes of a body.
 
     Attributes:
-        geometry: Its shape, used for collision and for pictures.
-        pose: In the world, at reset.
-        mass: [kg]; None: it cannot be pushed.
-        kinematic: It moves, but only where it is written to. Not with ``mass``.
-        collides: Whether it touches anything.
-        friction: Sliding friction coefficient.
-        rgba: Each in [0, 1].
+        geometry: What it is.
+        pose: In the body's frame.
+        rgba: Each in [0, 1]; None: the body's.
+        collides: Whether it touches anything; otherwise it is only drawn.
     """
 
     geometry: Geometry
     pose: Pose = field(default_factory=Pose)
+    rgba: tuple[float, float, float, float] | None = None
+    collides: bool = True
+
+
+@dataclass(frozen=True, kw_only=True)
+class Body:
+    """An object of the scene: one shape in its frame, or several at fixed places in it.
+
+    A body with a mass or a density is free; the others are static, or kinematic. If ``center_of_mass`` and ``inertia``
+    are omitted, they are those of its shapes that collide (of all, if none collides), solid and of one density.
+
+    Attributes:
+        geometry: Its only shape, used for collision and for pictures. A mesh collides as its convex hull.
+        shapes: Its shapes, instead of ``geometry``.
+        pose: In the world, at reset.
+        twist: Linear velocity of its origin [m/s] and angular velocity [rad/s] in the world, at reset.
+        mass: [kg]
+        density: [kg/m³], instead of ``mass``.
+        center_of_mass: In its frame [m].
+        inertia: (ixx, ixy, ixz, iyy, iyz, izz) about the center of mass, in the axes of its frame [kg·m²].
+        kinematic: It moves, but only where it is written to. Not with a mass.
+        collides: Whether it touches anything.
+        friction: Sliding friction coefficient.
+        torsional_friction: Largest torque about the normal of a contact, per normal force [m]; 0: none.
+        rolling_friction: Largest torque against rolling, per normal force [m]; 0: none.
+        rgba: Each in [0, 1].
+
+    Raises:
+        ConfigurationError: It has both or neither of ``geometry`` and ``shapes``, or both mass and density, or an
+            inertia, a center of mass or a twist but no mass.
+    """
+
+    geometry: Geometry | None = None
+    shapes: tuple[Shape, ...] = ()
+    pose: Pose = field(default_factory=Pose)
+    twist: Twist = AT_REST
     mass: float | None = None
+    density: float | None = None
+    center_of_mass: Vector3 | None = None
+    inertia: tuple[float, float, float, float, float, float] | None = None
     kinematic: bool = False
     collides: bool = True
     friction: float = 1.0
+    torsional_friction: float = 0.0
+    rolling_friction: float = 0.0
     rgba: tuple[float, float, float, float] = (0.6, 0.6, 0.65, 1.0)
+
+    def __post_init__(self) -> None:
+        """Check that no two fields contradict each other."""
+        if (self.geometry is None) == (not self.shapes):
+            raise SceneError("a scene body", "has either a geometry or shapes; give exactly one of them.")
+        if self.mass is not None and self.density is not None:
+            raise SceneError("a scene body", "has a mass and a density; give one or the other.")
+        if not self.is_free and (self.center_of_mass or self.inertia or self.twist != AT_REST):
+            raise SceneError("a scene body", "has no mass, so it has no center_of_mass, inertia or twist.")
+
+    @property
+    def is_free(self) -> bool:
+        """Whether it has a mass, so that forces move it."""
+        return self.mass is not None or self.density is not None
+
+    @cached_property
+    def parts(self) -> tuple[Shape, ...]:
+        """Its shapes, each with its color, and with ``collides`` only if the body collides."""
+        shapes = self.shapes if self.geometry is None else (Shape(self.geometry),)
+        return tuple(
+            replace(shape, rgba=shape.rgba or self.rgba, collides=shape.collides and self.collides) for shape in shapes
+        )
+
+    @cached_property
+    def collisions(self) -> tuple[Collision, ...]:
+        """Its shapes that collide."""
+        return tuple(Collision(part.geometry, part.pose) for part in self.parts if part.collides)
+
+    @cached_property
+    def inertial(self) -> Inertial | None:
+        """Its mass, center of mass and inertia; None: it is not free.
+
+        Raises:
+            ModelFileError: They follow from a mesh that cannot be read, or whose surface is not closed.
+        """
+        if not self.is_free:
+            return None
+        center, inertia = self.center_of_mass, self.inertia
+        if self.mass is None or center is None or inertia is None:
+            shapes = self.collisions or [Collision(part.geometry, part.pose) for part in self.parts]
+            solid = solid_inertial(shapes, mass=self.mass, density=self.density or 0.0)
+            return Inertial(solid.mass, solid.origin if center is None else Pose(center), inertia or solid.inertia)
+        return Inertial(self.mass, Pose(center), inertia)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,22 +226,88 @@ class Placement:
         return np.array([kp for kp, _ in pairs], float), np.array([kd for _, kd in pairs], float)
 
 
+@dataclass(frozen=True)
+class Attachment:
+    """Two bodies or links that are fixed to each other, and do not collide with each other.
+
+    Attributes:
+        first: A scene body, or ``"robot/link"``.
+        second: A free scene body, or ``"robot/link"``.
+        pose: Of the second in the frame of the first; None: as they stand at reset, with robots at home. If they stand
+            elsewhere, also because a task has moved one of them, the engine pulls them there.
+    """
+
+    first: str
+    second: str
+    pose: Pose | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prop:
+    """An articulated object without a controller, such as a drawer. Its joints move as their model file says.
+
+    Its links are ``"prop/link"`` in contacts and cameras, and its joint positions and velocities are read from
+    ``Simulation.robots``, where it stands under its name.
+
+    Attributes:
+        model: Its model file, as in :class:`~frobs_core.interfaces.Robot`.
+        pose: Of its root link in the world, at reset.
+        base: ``"fixed"`` or ``"floating"``.
+        home: Joint positions at reset by joint name [rad or m]; a joint that is left out rests at 0, or at the middle of
+            its limits where 0 is outside of them.
+        friction: Sliding friction coefficient of links that do not have the simulators' own, by link.
+        xacro_args: Arguments of the xacro file.
+        package_paths: Folders of the ROS packages that the file names, by package name.
+    """
+
+    model: str
+    pose: Pose = field(default_factory=Pose)
+    base: Literal["fixed", "floating"] = "fixed"
+    home: Mapping[str, float] = field(default_factory=dict)
+    friction: Mapping[str, float] = field(default_factory=dict)
+    xacro_args: Mapping[str, str] = field(default_factory=dict)
+    package_paths: Mapping[str, str] = field(default_factory=dict)
+
+    def placement(self, name: str) -> Placement:
+        """Return the prop as a robot whose drives apply no effort.
+
+        Raises:
+            ModelFileError: The model file cannot be read.
+        """
+        robot = Robot(
+            model=self.model,
+            name=name,
+            xacro_args=self.xacro_args,
+            package_paths=self.package_paths,
+            home=self.home,
+            gains=DriveGains(stiffness=0.0, damping=0.0),
+            base=self.base,
+            friction=self.friction,
+        )
+        model = load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)
+        return Placement(robot=robot, model=model, pose=self.pose, command_mode=CommandMode.EFFORT)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Scene:
     """Everything that is not the robot.
 
     Attributes:
         floor: Whether there is a floor at z = 0.
+        floor_friction: Sliding friction coefficient of the floor.
         gravity: [m/s²]
         bodies: By name.
         contacts: That the task wants to know of, by name.
         cameras: By name; the first is the default of ``render``.
         robots: Further robots, which no controller moves, by name.
+        props: Articulated objects without a controller, by name.
+        attachments: Bodies and links that are fixed to each other, by name.
         robot_pose: Base pose of the controlled robot in the world.
         robot_poses: Base poses of the controlled robots in the world, by name, where there are several.
     """
 
     floor: bool = True
+    floor_friction: float = 1.0
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     bodies: Mapping[str, Body] = field(default_factory=dict)
     contacts: Mapping[str, Contact] = field(default_factory=dict)
@@ -157,6 +315,8 @@ class Scene:
         default_factory=lambda: {"overview": Camera(pos=(1.4, -1.4, 1.1), target=(0.1, 0.0, 0.35))}
     )
     robots: Mapping[str, Placement] = field(default_factory=dict)
+    props: Mapping[str, Prop] = field(default_factory=dict)
+    attachments: Mapping[str, Attachment] = field(default_factory=dict)
     robot_pose: Pose = field(default_factory=Pose)
     robot_poses: Mapping[str, Pose] = field(default_factory=dict)
 
@@ -168,6 +328,48 @@ class Scene:
         """
         far = [dist(camera.pos, camera.target) for camera in self.cameras.values() if camera.frame is None]
         return max(far, default=0.0)
+
+    def all_robots(self, controlled: Mapping[str, Placement]) -> dict[str, Placement]:
+        """Return what a simulation is built with: the controlled robots, the scene's further robots, and its props.
+
+        Args:
+            controlled: The controlled robots by name.
+
+        Raises:
+            ConfigurationError: A prop has the name of a robot or a body.
+            ModelFileError: The model file of a prop cannot be read.
+        """
+        robots = {**controlled, **self.robots}
+        for name in self.props:
+            if name in robots or name in self.bodies:
+                raise SceneError(f"prop '{name}'", "has the name of a robot or body of the scene; give it another one.")
+        return robots | {name: prop.placement(name) for name, prop in self.props.items()}
+
+    def attachment_pose(self, name: str, robots: Mapping[str, Placement]) -> Pose:
+        """Return the pose of the second side of an attachment in the frame of the first.
+
+        Args:
+            name: The attachment.
+            robots: All robots of the simulation.
+        """
+        attachment = self.attachments[name]
+        if attachment.pose is not None:
+            return attachment.pose
+        first, second = (self._start(side, robots) for side in (attachment.first, attachment.second))
+        back = quat_conjugate(first[3:])
+        pos, quat = quat_rotate(back, second[:3] - first[:3]), quat_multiply(back, second[3:])
+        return Pose(tuple(pos.tolist()), tuple(quat.tolist()))
+
+    def _start(self, side: str, robots: Mapping[str, Placement]) -> Floats:
+        """Return where a body or link is at reset, (7,)."""
+        if side in self.bodies:
+            return np.array([*self.bodies[side].pose.pos, *self.bodies[side].pose.quat_wxyz])
+        robot, _, link = side.partition("/")
+        placement = robots[robot]
+        home = home_positions(placement.model, placement.robot.home)
+        pos, quat = placement.model.frame_pose(link, home[None])
+        base = np.array([*placement.pose.pos, *placement.pose.quat_wxyz])
+        return compose(base, np.concatenate([pos[0], quat[0]]))
 
     def check(self, robots: Mapping[str, Placement]) -> None:
         """Check that nothing contradicts itself or names what the scene does not have; simulators call it first.
@@ -187,8 +389,17 @@ class Scene:
         for name, camera in self.cameras.items():
             if camera.frame is not None and camera.frame not in links and camera.frame not in self.bodies:
                 raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is no body of the scene.")
+        for name, attachment in self.attachments.items():
+            for side in (attachment.first, attachment.second):
+                if side not in links and side not in self.bodies:
+                    raise SceneError(f"attachment '{name}'", f"names '{side}', which is no body or link of the scene.")
+            second = self.bodies.get(attachment.second)
+            if attachment.first == attachment.second or (second is not None and not second.is_free):
+                raise SceneError(
+                    f"attachment '{name}'", "has as its second side no link, and no other body with a mass."
+                )
         for name, body in self.bodies.items():
-            if body.mass is not None and body.kinematic:
+            if body.is_free and body.kinematic:
                 raise SceneError(f"scene body '{name}'", "is kinematic, so it has no mass; give one or the other.")
 
     def contact_number(self, name: str, *, force: bool = False) -> int:
