@@ -20,6 +20,7 @@ from frobs_core.errors import (
 )
 from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Simulation, Task
 from frobs_core.models import Pose, load_model
+from frobs_core.observation import Observations
 from frobs_core.randomization import Randomization, physical_parameters, read_settings
 from frobs_core.robot_config import RobotConfig
 from frobs_core.sensors.contacts import with_contacts
@@ -47,6 +48,7 @@ class Parts:
     simulation: Simulation
     control: Control
     task: Task
+    observations: Observations
     robot: RobotHandle
     controller: Controller
     control_timestep: float
@@ -132,11 +134,14 @@ def compose(config: EnvConfig, num_envs: int) -> Parts:
         first = next(iter(joined.robots.values()))
         controller = next(iter(first.controllers.values()))
         the_task.bind(simulation, controller, control)
-        randomization = None if settings is None else Randomization(settings, simulation, joined, the_task, control)
+        observations = Observations(num_envs, the_task.observation_terms())
+        randomization = None if settings is None else Randomization(settings, simulation, joined, observations, control)
     except BaseException:
         simulation.close()
         raise
-    return Parts(simulation, joined, the_task, first.robot, controller, control, decimation, randomization)
+    return Parts(
+        simulation, joined, the_task, observations, first.robot, controller, control, decimation, randomization
+    )
 
 
 def _place(config: RobotConfig, robot: Robot, controllers: Mapping[str, Controller], pose: Pose) -> Placement:

@@ -16,7 +16,7 @@ from frobs_core.config import RENDER_MODES, EnvConfig
 from frobs_core.errors import ResetNeededError
 from frobs_core.inputs import as_numbers, batch_options, invalid_action
 from frobs_core.interfaces import Controller, GoalTask, Snapshot, Task
-from frobs_core.interfaces.task import Observation
+from frobs_core.observation import Observation
 from frobs_core.random import RandomSource
 
 StepResult: TypeAlias = tuple[Observation, Floats, Mask | None, Mask | None, dict[str, Any]]
@@ -38,6 +38,7 @@ class Loop:
 
     def __init__(self, parts: Parts, num_envs: int) -> None:
         self.simulation, self.control, self.task = parts.simulation, parts.control, parts.task
+        self.observations, self._checked_terms = parts.observations, False
         self.randomization = randomization = parts.randomization
         self.decimation, self.num_envs = parts.decimation, num_envs
         self.rng = RandomSource(num_envs)
@@ -68,7 +69,10 @@ class Loop:
         self.simulation.reset(mask)
         self.task.reset(mask, self.rng, options)
         self.control.reset(mask)
-        observation = self.task.observe(self.rng)
+        if not self._checked_terms:  # not earlier: terms may have no values before the first reset
+            self.observations.check()
+            self._checked_terms = True
+        observation = self.observations.observe()
         return observation if self.randomization is None else self.randomization.begin(self.rng, observation, mask)
 
     def step(self, actions: Action) -> StepResult:
@@ -83,7 +87,7 @@ class Loop:
             robot.command(command)
         self._advance(self.decimation)
         task.advance(rng)  # measures once; what follows only reads
-        observation = self._degrade(rng, task.observe(rng))
+        observation = self._degrade(rng, self.observations.observe())
         reward = task.reward()
         terminated = self._is_terminated(task)
         info = {"is_success": task.is_success()}
@@ -152,6 +156,7 @@ class RobotEnv(gym.Env[Any, Any]):
         control: All controllers.
         robot: Handle of the first controlled robot.
         controller: Controller of its first joint group.
+        observations: Terms of the observation, with their columns and units.
         randomization: What is randomized, with the current values; None: nothing.
 
     Raises:
@@ -173,12 +178,13 @@ class RobotEnv(gym.Env[Any, Any]):
         self.control_timestep, self.decimation = parts.control_timestep, parts.decimation
         self.action_space = parts.control.action_space
         self._action_shape = self.action_space.shape
-        self.observation_space = parts.task.observation_space
+        self.observations = parts.observations
+        self.observation_space = parts.observations.space
         self.render_mode = config.render_mode
         self.metadata = {"render_modes": list(RENDER_MODES), "render_fps": round(1.0 / parts.control_timestep)}
         self._seeded = self._running = False
         self._checked = self._check_discrete if self._loop.discrete else self._check_box
-        self._row = _rows_of if isinstance(parts.task.observation_space, gym.spaces.Dict) else _row_of
+        self._row = _rows_of if isinstance(self.observation_space, gym.spaces.Dict) else _row_of
         if isinstance(parts.task, GoalTask):
             self.compute_reward = parts.task.compute_reward  # where hindsight replay looks for it
 

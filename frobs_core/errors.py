@@ -381,6 +381,20 @@ class RandomizationError(ConfigurationError):
         super().__init__(f"{place}: {reason}")
 
 
+class ObservationTermError(ConfigurationError):
+    """A term of an observation cannot be used.
+
+    Args:
+        term: Name of the term.
+        reason: What is wrong and what to do.
+    """
+
+    def __init__(self, term: str, reason: str) -> None:
+        self.term = term
+        self.reason = reason
+        super().__init__(f"the observation term '{term}' {reason}")
+
+
 class UnsuitableRobotError(ConfigurationError):
     """A task, a controller or a tool cannot use this robot.
 

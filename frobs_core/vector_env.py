@@ -22,7 +22,7 @@ from frobs_core.env import Loop
 from frobs_core.errors import ParameterValueError, ResetNeededError, ResetOptionError
 from frobs_core.inputs import as_numbers, batch_options, invalid_action, option_mapping
 from frobs_core.interfaces import Snapshot
-from frobs_core.interfaces.task import Observation
+from frobs_core.observation import Observation
 from frobs_core.validation import whole_number
 
 
@@ -45,6 +45,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         robot: Handle of the first controlled robot.
         controller: Controller of its first joint group.
         final_observation: After a step in which episodes ended: (num_envs, …), rows valid where they ended.
+        observations: Terms of the observation, with their columns and units.
         randomization: What is randomised, with the values in force; None: nothing.
     """
 
@@ -67,7 +68,8 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self.control_timestep, self.decimation = parts.control_timestep, parts.decimation
         self.num_envs = num_envs
         self.single_action_space = parts.control.action_space
-        self.single_observation_space = parts.task.observation_space
+        self.observations = parts.observations
+        self.single_observation_space = parts.observations.space
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.render_mode = config.render_mode

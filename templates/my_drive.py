@@ -9,13 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
-import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Camera, Controller, Marker, Scene, Simulation, Snapshot, Task
-from frobs_core.interfaces.task import Observation
+from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.rotations import quat_conjugate, quat_from_axis_angle, quat_rotate
 
@@ -73,7 +72,6 @@ class MyDrive(Task):
         """Prepare for a simulation: keep the robot's handle, and make buffers."""
         self._robot = robot = simulation.robots["robot"]
         self._start = [part.copy() for part in robot.base_pose]  # pos (num_envs, 3), quat_wxyz (num_envs, 4)
-        self.observation_space = gym.spaces.Box(-_BOUND, _BOUND, (5,), np.float32)
         self._goal: Floats = np.zeros((robot.num_envs, 3))
         self._way: Floats = np.zeros((robot.num_envs, 3))
         self._distance: Floats = np.zeros(robot.num_envs)
@@ -102,17 +100,20 @@ class MyDrive(Task):
         self._last_distance = self._distance
         self._measure()
 
-    def observe(self, rng: RandomSource) -> Observation:
-        """Return the goal in the robot's frame, its distance, and forward and turning speed: (num_envs, 5) float32."""
-        linear, angular = self._robot.base_twist
-        forward = in_frame(self._robot.base_pose[1], linear)[:, :1]
-        return np.concatenate([self._way[:, :2], self._distance[:, None], forward, angular[:, 2:]], axis=1).astype(
-            np.float32
-        )
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        """Return the goal in the robot's frame, its distance, and forward and turning speed: 5 numbers."""
+        bound = np.full(2, _BOUND)
 
-    def observation_columns(self) -> Mapping[str, slice]:
-        """Return where the terms of the observation stand, so that noise can be given to each."""
-        return {"goal": slice(0, 2), "distance": slice(2, 3), "velocity": slice(3, 5)}
+        def velocity() -> Floats:
+            linear, angular = self._robot.base_twist
+            forward = in_frame(self._robot.base_pose[1], linear)[:, :1]
+            return np.concatenate([forward, angular[:, 2:]], axis=1)
+
+        return {
+            "goal": ObservationTerm(read=lambda: self._way[:, :2], low=-bound, high=bound, unit="m"),
+            "distance": ObservationTerm(read=lambda: self._distance[:, None], low=-bound[:1], high=bound[:1], unit="m"),
+            "velocity": ObservationTerm(read=velocity, low=-bound, high=bound, unit="m/s, rad/s"),
+        }
 
     def reward(self) -> Floats:
         """Return the reward of the step that has just ended, (num_envs,)."""

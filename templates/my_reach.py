@@ -9,14 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
-import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ParameterValueError, UnsuitableRobotError
 from frobs_core.interfaces import Camera, Controller, Marker, Scene, Simulation, Snapshot, Task
-from frobs_core.interfaces.task import Observation
 from frobs_core.models import longest_reach
+from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.rotations import quat_conjugate, quat_rotate
 
@@ -70,17 +69,6 @@ class MyReach(Task):
         """Prepare for a simulation: find out what can be reached, and make buffers."""
         self._robot = robot = simulation.robots["robot"]
         self._reachable = self._survey()  # (k, 3) [m]
-        reach = longest_reach(robot.model, robot.tcp)
-        low, high = robot.base_pose[0][0] - reach, robot.base_pose[0][0] + reach
-        far = np.full(3, np.sqrt(((high - low) ** 2).sum()))
-        margin = 0.1 * (robot.position_upper[0] - robot.position_lower[0])  # drives may overshoot a limit
-        self.observation_space = gym.spaces.Box(
-            np.concatenate([robot.position_lower[0] - margin, low, low, low - high, -far]).astype(np.float32),
-            np.concatenate([robot.position_upper[0] + margin, high, high, high - low, far]).astype(np.float32),
-            dtype=np.float32,
-        )
-        # What a learner may multiply the observation by, so that the differences that matter are about 1.
-        self.observation_scale = np.array([1.0] * robot.dof + [2.0] * 9 + [5.0] * 3)
         self._shoulder = robot.model.actuated_joints[0].child
         self._goal: Floats = np.zeros((robot.num_envs, 3))
         self._tcp: Floats = np.zeros((robot.num_envs, 3))
@@ -107,26 +95,35 @@ class MyReach(Task):
         """Measure, once in each control step; everything below uses it."""
         self._measure()
 
-    def observe(self, rng: RandomSource) -> Observation:
-        """Return joint positions, tool, goal, and the way from tool to goal, twice: (num_envs, dof + 12) float32.
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        """Return joint positions, tool, goal, and the way from tool to goal, twice: dof + 12 numbers.
 
-        First in the world, then as the first link that moves sees it: what the other joints have to do looks the same
-        whichever way that link has turned.
+        The way is given in the world, then in the frame of the first link that moves: what the other joints have to do looks
+        the same whichever way that link has turned. ``scale`` is what a learner may multiply a term by, so that the
+        differences that matter are about 1.
         """
-        offset = self._goal - self._tcp
-        turned = seen_from(self._robot.frame_pose(self._shoulder)[1], offset)
-        parts = [self._robot.joint_positions, self._tcp, self._goal, offset, turned]
-        return np.concatenate(parts, axis=1).astype(np.float32)
+        robot = self._robot
+        reach = longest_reach(robot.model, robot.tcp)
+        low, high = robot.base_pose[0][0] - reach, robot.base_pose[0][0] + reach
+        far = np.full(3, np.sqrt(((high - low) ** 2).sum()))
+        lower, upper = robot.position_lower[0], robot.position_upper[0]
+        margin = 0.1 * (upper - lower)  # drives may overshoot a limit
 
-    def observation_columns(self) -> Mapping[str, slice]:
-        """Return where the terms of the observation stand, so that noise can be given to each."""
-        dof = self._robot.dof
+        def joints() -> Floats:
+            return robot.joint_positions
+
+        def way() -> Floats:
+            return self._goal - self._tcp
+
+        def turned_way() -> Floats:
+            return seen_from(robot.frame_pose(self._shoulder)[1], way())
+
         return {
-            "joint_positions": slice(0, dof),
-            "tcp_position": slice(dof, dof + 3),
-            "goal": slice(dof + 3, dof + 6),
-            "goal_offset": slice(dof + 6, dof + 9),
-            "goal_from_shoulder": slice(dof + 9, dof + 12),
+            "joint_positions": ObservationTerm(read=joints, low=lower - margin, high=upper + margin, unit="rad or m"),
+            "tcp_position": ObservationTerm(read=lambda: self._tcp, low=low, high=high, unit="m", scale=2.0),
+            "goal": ObservationTerm(read=lambda: self._goal, low=low, high=high, unit="m", scale=2.0),
+            "goal_offset": ObservationTerm(read=way, low=low - high, high=high - low, unit="m", scale=2.0),
+            "goal_from_shoulder": ObservationTerm(read=turned_way, low=-far, high=far, unit="m", scale=5.0),
         }
 
     def reward(self) -> Floats:

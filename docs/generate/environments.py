@@ -129,19 +129,18 @@ def _observation(env: gym.Env | None, found: dict) -> Iterator[str]:
     if env is None:
         yield f"The **observation** has {escape(found.get('observation_space', 'the columns that its task says'))}.\n\n"
         return
-    space, terms = env.observation_space, getattr(env.unwrapped.task, "observation_terms", {})
+    space, observations = env.observation_space, env.unwrapped.observations
     parts = space.spaces if isinstance(space, gym.spaces.Dict) else {"": space}
     if "" in parts:
-        yield f"An **observation** is {code(space_text(space))}{'; its columns:' if terms else '.'}\n\n"
+        yield f"An **observation** is {code(space_text(space))}{'; its columns:'}\n\n"
     else:
         rows = [(code(key), code(space_text(part))) for key, part in parts.items()]
         yield "An **observation** is a dictionary:\n\n" + table(["key", "space"], rows)
-    rows, start = [], 0
-    for name, term in terms.items():
-        last = start + len(term.low) - 1
-        columns = str(start) if last == start else f"{start} … {last}"
-        rows.append((columns, code(name), escape(term.unit), _numbers(term.low), _numbers(term.high)))
-        start = last + 1
+    rows = []
+    for row in observations.describe():
+        term, (first, last) = observations.terms[row["name"]], row["columns"]
+        columns = str(first) if last == first else f"{first} … {last}"
+        rows.append((columns, code(row["name"]), escape(term.unit), _numbers(term.low), _numbers(term.high)))
     if rows:
         owner = "" if "" in parts else "The columns of ``observation``:\n\n"
         yield owner + table(["columns", "what", "unit", "lowest", "highest"], rows)

@@ -24,8 +24,9 @@ from frobs_core.interfaces.scene import (
 )
 from frobs_core.interfaces.sensor import Bumper, Imu, Lidar, Sensor
 from frobs_core.interfaces.simulation import BareEngine, Simulation, Snapshot
-from frobs_core.interfaces.task import GoalTask, Observation, ResetOptions, Task
+from frobs_core.interfaces.task import GoalTask, ResetOptions, Task
 from frobs_core.interfaces.translation import Overlap, Translation, TranslationTable, read_tables, translate
+from frobs_core.observation import Observation
 
 __all__ = [
     "ALL",

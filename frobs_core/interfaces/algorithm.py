@@ -12,7 +12,7 @@ import numpy as np
 
 from frobs_core.arrays import Action, Mask
 from frobs_core.errors import PolicyExportError
-from frobs_core.interfaces.task import Observation
+from frobs_core.observation import Observation
 
 
 class TrainingMonitor(Protocol):

@@ -4,19 +4,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, TypeAlias, TypedDict
-
-import gymnasium as gym
-import numpy as np
+from typing import Any, ClassVar, TypedDict
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.interfaces.controller import Controller
 from frobs_core.interfaces.scene import Marker, Scene
 from frobs_core.interfaces.simulation import Simulation, Snapshot
+from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
-
-Observation: TypeAlias = np.ndarray[Any, Any] | dict[str, np.ndarray[Any, Any]]
-"""(num_envs, …), or a dictionary of such."""
 
 
 class ResetOptions(TypedDict, total=False):
@@ -32,8 +27,8 @@ class Task(ABC):
     A constructor takes keyword-only parameters, which are the keywords that users may give to the
     environment; it validates and stores. ``bind`` is called once, when the simulation stands.
 
-    In a control step the environment calls, in this order: ``advance``, ``observe``, ``reward``,
-    ``is_terminated``, ``is_success``. In a reset: ``reset``, then ``advance`` is not called, ``observe``.
+    In a control step the environment calls ``advance``, reads the observation terms, and calls ``reward``,
+    ``is_terminated`` and ``is_success``, in this order. In a reset it calls ``reset`` and reads the terms.
 
     No product of (num_envs, k) with a matrix (``@``, ``dot``) and no statistic over the environments: both
     break the law that environment *i* of a vector equals the single environment.
@@ -47,7 +42,6 @@ class Task(ABC):
         reward_meanings: What each of :meth:`reward_terms` is, by name; for lists and pages.
         late_terms: Terms of the observation that change only once something is achieved, as a way-point of which the
             first is always the same; the kit, which acts at random, does not expect them to vary.
-        observation_space: Of one environment; set by ``bind``.
         reward_type: The one in force; set before ``bind``.
     """
 
@@ -59,7 +53,6 @@ class Task(ABC):
     reward_meanings: ClassVar[Mapping[str, str]] = {}
     late_terms: ClassVar[Sequence[str]] = ()
 
-    observation_space: gym.Space  # type: ignore[type-arg]
     reward_type: str
 
     def scene(self) -> Scene:
@@ -68,7 +61,7 @@ class Task(ABC):
 
     @abstractmethod
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        """Prepare for a simulation: keep the handles, set :attr:`observation_space`, make buffers."""
+        """Prepare for a simulation: keep the handles, make buffers."""
 
     @abstractmethod
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
@@ -85,20 +78,16 @@ class Task(ABC):
         """Bring up to date what the terms share, once per control step, after the simulation has stepped."""
 
     @abstractmethod
-    def observe(self, rng: RandomSource) -> Observation:
-        """Return the observation, (num_envs, …) float32: an array of its own that is never written again."""
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        """Return what is observed, by name, in order; called once, after :meth:`bind`.
+
+        Names are used to give noise or a delay to a term. A term is read after ``advance`` and after ``reset``; reading it
+        must change nothing.
+        """
 
     @abstractmethod
     def reward(self) -> Floats:
         """Return the reward of the step that has just ended, (num_envs,)."""
-
-    def observation_columns(self) -> Mapping[str, slice]:
-        """Return where the named terms of the observation stand, so that noise and delays can be given to each.
-
-        Columns of the observation where it is one array, or of its key ``"observation"`` where it is a dictionary; its
-        other keys are terms by themselves. Without names there is one term, ``"observation"``.
-        """
-        return {}
 
     def reward_terms(self) -> Mapping[str, Floats]:
         """Return the terms whose sum the last reward was, (num_envs,) each, for logs."""
@@ -125,7 +114,7 @@ class Task(ABC):
 
 
 class GoalTask(Task):
-    """A goal-conditioned task: its observation has ``observation``, ``achieved_goal`` and ``desired_goal``."""
+    """A goal-conditioned task: two of its terms have the keys ``"achieved_goal"`` and ``"desired_goal"``."""
 
     @abstractmethod
     def compute_reward(self, achieved_goal: Floats, desired_goal: Floats, info: Any) -> Floats:

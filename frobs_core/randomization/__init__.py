@@ -1,6 +1,5 @@
 """Domain randomisation: what differs between environments and episodes, as data on the environment."""
 
-from frobs_core.randomization.observation import Term, find_terms
 from frobs_core.randomization.randomization import Randomization
 from frobs_core.randomization.settings import Setting, Settings, physical_parameters, read_settings
 from frobs_core.randomization.targets import Unit, find_units
@@ -9,9 +8,7 @@ __all__ = [
     "Randomization",
     "Setting",
     "Settings",
-    "Term",
     "Unit",
-    "find_terms",
     "find_units",
     "physical_parameters",
     "read_settings",

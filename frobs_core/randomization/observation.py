@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -12,45 +11,14 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import RandomizationError
-from frobs_core.interfaces import Task
 from frobs_core.interfaces.simulation import Snapshot
-from frobs_core.interfaces.task import Observation
+from frobs_core.observation import VECTORS, Observation, Observations
 from frobs_core.random import RandomSource
 from frobs_core.randomization.delay import whole_steps
 from frobs_core.randomization.distribution import Distribution
 from frobs_core.randomization.schedule import Draw
 from frobs_core.randomization.settings import Setting
 from frobs_core.randomization.targets import matches
-
-WHOLE = "observation"
-"""Name of the only part of an observation that is one array, and of a dictionary's part that has columns."""
-
-
-@dataclass(frozen=True)
-class Term:
-    """Where a named part of an observation stands.
-
-    Attributes:
-        key: Of the dictionary; ``"observation"`` where the observation is one array.
-        columns: None: all of it.
-    """
-
-    key: str
-    columns: slice | None
-
-
-def find_terms(task: Task) -> dict[str, Term]:
-    """Return the terms of a task's observation by name.
-
-    Where the observation is a dictionary, each key that has no named columns is a term of its own:
-    ``achieved_goal``, ``desired_goal``.
-    """
-    space = task.observation_space
-    columns = {name: Term(WHOLE, where) for name, where in task.observation_columns().items()}
-    if not isinstance(space, gym.spaces.Dict):
-        return columns or {WHOLE: Term(WHOLE, None)}
-    others = {key: Term(key, None) for key in space if key != WHOLE or not columns}
-    return {**columns, **others}
 
 
 class ObservedArray:
@@ -78,9 +46,9 @@ class ObservedArray:
         """Let some columns be measured with the numbers of a draw added."""
         self._noise.append((columns, draw, numbers))
 
-    def add_delay(self, columns: slice | None, draw: Draw) -> None:
-        """Let some columns, or all, be observed late."""
-        self._delays.append(((slice(None), columns) if columns is not None else ..., draw))
+    def add_delay(self, columns: slice, draw: Draw) -> None:
+        """Let some columns be observed late."""
+        self._delays.append(((slice(None), columns), draw))
 
     def begin(self, true: np.ndarray[Any, Any], mask: Mask) -> np.ndarray[Any, Any]:
         """Forget where episodes begin, and return what all observe."""
@@ -128,7 +96,7 @@ class ObservedArrays:
     Args:
         noise: Settings of ``observation_noise``.
         delays: Settings of ``observation_delay``.
-        task: Whose observation it is.
+        observations: The terms.
         num_envs: ≥ 1.
         control_timestep: [s]
 
@@ -138,10 +106,15 @@ class ObservedArrays:
     """
 
     def __init__(
-        self, noise: Sequence[Setting], delays: Sequence[Setting], task: Task, num_envs: int, control_timestep: float
+        self,
+        noise: Sequence[Setting],
+        delays: Sequence[Setting],
+        observations: Observations,
+        num_envs: int,
+        control_timestep: float,
     ) -> None:
-        self._terms = find_terms(task)
-        self._space, self._num_envs, self._timestep = task.observation_space, num_envs, control_timestep
+        self._terms = observations.columns
+        self._space, self._num_envs, self._timestep = observations.space, num_envs, control_timestep
         self._depth = 1 + max((int(setting.distribution.high) for setting in delays), default=0)
         self.arrays: dict[str, ObservedArray] = {}
         self.draws: list[Draw] = []
@@ -171,11 +144,11 @@ class ObservedArrays:
 
     def _each(self, true: Observation, observe: Any) -> Observation:
         if not isinstance(true, dict):
-            result: np.ndarray[Any, Any] = observe(self.arrays[WHOLE], true)
+            result: np.ndarray[Any, Any] = observe(self.arrays[VECTORS], true)
             return result
         return {key: observe(self.arrays[key], true[key]) if key in self.arrays else true[key] for key in true}
 
-    def _named(self, setting: Setting) -> dict[str, Term]:
+    def _named(self, setting: Setting) -> dict[str, tuple[str, slice]]:
         names = list(self._terms)
         found = matches(setting.targets or ("*",), names, f"observation term of {setting.place}")
         return {names[i]: self._terms[names[i]] for i in found}
@@ -190,13 +163,12 @@ class ObservedArrays:
 
     def _add_noise(self, setting: Setting) -> None:
         places, start = [], 0
-        for name, term in self._named(setting).items():
-            array, space = self._find_array(term.key, setting)
+        for name, (key, columns) in self._named(setting).items():
+            array, space = self._find_array(key, setting)
             if len(space.shape) != 1 or space.dtype.kind != "f":
                 raise RandomizationError(
-                    setting.place, f"the observation '{term.key}' is {space}; noise is added to vectors of floats."
+                    setting.place, f"the observation '{key}' is {space}; noise is added to vectors of floats."
                 )
-            columns = slice(*(term.columns or slice(None)).indices(space.shape[0]))
             numbers = slice(start, start := start + columns.stop - columns.start)
             places.append((name, array, columns, numbers))
         if setting.distribution.width not in (1, start):
@@ -215,8 +187,8 @@ class ObservedArrays:
     def _add_delay(self, setting: Setting) -> None:
         sample = whole_steps(setting.distribution)
         draw = self._add_draw(Draw(setting.stream, setting.schedule, sample, self._zeros(), self._timestep))
-        for term in self._named(setting).values():
-            self._find_array(term.key, setting)[0].add_delay(term.columns, draw)
+        for key, columns in self._named(setting).values():
+            self._find_array(key, setting)[0].add_delay(columns, draw)
 
     def _add_draw(self, draw: Draw) -> Draw:
         self.draws.append(draw)

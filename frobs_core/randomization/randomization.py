@@ -11,9 +11,9 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.control import Control
 from frobs_core.errors import RandomizationError
-from frobs_core.interfaces import Simulation, Task
+from frobs_core.interfaces import Simulation
 from frobs_core.interfaces.simulation import Snapshot
-from frobs_core.interfaces.task import Observation
+from frobs_core.observation import Observation, Observations
 from frobs_core.random import RandomSource
 from frobs_core.randomization.delay import ActionDelay
 from frobs_core.randomization.observation import ObservedArrays
@@ -32,7 +32,7 @@ class Randomization:
         settings: What was written.
         simulation: That it is written to.
         control: Whose commands are delayed.
-        task: Whose observation is changed.
+        observations: Terms that get noise or are late.
         control_timestep: [s]
 
     Attributes:
@@ -44,7 +44,12 @@ class Randomization:
     """
 
     def __init__(
-        self, settings: Settings, simulation: Simulation, control: Control, task: Task, control_timestep: float
+        self,
+        settings: Settings,
+        simulation: Simulation,
+        control: Control,
+        observations: Observations,
+        control_timestep: float,
     ) -> None:
         self.settings: Mapping[str, Any] = settings.given
         self._all = np.ones(simulation.num_envs, np.bool_)
@@ -59,7 +64,7 @@ class Randomization:
         self._observed: ObservedArrays | None = None
         self._observation_delays: list[Draw] = []
         if noise or delays:
-            self._observed = ObservedArrays(noise, delays, task, simulation.num_envs, control_timestep)
+            self._observed = ObservedArrays(noise, delays, observations, simulation.num_envs, control_timestep)
             self._observation_delays = self._observed.draws[len(noise) :]
         self._changing = [part for part in self._physics if any(draw.changes_in_episode for draw in part.draws)]
 

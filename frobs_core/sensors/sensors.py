@@ -10,6 +10,7 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import UnknownNameError
 from frobs_core.interfaces import Sensor, Simulation, Snapshot
+from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.sensors.channel import Channel
 from frobs_core.sensors.instrument import Instrument, instrument_of
@@ -72,6 +73,15 @@ class Sensors:
     def names(self) -> tuple[str, ...]:
         """The sensors that can be read."""
         return tuple(self._sensors)
+
+    def term(self, name: str) -> ObservationTerm:
+        """Return an observation term that reads a sensor.
+
+        Raises:
+            UnknownNameError: No sensor is named so.
+        """
+        space, unit = self.space(name), self._sensors[name].unit
+        return ObservationTerm(read=lambda: self.read(name), low=space.low, high=space.high, unit=unit)
 
     def space(self, name: str) -> gym.spaces.Box:
         """Return the space of a sensor's reading in one environment: (width,) float32, in its unit.

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import gymnasium as gym
 import numpy as np
 
 from frobs_core.interfaces import Body, Contact, DriveGains, EndEffector, Robot, Scene, Task
 from frobs_core.models import Box, Pose
+from frobs_core.observation import ObservationTerm
 from frobs_core.specs import TaskRecord
 
 HERE = Path(__file__).parent
@@ -46,14 +46,16 @@ class CubeTask(Task):
 
     def bind(self, simulation, controller, control_timestep):
         self.simulation = simulation
-        self.observation_space = gym.spaces.Box(-np.inf, np.inf, (3 * len(simulation.robots),), np.float32)
 
     def reset(self, mask, rng, options):
         pass
 
-    def observe(self, rng):
-        tools = [robot.frame_pose("tcp")[0] for robot in self.simulation.robots.values()]
-        return np.concatenate(tools, axis=1).astype(np.float32)
+    def observation_terms(self):
+        far = np.full(3, np.inf)
+        return {
+            name: ObservationTerm(read=lambda robot=robot: robot.frame_pose("tcp")[0], low=-far, high=far, unit="m")
+            for name, robot in self.simulation.robots.items()
+        }
 
     def reward(self):
         return np.zeros(self.simulation.num_envs)

@@ -13,7 +13,7 @@ _DELTA, _JOINTS = "frobs_controllers.joint_delta_position", "frobs_controllers.j
 _VELOCITY, _DRIVE = "frobs_controllers.joint_velocity", "frobs_controllers.differential_drive"
 _REACH, _GOAL, _SAMPLING = "frobs_tasks_reach.reach", "frobs_tasks_reach.goal", "frobs_tasks_reach.sampling"
 _START, _MOTION = "frobs_tasks_reach.start", "frobs_tasks_reach.motion"
-_OBSERVATION = "frobs_core.flat_observation"
+_OBSERVATION = "frobs_core.observation"
 _VECTOR = "frobs_core.vector_env"
 
 _TABLE = (
@@ -93,16 +93,15 @@ _TABLE = (
      '"""Measure where the tool is."""\n        self._measure()', '"""Measure where the tool is."""'),
     ("a given start ignored", _START, "if given is not None:\n            robot.write", "if False:\n            robot.write"),
     ("a goal that the snapshot does not bring back", _REACH,
-     'self._observation.values[:] = snapshot["observation"]', "pass"),
-    ("shared observation memory", _REACH,
-     "return self._observation.values.astype(np.float32)",
-     "values = self._observation.values\n"
-     "        self._kept = getattr(self, '_kept', values.astype(np.float32))\n"
-     "        self._kept[...] = values\n        return self._kept"),
-    ("observations in double precision", _REACH,
-     "return self._observation.values.astype(np.float32)", "return self._observation.values.copy()"),
-    ("columns that overlap", _OBSERVATION, "slice(start, start + len(term.low))\n            start +=",
-     "slice(max(start - 1, 0), start + len(term.low))\n            start +="),
+     'self._goal[:] = snapshot["goal"]', "pass"),
+    ("shared observation memory", _OBSERVATION,
+     "return _join(self._vectors)",
+     "values = _join(self._vectors)\n"
+     "            self._kept = getattr(self, '_kept', values.copy())\n"
+     "            self._kept[...] = values\n            return self._kept"),
+    ("observations in double precision", _OBSERVATION, "axis=1, dtype=np.float32)", "axis=1)"),
+    ("columns that overlap", _OBSERVATION, "slice(start, start + len(term.low))",
+     "slice(max(start - 1, 0), start + len(term.low))"),
     ("a reward of goals that are not those of the step", _GOAL,
      "return self._reward(_goal_distance(achieved_goal, desired_goal))",
      "return self._reward(_goal_distance(achieved_goal, desired_goal) + 1e-3)"),

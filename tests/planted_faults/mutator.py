@@ -24,7 +24,7 @@ FILES = (
     "frobs_tasks_reach.goal",
     "frobs_tasks_reach.start",
     "frobs_tasks_reach.motion",
-    "frobs_core.flat_observation",
+    "frobs_core.observation",
 )
 """Where faults are drawn, turn by turn."""
 

@@ -73,7 +73,7 @@ def checks_for(module: str) -> Iterator[Check]:
     elif package == "frobs_controllers":
         yield from check_controller(name)
         yield from check_controller(name, robot=None if name == "differential_drive" else "irb120")
-    if package == "frobs_tasks_reach" or name == "flat_observation":
+    if package == "frobs_tasks_reach" or name == "observation":
         task = {"goal": "reach_goal", "dynamic": "reach_dynamic", "motion": "reach_dynamic"}.get(name, "reach")
         yield from check_task(task)
         if task == "reach_goal":

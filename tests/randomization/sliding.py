@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.interfaces import Body, Controller, Scene, Simulation, Task
-from frobs_core.interfaces.task import Observation
 from frobs_core.models import Box, Pose
+from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.specs import TaskRecord
 
@@ -22,13 +21,13 @@ class Sliding(Task):
 
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
         self._box = simulation.bodies["box"]
-        self.observation_space = gym.spaces.Box(-np.inf, np.inf, (3,), np.float32)
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
         """Let everything be where the scene has it."""
 
-    def observe(self, rng: RandomSource) -> Observation:
-        return self._box.pose[0].astype(np.float32)
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        far = np.full(3, np.inf)
+        return {"box": ObservationTerm(read=lambda: self._box.pose[0], low=-far, high=far, unit="m")}
 
     def reward(self) -> Floats:
         return self._box.pose[0][:, 0].copy()

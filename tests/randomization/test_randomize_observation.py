@@ -11,10 +11,10 @@ JOINTS = slice(0, 6)
 def observe(env, steps=30, seed=0):
     """Return (steps + 1, num_envs, k) observations, and what they should be."""
     observation, _ = env.reset(seed=seed)
-    seen, true = [observation], [env.task.observe(None)]
+    seen, true = [observation], [env.observations.observe()]
     for _ in range(steps):
         seen.append(env.step(np.full((env.num_envs, 6), 0.2))[0])
-        true.append(env.task.observe(None))
+        true.append(env.observations.observe())
     return np.array(seen, np.float64), np.array(true, np.float64)
 
 
@@ -88,7 +88,7 @@ def test_goals_of_a_dictionary_are_terms_too(make):
         2, {"observation_noise": {"achieved_goal": {"normal": 0.01}, "tcp*": {"normal": 0.01}}}, task="reach_goal"
     )
     seen, _ = env.reset(seed=0)
-    true = env.task.observe(None)
+    true = env.observations.observe()
     assert (seen["achieved_goal"] != true["achieved_goal"]).all()
     assert (seen["desired_goal"] == true["desired_goal"]).all()
     assert (seen["observation"][:, :12] == true["observation"][:, :12]).all()

@@ -24,8 +24,8 @@ from frobs_core.interfaces import (
     Snapshot,
     Task,
 )  # fmt: skip
-from frobs_core.interfaces.task import Observation
 from frobs_core.models import Box, Pose
+from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.rotations import quat_from_axis_angle
 from frobs_core.sensors import Sensors
@@ -72,8 +72,6 @@ class Seeing(Task):
         self.robot = simulation.robots["robot"]
         self.start = [part.copy() for part in self.robot.base_pose]
         self.sensors = Sensors(simulation, control_timestep)
-        width = sum(self.sensors.space(name).shape[0] for name in self.sensors.names)
-        self.observation_space = gym.spaces.Box(-np.inf, np.inf, (width,), np.float32)
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
         rows = slice(None) if mask is None else mask
@@ -88,8 +86,8 @@ class Seeing(Task):
     def advance(self, rng: RandomSource) -> None:
         self.sensors.advance(rng)
 
-    def observe(self, rng: RandomSource) -> Observation:
-        return np.concatenate([self.sensors.read(name) for name in self.sensors.names], axis=1).astype(np.float32)
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        return {name: self.sensors.term(name) for name in self.sensors.names}
 
     def reward(self) -> Floats:
         return self.robot.base_pose[0][:, 0].copy()

@@ -99,7 +99,7 @@ def test_the_algorithm_leaves_the_environment_its_seed(make: Any, monitor: Any) 
 def test_the_scale_that_a_task_suggests_is_part_of_the_policy(make: Any, tmp_path: Path) -> None:
     env = make()
     scaled, plain = PPO(env, FAST, 0), PPO(env, {**FAST, "scale_observation": False}, 0)
-    scale = env.unwrapped.task.observation_scale
+    scale = env.unwrapped.observations.scale
     observation = env.single_observation_space.sample()[None] * 0.1
     np.testing.assert_allclose(scaled.predict(observation)[0], plain.predict(observation * scale)[0], atol=1e-6)
     scaled.save(tmp_path)

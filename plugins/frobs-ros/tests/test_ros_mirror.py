@@ -60,8 +60,8 @@ def test_a_lidar_reads_what_was_measured_and_not_what_the_mirror_sees() -> None:
     env.reset(seed=0)
     seen = state_of(env)
     mirror.begin(seen)
-    columns = mirror.env.task.observation_columns()
-    term = columns.get("lidar", columns.get("nearness"))
+    columns = mirror.env.observations.columns
+    _, term = columns.get("lidar", columns.get("nearness"))
     before = mirror.observe(seen)[term]
     scans = {name: np.full(lidar.rays, np.nan)}
     scans[name][0] = 0.5

@@ -50,7 +50,7 @@ def test_observation_tells_how_fast_the_joints_turn(make):
     env.reset(seed=0)
     for action in (np.ones(6, np.float32), -np.ones(6, np.float32)):
         observation, *_ = env.step(action)
-        seen = env.unwrapped.task.observation_space["observation"]
+        seen = env.observation_space["observation"]
         turning = observation["observation"][6:12]
         assert np.abs(turning).min() > 0.01
         assert seen.contains(observation["observation"])

@@ -28,7 +28,7 @@ def test_observation_is_joints_tool_goal_and_offset(make):
     observation, _ = env.reset(seed=0)
     task, robot = env.unwrapped.task, env.unwrapped.robot
     assert observation.dtype == np.float32
-    assert [(row["name"], row["columns"]) for row in task._observation.describe()] == [
+    assert [(row["name"], row["columns"]) for row in env.unwrapped.observations.describe()] == [
         ("joint_positions", [0, 5]),
         ("tcp_position", [6, 8]),
         ("goal", [9, 11]),
@@ -40,8 +40,8 @@ def test_observation_is_joints_tool_goal_and_offset(make):
     env.unwrapped.robot.write_joint_state(np.array([[np.pi / 2, 0.2, 0.2, 0.0, 1.0, 0.0]]))
     task.advance(env.unwrapped._loop.rng)
     x, y, z = task.goal[0] - robot.frame_pose("tcp")[0][0]
-    np.testing.assert_allclose(task.observe(env.unwrapped._loop.rng)[0, 12:], [x, y, z, y, -x, z], atol=1e-6)
-    assert task.observation_scale.tolist() == [1.0] * 6 + [2.0] * 9 + [5.0] * 3
+    np.testing.assert_allclose(env.unwrapped.observations.observe()[0, 12:], [x, y, z, y, -x, z], atol=1e-6)
+    assert env.unwrapped.observations.scale.tolist() == [1.0] * 6 + [2.0] * 9 + [5.0] * 3
     assert np.isfinite(env.observation_space.low).all()
 
 

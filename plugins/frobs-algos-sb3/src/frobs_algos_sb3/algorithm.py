@@ -247,8 +247,8 @@ class SB3Algorithm(Algorithm):
 
 
 def _suggested_scale(env: gym.vector.VectorEnv[Any, Any, Any]) -> list[float] | None:
-    """Return what the task suggests to multiply a flat observation by, or None."""
-    scale = getattr(getattr(env.unwrapped, "task", None), "observation_scale", None)
+    """Return what the observation terms suggest to multiply a flat observation by, or None."""
+    scale = getattr(getattr(env.unwrapped, "observations", None), "scale", None)
     if scale is None or np.shape(scale) != env.single_observation_space.shape:
         return None
     return [float(factor) for factor in scale]

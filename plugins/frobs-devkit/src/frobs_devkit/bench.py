@@ -185,8 +185,9 @@ def _watch(env: Any) -> tuple[dict[str, float], Snapshot, dict[tuple[str, str], 
 
     watch("engine", env.simulation, "step")
     watch("controller", env.controller, "apply")
-    for method in ("advance", "observe", "reward", "reward_terms", "is_terminated", "is_success"):
+    for method in ("advance", "reward", "reward_terms", "is_terminated", "is_success"):
         watch("task", env.task, method)
+    watch("task", env.observations, "observe")
     for robot in env.simulation.robots.values():
         _watch_lidars(robot, cast)
     return spent, before, cast

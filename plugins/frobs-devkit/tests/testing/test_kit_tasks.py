@@ -46,10 +46,12 @@ def success_as_a_number(original: Any, self: Any) -> Any:
     return original(self).astype(np.float64)
 
 
-@wrong("observe", "same_step_equals_single")
-def centred_over_the_batch(original: Any, self: Any, rng: Any) -> Any:
-    observation = original(self, rng)
-    return observation - (observation - observation).mean(0) + np.float32(1e-7) * observation.mean(0)
+@wrong("observation_terms", "same_step_equals_single")
+def centred_over_the_batch(original: Any, self: Any) -> Any:
+    terms = dict(original(self))
+    joints = terms["joint_positions"].read
+    terms["joint_positions"] = replace(terms["joint_positions"], read=lambda: joints() + 1e-5 * joints().mean(0))
+    return terms
 
 
 @wrong("reset", "same_step_equals_single")
@@ -81,8 +83,9 @@ def marks_of_one(original: Any, self: Any) -> Any:
     return [replace(mark, pos=mark.pos[0]) for mark in original(self)]
 
 
-def a_column_without_a_name(original: Any, self: Any) -> Any:
-    return dict(list(original(self).items())[:-1])
+def a_term_without_a_unit(original: Any, self: Any) -> Any:
+    terms = dict(original(self))
+    return {**terms, "goal": replace(terms["goal"], unit="")}
 
 
 def looking_moves_the_goal(original: Any, self: Any) -> Any:
@@ -94,7 +97,7 @@ OWN: dict[str, tuple[str, Callable[..., Any]]] = {
     "record_is_sound": ("__init__", lambda original, self, **keywords: original(self, **keywords)),
     "reward_types_work": ("reward", sparse_is_the_distance),
     "batch_has_its_shapes": ("markers", marks_of_one),
-    "columns_fit_the_observation": ("observation_columns", a_column_without_a_name),
+    "observation_terms_are_sound": ("observation_terms", a_term_without_a_unit),
     "reading_changes_nothing": ("markers", looking_moves_the_goal),
 }
 """The checks of a task that are not an environment's, each with a fault that it alone catches."""

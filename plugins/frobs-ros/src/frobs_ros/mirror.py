@@ -151,10 +151,10 @@ class Mirror:
         self._rng.clock += 1
         self._follow(state)
         self.env.task.advance(self._rng)
-        observation = self.env.task.observe(self._rng)
+        observation = self.env.observations.observe()
         if isinstance(observation, dict):
-            return {key: values[0].copy() for key, values in observation.items()}
-        return observation[0].copy()
+            return {key: values[0] for key, values in observation.items()}
+        return observation[0]
 
     def act(self, action: Any) -> Command:
         """Return what an action means for the joints, kept inside of their limits.

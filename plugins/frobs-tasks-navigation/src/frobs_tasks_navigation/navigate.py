@@ -7,13 +7,12 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, ClassVar
 
-import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ParameterValueError, UnknownNameError, UnsuitableRobotError
-from frobs_core.flat_observation import FlatObservation, ObservationTerm
-from frobs_core.interfaces import Controller, Marker, Observation, RobotHandle, Scene, Simulation, Snapshot, Task
+from frobs_core.interfaces import Controller, Marker, RobotHandle, Scene, Simulation, Snapshot, Task
+from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.sensors import Sensors
 from frobs_core.validation import boolean, finite, non_negative, positive
@@ -21,7 +20,7 @@ from frobs_tasks_navigation import terms
 from frobs_tasks_navigation.boxes import MovingBoxes
 from frobs_tasks_navigation.course import Course
 from frobs_tasks_navigation.floor_plan import read_floor_plan
-from frobs_tasks_navigation.observation import OBSERVABLE, observation_terms
+from frobs_tasks_navigation.observation import OBSERVABLE, observable
 from frobs_tasks_navigation.reset_options import checked_goal, checked_start
 from frobs_tasks_navigation.scenery import build_scene
 
@@ -84,8 +83,6 @@ class Navigate(Task):
 
     Attributes:
         plan: The floor plan, read.
-        observation_terms: What the columns of the observation are.
-        observation_scale: (k,) by which a learner may multiply the observation, which itself is in SI units.
 
     Raises:
         ConfigFileError: The floor plan cannot be used; names file and line.
@@ -108,10 +105,6 @@ class Navigate(Task):
 
     area_ends: ClassVar[bool] = True
     """Whether an episode ends outside of the plan's area."""
-
-    observation_space: gym.spaces.Space[Any]
-    observation_terms: Mapping[str, ObservationTerm]
-    observation_scale: Floats
 
     def __init__(
         self,
@@ -171,12 +164,6 @@ class Navigate(Task):
         self._boxes = MovingBoxes(self.plan.boxes, simulation)
         self._course = Course(self.plan, n, self.tolerance)
         self._low, self._high = self.plan.bounds
-        lidar = self._robot.robot.lidars[self.lidar] if sees else None
-        self._observation = FlatObservation(n, observation_terms(self._observed, self._low, self._high, lidar))
-        self.observation_space = self._observation.space
-        self.observation_terms = self._observation.terms
-        self.observation_scale = self._observation.scale
-        self._views = {term: self._observation.view(term) for term in self._observed}
         self._pos: Floats = np.zeros((n, 2))
         self._yaw, self._bearing, self._distance = np.zeros((3, n))
         self._step = Step.none(n)
@@ -213,7 +200,6 @@ class Navigate(Task):
         self._sensors.reset(mask, rng)
         self._locate()
         self._aim()
-        self._observe()
 
     def advance(self, rng: RandomSource) -> None:
         """Move the boxes, and measure, once in each control step; everything below uses it."""
@@ -235,15 +221,22 @@ class Navigate(Task):
         self._success = self._course.advance(step.reached)
         if (step.reached & ~self._success).any():
             self._aim()  # at the way-point that is next now
-        self._observe()
 
-    def observe(self, rng: RandomSource) -> Observation:
-        """Return (num_envs, k) float32: the terms that ``observation`` names, side by side, in SI units."""
-        return self._observation.values.astype(np.float32)
-
-    def observation_columns(self) -> Mapping[str, slice]:
-        """Return where the terms of the observation stand."""
-        return self._observation.columns
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        """Return the terms that ``observation`` names, in SI units."""
+        reads = {
+            "distance": lambda: self._distance[:, None],
+            "bearing": lambda: self._bearing[:, None],
+            "direction": lambda: np.stack([np.cos(self._bearing), np.sin(self._bearing)], axis=1),
+            "position": lambda: self._pos,
+            "yaw": lambda: self._yaw[:, None],
+            "way_point": lambda: self._course.target,
+            "velocity": self._velocity,
+            "lidar": lambda: self._sensors.read(self.lidar),
+            "nearness": lambda: terms.nearness(self._sensors.read(self.lidar)),
+        }
+        known = observable(reads, self._low, self._high, self._robot.robot.lidars.get(self.lidar))
+        return {name: known[name] for name in self._observed}
 
     def reward(self) -> Floats:
         """Return the reward, (num_envs,)."""
@@ -287,7 +280,6 @@ class Navigate(Task):
             **self._sensors.snapshot(),
             **{f"step/{name}": values.copy() for name, values in vars(self._step).items()},
             "success": self._success.copy(),
-            "observation": self._observation.values.copy(),
             "distance": self._distance.copy(),
         }
 
@@ -298,7 +290,6 @@ class Navigate(Task):
         self._sensors.restore(snapshot)
         self._step = Step(**{field.name: snapshot[f"step/{field.name}"].copy() for field in fields(Step)})
         self._success = snapshot["success"].copy()
-        self._observation.values[:] = snapshot["observation"]
         self._distance = snapshot["distance"].copy()
 
     # -- Helpers --
@@ -316,27 +307,8 @@ class Navigate(Task):
         self._distance = terms.distance(offset)
         self._bearing = terms.bearing(offset, self._yaw)
 
-    def _observe(self) -> None:
-        """Write what is observed; what is not, costs nothing."""
-        for name, view in self._views.items():
-            match name:
-                case "distance":
-                    view[:, 0] = self._distance
-                case "bearing":
-                    view[:, 0] = self._bearing
-                case "direction":
-                    view[:, 0], view[:, 1] = np.cos(self._bearing), np.sin(self._bearing)
-                case "position":
-                    view[...] = self._pos
-                case "yaw":
-                    view[:, 0] = self._yaw
-                case "way_point":
-                    view[...] = self._course.target
-                case "velocity":
-                    linear, angular = self._robot.base_twist
-                    view[:, 0] = np.cos(self._yaw) * linear[:, 0] + np.sin(self._yaw) * linear[:, 1]
-                    view[:, 1] = angular[:, 2]
-                case "lidar":
-                    view[...] = self._sensors.read(self.lidar)
-                case "nearness":
-                    view[...] = terms.nearness(self._sensors.read(self.lidar))
+    def _velocity(self) -> Floats:
+        """Return forward velocity [m/s] and yaw rate [rad/s], (num_envs, 2)."""
+        linear, angular = self._robot.base_twist
+        forward = np.cos(self._yaw) * linear[:, 0] + np.sin(self._yaw) * linear[:, 1]
+        return np.stack([forward, angular[:, 2]], axis=1)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.flat_observation import ObservationTerm
 from frobs_core.interfaces import Lidar
+from frobs_core.observation import ObservationTerm
 from frobs_tasks_navigation import terms
 
 OBSERVABLE = ("distance", "bearing", "direction", "position", "yaw", "way_point", "velocity", "lidar", "nearness")
@@ -19,31 +19,34 @@ _BEYOND = 2.0  # [m] that a robot can be outside of the area when the step ends 
 _ROUNDING = 1e-6  # [rad] by which π as float32 is above π
 
 
-def observation_terms(
-    names: Sequence[str], low: Floats, high: Floats, lidar: Lidar | None
+def observable(
+    reads: Mapping[str, Callable[[], Floats]], low: Floats, high: Floats, lidar: Lidar | None
 ) -> dict[str, ObservationTerm]:
-    """Return the terms of an observation, in the order of the names.
+    """Return all terms that a robot can observe.
 
     Args:
-        names: Of :data:`OBSERVABLE`.
+        reads: How each of :data:`OBSERVABLE` is read.
         low: (2,) lowest corner of the area [m].
         high: (2,) highest corner of the area [m].
-        lidar: That is read; None: none is.
+        lidar: None: the robot has none, and no terms of it.
     """
     farthest = float(np.sqrt(((high - low + _BEYOND) ** 2).sum()))
-    half_turn = np.array([np.pi + _ROUNDING])
-    known = {
-        "distance": ObservationTerm(low=np.zeros(1), high=np.array([farthest]), unit="m", scale=0.1),
-        "bearing": ObservationTerm(low=-half_turn, high=half_turn, unit="rad"),
-        "direction": ObservationTerm(low=-np.ones(2), high=np.ones(2), unit="1"),
-        "position": ObservationTerm(low=low - _BEYOND, high=high + _BEYOND, unit="m", scale=0.1),
-        "yaw": ObservationTerm(low=-half_turn, high=half_turn, unit="rad"),
-        "way_point": ObservationTerm(low=low, high=high, unit="m", scale=0.1),
-        "velocity": ObservationTerm(low=-np.array(_FASTEST), high=np.array(_FASTEST), unit="m/s, rad/s"),
+    half_turn, fastest = np.array([np.pi + _ROUNDING]), np.array(_FASTEST)
+    bounds: dict[str, tuple[Floats, Floats, str, float]] = {
+        "distance": (np.zeros(1), np.array([farthest]), "m", 0.1),
+        "bearing": (-half_turn, half_turn, "rad", 1.0),
+        "direction": (-np.ones(2), np.ones(2), "1", 1.0),
+        "position": (low - _BEYOND, high + _BEYOND, "m", 0.1),
+        "yaw": (-half_turn, half_turn, "rad", 1.0),
+        "way_point": (low, high, "m", 0.1),
+        "velocity": (-fastest, fastest, "m/s, rad/s", 1.0),
     }
     if lidar is not None:
         ones = np.ones(lidar.rays)
-        known["lidar"] = ObservationTerm(low=lidar.range_min * ones, high=lidar.range_max * ones, unit="m", scale=0.2)
-        low_high = (terms.nearness(np.array([limit])) * ones for limit in (lidar.range_max, lidar.range_min))
-        known["nearness"] = ObservationTerm(low=next(low_high), high=next(low_high), unit="1", scale=2.0)
-    return {name: known[name] for name in names}
+        nearest, farthest_ray = lidar.range_min * ones, lidar.range_max * ones
+        bounds["lidar"] = nearest, farthest_ray, "m", 0.2
+        bounds["nearness"] = terms.nearness(farthest_ray), terms.nearness(nearest), "1", 2.0
+    return {
+        name: ObservationTerm(read=reads[name], low=low, high=high, unit=unit, scale=scale)
+        for name, (low, high, unit, scale) in bounds.items()
+    }

@@ -9,8 +9,8 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError
-from frobs_core.flat_observation import ObservationTerm
 from frobs_core.interfaces import Controller, Simulation, Snapshot
+from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.validation import positive
 from frobs_tasks_reach.motion import Oscillation
@@ -85,7 +85,7 @@ class ReachDynamic(Reach):
         """
         self._motion = Oscillation(simulation.num_envs, np.full(3, self.max_amplitude), np.full(3, self.max_frequency))
         super().bind(simulation, controller, control_timestep)
-        self._goal_velocity = self._observation.view("goal_velocity")
+        self._goal_velocity = np.zeros_like(self._goal)
         reached = self._sampler.survey(_SURVEY)
         self._workspace = Workspace(self.goal_low, self.goal_high, reached[self._is_in_box(reached)])
         self._workspace.shrink(self.max_amplitude)
@@ -100,6 +100,12 @@ class ReachDynamic(Reach):
         """(num_envs,) [m] from tool to goal, now."""
         return self._distance
 
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        """Return the terms of reaching, and the goal's velocity."""
+        speed = self._motion.max_speed
+        velocity = ObservationTerm(read=lambda: self._goal_velocity, low=-speed, high=speed, unit="m/s", scale=5.0)
+        return {**super().observation_terms(), "goal_velocity": velocity}
+
     def snapshot(self) -> Snapshot:
         """Return the measured state and the goal's motion."""
         return {**super().snapshot(), **self._motion.snapshot()}
@@ -108,13 +114,6 @@ class ReachDynamic(Reach):
         """Return to a snapshot."""
         self._motion.restore(snapshot)
         super().restore(snapshot)
-
-    def _observation_terms(self) -> dict[str, ObservationTerm]:
-        speed = self._motion.max_speed
-        return {
-            **super()._observation_terms(),
-            "goal_velocity": ObservationTerm(low=-speed, high=speed, unit="m/s", scale=5.0),
-        }
 
     def _goal_excursion(self) -> float:
         return 2.0 * self.max_amplitude  # a goal that is given may be where the motion turns

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
-import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.flat_observation import ObservationTerm
-from frobs_core.interfaces import Controller, GoalTask, Observation, Simulation
-from frobs_core.random import RandomSource
+from frobs_core.interfaces import GoalTask
+from frobs_core.observation import ObservationTerm
 from frobs_tasks_reach.reach import Reach, distance, inside, missed
 
-_STATE = ("joint_positions", "joint_velocities", "tcp_position")
 _FASTEST = 2.0
 """Times the velocity limit: what hits something may be thrown faster, and is seen at the edge of the space."""
 
@@ -50,6 +48,8 @@ class ReachGoal(Reach, GoalTask):
         "distance": "−d",
     }
 
+    _sees_from_shoulder: ClassVar[bool] = False
+
     def __init__(
         self,
         *,
@@ -60,35 +60,22 @@ class ReachGoal(Reach, GoalTask):
     ) -> None:
         super().__init__(tolerance=tolerance, goal_low=goal_low, goal_high=goal_high, initial=initial)
 
-    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        """Prepare for a simulation.
-
-        Raises:
-            ConfigurationError: The robot has no joints, or reaches nothing of the goal box.
-        """
-        super().bind(simulation, controller, control_timestep)
-        flat = self._observation
-        self._state = flat.values[:, : flat.columns["goal"].start]  # (num_envs, 2 · dof + 3) view
-        width = self._state.shape[1]
-        self.observation_terms = {name: flat.terms[name] for name in _STATE}
-        self.observation_scale = flat.scale[:width]
-        self._joint_velocities = flat.view("joint_velocities")
-        self._fastest = flat.terms["joint_velocities"].high
-        tcp, goal = flat.columns["tcp_position"], flat.columns["goal"]
-        self.observation_space = gym.spaces.Dict(
-            {
-                "observation": _columns_of(flat.space, slice(0, width)),
-                "achieved_goal": _columns_of(flat.space, tcp),
-                "desired_goal": _columns_of(flat.space, goal),
-            }
-        )
-
-    def observe(self, rng: RandomSource) -> Observation:
-        """Return ``observation`` (num_envs, 2 · dof + 3), ``achieved_goal`` and ``desired_goal`` (num_envs, 3), float32."""
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        """Return joint positions, joint velocities and tool, and the tool and the goal under keys of their own."""
+        robot, known = self._robot, super().observation_terms()
+        fastest = _FASTEST * robot.velocity_limit[0]
         return {
-            "observation": self._state.astype(np.float32),
-            "achieved_goal": self._achieved.copy(),
-            "desired_goal": self._desired.copy(),
+            "joint_positions": known["joint_positions"],
+            "joint_velocities": ObservationTerm(
+                read=lambda: np.clip(robot.joint_velocities, -fastest, fastest),
+                low=-fastest,
+                high=fastest,
+                unit="rad/s or m/s",
+                scale=0.2,
+            ),
+            "tcp_position": known["tcp_position"],
+            "achieved_goal": replace(known["tcp_position"], key="achieved_goal"),
+            "desired_goal": replace(known["goal"], key="desired_goal"),
         }
 
     def reward(self) -> Floats:
@@ -118,29 +105,13 @@ class ReachGoal(Reach, GoalTask):
         """Return where the tool is within the tolerance now, (num_envs,) bool."""
         return inside(self._distance, self.tolerance)
 
-    def _observation_terms(self) -> dict[str, ObservationTerm]:
-        known = super()._observation_terms()
-        fastest = _FASTEST * self._robot.velocity_limit[0]
-        known["joint_velocities"] = ObservationTerm(low=-fastest, high=fastest, unit="rad/s or m/s", scale=0.2)
-        return {name: known[name] for name in (*_STATE, "goal")}
-
-    def _measure(self) -> None:
-        np.clip(self._robot.joint_velocities, -self._fastest, self._fastest, out=self._joint_velocities)
-        super()._measure()
-
     def _reward(self, distance: Floats) -> Floats:
         return missed(distance, self.tolerance) if self.reward_type == "sparse" else -distance
 
     def _compare(self) -> None:
-        self._achieved: npt.NDArray[np.float32] = self._tcp.astype(np.float32)
-        self._desired: npt.NDArray[np.float32] = self._goal.astype(np.float32)
-        self._distance = _goal_distance(self._achieved, self._desired)
+        self._distance = _goal_distance(self._tcp.astype(np.float32), self._goal.astype(np.float32))
 
 
 def _goal_distance(achieved_goal: npt.ArrayLike, desired_goal: npt.ArrayLike) -> Floats:
     """Return the distance [m] in float64, whatever the goals come as."""
     return distance(np.asarray(desired_goal, np.float64) - np.asarray(achieved_goal, np.float64))
-
-
-def _columns_of(space: gym.spaces.Box, columns: slice) -> gym.spaces.Box:
-    return gym.spaces.Box(space.low[columns], space.high[columns], dtype=np.float32)

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, TypeVar
+from typing import ClassVar, TypeVar
 
-import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import UnsuitableRobotError
-from frobs_core.flat_observation import FlatObservation, ObservationTerm
-from frobs_core.interfaces import Camera, Controller, Marker, Observation, RobotHandle, Scene, Simulation, Snapshot
+from frobs_core.interfaces import Camera, Controller, Marker, RobotHandle, Scene, Simulation, Snapshot
+from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.validation import finite, positive
 from frobs_tasks_reach.sampling import first_moving_link
@@ -52,8 +51,6 @@ class Reach(EpisodeStart):
     Attributes:
         goal_low: (3,) lowest corner of the goal box [m]; known from ``bind`` on where it is not given.
         goal_high: (3,) highest corner of the goal box [m]; likewise.
-        observation_terms: What the columns of the observation are.
-        observation_scale: (k,) by which a learner may multiply the observation, which itself is in SI units.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -71,9 +68,7 @@ class Reach(EpisodeStart):
     }
 
     distance_term: ClassVar[str] = "distance"
-    observation_space: gym.spaces.Space[Any]
-    observation_terms: Mapping[str, ObservationTerm]
-    observation_scale: Floats
+    _sees_from_shoulder: ClassVar[bool] = True  # else goal_from_shoulder is not computed
 
     def __init__(
         self,
@@ -111,17 +106,7 @@ class Reach(EpisodeStart):
         if not self._robot.dof:
             raise UnsuitableRobotError(self._robot.robot.name, "has no actuated joint, so it cannot reach.")
         self._bind_start(self._robot)
-        self._observation = FlatObservation(self._robot.num_envs, self._observation_terms())
-        self.observation_space = self._observation.space
-        self.observation_terms = self._observation.terms
-        self.observation_scale = self._observation.scale
-        # Views into the observation: what is measured is written once, where it is observed.
-        self._joint_positions = self._observation.view("joint_positions")
-        self._goal = self._observation.view("goal")
-        self._tcp = self._view_or_buffer("tcp_position")
-        self._offset = self._view_or_buffer("goal_offset")
-        seen = "goal_from_shoulder" in self._observation.terms
-        self._from_shoulder = self._observation.view("goal_from_shoulder") if seen else None
+        self._goal, self._tcp, self._offset, self._from_shoulder = np.zeros((4, self._robot.num_envs, 3))
         self._shoulder = first_moving_link(self._robot.model, self._robot.frame_name("tcp"))
         self._distance: Floats = np.zeros(self._robot.num_envs)
         self._reward_terms: dict[str, Floats] = {}
@@ -130,17 +115,34 @@ class Reach(EpisodeStart):
         """Measure where the tool is."""
         self._measure()
 
-    def observe(self, rng: RandomSource) -> Observation:
-        """Return (num_envs, dof + 12) float32: joint positions, tool, goal, and goal − tool, twice.
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        """Return joint positions, tool, goal, and goal − tool, twice: dof + 12 numbers.
 
-        First in the world, and then as the shoulder, the first link that moves, sees it: what the other joints have to
-        do looks the same whichever way that link has turned.
+        ``goal_offset`` is in the world, ``goal_from_shoulder`` in the frame of the shoulder, the first link that moves: what
+        the other joints have to do looks the same whichever way that link has turned.
         """
-        return self._observation.values.astype(np.float32)
-
-    def observation_columns(self) -> Mapping[str, slice]:
-        """Return where the terms of the observation stand."""
-        return {name: self._observation.columns[name] for name in self.observation_terms}
+        robot = self._robot
+        margin = _LIMIT_MARGIN * (robot.position_upper[0] - robot.position_lower[0])
+        low, high = self._reach_box()
+        goal_low, goal_high = self._goal_bounds()
+        goal_low, goal_high = goal_low - self._goal_excursion(), goal_high + self._goal_excursion()
+        farthest = np.full(3, np.sqrt((np.maximum(goal_high - low, high - goal_low) ** 2).sum()))
+        return {
+            "joint_positions": ObservationTerm(
+                read=lambda: robot.joint_positions,
+                low=robot.position_lower[0] - margin,
+                high=robot.position_upper[0] + margin,
+                unit="rad or m",
+            ),
+            "tcp_position": ObservationTerm(read=lambda: self._tcp, low=low, high=high, unit="m", scale=2.0),
+            "goal": ObservationTerm(read=lambda: self._goal, low=goal_low, high=goal_high, unit="m", scale=2.0),
+            "goal_offset": ObservationTerm(
+                read=lambda: self._offset, low=goal_low - high, high=goal_high - low, unit="m", scale=2.0
+            ),
+            "goal_from_shoulder": ObservationTerm(
+                read=lambda: self._from_shoulder, low=-farthest, high=farthest, unit="m", scale=5.0
+            ),
+        }
 
     def reward(self) -> Floats:
         """Return the reward, (num_envs,)."""
@@ -177,55 +179,26 @@ class Reach(EpisodeStart):
 
     def snapshot(self) -> Snapshot:
         """Return the measured state and the goal."""
-        return {"observation": self._observation.values.copy(), "tcp": self._tcp.copy()}
+        return {"goal": self._goal.copy(), "tcp": self._tcp.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
-        self._observation.values[:] = snapshot["observation"]
+        self._goal[:] = snapshot["goal"]
         self._tcp[:] = snapshot["tcp"]
         self._compare()
 
     # -- What tasks built on this one change --
 
-    def _observation_terms(self) -> dict[str, ObservationTerm]:
-        """Return the terms of the observation; ``joint_positions`` and ``goal`` must be among them."""
-        robot = self._robot
-        margin = _LIMIT_MARGIN * (robot.position_upper[0] - robot.position_lower[0])
-        low, high = self._reach_box()
-        goal_low, goal_high = self._goal_bounds()
-        goal_low, goal_high = goal_low - self._goal_excursion(), goal_high + self._goal_excursion()
-        farthest = np.sqrt((np.maximum(goal_high - low, high - goal_low) ** 2).sum())
-        return {
-            "joint_positions": ObservationTerm(
-                low=robot.position_lower[0] - margin, high=robot.position_upper[0] + margin, unit="rad or m"
-            ),
-            "tcp_position": ObservationTerm(low=low, high=high, unit="m", scale=2.0),
-            "goal": ObservationTerm(low=goal_low, high=goal_high, unit="m", scale=2.0),
-            "goal_offset": ObservationTerm(low=goal_low - high, high=goal_high - low, unit="m", scale=2.0),
-            "goal_from_shoulder": ObservationTerm(
-                low=np.full(3, -farthest), high=np.full(3, farthest), unit="m", scale=5.0
-            ),
-        }
-
     def _measure(self) -> None:
-        self._joint_positions[...] = self._robot.joint_positions
         self._tcp[...] = self._robot.frame_pose("tcp")[0]
         self._compare()
 
     def _compare(self) -> None:
         np.subtract(self._goal, self._tcp, out=self._offset)
         self._distance = distance(self._offset)
-        if self._from_shoulder is not None:
+        if self._sees_from_shoulder:
             turned = self._robot.frame_pose(self._shoulder)[1]
             turn_back(turned, self._offset, out=self._from_shoulder)
-
-    # -- Helpers --
-
-    def _view_or_buffer(self, name: str) -> Floats:
-        """Return where something is measured to, (num_envs, 3), observed or not."""
-        if name in self._observation.terms:
-            return self._observation.view(name)
-        return np.zeros((self._robot.num_envs, 3))
 
 
 # The terms: pure functions. A row of a batch gets the bits that it would get alone, in any memory layout, because all

@@ -8,7 +8,6 @@ from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
@@ -16,19 +15,17 @@ from frobs_core import plugins
 from frobs_core.capabilities import abilities
 from frobs_core.errors import ConfigurationError, MissingSettingError
 from frobs_core.interfaces import Marker, Scene, Task
-from frobs_core.random import RandomSource
 from frobs_core.registry import COMPOSITIONAL_ID
 from frobs_core.specs import TaskRecord
 from frobs_devkit.testing.checks import (
     Check,
-    NotApplicable,
     checks_of,
     collect,
     expect,
     expect_keyword_only,
     expect_raises,
 )
-from frobs_devkit.testing.compare import expect_array, expect_same, leaves
+from frobs_devkit.testing.compare import expect_array, expect_same
 from frobs_devkit.testing.environment import api, data, honesty, life, rewards, seeding, state, vector
 from frobs_devkit.testing.environment.rollout import draw_actions
 from frobs_devkit.testing.environment.subject import EnvUnderTest, inside
@@ -67,11 +64,11 @@ def reward_types_work(subject: TaskUnderTest) -> None:
 
 
 def batch_has_its_shapes(subject: TaskUnderTest) -> None:
-    """Rewards, terms, ends and success have a row for each environment; observations are float32; marks have places."""
+    """Rewards, terms, ends and success have a row for each environment; marks have places."""
     with closing(subject.make_vec(3, AutoresetMode.SAME_STEP)) as env:
         env.reset(seed=0)
         env.step(draw_actions(env.action_space, 1, seed=0)[0])
-        task, rng = inside(env).task, RandomSource(3)
+        task = inside(env).task
         ends = task.is_terminated()
         arrays = {
             "reward()": (task.reward(), np.float64),
@@ -81,35 +78,28 @@ def batch_has_its_shapes(subject: TaskUnderTest) -> None:
         }
         for name, (array, dtype) in arrays.items():
             expect_array(array, (3,), dtype, name)
-        for path, leaf in leaves(task.observe(rng)).items():
-            expect(leaf.dtype == np.float32 and len(leaf) == 3, f"observe(){path} is {leaf.dtype}{list(leaf.shape)}, not "
-                   "float32 with a row for each environment.")  # fmt: skip
         for mark in task.markers():
             expect(isinstance(mark, Marker) and mark.pos.shape == (3, 3), f"a marker is {mark}, not at (num_envs, 3).")
 
 
-def columns_fit_the_observation(subject: TaskUnderTest) -> None:
-    """Named columns of the observation lie inside of it, none twice, none left out."""
-    with closing(subject.make()) as env:
-        columns = dict(inside(env).task.observation_columns())
-        if not columns:
-            raise NotApplicable("the task names no columns")
-        space = env.observation_space
-        box = space["observation"] if isinstance(space, gym.spaces.Dict) else space
-        assert box.shape is not None
-        width = box.shape[-1]
-        count = np.zeros(width, np.int64)
-        for name, part in columns.items():
-            expect(isinstance(part, slice), f"observation_columns()['{name}'] is {part!r}, no slice.")
-            expect(
-                0 <= (part.start or 0) < (width if part.stop is None else part.stop) <= width,
-                f"observation_columns()['{name}'] is {part}, and the observation has {width} columns.",
-            )
-            count[part] += 1
-        expect(
-            (count == 1).all(),
-            f"columns {np.flatnonzero(count != 1).tolist()} of the observation have no name, or two.",
-        )
+def observation_terms_are_sound(subject: TaskUnderTest) -> None:
+    """Every term has a unit and ordered bounds, reads the same twice, and is in its columns of the observation."""
+    with closing(subject.make_vec(3, AutoresetMode.SAME_STEP)) as env:
+        env.reset(seed=0)
+        env.step(draw_actions(env.action_space, 1, seed=0)[0])
+        observations = inside(env).observations
+        observation = observations.observe()
+        for name, term in observations.terms.items():
+            what = f"the observation term '{name}'"
+            expect(isinstance(term.unit, str) and bool(term.unit), f"{what} has no unit; use '1' for a plain number.")
+            expect((term.low <= term.high).all(), f"{what} has a lowest value above its highest.")
+            value = term.read()
+            expect(value.shape == (3, *term.low.shape), f"{what} reads {value.shape}, not {(3, *term.low.shape)}.")
+            before = value.copy()
+            expect_same(before, np.array(term.read()), f"{what}, read again")
+            key, columns = observations.columns[name]
+            part = observation[key] if isinstance(observation, dict) else observation
+            expect_same(before.astype(term.dtype), part[:, columns], f"{what}, in its columns of the observation")
 
 
 def reading_changes_nothing(subject: TaskUnderTest) -> None:
@@ -141,7 +131,7 @@ CHECKS = (
     record_is_sound,
     reward_types_work,
     batch_has_its_shapes,
-    columns_fit_the_observation,
+    observation_terms_are_sound,
     reading_changes_nothing,
     api.unknown_keyword_refused,
     *checks_of(data, seeding, rewards, state),

@@ -117,8 +117,7 @@ def _edit_robot(
         for axis in robot.still_axes:
             made.leave(
                 f"the tool never moves along {axis}",
-                f"task.py: take that of tool and goal out of observe and of what describes it in bind and "
-                f"observation_columns; until then the tests `{STILL}` fail",
+                f"task.py: take that of tool and goal out of observation_terms; until then the tests `{STILL}` fail",
             )
         return
     wheels = robot.wheels

@@ -12,7 +12,10 @@ from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.report import Migration
 
 HOOKS = {
-    "_get_observation": (("observe",), "return what {name} did, a row for each environment"),
+    "_get_observation": (
+        ("observation_terms",),
+        "return terms that read what {name} returned, a row for each environment",
+    ),
     "_get_reward": (("reward",), "return what {name} did, a row for each environment; each term into self._terms"),
     "_check_if_done": (
         ("is_terminated", "is_success"),
@@ -41,7 +44,7 @@ def edit_task(package: OldPackage, file: Path, made: Migration) -> None:
     for old in reversed(package.lineage):
         lines = old.text(_CONSTRUCTOR, _said_elsewhere) if _CONSTRUCTOR in old.methods else []
         if lines:
-            todo = f"what {old.name} prepared; observation_space is original.OBSERVATION_SPACE, if observe returns it."
+            todo = f"what {old.name} prepared; original.OBSERVATION_SPACE has the bounds of its observation."
             text = insert_in_method(text, "bind", commented(lines, 8, todo))
             made.carry(f"{old.name}.__init__", "task.py: a comment in bind")
     pose = {key: value for key, value in package.constructed.parameters.items() if key.startswith("model_") and value}

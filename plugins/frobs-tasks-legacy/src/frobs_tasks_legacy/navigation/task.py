@@ -102,9 +102,9 @@ class NavigateLegacy(Navigate):
             ConfigurationError: The robot cannot drive, or its lidar has another number of rays than the configuration says.
         """
         super().bind(simulation, controller, control_timestep)
-        if "lidar" not in self._views:
+        if "lidar" not in self._observed:
             return
-        rays, samples = self._views["lidar"].shape[1], self.config["lidar_samples"]
+        rays, samples = self._robot.robot.lidars[self.lidar].rays, self.config["lidar_samples"]
         if rays != samples:
             raise ParameterValueError(
                 "lidar_samples",
@@ -129,6 +129,6 @@ class NavigateLegacy(Navigate):
         return np.asarray(sum(self._reward_terms.values()))
 
     def _too_near(self) -> Mask:
-        if "lidar" not in self._views:
+        if "lidar" not in self._observed:
             return np.zeros(len(self._success), np.bool_)
-        return np.asarray(self._views["lidar"].min(axis=1) < self.config["collision_distance_threshold"])
+        return np.asarray(self._sensors.read(self.lidar).min(axis=1) < self.config["collision_distance_threshold"])

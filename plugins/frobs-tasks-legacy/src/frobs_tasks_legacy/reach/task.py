@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError, MissingSettingError, ParameterValueError
-from frobs_core.flat_observation import ObservationTerm
 from frobs_core.interfaces import Controller, Simulation, Snapshot
+from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_tasks_legacy.reach.config import FILES
 from frobs_tasks_reach import JointSampler, Oscillation, Reach, checked_goal, distance
@@ -70,6 +71,7 @@ class ReachLegacy(Reach):
     }
     control_timestep: ClassVar[float] = 0.5
     usual_profile: ClassVar[str] = "irb120"
+    _sees_from_shoulder: ClassVar[bool] = False
     limit_margin: ClassVar[float] = 1e-4  # [rad] FRobs_RL's: how near a limit a joint is at it
 
     def __init__(
@@ -112,21 +114,25 @@ class ReachLegacy(Reach):
             max_phase=0.0,
         )
         super().bind(simulation, controller, control_timestep)
-        self._direction = self._observation.view("goal_direction")
 
-    def observe(self, rng: RandomSource) -> np.ndarray[Any, np.dtype[np.float32]]:
-        """Return (num_envs, dof + 6) float32: direction to the goal, goal, joint positions.
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        """Return direction to the goal, goal, and joint positions.
 
         A whole range in one step can hit the floor so hard that a light joint is thrown beyond its limit for a moment; it
-        is seen at the edge of the observation space.
+        is observed at the edge of the observation space.
         """
-        space = self._observation.space
-        return np.clip(self._observation.values.astype(np.float32), space.low, space.high)
+        known, ones = super().observation_terms(), np.ones(3)
+        direction = ObservationTerm(read=lambda: unit_direction(self._offset), low=-ones, high=ones, unit="1")
+        return {
+            "goal_direction": _clipped(direction),
+            "goal": _clipped(known["goal"]),
+            "joint_positions": _clipped(known["joint_positions"]),
+        }
 
     def reward(self) -> Floats:
         """Return the reward, (num_envs,)."""
         config, outside = self.config, ~self.is_success()
-        limited = at_limits(self._joint_positions, self._sampler.lower, self._sampler.upper, self.limit_margin)
+        limited = at_limits(self._robot.joint_positions, self._sampler.lower, self._sampler.upper, self.limit_margin)
         self._reward_terms = {
             "reached_goal": ~outside * config["reached_goal_reward"],
             "distance": outside * self._distance * -config["multiplier_dist_reward"],
@@ -167,14 +173,6 @@ class ReachLegacy(Reach):
             )
         return sampler
 
-    def _observation_terms(self) -> dict[str, ObservationTerm]:
-        known = super()._observation_terms()
-        return {
-            "goal_direction": ObservationTerm(low=-np.ones(3), high=np.ones(3), unit="1"),
-            "goal": known["goal"],
-            "joint_positions": known["joint_positions"],
-        }
-
     def _goal_excursion(self) -> float:
         params = self.config["pos_dynamic_params"]
         return max(params[f"{axis}_max_amplitude"] for axis in "xyz") if self.config["pos_dynamic"] else 0.0
@@ -193,9 +191,9 @@ class ReachLegacy(Reach):
             self._goal[...] = self._motion.at(self._simulation.time)[0]
         super()._measure()
 
-    def _compare(self) -> None:
-        super()._compare()
-        self._direction[...] = unit_direction(self._offset)
+
+def _clipped(term: ObservationTerm) -> ObservationTerm:
+    return replace(term, read=lambda: np.clip(term.read(), term.low, term.high))
 
 
 def at_limits(joint_positions: Floats, lower: Floats, upper: Floats, margin: float) -> Mask:

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.flat_observation import ObservationTerm
+from frobs_core.observation import ObservationTerm
 from frobs_tasks_legacy.reach.task import ReachLegacy
 
 
@@ -54,6 +54,7 @@ class ReachLegacyVelocity(ReachLegacy):
         """Return None: no episode terminates, whether the goal moves or not."""
         return None
 
-    def _observation_terms(self) -> dict[str, ObservationTerm]:
-        known = super()._observation_terms()
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        """Return joint positions, goal, and direction to the goal."""
+        known = super().observation_terms()
         return {name: known[name] for name in ("joint_positions", "goal", "goal_direction")}

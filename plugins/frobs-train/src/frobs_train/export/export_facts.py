@@ -18,6 +18,7 @@ from frobs_core.compose import parameter_defaults
 from frobs_core.errors import ConfigurationError, PluginError, PolicyExportError
 from frobs_core.interfaces import RobotHandle
 from frobs_core.models import JointType, fingerprint
+from frobs_core.observation import Observations
 from frobs_core.plain import plain
 from frobs_deploy import space_to_json
 from frobs_train.configuration.command import training_command
@@ -37,13 +38,13 @@ def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfi
     base: Any = env.unwrapped
     base = base.envs[0].unwrapped if hasattr(base, "envs") else base  # those that are stepped one by one are alike
     ours = isinstance(getattr(base, "robot", None), RobotHandle)
-    controller, task = (base.controller, base.task) if ours else (None, None)
+    controller, observations = (base.controller, base.observations) if ours else (None, None)
     names = _names(vars(base.config) if ours else config.environment_kwargs)
     timestep = getattr(base, "control_timestep", None)
     changes = None if controller is None else controller.max_action_change
     if controller is not None and env.single_action_space != controller.action_space:  # a wrapper's
         changes = None
-    seen_by_task = task is not None and env.single_observation_space == task.observation_space
+    unwrapped = observations is not None and env.single_observation_space == observations.space
     spaces = spaces_facts(env.single_observation_space, env.single_action_space)
     return {
         "environment": {
@@ -70,7 +71,7 @@ def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfi
         },
         "observation": {
             "spaces": spaces["observation"],
-            "terms": [] if not seen_by_task else _terms(task, env.single_observation_space),
+            "terms": _terms(observations) if unwrapped else [],
         },
     }
 
@@ -177,23 +178,9 @@ def _robot(robot: RobotHandle, names: Mapping[str, Any], config: RunConfig) -> d
     }
 
 
-def _terms(task: Any, space: gym.Space[Any]) -> list[dict[str, Any]]:
+def _terms(observations: Observations) -> list[dict[str, Any]]:
     """Return a row for each named term of the flat observation, or of the key ``"observation"``."""
-    flat = _parts(space).get("observation" if isinstance(space, gym.spaces.Dict) else "")
-    described = getattr(task, "observation_terms", {})
-    rows = []
-    for name, columns in task.observation_columns().items():
-        if not isinstance(flat, gym.spaces.Box):
-            break
-        term = described.get(name)
-        rows.append(
-            {
-                "name": name,
-                "columns": [columns.start, columns.stop - 1],
-                "unit": getattr(term, "unit", None),
-            }
-        )
-    return rows
+    return [{key: row[key] for key in ("name", "columns", "unit")} for row in observations.describe()]
 
 
 def _parts(space: gym.Space[Any]) -> Mapping[str, gym.Space[Any]]:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
-import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Controller, Simulation, Snapshot, Task
+from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 
 
@@ -37,8 +37,6 @@ class Touch(Task):
         self._robot = robot = simulation.robots["robot"]
         self._goal, self._tool = np.zeros((2, robot.num_envs, 3))
         self._distance: Floats = np.zeros(robot.num_envs)
-        far = np.full(2 * robot.dof + 3, 10.0, np.float32)
-        self.observation_space = gym.spaces.Box(-far, far, dtype=np.float32)
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
         """Draw a point."""
@@ -55,11 +53,15 @@ class Touch(Task):
         x, y, z = np.moveaxis(self._goal - self._tool, -1, 0)
         self._distance = np.sqrt(x * x + y * y + z * z)
 
-    def observe(self, rng: RandomSource) -> np.ndarray[Any, Any]:
-        """Return (num_envs, 2 · dof + 3) float32: joints, how fast they turn, and where the point is."""
-        parts = (self._robot.joint_positions, self._robot.joint_velocities, (self._goal - self._tool)[:, :2])
-        flat = np.concatenate([*parts, self._distance[:, None]], axis=1)
-        return np.clip(flat, -10.0, 10.0).astype(np.float32)
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        """Return joints, how fast they turn, and where the point is: 2 · dof + 3 numbers."""
+        robot = self._robot
+        return {
+            "joint_positions": _within_ten(robot.dof, "rad", lambda: robot.joint_positions),
+            "joint_velocities": _within_ten(robot.dof, "rad/s", lambda: robot.joint_velocities),
+            "way": _within_ten(2, "m", lambda: (self._goal - self._tool)[:, :2]),
+            "distance": _within_ten(1, "m", lambda: self._distance[:, None]),
+        }
 
     def reward(self) -> Floats:
         """Return −distance, and 1 more where it touches; (num_envs,)."""
@@ -85,3 +87,8 @@ class Touch(Task):
         """Return to a snapshot."""
         self._goal, self._tool = snapshot["goal"].copy(), snapshot["tool"].copy()
         self._distance = snapshot["distance"].copy()
+
+
+def _within_ten(width: int, unit: str, read: Callable[[], Floats]) -> ObservationTerm:
+    far = np.full(width, 10.0)
+    return ObservationTerm(read=lambda: np.clip(read(), -far, far), low=-far, high=far, unit=unit)

@@ -11,6 +11,7 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
+from frobs_core.observation import VECTORS
 from frobs_devkit.testing.checks import CheckFailure, expect
 from frobs_devkit.testing.compare import expect_array, expect_same, leaves
 from frobs_devkit.testing.environment.rollout import draw_actions
@@ -92,11 +93,12 @@ def observation_elements_vary(subject: EnvUnderTest) -> None:
 
 def _late_columns(env: gym.Env[Any, Any]) -> set[int]:
     """Return the columns of what the task says to change only once something is achieved."""
-    task = getattr(env.unwrapped, "task", None)
-    if task is None:
+    base: Any = env.unwrapped
+    if not hasattr(base, "observations"):
         return set()
-    columns = task.observation_columns()
-    return {column for term in task.late_terms if term in columns for column in range(10**6)[columns[term]]}
+    columns = base.observations.columns
+    found = [columns[term] for term in base.task.late_terms if term in columns]
+    return {column for key, part in found if key == VECTORS for column in range(part.start, part.stop)}
 
 
 def _returned(env: gym.Env[Any, Any], steps: int = _STEPS, seed: int = 0) -> Iterator[tuple[int, Any, Any]]:

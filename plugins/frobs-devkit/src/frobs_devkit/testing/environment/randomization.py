@@ -7,12 +7,10 @@ from contextlib import closing
 from dataclasses import replace
 from typing import Any
 
-import gymnasium as gym
-
 from frobs_core import plugins
 from frobs_core.capabilities import Level
 from frobs_core.interfaces import Bumper, CommandMode, Sensor
-from frobs_core.randomization import find_terms, find_units, physical_parameters
+from frobs_core.randomization import find_units, physical_parameters
 from frobs_core.specs import SimulatorRecord
 from frobs_devkit.testing.checks import NotApplicable
 from frobs_devkit.testing.environment import seeding, state, vector
@@ -62,16 +60,11 @@ def _everything(subject: EnvUnderTest, env: Any) -> dict[str, Any]:
         and not without_effect.get(parameter, False)
         and find_units(env.simulation, parameter)
     }
-    noisy = [name for name, term in find_terms(env.task).items() if _is_vector(env.observation_space, term.key)]
+    noisy = [name for name, term in env.observations.terms.items() if term.is_vector]
     if noisy:
         found["observation_noise"] = {name: {"normal": 0.01} for name in noisy}
         found["observation_delay"] = {"steps": [0, 2], "target": noisy}
     return {**found, "action_delay": {"steps": [0, 2]}}
-
-
-def _is_vector(space: gym.Space[Any], key: str) -> bool:
-    box = space[key] if isinstance(space, gym.spaces.Dict) else space
-    return isinstance(box, gym.spaces.Box) and len(box.shape) == 1 and box.dtype.kind == "f"
 
 
 def sensors_may_be_bad(subject: EnvUnderTest) -> None:
