@@ -16,6 +16,7 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import ConfigurationError, SimulationError
 from frobs_core.interfaces import (
+    AT_REST,
     BodyHandle,
     CommandMode,
     Placement,
@@ -24,6 +25,7 @@ from frobs_core.interfaces import (
     Simulation,
     Snapshot,
     Translation,
+    Twist,
 )
 from frobs_core.models import Pose, RobotModel, Treatment, composite_inertia, elements
 from frobs_core.rotations import quat_from_axis_angle, quat_multiply, quat_rotate
@@ -50,10 +52,13 @@ class FreeBody(BodyHandle):
         pose: At reset.
         flies: Whether gravity pulls at it.
         moves: Whether it can be moved; a static body cannot.
+        twist: Linear and angular velocity at reset.
     """
 
-    def __init__(self, name: str, num_envs: int, pose: Pose, flies: bool, moves: bool = True) -> None:
-        self.name, self._start, self.flies, self._moves = name, pose, flies, moves
+    def __init__(
+        self, name: str, num_envs: int, pose: Pose, flies: bool, moves: bool = True, twist: Twist = AT_REST
+    ) -> None:
+        self.name, self._start, self.flies, self._moves, self._twist = name, pose, flies, moves, twist
         self.pos, self.quat = np.tile(pose.pos, (num_envs, 1)), np.tile(pose.quat_wxyz, (num_envs, 1))
         self.linear, self.angular = np.zeros((2, num_envs, 3))
         self.arrays = {"pos": self.pos, "quat": self.quat, "linear": self.linear, "angular": self.angular}
@@ -77,10 +82,16 @@ class FreeBody(BodyHandle):
         if quat_wxyz is not None:
             self.quat[rows] = quat_wxyz
 
+    def write_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
+        """Give a free body a velocity at once."""
+        if not self.flies:
+            raise SimulationError(f"'{self.name}' is fixed or kinematic; it has no velocity.")
+        self.linear[_rows(mask)], self.angular[_rows(mask)] = lin_vel_world, ang_vel_world
+
     def reset(self, rows: Mask | slice) -> None:
-        """Go back to where it was placed, at rest."""
+        """Go back to where it was placed, with the velocity of the scene."""
         self.pos[rows], self.quat[rows] = self._start.pos, self._start.quat_wxyz
-        self.linear[rows], self.angular[rows] = 0.0, 0.0
+        self.linear[rows], self.angular[rows] = self._twist
 
     def step(self, seconds: float, gravity: Floats) -> None:
         """Fly."""
@@ -169,9 +180,7 @@ class JointRobot(RobotHandle):
 
     def write_base_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
         """Give a floating root link a velocity at once."""
-        if not self.base.flies:
-            raise SimulationError(f"the base of robot '{self.name}' is fixed; it has no velocity.")
-        self.base.linear[_rows(mask)], self.base.angular[_rows(mask)] = lin_vel_world, ang_vel_world
+        self.base.write_twist(lin_vel_world, ang_vel_world, mask)
 
     def reset(self, rows: Mask | slice) -> None:
         """Go home, at rest, and hold."""
@@ -235,7 +244,7 @@ class MySimulator(Simulation):
         self._gravity = np.array(scene.gravity)  # (3,) [m/s²]
         self.robots = self._robots = {n: JointRobot(n, p, num_envs, self._gravity) for n, p in robots.items()}
         self.bodies = self._bodies = {
-            name: FreeBody(name, num_envs, body.pose, body.mass is not None, body.kinematic or body.mass is not None)
+            name: FreeBody(name, num_envs, body.pose, body.is_free, body.kinematic or body.is_free, body.twist)
             for name, body in scene.bodies.items()
         }
         self._time, self._diverged = np.zeros(num_envs), np.zeros(num_envs, np.bool_)

@@ -9,7 +9,7 @@ from frobs_core.interfaces.joint_group import JointGroup, JointSubset
 from frobs_core.interfaces.parameters import WrittenParameters
 from frobs_core.interfaces.robot import ALL, DifferentialDrive, DriveGains, EndEffector, Robot
 from frobs_core.interfaces.robot_handle import RobotHandle, active_gains
-from frobs_core.interfaces.scene import Body, Camera, Contact, Marker, Placement, Scene
+from frobs_core.interfaces.scene import AT_REST, Body, Camera, Contact, Marker, Placement, Scene, Shape, Twist
 from frobs_core.interfaces.sensor import Bumper, Imu, Lidar, Sensor
 from frobs_core.interfaces.simulation import BareEngine, Simulation, Snapshot
 from frobs_core.interfaces.task import GoalTask, Observation, ResetOptions, Task
@@ -17,6 +17,7 @@ from frobs_core.interfaces.translation import Overlap, Translation, TranslationT
 
 __all__ = [
     "ALL",
+    "AT_REST",
     "Algorithm",
     "BareEngine",
     "Body",
@@ -45,12 +46,14 @@ __all__ = [
     "RobotHandle",
     "Scene",
     "Sensor",
+    "Shape",
     "Simulation",
     "Snapshot",
     "Task",
     "TrainingMonitor",
     "Translation",
     "TranslationTable",
+    "Twist",
     "WrittenParameters",
     "active_gains",
     "read_tables",

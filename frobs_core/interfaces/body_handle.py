@@ -21,7 +21,7 @@ class BodyHandle(ABC):
     @property
     @abstractmethod
     def twist(self) -> tuple[Floats, Floats]:
-        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s]."""
+        """lin_vel_world (num_envs, 3) [m/s] of the body's origin and ang_vel_world (num_envs, 3) [rad/s]."""
 
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
         """Put the body somewhere at once; its velocity becomes 0.
@@ -34,5 +34,19 @@ class BodyHandle(ABC):
         Raises:
             CapabilityError: The simulator lacks the ability ``teleport``.
             SimulationError: The body is static.
+        """
+        raise CapabilityError.lacking(self, "teleport")
+
+    def write_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
+        """Give a free body a velocity at once.
+
+        Args:
+            lin_vel_world: (n, 3) [m/s] of the body's origin.
+            ang_vel_world: (n, 3) [rad/s]
+            mask: The environments.
+
+        Raises:
+            CapabilityError: The simulator lacks the ability ``teleport``.
+            SimulationError: The body is static or kinematic.
         """
         raise CapabilityError.lacking(self, "teleport")

@@ -62,7 +62,7 @@ class WrittenParameters(ABC):
     def collides(self, target: str) -> bool:
         """Return whether a scene body or ``robot/link`` has a shape that can touch others."""
         if target in self._scene.bodies:
-            return self._scene.bodies[target].collides
+            return bool(self._scene.bodies[target].collisions)
         return bool(self._link(target).collisions)
 
     def check_body(self, name: str) -> None:
@@ -143,23 +143,22 @@ class WrittenParameters(ABC):
         if name == "gravity":
             return np.array(scene.gravity, np.float64)
         if name == "friction" and target == "floor" and scene.floor:
-            return np.array(1.0)
+            return np.array(scene.floor_friction)
         self.check_body(target)
         if name == "friction" and not self.collides(target):
             raise PhysicsParameterError("friction", target, "cannot change: it collides with nothing.")
         if target in scene.bodies:
             body = scene.bodies[target]
-            friction, mass = body.friction, body.mass
+            friction, inertial = body.friction, body.inertial
         else:
             robot, _, name_of_link = target.partition("/")
             friction = self._placements[robot].robot.friction.get(name_of_link, 1.0)
             inertial = self._link(target).inertial
-            mass = None if inertial is None else inertial.mass
         if name == "friction":
             return np.array(friction)
-        if mass is None:
+        if inertial is None:
             raise PhysicsParameterError("mass", target, "cannot change: it has no mass.")
-        return np.array(mass)
+        return np.array(inertial.mass)
 
     def _link(self, target: str) -> Link:
         robot, _, name = target.partition("/")

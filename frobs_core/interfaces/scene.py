@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import dist
+from typing import TypeAlias
 
 import numpy as np
 
@@ -13,30 +15,117 @@ from frobs_core.errors import SceneError, UnknownNameError
 from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.robot import Robot
 from frobs_core.models.defaults import default_gains, home_positions
-from frobs_core.models.model import Geometry, Pose, RobotModel
+from frobs_core.models.model import Collision, Geometry, Inertial, Pose, RobotModel, Vector3
+from frobs_core.models.solids import solid_inertial
+
+Twist: TypeAlias = tuple[Vector3, Vector3]
+"""Linear velocity [m/s] and angular velocity [rad/s]."""
+
+AT_REST: Twist = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Body:
-    """An object of the scene.
+@dataclass(frozen=True)
+class Shape:
+    """One of several shapes of a body.
 
     Attributes:
-        geometry: Its shape, used for collision and for pictures.
-        pose: In the world, at reset.
-        mass: [kg]; None: it cannot be pushed.
-        kinematic: It moves, but only where it is written to. Not with ``mass``.
-        collides: Whether it touches anything.
-        friction: Sliding friction coefficient.
-        rgba: Each in [0, 1].
+        geometry: What it is.
+        pose: In the body's frame.
+        rgba: Each in [0, 1]; None: the body's.
+        collides: Whether it touches anything; otherwise it is only drawn.
     """
 
     geometry: Geometry
     pose: Pose = field(default_factory=Pose)
+    rgba: tuple[float, float, float, float] | None = None
+    collides: bool = True
+
+
+@dataclass(frozen=True, kw_only=True)
+class Body:
+    """An object of the scene: one shape in its frame, or several at fixed places in it.
+
+    A body with a mass or a density is free; the others are static, or kinematic. If ``center_of_mass`` and ``inertia``
+    are omitted, they are those of its shapes that collide (of all, if none collides), solid and of one density.
+
+    Attributes:
+        geometry: Its only shape, used for collision and for pictures. A mesh collides as its convex hull.
+        shapes: Its shapes, instead of ``geometry``.
+        pose: In the world, at reset.
+        twist: Linear velocity of its origin [m/s] and angular velocity [rad/s] in the world, at reset.
+        mass: [kg]
+        density: [kg/m³], instead of ``mass``.
+        center_of_mass: In its frame [m].
+        inertia: (ixx, ixy, ixz, iyy, iyz, izz) about the center of mass, in the axes of its frame [kg·m²].
+        kinematic: It moves, but only where it is written to. Not with a mass.
+        collides: Whether it touches anything.
+        friction: Sliding friction coefficient.
+        torsional_friction: Largest torque about the normal of a contact, per normal force [m]; 0: none.
+        rolling_friction: Largest torque against rolling, per normal force [m]; 0: none.
+        rgba: Each in [0, 1].
+
+    Raises:
+        ConfigurationError: It has both or neither of ``geometry`` and ``shapes``, or both mass and density, or an
+            inertia, a center of mass or a twist but no mass.
+    """
+
+    geometry: Geometry | None = None
+    shapes: tuple[Shape, ...] = ()
+    pose: Pose = field(default_factory=Pose)
+    twist: Twist = AT_REST
     mass: float | None = None
+    density: float | None = None
+    center_of_mass: Vector3 | None = None
+    inertia: tuple[float, float, float, float, float, float] | None = None
     kinematic: bool = False
     collides: bool = True
     friction: float = 1.0
+    torsional_friction: float = 0.0
+    rolling_friction: float = 0.0
     rgba: tuple[float, float, float, float] = (0.6, 0.6, 0.65, 1.0)
+
+    def __post_init__(self) -> None:
+        """Check that no two fields contradict each other."""
+        if (self.geometry is None) == (not self.shapes):
+            raise SceneError("a scene body", "has either a geometry or shapes; give exactly one of them.")
+        if self.mass is not None and self.density is not None:
+            raise SceneError("a scene body", "has a mass and a density; give one or the other.")
+        if not self.is_free and (self.center_of_mass or self.inertia or self.twist != AT_REST):
+            raise SceneError("a scene body", "has no mass, so it has no center_of_mass, inertia or twist.")
+
+    @property
+    def is_free(self) -> bool:
+        """Whether it has a mass, so that forces move it."""
+        return self.mass is not None or self.density is not None
+
+    @cached_property
+    def parts(self) -> tuple[Shape, ...]:
+        """Its shapes, each with its color, and with ``collides`` only if the body collides."""
+        shapes = self.shapes if self.geometry is None else (Shape(self.geometry),)
+        return tuple(
+            replace(shape, rgba=shape.rgba or self.rgba, collides=shape.collides and self.collides) for shape in shapes
+        )
+
+    @cached_property
+    def collisions(self) -> tuple[Collision, ...]:
+        """Its shapes that collide."""
+        return tuple(Collision(part.geometry, part.pose) for part in self.parts if part.collides)
+
+    @cached_property
+    def inertial(self) -> Inertial | None:
+        """Its mass, center of mass and inertia; None: it is not free.
+
+        Raises:
+            ModelFileError: They follow from a mesh that cannot be read, or whose surface is not closed.
+        """
+        if not self.is_free:
+            return None
+        center, inertia = self.center_of_mass, self.inertia
+        if self.mass is None or center is None or inertia is None:
+            shapes = self.collisions or [Collision(part.geometry, part.pose) for part in self.parts]
+            solid = solid_inertial(shapes, mass=self.mass, density=self.density or 0.0)
+            return Inertial(solid.mass, solid.origin if center is None else Pose(center), inertia or solid.inertia)
+        return Inertial(self.mass, Pose(center), inertia)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,6 +229,7 @@ class Scene:
 
     Attributes:
         floor: Whether there is a floor at z = 0.
+        floor_friction: Sliding friction coefficient of the floor.
         gravity: [m/s²]
         bodies: By name.
         contacts: That the task wants to know of, by name.
@@ -150,6 +240,7 @@ class Scene:
     """
 
     floor: bool = True
+    floor_friction: float = 1.0
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     bodies: Mapping[str, Body] = field(default_factory=dict)
     contacts: Mapping[str, Contact] = field(default_factory=dict)
@@ -188,7 +279,7 @@ class Scene:
             if camera.frame is not None and camera.frame not in links and camera.frame not in self.bodies:
                 raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is no body of the scene.")
         for name, body in self.bodies.items():
-            if body.mass is not None and body.kinematic:
+            if body.is_free and body.kinematic:
                 raise SceneError(f"scene body '{name}'", "is kinematic, so it has no mass; give one or the other.")
 
     def contact_number(self, name: str, *, force: bool = False) -> int:

@@ -12,7 +12,7 @@ from frobs_core.models.defaults import (
 )
 from frobs_core.models.elements import ELEMENTS, elements
 from frobs_core.models.fingerprint import fingerprint
-from frobs_core.models.inertia import inertia_matrix
+from frobs_core.models.inertia import inertia_matrix, parallel_axis
 from frobs_core.models.kinematics import MOVING, compose, forward_kinematics, joint_path, longest_reach
 from frobs_core.models.load import ENDINGS, load_model, open_document, read_document
 from frobs_core.models.meshes import MeshPart, Rgba, bounding_box, joined, read_mesh, scaled, write_stl
@@ -32,11 +32,12 @@ from frobs_core.models.model import (
     Pose,
     RobotModel,
     Sphere,
+    Vector3,
     Visual,
 )
 from frobs_core.models.notes import RULES, Note, Rule, Treatment
 from frobs_core.models.resources import Packages, package_name, packages_below, path_folders, resolve_path
-from frobs_core.models.solids import mesh_refusal, solid_moments
+from frobs_core.models.solids import solid_inertial
 from frobs_core.models.tree import check_tree, check_unique, flatten_mimics, joints_below, outward
 from frobs_core.models.urdf import read_joint, read_urdf
 from frobs_core.models.xacro_files import expand_xacro
@@ -71,6 +72,7 @@ __all__ = [
     "Rule",
     "Sphere",
     "Treatment",
+    "Vector3",
     "Visual",
     "bounding_box",
     "check_tree",
@@ -93,11 +95,11 @@ __all__ = [
     "link_bounds",
     "load_model",
     "longest_reach",
-    "mesh_refusal",
     "open_document",
     "outward",
     "package_name",
     "packages_below",
+    "parallel_axis",
     "parse_xml",
     "path_folders",
     "read_bytes",
@@ -109,7 +111,7 @@ __all__ = [
     "robot_bounds",
     "scaled",
     "shape_points",
-    "solid_moments",
+    "solid_inertial",
     "usual_rank",
     "write_stl",
 ]

@@ -1,6 +1,6 @@
 """Masses and inertias that an engine can simulate.
 
-Rules, each with a note: a link with mass but no inertia gets that of a solid sphere of 5 cm radius; an inertia that no
+Rules for model files, each with a note: a link with mass but no inertia gets that of a solid sphere of 5 cm radius; an inertia that no
 body can have (one principal moment negative, or above the sum of the others) becomes the mean of its principal
 moments, as MuJoCo's ``balanceinertia`` does it; links that move but have no mass among them get 1 g and 10⁻⁶ kg·m².
 Principal moments whose mean is not above 0 are refused.
@@ -57,6 +57,11 @@ def inertia_matrix(inertial: Inertial) -> Floats:
     rotation = matrix_from_quat(inertial.origin.quat_wxyz)
     turned: Floats = rotation @ _symmetric(inertial.inertia) @ rotation.T
     return turned
+
+
+def parallel_axis(mass: float, arm: Floats) -> Floats:
+    """Return what a mass [kg] adds to the inertia about a point that is ``arm``, (3,) [m], away: (3, 3) [kg·m²]."""
+    return np.asarray(mass * ((arm * arm).sum() * np.eye(3) - np.outer(arm, arm)))
 
 
 def _symmetric(moments: Sequence[float]) -> Floats:

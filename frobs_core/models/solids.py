@@ -1,40 +1,93 @@
-"""Solid bodies of a scene, which have simple shapes."""
+"""Masses and inertias of solid shapes."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Sequence
 
-from frobs_core.errors import SceneError
-from frobs_core.models.model import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import ModelFileError
+from frobs_core.models.inertia import parallel_axis
+from frobs_core.models.meshes import joined, read_mesh, scaled
+from frobs_core.models.model import (
+    Box,
+    Capsule,
+    Collision,
+    Cylinder,
+    Geometry,
+    Inertial,
+    Mesh,
+    Pose,
+    Sphere,
+    Visual,
+)
+from frobs_core.rotations import matrix_from_quat
 
 
-def solid_moments(geometry: Geometry, mass: float) -> tuple[float, float, float]:
-    """Return the principal moments of a solid body [kg·m²].
+def solid_inertial(
+    shapes: Sequence[Visual | Collision], *, mass: float | None = None, density: float = 1000.0
+) -> Inertial:
+    """Return the mass, center of mass and inertia of solid shapes of one density, in the frame of their origins.
+
+    Where shapes overlap, both count.
 
     Args:
-        geometry: Its shape.
-        mass: [kg]
+        shapes: At least one.
+        mass: Of all together [kg]; None: follows from the density.
+        density: [kg/m³]; has no effect where the mass is given.
 
     Raises:
-        SceneError: It is a mesh.
+        ModelFileError: A mesh cannot be read, or its surface is not closed, so that it has no volume.
     """
+    solids = [_solid(shape.geometry) for shape in shapes]
+    turns = [matrix_from_quat(np.array(shape.origin.quat_wxyz)) for shape in shapes]
+    volumes = np.array([volume for volume, _, _ in solids])
+    centers = np.array([shape.origin.pos for shape in shapes]) + [
+        turn @ center for turn, (_, center, _) in zip(turns, solids, strict=True)
+    ]
+    total = density * float(volumes.sum()) if mass is None else float(mass)
+    masses = total * (volumes / volumes.sum())
+    center = (masses[:, None] * centers).sum(axis=0) / total
+    tensor = sum(
+        turn @ (part * tensor) @ turn.T + parallel_axis(part, at - center)
+        for part, at, turn, (_, _, tensor) in zip(masses, centers, turns, solids, strict=True)
+    )
+    ixx, ixy, ixz, iyy, iyz, izz = np.asarray(tensor)[np.triu_indices(3)].tolist()
+    return Inertial(total, Pose(tuple(center.tolist())), (ixx, ixy, ixz, iyy, iyz, izz))
+
+
+def _solid(geometry: Geometry) -> tuple[float, Floats, Floats]:
+    """Return the volume [m³], its center (3,) [m], and the inertia about it for a mass of 1 kg, (3, 3) [m²]."""
     match geometry:
         case Box((x, y, z)):
-            return mass / 12 * (y * y + z * z), mass / 12 * (x * x + z * z), mass / 12 * (x * x + y * y)
+            volume, moments = x * y * z, [(y * y + z * z) / 12, (x * x + z * z) / 12, (x * x + y * y) / 12]
         case Sphere(r):
-            return (0.4 * mass * r * r,) * 3
+            volume, moments = 4 / 3 * np.pi * r**3, [0.4 * r * r] * 3
         case Cylinder(r, length):
-            across = mass * (3 * r * r + length * length) / 12
-            return across, across, 0.5 * mass * r * r
+            across = (3 * r * r + length * length) / 12
+            volume, moments = np.pi * r * r * length, [across, across, 0.5 * r * r]
         case Capsule(r, length):
-            ball = mass * 4 * r / (4 * r + 3 * length)  # both halves together
-            rod = mass - ball
+            ball = 4 * r / (4 * r + 3 * length)  # share of both half spheres together
+            rod = 1.0 - ball
             across = rod * (r * r / 4 + length**2 / 12) + ball * (0.4 * r * r + length**2 / 4 + 3 * length * r / 8)
-            return across, across, (0.5 * rod + 0.4 * ball) * r * r
-        case Mesh(path):
-            raise mesh_refusal(path)
+            volume = np.pi * r * r * (length + 4 / 3 * r)
+            moments = [across, across, (0.5 * rod + 0.4 * ball) * r * r]
+        case Mesh():
+            return _solid_mesh(geometry)
+    return volume, np.zeros(3), np.diag(moments)
 
 
-def mesh_refusal(path: Path) -> SceneError:
-    """Return the error that rejects a mesh as the shape of a scene's body."""
-    return SceneError(f"the mesh {path}", "cannot be a shape of a scene; use boxes, spheres, cylinders or capsules.")
+def _solid_mesh(mesh: Mesh) -> tuple[float, Floats, Floats]:
+    import trimesh
+
+    part = joined(scaled(read_mesh(mesh.path), mesh.scale))
+    solid = trimesh.Trimesh(part.vertices, part.faces)
+    if not solid.is_volume:
+        raise ModelFileError(
+            mesh.path,
+            "the surface of the mesh is not closed, so its volume is unknown; "
+            "give the body a mass, a center_of_mass and an inertia.",
+        )
+    volume = float(solid.volume)
+    return volume, np.asarray(solid.center_mass, float), np.asarray(solid.moment_inertia, float) / volume

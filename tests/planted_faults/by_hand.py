@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from planting import Fault, replaced
 
 _ROBOT, _SIMULATION = "frobs_sim_mujoco.robot", "frobs_sim_mujoco.simulation"
+_BODY, _SCENERY = "frobs_sim_mujoco.body", "frobs_sim_mujoco.scenery"
 _CONTACTS = "frobs_core.interfaces.contacts"
 _DELTA, _JOINTS = "frobs_controllers.joint_delta_position", "frobs_controllers.joint_position"
 _VELOCITY, _DRIVE = "frobs_controllers.joint_velocity", "frobs_controllers.differential_drive"
@@ -29,7 +30,7 @@ _TABLE = (
     ("gains written without what the drives hold", _ROBOT, "self._ctrl[rows] *= ratio", "pass"),
     ("the velocity of the centre of mass for that of the frame", _ROBOT,
      "return twist[:, 3:] + np.cross(twist[:, :3], arm), twist[:, :3]", "return twist[:, 3:], twist[:, :3]"),
-    ("an angular velocity in the body's frame", _ROBOT,
+    ("an angular velocity in the body's frame", _BODY,
      "quat_rotate(quat, np.broadcast_to(ang_vel_world, (len(quat), 3)))", "ang_vel_world"),
     ("a lidar that sees its own robot", _ROBOT,
      "*(group for group in ROBOT_GROUPS if group != self._group)", "*ROBOT_GROUPS"),
@@ -57,6 +58,11 @@ _TABLE = (
      "np.where((distances < 0) | (distances > max_range), max_range, distances)",
      "np.where(distances > max_range, max_range, np.maximum(distances, 0.0))"),
     # -- controllers --
+    ("a body's twist at its center of mass", _BODY,
+     'read_only(self._simulation.batch.bind("qvel")[:, dof : dof + 3])', "twist[:, 3:]"),
+    ("a scene's twist forgotten at reset", _BODY, "if self._initial_twist != AT_REST:", "if False:"),
+    ("all shapes of a body at its origin", _SCENERY, "part.geometry, part.pose, group", "part.geometry, body.pose, group"),
+    ("torsional friction without an effect", _SCENERY, "geom.condim = 4", "geom.condim = 3"),
     ("actions that are not clipped", _DELTA, "np.minimum(delta, self._ones, out=delta)", "pass"),
     ("a joint limit ignored", _DELTA, "np.minimum(target, self._upper, out=target)", "pass"),
     ("a reset of all controllers", _DELTA,

@@ -10,6 +10,7 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import SimulationError
 from frobs_core.interfaces import Body, BodyHandle
+from frobs_core.rotations import quat_rotate
 from frobs_sim_gazebo.skeleton import pose_array
 
 if TYPE_CHECKING:
@@ -31,18 +32,23 @@ class GazeboBody(BodyHandle):
         """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) in the world."""
         if self._span is None:
             found = self._simulation.stands[self.name]
-        else:
-            found = self._simulation.raw[:, self._span.start, :7]
-        return read_only(found[:, :3]), read_only(found[:, 3:])
+            return read_only(found[:, :3]), read_only(found[:, 3:])
+        raw = self._simulation.raw[:, self._span.start]
+        return read_only(raw[:, :3] - self._arm(raw[:, 3:7])), read_only(raw[:, 3:7])
 
     @property
     def twist(self) -> tuple[Floats, Floats]:
-        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s]."""
+        """lin_vel_world (num_envs, 3) [m/s] of the body's origin and ang_vel_world (num_envs, 3) [rad/s]."""
         if self._span is None:
             zeros = np.zeros((self._simulation.num_envs, 3))
             return read_only(zeros), read_only(zeros)
-        found = self._simulation.raw[:, self._span.start, 7:]
-        return read_only(found[:, :3]), read_only(found[:, 3:])
+        raw = self._simulation.raw[:, self._span.start]
+        return read_only(raw[:, 7:10] - np.cross(raw[:, 10:], self._arm(raw[:, 3:7]))), read_only(raw[:, 10:])
+
+    def _arm(self, quat_wxyz: Floats) -> Floats:
+        """Return the center of mass from the origin in the world, (n, 3) [m]."""
+        assert self._body.inertial is not None
+        return quat_rotate(quat_wxyz, np.array(self._body.inertial.origin.pos))
 
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
         """Put the body somewhere at once."""
@@ -52,16 +58,30 @@ class GazeboBody(BodyHandle):
         pose = np.empty((len(envs), 7))
         pose[:, :3] = pos
         pose[:, 3:] = self.pose[1][envs] if quat_wxyz is None else quat_wxyz
-        self._put(envs, pose)
+        self._put(envs, pose, np.zeros(6))
+
+    def write_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
+        """Give a free body a velocity at once."""
+        if self._span is None:
+            raise SimulationError(f"body '{self.name}' is not free, so it has no velocity; give it a mass.")
+        envs = self._simulation.envs(mask)
+        twist = np.empty((len(envs), 6))
+        twist[:, :3], twist[:, 3:] = lin_vel_world, ang_vel_world
+        self._put(envs, np.concatenate(self.pose, axis=1)[envs], twist)
 
     def put_home(self, envs: Sequence[int]) -> None:
         """Put it where the scene has it."""
         if self._span is not None:
-            self._put(envs, np.tile(pose_array(self._body.pose), (len(envs), 1)))
+            self._put(envs, np.tile(pose_array(self._body.pose), (len(envs), 1)), np.concatenate(self._body.twist))
 
-    def _put(self, envs: Sequence[int], pose: Floats) -> None:
+    def _put(self, envs: Sequence[int], pose: Floats, twist: Floats) -> None:
+        """Put it somewhere, (k, 7), with the velocity of its origin, (k, 6)."""
         if self._span is None:
             self._simulation.place(self.name, pose, envs)
-        else:
-            raw = np.concatenate([pose, np.zeros((len(envs), 6))], axis=1)[:, None]
-            self._simulation.write(self._span, raw, envs, _NO_JOINTS, np.zeros((len(envs), 0)))
+            return
+        raw = np.empty((len(envs), 1, 13))
+        raw[:, 0, :7], raw[:, 0, 7:] = pose, twist
+        arm = self._arm(pose[:, 3:])
+        raw[:, 0, :3] += arm
+        raw[:, 0, 7:10] += np.cross(raw[:, 0, 10:], arm)
+        self._simulation.write(self._span, raw, envs, _NO_JOINTS, np.zeros((len(envs), 0)))

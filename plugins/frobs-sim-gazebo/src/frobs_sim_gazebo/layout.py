@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from frobs_core.arrays import Floats
+from frobs_core.errors import SceneError
 from frobs_core.interfaces import Placement, Scene
 from frobs_core.models import home_positions
 from frobs_sim_gazebo import protocol
@@ -63,16 +64,18 @@ class Layout:
         self._shape_names: list[tuple[str, str, str]] = []
         coms: list[Floats] = []
         if scene.floor:
-            self._add(("floor", FLOOR), floor_sdf(self.model_names["floor", FLOOR]))
+            self._add(("floor", FLOOR), floor_sdf(self.model_names["floor", FLOOR], scene.floor_friction))
             self._add_shapes(FLOOR, "floor", FLOOR, LINK, ["0"])
         for name, body in scene.bodies.items():
+            if body.rolling_friction > 0.0:
+                raise SceneError(f"scene body '{name}'", "has a rolling friction, which Gazebo does not simulate.")
             text, shapes = body_sdf(self.model_names["body", name], body, meshes)
             self._add(("body", name), text)
             self._add_shapes(name, "body", name, LINK, shapes)
-            if body.mass is not None:
+            if body.inertial is not None:
                 self.bodies["body", name] = slice(self.body_count, self.body_count + 1)
                 self.body_count += 1
-                coms.append(np.zeros(3))
+                coms.append(np.array(body.inertial.origin.pos))
         for name, placement in robots.items():
             coms += self._add_robot(name, placement, meshes)
         self.coms = np.array(coms).reshape(self.body_count, 3)

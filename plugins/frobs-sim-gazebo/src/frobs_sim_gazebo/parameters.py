@@ -8,7 +8,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.interfaces import Snapshot, WrittenParameters
-from frobs_core.models import solid_moments
+from frobs_core.models import inertia_matrix
 from frobs_core.rotations import matrix_from_quat
 from frobs_sim_gazebo import protocol
 from frobs_sim_gazebo.protocol import Op
@@ -56,10 +56,9 @@ class GazeboParameters(WrittenParameters):
         if number is None:
             return []  # what does not move has no use for it
         if target in simulation.scene.bodies:
-            weight, inertia = (
-                float(value),
-                np.diag(solid_moments(simulation.scene.bodies[target].geometry, float(value))),
-            )
+            inertial = simulation.scene.bodies[target].inertial
+            assert inertial is not None
+            weight, inertia = float(value), inertia_matrix(inertial) * (float(value) / inertial.mass)
         else:
             robot = target.partition("/")[0]
             changed = {

@@ -10,7 +10,7 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.errors import ModelFileError
 from frobs_core.interfaces import Body, Placement
-from frobs_core.models import JointType, compose, solid_moments
+from frobs_core.models import Inertial, JointType, compose, inertia_matrix
 from frobs_core.rotations import matrix_from_quat, quat_from_matrix
 from frobs_sim_gazebo.meshes import MeshFiles
 from frobs_sim_gazebo.shapes import elements, numbers
@@ -37,10 +37,10 @@ def safe_names(names: Iterable[str]) -> dict[str, str]:
     return found
 
 
-def floor_sdf(name: str) -> str:
+def floor_sdf(name: str, friction: float) -> str:
     """Return the model of a floor at z = 0; its shape is named ``0``."""
     plane = "<plane><normal>0 0 1</normal><size>100 100</size></plane>"
-    link = f'<link name="{LINK}">{_collision("0", plane, _UNTURNED, 1.0)}</link>'
+    link = f'<link name="{LINK}">{_collision("0", plane, _UNTURNED, friction)}</link>'
     return _model(name, _UNTURNED, f"<static>1</static>{link}")
 
 
@@ -48,17 +48,25 @@ def body_sdf(name: str, body: Body, meshes: MeshFiles) -> tuple[str, list[str]]:
     """Return the model of a scene body, and the names of its shapes.
 
     Raises:
-        ConfigurationError: Its shape is a mesh and it has a mass.
+        ModelFileError: A mesh cannot be read.
     """
-    parts = elements(body.geometry, meshes) if body.collides else []
-    shapes = [_collision(str(i), xml, pose_array(pose), body.friction) for i, (xml, pose) in enumerate(parts)]
-    if body.mass is None:
-        inner = f'<static>1</static><link name="{LINK}">{"".join(shapes)}</link>'
-    else:
-        inertia = np.diag(solid_moments(body.geometry, body.mass))
-        weight = _inertial(Mass(body.mass, np.zeros(3), inertia))
-        inner = f'<link name="{LINK}">{weight}{"".join(shapes)}</link>'
+    parts = [
+        (xml, compose(pose_array(shape.origin), pose_array(pose)))
+        for shape in body.collisions
+        for xml, pose in elements(shape.geometry, meshes)
+    ]
+    shapes = [
+        _collision(str(i), xml, place, body.friction, body.torsional_friction) for i, (xml, place) in enumerate(parts)
+    ]
+    static = "<static>1</static>" if body.inertial is None else ""
+    mass = "" if body.inertial is None else _inertial(body_mass(body.inertial))
+    inner = f'{static}<link name="{LINK}">{mass}{"".join(shapes)}</link>'
     return _model(name, pose_array(body.pose), inner), [str(i) for i in range(len(shapes))]
+
+
+def body_mass(inertial: Inertial) -> Mass:
+    """Return what a scene body weighs."""
+    return Mass(inertial.mass, np.array(inertial.origin.pos), inertia_matrix(inertial))
 
 
 def robot_sdf(name: str, placement: Placement, bones: Skeleton, meshes: MeshFiles) -> tuple[str, dict[str, list[str]]]:
@@ -115,11 +123,17 @@ def _model(name: str, place: Floats, inner: str) -> str:
     )
 
 
-def _collision(name: str, geometry: str, place: Floats, friction: float) -> str:
+def _collision(name: str, geometry: str, place: Floats, friction: float, torsional: float = 0.0) -> str:
     mu = float(friction)
+    twist = ""
+    if torsional > 0.0:  # ODE's largest torque per normal force is 3π/16 times coefficient and radius
+        twist = (
+            f"<torsional><coefficient>1</coefficient><patch_radius>{16.0 * torsional / (3.0 * np.pi)!r}</patch_radius>"
+            "</torsional>"
+        )
     return (
         f'<collision name="{name}">{_pose(place)}<max_contacts>20</max_contacts><geometry>{geometry}</geometry>'
-        f"<surface><friction><ode><mu>{mu!r}</mu><mu2>{mu!r}</mu2></ode></friction>"
+        f"<surface><friction><ode><mu>{mu!r}</mu><mu2>{mu!r}</mu2></ode>{twist}</friction>"
         f"<contact><ode><kp>{_STIFFNESS!r}</kp><kd>{_DAMPING!r}</kd></ode></contact></surface></collision>"
     )
 

@@ -8,7 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.models import Joint, JointType, Link, Pose, RobotModel, compose, inertia_matrix, joints_below
+from frobs_core.models import (
+    Joint,
+    JointType,
+    Link,
+    Pose,
+    RobotModel,
+    compose,
+    inertia_matrix,
+    joints_below,
+    parallel_axis,
+)
 from frobs_core.rotations import matrix_from_quat, quat_from_matrix
 
 
@@ -206,9 +216,5 @@ def _joined(links: list[tuple[Link, int, Floats]], changed: Mapping[str, float],
     if total <= 0.0:
         return Mass(0.0, np.zeros(3), np.zeros((3, 3)))
     com = np.sum([mass * at for mass, at, _ in found], axis=0) / total
-    inertia = armature + np.sum([own + _steiner(mass, at - com) for mass, at, own in found], axis=0)
+    inertia = armature + np.sum([own + parallel_axis(mass, at - com) for mass, at, own in found], axis=0)
     return Mass(total, com, inertia)
-
-
-def _steiner(mass: float, arm: Floats) -> Floats:
-    return np.asarray(mass * ((arm * arm).sum() * np.eye(3) - np.outer(arm, arm)))

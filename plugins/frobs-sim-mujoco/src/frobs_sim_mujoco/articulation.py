@@ -11,7 +11,7 @@ from frobs_core.errors import ModelFileError
 from frobs_core.interfaces import Placement, active_gains
 from frobs_core.models import Inertial, Joint, JointType, inertia_matrix, joints_below
 from frobs_sim_mujoco.geoms import VISUAL_GROUP, add_shape
-from frobs_sim_mujoco.meshes import RobotMeshes
+from frobs_sim_mujoco.meshes import Meshes
 
 _JOINT_TYPES = {
     JointType.REVOLUTE: mujoco.mjtJoint.mjJNT_HINGE,
@@ -41,14 +41,14 @@ def add_robot(spec: mujoco.MjSpec, name: str, placement: Placement, group: int, 
     if not fixed:
         root.add_freejoint(name=f"{name}/base")
 
-    meshes = RobotMeshes(spec)
+    meshes = Meshes(spec)
     waiting = [(root, model.root)]  # no recursion: a robot may be deeper than Python's stack
     while waiting:
         element, link_name = waiting.pop()
         link = links[link_name]
         element.explicitinertial = link.inertial is not None
         if link.inertial is not None:
-            _set_inertia(element, link.inertial)
+            set_inertia(element, link.inertial)
         for collision in link.collisions:
             for geom in add_shape(meshes, element, collision.geometry, collision.origin, group, None, collides=True):
                 geom.mass = 0.0  # what the file does not weigh, weighs nothing
@@ -90,7 +90,8 @@ def _add_joint(spec: mujoco.MjSpec, child: mujoco.MjsBody, robot: str, joint: Jo
         )
 
 
-def _set_inertia(element: mujoco.MjsBody, inertial: Inertial) -> None:
+def set_inertia(element: mujoco.MjsBody, inertial: Inertial) -> None:
+    """Set the mass, center of mass and inertia of a body."""
     inertia = inertia_matrix(inertial)
     element.mass, element.ipos = inertial.mass, inertial.origin.pos
     element.fullinertia = [inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]]

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from mujoco.batch import Batch
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import SimulationError
-from frobs_core.interfaces import Body, BodyHandle
+from frobs_core.interfaces import AT_REST, Body, BodyHandle
+from frobs_core.rotations import quat_rotate
 
 if TYPE_CHECKING:
     from frobs_sim_mujoco.simulation import MujocoSimulation
@@ -26,7 +28,8 @@ class MujocoBody(BodyHandle):
         self._simulation = simulation
         self._id = simulation.model.body(name).id
         self.mocap = int(simulation.model.body_mocapid[self._id])
-        self._free = simulation.model.joint(name) if body.mass is not None else None
+        self._free = simulation.model.joint(name) if body.is_free else None
+        self._initial_twist = body.twist
 
     @property
     def pose(self) -> tuple[Floats, Floats]:
@@ -35,9 +38,12 @@ class MujocoBody(BodyHandle):
 
     @property
     def twist(self) -> tuple[Floats, Floats]:
-        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s]."""
-        twist = self._simulation.derived("cvel")[:, self._id]  # a lone body: about its own centre
-        return twist[:, 3:], twist[:, :3]
+        """lin_vel_world (num_envs, 3) [m/s] of the body's origin and ang_vel_world (num_envs, 3) [rad/s]."""
+        twist = self._simulation.derived("cvel")[:, self._id]  # about the center of mass: angular, linear
+        if self._free is None:
+            return twist[:, 3:], twist[:, :3]
+        dof = self._free.dofadr[0]
+        return read_only(self._simulation.batch.bind("qvel")[:, dof : dof + 3]), twist[:, :3]
 
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
         """Put the body somewhere at once."""
@@ -56,3 +62,28 @@ class MujocoBody(BodyHandle):
         else:
             raise SimulationError(f"body '{self.name}' is static; make it kinematic, or give it a mass.")
         self._simulation.mark_stale(mask)
+
+    def write_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
+        """Give a free body a velocity at once."""
+        if self._free is None:
+            raise SimulationError(f"body '{self.name}' is not free, so it has no velocity; give it a mass.")
+        rows = slice(None) if mask is None else np.flatnonzero(mask)
+        put_free_twist(self._simulation.batch, self._free, rows, lin_vel_world, ang_vel_world)
+        self._simulation.mark_stale(mask)
+
+    def start(self) -> None:
+        """Give it the velocity that it has at reset."""
+        if self._initial_twist != AT_REST:
+            self.write_twist(*map(np.array, self._initial_twist))
+
+
+def put_free_twist(
+    batch: Batch, joint: Any, rows: slice | np.ndarray, lin_vel_world: Floats, ang_vel_world: Floats
+) -> None:
+    """Give what hangs on a free joint a velocity, (n, 3) both."""
+    dof, at = joint.dofadr[0], joint.qposadr[0]
+    quat = batch.bind("qpos")[rows, at + 3 : at + 7] * np.array([1.0, -1.0, -1.0, -1.0])
+    qvel = batch.bind("qvel")
+    qvel[rows, dof : dof + 3] = lin_vel_world
+    # MuJoCo keeps a free joint's angular velocity in the body's own frame.
+    qvel[rows, dof + 3 : dof + 6] = quat_rotate(quat, np.broadcast_to(ang_vel_world, (len(quat), 3)))

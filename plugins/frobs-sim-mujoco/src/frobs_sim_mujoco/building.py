@@ -13,6 +13,7 @@ from frobs_core.interfaces import Placement, Scene
 from frobs_sim_mujoco.articulation import add_drives, add_robot, attach_mjcf
 from frobs_sim_mujoco.contacts import add_contact
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, set_friction
+from frobs_sim_mujoco.meshes import Meshes
 from frobs_sim_mujoco.options import Options
 from frobs_sim_mujoco.overlaps import overlaps_at_home
 from frobs_sim_mujoco.scenery import add_body, add_camera, add_floor, light_up
@@ -42,7 +43,7 @@ def build_model(
         options: Fields of ``mjOption`` that differ from MuJoCo's defaults.
 
     Raises:
-        ModelFileError: MuJoCo refuses a robot's model.
+        ModelFileError: MuJoCo refuses a robot's model, or a mesh cannot be read.
         ConfigurationError: The scene is contradictory.
     """
     scene.check(robots)
@@ -57,9 +58,10 @@ def build_model(
     spec.compiler.balanceinertia = False
     light_up(spec)
     if scene.floor:
-        add_floor(spec, scene.span)
+        add_floor(spec, scene)
+    meshes = Meshes(spec)
     for name, body in scene.bodies.items():
-        add_body(spec, name, body)
+        add_body(spec, meshes, name, body)
     for number, (name, placement) in enumerate(robots.items()):
         group = ROBOT_GROUPS[min(number, len(ROBOT_GROUPS) - 1)]
         if placement.model.format == "mjcf":

@@ -5,8 +5,8 @@ from __future__ import annotations
 import mujoco
 
 from frobs_core.errors import ConfigurationError
-from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Pose, Sphere, mesh_refusal
-from frobs_sim_mujoco.meshes import RobotMeshes
+from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Pose, Sphere
+from frobs_sim_mujoco.meshes import Meshes
 
 SCENE_GROUP = 0
 """Geom group of what the scene collides with: drawn, and seen by rays."""
@@ -17,7 +17,7 @@ ROBOT_GROUPS = (2, 3, 4, 5)
 
 
 def add_shape(
-    meshes: RobotMeshes,
+    meshes: Meshes,
     element: mujoco.MjsBody,
     geometry: Geometry,
     origin: Pose,
@@ -26,31 +26,14 @@ def add_shape(
     *,
     collides: bool,
 ) -> list[mujoco.MjsGeom]:
-    """Add a shape of a robot: one geom, or for the visual of a mesh one for each of its colours."""
-    if not isinstance(geometry, Mesh):
-        return [add_geom(element, geometry, origin, group, rgba, collides=collides)]
-    geoms = []
-    for name, own_rgba in meshes.hull(geometry) if collides else meshes.drawn(geometry):
-        geom = _add_plain_geom(element, origin, group, own_rgba or rgba, collides=collides)
-        geom.type, geom.meshname = mujoco.mjtGeom.mjGEOM_MESH, name
-        geoms.append(geom)
-    return geoms
-
-
-def add_geom(
-    element: mujoco.MjsBody,
-    geometry: Geometry,
-    origin: Pose,
-    group: int,
-    rgba: tuple[float, float, float, float] | None,
-    *,
-    collides: bool,
-) -> mujoco.MjsGeom:
-    """Add a geom of a simple shape.
-
-    Raises:
-        ConfigurationError: It is a mesh.
-    """
+    """Add a shape: one geom, or for a mesh that does not collide one for each of its colours."""
+    if isinstance(geometry, Mesh):
+        geoms = []
+        for name, own_rgba in meshes.hull(geometry) if collides else meshes.drawn(geometry):
+            geom = _add_plain_geom(element, origin, group, own_rgba or rgba, collides=collides)
+            geom.type, geom.meshname = mujoco.mjtGeom.mjGEOM_MESH, name
+            geoms.append(geom)
+        return geoms
     geom = _add_plain_geom(element, origin, group, rgba, collides=collides)
     match geometry:
         case Box(size):
@@ -61,9 +44,7 @@ def add_geom(
             geom.type, geom.size = mujoco.mjtGeom.mjGEOM_CYLINDER, [radius, length / 2, 0]
         case Capsule(radius, length):
             geom.type, geom.size = mujoco.mjtGeom.mjGEOM_CAPSULE, [radius, length / 2, 0]
-        case Mesh(path):
-            raise mesh_refusal(path)
-    return geom
+    return [geom]
 
 
 def _add_plain_geom(

@@ -1,4 +1,4 @@
-"""The meshes of robots as MuJoCo takes them: triangles, not files, so that every format is read alike."""
+"""Meshes as MuJoCo takes them: triangles, not files, so that every format is read alike."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Use = tuple[str, Rgba | None]
 """Name of a mesh in the specification, and its own colour."""
 
 
-class RobotMeshes:
+class Meshes:
     """Adds each mesh to a specification once, however many geoms use it.
 
     Args:

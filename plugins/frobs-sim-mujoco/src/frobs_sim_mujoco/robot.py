@@ -10,7 +10,7 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import SimulationError
 from frobs_core.interfaces import CommandMode, Placement, RobotHandle
-from frobs_core.rotations import quat_rotate
+from frobs_sim_mujoco.body import put_free_twist
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, SCENE_GROUP
 
 if TYPE_CHECKING:
@@ -148,11 +148,7 @@ class MujocoRobot(RobotHandle):
         """Give a free root link a velocity at once."""
         if self._free is None:
             raise SimulationError(f"robot '{self.name}' has a fixed base, which has no velocity.")
-        rows, dof, at = _rows(mask), self._free.dofadr[0], self._free.qposadr[0]
-        quat = self._qpos[rows, at + 3 : at + 7] * np.array([1.0, -1.0, -1.0, -1.0])
-        self._qvel[rows, dof : dof + 3] = lin_vel_world
-        # MuJoCo keeps a free joint's angular velocity in the body's own frame.
-        self._qvel[rows, dof + 3 : dof + 6] = quat_rotate(quat, np.broadcast_to(ang_vel_world, (len(quat), 3)))
+        put_free_twist(self._batch, self._free, _rows(mask), lin_vel_world, ang_vel_world)
         self._simulation.mark_stale(mask)
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:

@@ -6,12 +6,12 @@ import mujoco
 import numpy as np
 
 from frobs_core.errors import SceneError
-from frobs_core.interfaces import Body, Camera
-from frobs_core.models import Pose
-from frobs_sim_mujoco.geoms import SCENE_GROUP, VISUAL_GROUP, add_geom
+from frobs_core.interfaces import Body, Camera, Scene
+from frobs_sim_mujoco.articulation import set_inertia
+from frobs_sim_mujoco.geoms import SCENE_GROUP, VISUAL_GROUP, add_shape
+from frobs_sim_mujoco.meshes import Meshes
 
 _FAR = 8.0  # [m] from where small squares would flicker
-_FRICTION = (0.005, 0.0001)  # torsional [m] and rolling [m]: MuJoCo's defaults
 
 
 def light_up(spec: mujoco.MjSpec) -> None:
@@ -40,9 +40,9 @@ def light_up(spec: mujoco.MjSpec) -> None:
     )
 
 
-def add_floor(spec: mujoco.MjSpec, span: float) -> None:
-    """Add a chequered plane at z = 0, without end; ``span`` [m] is how far away it is looked at."""
-    repeat = 4.0 if span < _FAR else 0.5  # of two by two squares, in a metre
+def add_floor(spec: mujoco.MjSpec, scene: Scene) -> None:
+    """Add a chequered plane at z = 0, without end."""
+    repeat = 4.0 if scene.span < _FAR else 0.5  # of two by two squares, in a metre
     spec.add_texture(
         name="floor",
         type=mujoco.mjtTexture.mjTEXTURE_2D,
@@ -60,21 +60,30 @@ def add_floor(spec: mujoco.MjSpec, span: float) -> None:
         size=(0, 0, 0.05),
         material="floor",
         group=SCENE_GROUP,
-        friction=(1.0, *_FRICTION),
+        friction=(scene.floor_friction, 0.0, 0.0),
     )
 
 
-def add_body(spec: mujoco.MjSpec, name: str, body: Body) -> None:
-    """Add a body of the scene."""
+def add_body(spec: mujoco.MjSpec, meshes: Meshes, name: str, body: Body) -> None:
+    """Add a body of the scene.
+
+    Raises:
+        ModelFileError: A mesh cannot be read.
+    """
     element = spec.worldbody.add_body(name=name, pos=body.pose.pos, quat=body.pose.quat_wxyz, mocap=body.kinematic)
-    if body.mass is not None:
+    if body.inertial is not None:
         element.add_freejoint(name=name)
-    group = SCENE_GROUP if body.collides else VISUAL_GROUP
-    geom = add_geom(element, body.geometry, Pose(), group, body.rgba, collides=body.collides)
-    geom.name = name
-    geom.friction = (body.friction, *_FRICTION)
-    if body.mass is not None:
-        geom.mass = body.mass
+        element.explicitinertial = True
+        set_inertia(element, body.inertial)
+    for part in body.parts:
+        group = SCENE_GROUP if part.collides else VISUAL_GROUP
+        for geom in add_shape(meshes, element, part.geometry, part.pose, group, part.rgba, collides=part.collides):
+            geom.mass = 0.0
+            geom.friction = (body.friction, body.torsional_friction, body.rolling_friction)
+            if body.rolling_friction > 0.0:
+                geom.condim = 6
+            elif body.torsional_friction > 0.0:
+                geom.condim = 4
 
 
 def add_camera(spec: mujoco.MjSpec, name: str, camera: Camera) -> None:

@@ -186,6 +186,8 @@ class MujocoSimulation(Simulation):
         self.bodies = {name: MujocoBody(self, name, body) for name, body in scene.bodies.items()}
         for robot in self.robots.values():
             robot.go_home()
+        for body in self.bodies.values():
+            body.start()
         self._initial = self.batch.state.copy()
         self._stale = np.ones(num_envs, np.bool_)
 

@@ -7,16 +7,13 @@ from itertools import combinations
 from frobs_core.interfaces import Placement
 from frobs_core.models import JointType
 from frobs_sim_pybullet.bullet import pybullet as p
-from frobs_sim_pybullet.engine import SELF_COLLISION, Dynamics, load_urdf
+from frobs_sim_pybullet.engine import MARGIN, SELF_COLLISION, Dynamics, load_urdf
 from frobs_sim_pybullet.meshes import MeshFiles
 from frobs_sim_pybullet.transforms import Quat, Vector, compose, conjugate, from_pose, invert, rotate
 from frobs_sim_pybullet.urdf import VIRTUAL, principal, skeleton, write_dynamics_urdf, write_urdf
 
 FASTEST = 1e6
 """[rad/s or m/s] beyond which an environment has diverged."""
-
-MARGIN = 1e-4
-"""[m] by which Bullet rounds a mesh of the base; without any its rays miss it. On other links it keeps its own 1 mm."""
 
 _STATIC = 2  # Bullet's collision group of what stands still
 

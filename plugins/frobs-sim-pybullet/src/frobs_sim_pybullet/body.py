@@ -24,7 +24,8 @@ class PybulletBody(BodyHandle):
     def __init__(self, simulation: PybulletSimulation, name: str, body: Body) -> None:
         self.name = name
         self._simulation = simulation
-        self.moves = body.kinematic or body.mass is not None
+        self.moves = body.kinematic or body.is_free
+        self._is_free = body.is_free
 
     @property
     def pose(self) -> tuple[Floats, Floats]:
@@ -34,7 +35,7 @@ class PybulletBody(BodyHandle):
 
     @property
     def twist(self) -> tuple[Floats, Floats]:
-        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s]."""
+        """lin_vel_world (num_envs, 3) [m/s] of the body's origin and ang_vel_world (num_envs, 3) [rad/s]."""
         twist = self._simulation.watched(f"bodies/{self.name}/twist")
         return twist[:, :3], twist[:, 3:]
 
@@ -44,3 +45,11 @@ class PybulletBody(BodyHandle):
             raise SimulationError(f"body '{self.name}' is static; make it kinematic, or give it a mass.")
         quats = None if quat_wxyz is None else np.expand_dims(quat_wxyz, -2)
         self._simulation.write_body_poses([self.name], np.expand_dims(pos, -2), quats, mask)
+
+    def write_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
+        """Give a free body a velocity at once."""
+        if not self._is_free:
+            raise SimulationError(f"body '{self.name}' is not free, so it has no velocity; give it a mass.")
+        n = self._simulation.count(mask)
+        twist = np.concatenate([np.broadcast_to(part, (n, 3)) for part in (lin_vel_world, ang_vel_world)], axis=1)
+        self._simulation.call("write_body_twist", mask, self.name, (twist, (6,)))

@@ -56,16 +56,25 @@ class EditableWorld(World):
         if not self._can_bear(pos.ravel() if quat_wxyz is None else np.concatenate([pos, quat_wxyz], axis=1).ravel()):
             return
         for i, name in enumerate(names):
-            self._put(self.bodies[name], pos[i], None if quat_wxyz is None else quat_wxyz[i])
+            self._put(name, pos[i], None if quat_wxyz is None else quat_wxyz[i])
         self._written()
 
-    def _put(self, number: int, pos: Floats, quat_wxyz: Floats | None) -> None:
+    def write_body_twist(self, body: str, twist: Floats) -> None:
+        """Give a free body a velocity; twist is (6,), linear of its origin, then angular, in the world."""
+        if self._can_bear(twist):
+            lin_x, lin_y, lin_z, *ang = twist.tolist()
+            self._set_twist(body, (lin_x, lin_y, lin_z), tuple(ang))
+            self._written()
+
+    def _put(self, name: str, pos: Floats, quat_wxyz: Floats | None) -> None:
+        number, com = self.bodies[name], self._coms.get(name)
         if quat_wxyz is None:
-            quat = p.getBasePositionAndOrientation(number, self.client)[1]
+            quat = self.body_frame(name)[1]
         else:
             w, x, y, z = quat_wxyz.tolist()
             quat = x, y, z, w
-        p.resetBasePositionAndOrientation(number, pos.tolist(), quat, self.client)
+        at = pos.tolist(), quat
+        p.resetBasePositionAndOrientation(number, *(at if com is None else compose(at, com)), self.client)
         p.resetBaseVelocity(number, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), self.client)
 
     def _can_bear(self, values: Floats) -> bool:

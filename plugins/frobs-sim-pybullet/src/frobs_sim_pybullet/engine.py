@@ -12,6 +12,8 @@ from frobs_sim_pybullet.transforms import Vector
 _FLAGS = (
     pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_IMPLICIT_CYLINDER
 )  # else a prism of 32 sides, 1 mm too thick
+MARGIN = 1e-4
+"""[m] by which Bullet rounds a mesh of the base; without any its rays miss it. On other links it keeps its own 1 mm."""
 SELF_COLLISION = pybullet.URDF_USE_SELF_COLLISION
 
 

@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.interfaces import Marker, Placement, Scene
-from frobs_core.models import Geometry, JointType, Sphere
+from frobs_core.interfaces import Body, Marker, Placement, Scene
+from frobs_core.models import Geometry, JointType, Link, Mesh, Pose, Sphere, Visual
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.engine import load_urdf
 from frobs_sim_pybullet.layout import Arrays
 from frobs_sim_pybullet.meshes import MeshFiles
 from frobs_sim_pybullet.shapes import shape_keywords
 from frobs_sim_pybullet.transforms import Quat, Vector, compose, invert
-from frobs_sim_pybullet.urdf import skeleton, write_urdf
+from frobs_sim_pybullet.urdf import skeleton, write_link_urdf, write_urdf
 
 _FLOOR_RGBA = ((0.78, 0.80, 0.82, 1.0), (0.72, 0.74, 0.77, 1.0))
 _TILE, _TILES = 0.5, 12  # [m] edge; along each axis
@@ -47,10 +47,10 @@ class Stage:
             for tile in self._floor():
                 self.numbers[tile, -1] = 0
         self._bodies = {}
-        for name, body in scene.bodies.items():
-            number = self._bodies[name] = self._add(body.geometry, body.rgba)
-            self._number(number, -1)
         meshes = MeshFiles()
+        for name, body in scene.bodies.items():
+            number = self._bodies[name] = self._add_body(body, meshes)
+            self._number(number, -1)
         self._robots = {}
         for name, placement in robots.items():
             floating = placement.robot.base != "fixed"
@@ -82,6 +82,13 @@ class Stage:
             for i, x in enumerate(steps)
             for j, y in enumerate(steps)
         ]
+
+    def _add_body(self, body: Body, meshes: MeshFiles) -> int:
+        part = body.parts[0]
+        if len(body.parts) == 1 and part.pose == Pose() and not isinstance(part.geometry, Mesh):
+            return self._add(part.geometry, body.rgba)
+        visuals = tuple(Visual(part.geometry, part.pose, part.rgba) for part in body.parts)
+        return load_urdf(write_link_urdf(Link("body", visuals=visuals), meshes, visuals=True), self.client, fixed=True)
 
     def _add(self, geometry: Geometry, rgba: Sequence[float]) -> int:
         look = {"rgbaColor": list(rgba), "physicsClientId": self.client}

@@ -154,15 +154,24 @@ def write_urdf(
     bones, links = skeleton(model, floating=floating), {link.name: link for link in model.links}
     lines = [f"<robot name={quoteattr(model.name)}>"]
     for name in bones.bodies:
-        link = links[name]
-        lines += [f"<link name={quoteattr(name)}>", _inertial(link.inertial or _WEIGHTLESS)]
-        if collisions:
-            lines += [_collision(shape, meshes) for shape in link.collisions]
-        if visuals:
-            lines += [visual for shape in link.visuals or link.collisions for visual in _visuals(shape, meshes)]
-        lines.append("</link>")
+        lines += _link(links[name], meshes, collisions=collisions, visuals=visuals)
     lines += [_joint(*joint) for joint in bones.joints]
     return "\n".join([*lines, "</robot>"])
+
+
+def write_link_urdf(link: Link, meshes: MeshFiles, *, visuals: bool = False) -> str:
+    """Return the URDF of a single link; the arguments are those of :func:`write_urdf`."""
+    lines = _link(link, meshes, collisions=not visuals, visuals=visuals)
+    return "\n".join(['<robot name="body">', *lines, "</robot>"])
+
+
+def _link(link: Link, meshes: MeshFiles, *, collisions: bool, visuals: bool) -> list[str]:
+    lines = [f"<link name={quoteattr(link.name)}>", _inertial(link.inertial or _WEIGHTLESS)]
+    if collisions:
+        lines += [_collision(shape, meshes) for shape in link.collisions]
+    if visuals:
+        lines += [visual for shape in link.visuals or link.collisions for visual in _visuals(shape, meshes)]
+    return [*lines, "</link>"]
 
 
 def position_range(joint: Joint) -> tuple[float, float] | None:

@@ -11,8 +11,8 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import SceneError
-from frobs_core.interfaces import Placement, Scene
-from frobs_core.models import Pose, home_positions
+from frobs_core.interfaces import AT_REST, Placement, Scene
+from frobs_core.models import home_positions
 from frobs_sim_pybullet.articulation import FASTEST, Articulation
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.contacts import Side, question
@@ -23,8 +23,8 @@ from frobs_sim_pybullet.layout import Arrays
 from frobs_sim_pybullet.lidar import Collider, Rays
 from frobs_sim_pybullet.meshes import MeshFiles
 from frobs_sim_pybullet.options import Engine
-from frobs_sim_pybullet.shapes import add_body, prepare
-from frobs_sim_pybullet.transforms import Vector
+from frobs_sim_pybullet.shapes import add_body, is_plain, prepare
+from frobs_sim_pybullet.transforms import Quat, Vector, compose, cross, invert, rotate
 
 ROBOT_GROUPS = tuple(1 << bit for bit in range(6, 30))
 """Bullet's collision group of each robot; lidars leave out their own robot's."""
@@ -89,11 +89,21 @@ class World:
         if self._scene.floor:
             plane = p.createCollisionShape(p.GEOM_PLANE, physicsClientId=client)
             floor = p.createMultiBody(0.0, plane, physicsClientId=client)
-            prepare(client, floor, 1.0)
+            prepare(client, floor, self._scene.floor_friction)
             sides["floor"] = floor, -1
-        self.bodies = {name: add_body(client, body) for name, body in self._scene.bodies.items()}
+        self.bodies = {name: add_body(client, body, self._meshes) for name, body in self._scene.bodies.items()}
+        self._coms = {  # where Bullet's frame of each body is in its own, if it is elsewhere
+            name: p.getDynamicsInfo(number, -1, client)[3:5]
+            for name, number in self.bodies.items()
+            if not is_plain(self._scene.bodies[name])
+        }
+        for name, body in self._scene.bodies.items():
+            if body.twist != AT_REST:
+                self._set_twist(name, *body.twist)
         self._moments = {name: p.getDynamicsInfo(number, -1, client)[2] for name, number in self.bodies.items()}
-        sides.update({name: (number, -1) for name, number in self.bodies.items() if self._scene.bodies[name].collides})
+        sides.update(
+            {name: (number, -1) for name, number in self.bodies.items() if self._scene.bodies[name].collisions}
+        )
         if len(self._placements) > len(ROBOT_GROUPS):
             raise SceneError(
                 "the scene",
@@ -113,7 +123,7 @@ class World:
         self._driven = [(name, drive, RobotRow.of(self._row, name)) for name, drive in self._drives.items()]
         self._contacts = [question(contact, sides) for contact in self._scene.contacts.values()]
         self._rays = Rays(client, self._colliders())
-        self._free = [number for name, number in self.bodies.items() if self._scene.bodies[name].mass is not None]
+        self._free = [number for name, number in self.bodies.items() if self._scene.bodies[name].is_free]
         self._steps, self._broken = 0, False
         self._body_pushes: list[tuple[int, Vector, Vector]] = []
         for (name, target), value in self._parameters.items():
@@ -126,14 +136,27 @@ class World:
     def _colliders(self) -> dict[Side, Collider]:
         found: dict[Side, Collider] = {}
         for name, number in self.bodies.items():
-            pose = partial(p.getBasePositionAndOrientation, number, self.client)
-            found[number, -1] = ((self._scene.bodies[name].geometry, Pose()),), pose
+            parts = tuple((shape.geometry, shape.origin) for shape in self._scene.bodies[name].collisions)
+            found[number, -1] = parts, partial(self.body_frame, name)
         for name, robot in self.robots.items():
             shapes = {link.name: link.collisions for link in self._placements[name].model.links}
             for link, index in robot.links.items():
                 parts = tuple((shape.geometry, shape.origin) for shape in shapes[link])
                 found[robot.body, index] = parts, partial(robot.link_frame, index)
         return found
+
+    def body_frame(self, name: str) -> tuple[Vector, Quat]:
+        """Return where a scene body's frame is."""
+        pose: tuple[Vector, Quat] = p.getBasePositionAndOrientation(self.bodies[name], self.client)
+        com = self._coms.get(name)
+        return pose if com is None else compose(pose, invert(com))
+
+    def _set_twist(self, name: str, lin: Vector, ang: Vector) -> None:
+        """Give a scene body a velocity: linear of its origin, then angular."""
+        if name in self._coms:
+            shift = cross(ang, rotate(self.body_frame(name)[1], self._coms[name][0]))
+            lin = lin[0] + shift[0], lin[1] + shift[1], lin[2] + shift[2]
+        p.resetBaseVelocity(self.bodies[name], lin, ang, self.client)
 
     def _put_home(self, name: str, robot: Articulation) -> None:
         placement = self._placements[name]
@@ -250,7 +273,7 @@ class World:
     def _stands(self, channel: str) -> bool:
         kind, name, field, *link = channel.split("/", 3)
         if kind == "bodies":
-            return self._scene.bodies[name].mass is None
+            return not self._scene.bodies[name].is_free
         robot = self.robots[name]
         return not robot.floating and field != "jacobian" and robot.links[robot.bones.frames[link[0]][0]] < 0
 
@@ -261,12 +284,14 @@ class World:
         number, row, client = self.bodies[name], self._row[channel], self.client
 
         def read_pose() -> None:
-            pos, (x, y, z, w) = p.getBasePositionAndOrientation(number, client)
+            pos, (x, y, z, w) = self.body_frame(name)
             row[:] = (*pos, w, x, y, z)
 
         def read_twist() -> None:
             lin, ang = p.getBaseVelocity(number, client)
             row[:] = (*lin, *ang)
+            if name in self._coms:  # Bullet's is that of the center of mass
+                row[:3] -= cross(ang, rotate(self.body_frame(name)[1], self._coms[name][0]))
 
         return read_pose if field == "pose" else read_twist
 
@@ -281,8 +306,9 @@ class World:
                 body, link = self.sides[target]
                 p.changeDynamics(body, link, lateralFriction=value, physicsClientId=self.client)
             case "mass" if target in self.bodies:
-                number, mass = self.bodies[target], self._scene.bodies[target].mass
-                moments = [moment * value / mass for moment in self._moments[target]]
+                number, inertial = self.bodies[target], self._scene.bodies[target].inertial
+                assert inertial is not None
+                moments = [moment * value / inertial.mass for moment in self._moments[target]]
                 p.changeDynamics(number, -1, mass=value, localInertiaDiagonal=moments, physicsClientId=self.client)
             case "mass":
                 robot, _, link = target.partition("/")

@@ -6,6 +6,7 @@ from frobs_core import plugins
 from frobs_core.specs import SimulatorRecord
 from frobs_devkit.testing.checks import Check, checks_of, collect
 from frobs_devkit.testing.simulator import (
+    bodies,
     contacts,
     contract,
     drive,
@@ -19,7 +20,9 @@ from frobs_devkit.testing.simulator import (
 )
 from frobs_devkit.testing.simulator.subject import SimulatorUnderTest
 
-CHECKS = checks_of(contract, kinematics, model_files, drive, running, state, world, contacts, pictures, parameters)
+CHECKS = checks_of(
+    contract, kinematics, model_files, drive, running, state, world, bodies, contacts, pictures, parameters
+)
 """Every check of a simulator, in the order in which they run."""
 
 

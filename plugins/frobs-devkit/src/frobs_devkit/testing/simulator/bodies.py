@@ -1,0 +1,138 @@
+"""Checks of scene bodies: what they are made of, and how they move."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from frobs_core.errors import SceneError, SimulationError
+from frobs_core.interfaces import Body, Shape
+from frobs_core.models import Box, Mesh, MeshPart, Pose, Sphere, inertia_matrix, write_stl
+from frobs_core.rotations import matrix_from_quat
+from frobs_devkit.testing.checks import NotApplicable, expect, expect_raises
+from frobs_devkit.testing.compare import expect_close
+from frobs_devkit.testing.simulator.subject import BALL, BAR, TILTED, TIMESTEP, SimulatorUnderTest, verifies
+
+_WEIGHTLESS = (0.0, 0.0, 0.0)
+_TWIST = (0.3, -0.2, 0.1), (1.0, 2.0, -3.0)
+_HAMMER = Body(
+    shapes=(
+        Shape(Box((0.3, 0.04, 0.04)), Pose((0.1, 0.0, 0.0))),
+        Shape(Box((0.06, 0.2, 0.06)), Pose((0.25, 0.02, 0.0))),
+    ),
+    pose=TILTED,
+    twist=_TWIST,
+    mass=0.7,
+)
+"""Its center of mass is 19 cm from its origin, and its axes of inertia are not those of its frame."""
+
+
+@verifies("teleport")
+def bodies_are_thrown(subject: SimulatorUnderTest) -> None:
+    """A free body starts with the twist of the scene, and takes one that is written; other bodies have none."""
+    with subject.build(
+        bodies={"ball": replace(BALL, pose=TILTED, twist=_TWIST), "bar": BAR}, gravity=_WEIGHTLESS, floor=False
+    ) as (sim, _):
+        n, ball = sim.num_envs, sim.bodies["ball"]
+        for name, wanted, found in zip(("lin_vel_world", "ang_vel_world"), _TWIST, ball.twist, strict=True):
+            expect_close(np.tile(wanted, (n, 1)), found, 1e-6, f"{name} of a ball at reset")
+        sim.step(100)
+        flown = np.array(TILTED.pos) + 100 * TIMESTEP * np.array(_TWIST[0])
+        expect_close(np.tile(flown, (n, 1)), ball.pose[0], 1e-6, "position of a ball that was thrown by the scene [m]")
+        mask = np.arange(n) == 0
+        ball.write_twist(np.array([[0.0, 1.0, 0.5]]), np.array([[-1.0, 0.0, 4.0]]), mask)
+        for name, wanted, written, found in zip(
+            ("lin_vel_world", "ang_vel_world"), _TWIST, ((0.0, 1.0, 0.5), (-1.0, 0.0, 4.0)), ball.twist, strict=True
+        ):
+            expect_close(
+                np.where(mask[:, None], written, wanted), found, 1e-6, f"{name} after write_twist in environment 0"
+            )
+        sim.reset(mask)
+        expect_close(np.array(_TWIST[0]), ball.twist[0][0], 1e-6, "lin_vel_world of a ball after a second reset")
+        with expect_raises(SimulationError, "write_twist on a kinematic body"):
+            sim.bodies["bar"].write_twist(np.zeros((n, 3)), np.zeros((n, 3)))
+
+
+@verifies("wrench")
+def compound_bodies_move(subject: SimulatorUnderTest) -> None:
+    """A body of two shapes turns about its center of mass; its pose and its twist are those of its origin."""
+    inertial = _HAMMER.inertial
+    assert inertial is not None
+    turn = matrix_from_quat(np.array(TILTED.quat_wxyz))
+    with subject.build(bodies={"hammer": _HAMMER}, gravity=_WEIGHTLESS, floor=False) as (sim, _):
+        n, hammer = sim.num_envs, sim.bodies["hammer"]
+        expect_close(np.tile(TILTED.pos, (n, 1)), hammer.pose[0], 1e-9, "the hammer's position [m]")
+        expect_close(np.tile(_TWIST[0], (n, 1)), hammer.twist[0], 1e-6, "lin_vel_world of the hammer's origin at reset")
+        before = hammer.pose[0].copy()
+        sim.step(1)
+        expect_close(
+            np.tile(_TWIST[0], (n, 1)), (hammer.pose[0] - before) / TIMESTEP, 0.02, "what the hammer's origin has moved"
+        )
+        if subject.level("teleport"):
+            hammer.write_pose(np.tile(TILTED.pos, (n, 1)), np.tile(TILTED.quat_wxyz, (n, 1)))
+            expect_close(
+                np.tile(TILTED.pos, (n, 1)), hammer.pose[0], 1e-9, "the hammer's position that was written [m]"
+            )
+            force, torque = np.array([1.0, -0.5, 0.3]), np.array([1e-3, 2e-3, -1e-3])
+            sim.apply_wrench("hammer", force[None], torque[None])
+            sim.step(1)
+            spin = np.linalg.solve(turn @ inertia_matrix(inertial) @ turn.T, torque) * TIMESTEP
+            speed = force * TIMESTEP / inertial.mass - np.cross(spin, turn @ inertial.origin.pos)
+            tolerance = subject.tolerance("wrench", exact=1e-6)
+            expect_close(np.tile(spin, (n, 1)), hammer.twist[1], tolerance, "ang_vel_world of a hammer after a torque")
+            expect_close(
+                np.tile(speed, (n, 1)), hammer.twist[0], tolerance, "lin_vel_world of its origin after a force"
+            )
+
+
+@verifies("rays")
+def every_shape_is_met(subject: SimulatorUnderTest) -> None:
+    """Rays meet every shape of a body that collides, meshes too, and pass what does not collide."""
+    with TemporaryDirectory() as folder:
+        wedge = Path(folder, "wedge.stl")
+        corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)
+        faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], np.int32)
+        write_stl(MeshPart(corners, faces), wedge)
+        shapes = (
+            Shape(Box((0.2, 0.2, 0.2)), Pose((0.0, 0.0, 0.1))),
+            Shape(Mesh(wedge, (0.4, 0.4, 0.4)), Pose((1.0, 0.0, 0.0))),
+            Shape(Sphere(0.4), Pose((0.0, 0.0, 0.5)), collides=False),
+        )
+        with subject.build(bodies={"pile": Body(shapes=shapes, pose=Pose((0.0, 2.0, 0.0)))}) as (sim, _):
+            n = sim.num_envs
+            origins = np.tile([[0.0, 2.0, 2.0], [1.1, 2.1, 2.0], [2.0, 2.0, 2.0]], (n, 1, 1))
+            found = sim.rays(origins, np.tile([0.0, 0.0, -1.0], (n, 3, 1)), 5.0)
+    tolerance = max(1e-3, subject.tolerance("rays"))
+    expect_close(np.tile([1.8, 1.8, 2.0], (n, 1)), found, tolerance, "rays down to a box, a mesh and the floor [m]")
+
+
+@verifies("contacts")
+def frictions_brake(subject: SimulatorUnderTest) -> None:
+    """Torsional and rolling friction brake a ball on the floor by their torque; a simulator may refuse them."""
+    lying = replace(BALL, pose=Pose((0.0, 2.0, 0.05)))
+    inertia, load = 0.4 * 0.5 * 0.05**2, 0.5 * 9.81
+    spinning = replace(lying, twist=((0.0, 0.0, 0.0), (0.0, 0.0, 20.0)))
+    rolling = replace(lying, twist=((1.0, 0.0, 0.0), (0.0, 20.0, 0.0)))
+    cases: dict[str, tuple[Body, float, Callable[[float], float]]] = {
+        "torsional_friction": (spinning, 0.005, lambda friction: friction * load / inertia),
+        "rolling_friction": (rolling, 0.005, lambda friction: friction * load / (3.5 * inertia)),
+    }
+    refused = []
+    for name, (body, friction, brake) in cases.items():
+        for value in (0.0, friction):
+            try:
+                with subject.build(bodies={"ball": replace(body, **{name: value})}) as (sim, _):  # type: ignore[arg-type]
+                    sim.step(100)
+                    speed = np.linalg.norm(sim.bodies["ball"].twist[1], axis=1)
+            except SceneError:
+                expect(value > 0.0, f"a body with a {name} of 0 is refused.")
+                refused.append(name)
+                continue
+            lost = 100 * TIMESTEP * brake(value)
+            expect_close(np.full(sim.num_envs, 20.0 - lost), speed, 0.5, f"speed of a ball with a {name} of {value} m")
+    if len(refused) == len(cases):
+        raise NotApplicable("the simulator refuses torsional and rolling friction")

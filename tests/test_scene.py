@@ -1,0 +1,46 @@
+from typing import Any
+
+import pytest
+
+from frobs_core.errors import SceneError
+from frobs_core.interfaces import Body, Shape
+from frobs_core.models import Box, Pose, Sphere
+
+MOMENTS = (0.1, 0.0, 0.0, 0.1, 0.0, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({}, "exactly one"),
+        ({"geometry": Sphere(0.1), "shapes": (Shape(Sphere(0.1)),)}, "exactly one"),
+        ({"geometry": Sphere(0.1), "mass": 1.0, "density": 1.0}, "one or the other"),
+        ({"geometry": Sphere(0.1), "inertia": MOMENTS}, "no mass"),
+        ({"geometry": Sphere(0.1), "twist": ((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))}, "no mass"),
+    ],
+)
+def test_a_body_that_contradicts_itself_is_refused(fields: dict[str, Any], message: str) -> None:
+    with pytest.raises(SceneError, match=message):
+        Body(**fields)
+
+
+def test_a_body_weighs_what_collides_of_it_unless_it_says_otherwise() -> None:
+    shapes = Shape(Box((1.0, 1.0, 1.0))), Shape(Box((1.0, 1.0, 1.0)), Pose((1.0, 0.0, 0.0)), collides=False)
+    block = Body(shapes=shapes, density=2.0).inertial
+    assert block is not None
+    assert (block.mass, block.origin.pos) == (pytest.approx(2.0), pytest.approx((0.0, 0.0, 0.0)))
+    ghost = Body(shapes=shapes, density=2.0, collides=False).inertial
+    assert ghost is not None
+    assert (ghost.mass, ghost.origin.pos) == (pytest.approx(4.0), pytest.approx((0.5, 0.0, 0.0)))
+    given = Body(shapes=shapes, mass=3.0, center_of_mass=(0.0, 0.0, 0.1), inertia=MOMENTS).inertial
+    assert given is not None
+    assert (given.mass, given.origin.pos, given.inertia) == (3.0, (0.0, 0.0, 0.1), MOMENTS)
+    assert Body(shapes=shapes).inertial is None
+
+
+def test_the_shapes_of_a_body_take_what_they_omit_from_it() -> None:
+    red, grey = (1.0, 0.0, 0.0, 1.0), (0.5, 0.5, 0.5, 1.0)
+    body = Body(shapes=(Shape(Sphere(0.1), rgba=red), Shape(Sphere(0.2), collides=False)), rgba=grey)
+    assert [(part.rgba, part.collides) for part in body.parts] == [(red, True), (grey, False)]
+    assert [shape.geometry for shape in body.collisions] == [Sphere(0.1)]
+    assert not Body(geometry=Sphere(0.1), collides=False).collisions
