@@ -106,7 +106,7 @@ def compose(config: EnvConfig, num_envs: int) -> Parts:
         for name in robots
     }
     _check_apart(placements)
-    everything = {**placements, **scene.robots}
+    everything = scene.all_robots(placements)
     if simulator.capabilities.get("contacts", Level.UNSUPPORTED) != Level.UNSUPPORTED:
         scene = with_contacts(scene, everything)
     engine = simulator.load()

@@ -9,7 +9,18 @@ from frobs_core.interfaces.joint_group import JointGroup, JointSubset
 from frobs_core.interfaces.parameters import WrittenParameters
 from frobs_core.interfaces.robot import ALL, DifferentialDrive, DriveGains, EndEffector, Robot
 from frobs_core.interfaces.robot_handle import RobotHandle, active_gains
-from frobs_core.interfaces.scene import AT_REST, Body, Camera, Contact, Marker, Placement, Scene, Shape, Twist
+from frobs_core.interfaces.scene import (
+    AT_REST,
+    Body,
+    Camera,
+    Contact,
+    Marker,
+    Placement,
+    Prop,
+    Scene,
+    Shape,
+    Twist,
+)
 from frobs_core.interfaces.sensor import Bumper, Imu, Lidar, Sensor
 from frobs_core.interfaces.simulation import BareEngine, Simulation, Snapshot
 from frobs_core.interfaces.task import GoalTask, Observation, ResetOptions, Task
@@ -41,6 +52,7 @@ __all__ = [
     "Observation",
     "Overlap",
     "Placement",
+    "Prop",
     "ResetOptions",
     "Robot",
     "RobotHandle",

@@ -6,14 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import dist
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import SceneError, UnknownNameError
 from frobs_core.interfaces.command import CommandMode
-from frobs_core.interfaces.robot import Robot
+from frobs_core.interfaces.robot import DriveGains, Robot
+from frobs_core.models import load_model
 from frobs_core.models.defaults import default_gains, home_positions
 from frobs_core.models.model import Collision, Geometry, Inertial, Pose, RobotModel, Vector3
 from frobs_core.models.solids import solid_inertial
@@ -224,6 +225,52 @@ class Placement:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Prop:
+    """An articulated object without a controller, such as a drawer. Its joints move as their model file says.
+
+    Its links are ``"prop/link"`` in contacts and cameras, and its joint positions and velocities are read from
+    ``Simulation.robots``, where it stands under its name.
+
+    Attributes:
+        model: Its model file, as in :class:`~frobs_core.interfaces.Robot`.
+        pose: Of its root link in the world, at reset.
+        base: ``"fixed"`` or ``"floating"``.
+        home: Joint positions at reset by joint name [rad or m]; a joint that is left out rests at 0, or at the middle of
+            its limits where 0 is outside of them.
+        friction: Sliding friction coefficient of links that do not have the simulators' own, by link.
+        xacro_args: Arguments of the xacro file.
+        package_paths: Folders of the ROS packages that the file names, by package name.
+    """
+
+    model: str
+    pose: Pose = field(default_factory=Pose)
+    base: Literal["fixed", "floating"] = "fixed"
+    home: Mapping[str, float] = field(default_factory=dict)
+    friction: Mapping[str, float] = field(default_factory=dict)
+    xacro_args: Mapping[str, str] = field(default_factory=dict)
+    package_paths: Mapping[str, str] = field(default_factory=dict)
+
+    def placement(self, name: str) -> Placement:
+        """Return the prop as a robot whose drives apply no effort.
+
+        Raises:
+            ModelFileError: The model file cannot be read.
+        """
+        robot = Robot(
+            model=self.model,
+            name=name,
+            xacro_args=self.xacro_args,
+            package_paths=self.package_paths,
+            home=self.home,
+            gains=DriveGains(stiffness=0.0, damping=0.0),
+            base=self.base,
+            friction=self.friction,
+        )
+        model = load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)
+        return Placement(robot=robot, model=model, pose=self.pose, command_mode=CommandMode.EFFORT)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Scene:
     """Everything that is not the robot.
 
@@ -235,6 +282,7 @@ class Scene:
         contacts: That the task wants to know of, by name.
         cameras: By name; the first is the default of ``render``.
         robots: Further robots, which no controller moves, by name.
+        props: Articulated objects without a controller, by name.
         robot_pose: Base pose of the controlled robot in the world.
         robot_poses: Base poses of the controlled robots in the world, by name, where there are several.
     """
@@ -248,6 +296,7 @@ class Scene:
         default_factory=lambda: {"overview": Camera(pos=(1.4, -1.4, 1.1), target=(0.1, 0.0, 0.35))}
     )
     robots: Mapping[str, Placement] = field(default_factory=dict)
+    props: Mapping[str, Prop] = field(default_factory=dict)
     robot_pose: Pose = field(default_factory=Pose)
     robot_poses: Mapping[str, Pose] = field(default_factory=dict)
 
@@ -259,6 +308,22 @@ class Scene:
         """
         far = [dist(camera.pos, camera.target) for camera in self.cameras.values() if camera.frame is None]
         return max(far, default=0.0)
+
+    def all_robots(self, controlled: Mapping[str, Placement]) -> dict[str, Placement]:
+        """Return what a simulation is built with: the controlled robots, the scene's further robots, and its props.
+
+        Args:
+            controlled: The controlled robots by name.
+
+        Raises:
+            ConfigurationError: A prop has the name of a robot or a body.
+            ModelFileError: The model file of a prop cannot be read.
+        """
+        robots = {**controlled, **self.robots}
+        for name in self.props:
+            if name in robots or name in self.bodies:
+                raise SceneError(f"prop '{name}'", "has the name of a robot or body of the scene; give it another one.")
+        return robots | {name: prop.placement(name) for name, prop in self.props.items()}
 
     def check(self, robots: Mapping[str, Placement]) -> None:
         """Check that nothing contradicts itself or names what the scene does not have; simulators call it first.

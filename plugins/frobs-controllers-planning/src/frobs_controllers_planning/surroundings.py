@@ -12,7 +12,7 @@ from frobs_core.models import Collision, home_positions
 def shapes(scene: Scene) -> dict[str, list[Collision]]:
     """Return what a robot can touch in a scene, by body; the links of further robots as ``"robot/link"``."""
     found = {name: list(body.collisions) for name, body in scene.bodies.items() if body.collisions}
-    for name, placement in scene.robots.items():
+    for name, placement in scene.all_robots({}).items():
         for link in placement.model.links:
             if link.collisions:
                 found[f"{name}/{link.name}"] = list(link.collisions)
@@ -22,7 +22,7 @@ def shapes(scene: Scene) -> dict[str, list[Collision]]:
 def poses(scene: Scene) -> dict[str, Any]:
     """Return where all that is at reset, in the world, as Pinocchio's SE3: further robots stand at home."""
     found = {name: se3(body.pose) for name, body in scene.bodies.items() if body.collisions}
-    for name, placement in scene.robots.items():
+    for name, placement in scene.all_robots({}).items():
         kinematics, home = Kinematics(placement.model), home_positions(placement.model, placement.robot.home)
         for link in placement.model.links:
             if link.collisions:

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from frobs_core.errors import SceneError, SimulationError
-from frobs_core.interfaces import Body, Shape
+from frobs_core.interfaces import Body, Prop, Shape
 from frobs_core.models import Box, Mesh, MeshPart, Pose, Sphere, inertia_matrix, write_stl
 from frobs_core.rotations import matrix_from_quat
 from frobs_devkit.testing.checks import NotApplicable, expect, expect_raises
@@ -18,6 +18,7 @@ from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.subject import BALL, BAR, TILTED, TIMESTEP, SimulatorUnderTest, verifies
 
 _WEIGHTLESS = (0.0, 0.0, 0.0)
+_QUARTER_TURN = (0.5**0.5, 0.0, 0.0, 0.5**0.5)  # about z
 _TWIST = (0.3, -0.2, 0.1), (1.0, 2.0, -3.0)
 _HAMMER = Body(
     shapes=(
@@ -87,6 +88,34 @@ def compound_bodies_move(subject: SimulatorUnderTest) -> None:
             expect_close(
                 np.tile(speed, (n, 1)), hammer.twist[0], tolerance, "lin_vel_world of its origin after a force"
             )
+
+
+@verifies("wrench")
+def props_give_way(subject: SimulatorUnderTest) -> None:
+    """A drawer opens when its handle is pulled, against the damping of its joint, and rests otherwise."""
+    model = str(Path(__file__).with_name("urdf") / "kit_drawer.urdf")
+    prop = Prop(model=model, pose=Pose((1.0, 0.0, 0.0), _QUARTER_TURN))
+    pull, mass, damping, steps = 4.0, 2.5, 8.0, 100
+    with subject.build(props={"drawer": prop}) as (sim, _):
+        n, drawer = sim.num_envs, sim.robots["drawer"]
+        sim.step(steps)
+        expect_close(np.zeros((n, 1)), drawer.joint_positions, 1e-4, "how far a drawer is open that nobody pulls [m]")
+        mask, position, speed = np.arange(n) == 0, 0.0, 0.0
+        before = drawer.frame_pose("handle")[0].copy()
+        for _ in range(steps):
+            sim.apply_wrench("drawer/handle", np.array([[0.0, pull, 0.0]]), np.zeros((1, 3)), mask)
+            sim.step(1)
+            speed = (speed + TIMESTEP * pull / mass) / (1.0 + TIMESTEP * damping / mass)  # damping is implicit
+            position += TIMESTEP * speed
+        expected = np.where(mask, position, 0.0)
+        tolerance = 0.02 * position
+        expect_close(
+            expected[:, None], drawer.joint_positions, tolerance, "how far a drawer is open that is pulled [m]"
+        )
+        moved = (drawer.frame_pose("handle")[0] - before)[:, 1]
+        expect_close(expected, moved, tolerance, "how far the handle has moved along the world's y axis [m]")
+        sim.reset()
+        expect_close(np.zeros((n, 1)), drawer.joint_positions, 1e-6, "how far the drawer is open after a reset [m]")
 
 
 @verifies("rays")

@@ -68,9 +68,10 @@ class SimulatorUnderTest:
     ) -> Iterator[tuple[Simulation, RobotHandle]]:
         """Build a simulation of one robot, reset; it is closed at the end of the ``with`` block."""
         placement = Placement(robot=robot, model=model_of(robot.model), pose=pose or Pose(), command_mode=mode)
+        whole = Scene(bodies=bodies or {}, **scene)
         made: Simulation = self.record.load()(
-            {"robot": placement},
-            Scene(bodies=bodies or {}, **scene),
+            whole.all_robots({"robot": placement}),
+            whole,
             num_envs=self.num_envs if num_envs is None else num_envs,
             physics_timestep=TIMESTEP,
             num_threads=num_threads,
