@@ -240,6 +240,8 @@ class MySimulator(Simulation):
         scene.check(robots)
         if scene.contacts:
             raise ConfigurationError(f"the scene needs the contacts {', '.join(scene.contacts)}; there are none here.")
+        if scene.attachments:
+            raise ConfigurationError(f"the scene needs the attachments {', '.join(scene.attachments)}.")
         self.num_envs, self.physics_timestep = num_envs, physics_timestep
         self._gravity = np.array(scene.gravity)  # (3,) [m/s²]
         self.robots = self._robots = {n: JointRobot(n, p, num_envs, self._gravity) for n, p in robots.items()}

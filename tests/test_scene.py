@@ -3,7 +3,7 @@ from typing import Any
 import pytest
 
 from frobs_core.errors import SceneError
-from frobs_core.interfaces import Body, Shape
+from frobs_core.interfaces import Attachment, Body, Scene, Shape
 from frobs_core.models import Box, Pose, Sphere
 
 MOMENTS = (0.1, 0.0, 0.0, 0.1, 0.0, 0.1)
@@ -44,3 +44,28 @@ def test_the_shapes_of_a_body_take_what_they_omit_from_it() -> None:
     assert [(part.rgba, part.collides) for part in body.parts] == [(red, True), (grey, False)]
     assert [shape.geometry for shape in body.collisions] == [Sphere(0.1)]
     assert not Body(geometry=Sphere(0.1), collides=False).collisions
+
+
+def test_an_attachment_keeps_the_relative_pose_at_reset_unless_it_gives_another() -> None:
+    half = 0.5**0.5
+    bodies = {
+        "first": Body(geometry=Sphere(0.1), pose=Pose((1.0, 0.0, 0.0), (half, 0.0, 0.0, half))),
+        "second": Body(geometry=Sphere(0.1), mass=1.0, pose=Pose((1.0, 0.5, 0.2))),
+    }
+    given = Pose((0.0, 0.0, 0.3))
+    attachments = {"as_they_stand": Attachment("first", "second"), "given": Attachment("first", "second", given)}
+    scene = Scene(bodies=bodies, attachments=attachments)
+    scene.check({})
+    found = scene.attachment_pose("as_they_stand", {})
+    assert found.pos == pytest.approx((0.5, 0.0, 0.2))
+    assert found.quat_wxyz == pytest.approx((half, 0.0, 0.0, -half))
+    assert scene.attachment_pose("given", {}) == given
+
+
+@pytest.mark.parametrize(
+    ("first", "second"), [("ball", "ball"), ("ball", "wall"), ("ball", "floor"), ("robot", "ball")]
+)
+def test_an_attachment_needs_two_sides_of_which_the_second_moves(first: str, second: str) -> None:
+    bodies = {"ball": Body(geometry=Sphere(0.1), mass=1.0), "wall": Body(geometry=Sphere(0.1))}
+    with pytest.raises(SceneError, match="attachment 'weld'"):
+        Scene(bodies=bodies, attachments={"weld": Attachment(first, second)}).check({})

@@ -11,6 +11,7 @@ from frobs_core.interfaces.robot import ALL, DifferentialDrive, DriveGains, EndE
 from frobs_core.interfaces.robot_handle import RobotHandle, active_gains
 from frobs_core.interfaces.scene import (
     AT_REST,
+    Attachment,
     Body,
     Camera,
     Contact,
@@ -30,6 +31,7 @@ __all__ = [
     "ALL",
     "AT_REST",
     "Algorithm",
+    "Attachment",
     "BareEngine",
     "Body",
     "BodyHandle",

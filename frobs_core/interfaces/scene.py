@@ -16,8 +16,10 @@ from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.robot import DriveGains, Robot
 from frobs_core.models import load_model
 from frobs_core.models.defaults import default_gains, home_positions
+from frobs_core.models.kinematics import compose
 from frobs_core.models.model import Collision, Geometry, Inertial, Pose, RobotModel, Vector3
 from frobs_core.models.solids import solid_inertial
+from frobs_core.rotations import quat_conjugate, quat_multiply, quat_rotate
 
 Twist: TypeAlias = tuple[Vector3, Vector3]
 """Linear velocity [m/s] and angular velocity [rad/s]."""
@@ -224,6 +226,22 @@ class Placement:
         return np.array([kp for kp, _ in pairs], float), np.array([kd for _, kd in pairs], float)
 
 
+@dataclass(frozen=True)
+class Attachment:
+    """Two bodies or links that are fixed to each other, and do not collide with each other.
+
+    Attributes:
+        first: A scene body, or ``"robot/link"``.
+        second: A free scene body, or ``"robot/link"``.
+        pose: Of the second in the frame of the first; None: as they stand at reset, with robots at home. If they stand
+            elsewhere, also because a task has moved one of them, the engine pulls them there.
+    """
+
+    first: str
+    second: str
+    pose: Pose | None = None
+
+
 @dataclass(frozen=True, kw_only=True)
 class Prop:
     """An articulated object without a controller, such as a drawer. Its joints move as their model file says.
@@ -283,6 +301,7 @@ class Scene:
         cameras: By name; the first is the default of ``render``.
         robots: Further robots, which no controller moves, by name.
         props: Articulated objects without a controller, by name.
+        attachments: Bodies and links that are fixed to each other, by name.
         robot_pose: Base pose of the controlled robot in the world.
         robot_poses: Base poses of the controlled robots in the world, by name, where there are several.
     """
@@ -297,6 +316,7 @@ class Scene:
     )
     robots: Mapping[str, Placement] = field(default_factory=dict)
     props: Mapping[str, Prop] = field(default_factory=dict)
+    attachments: Mapping[str, Attachment] = field(default_factory=dict)
     robot_pose: Pose = field(default_factory=Pose)
     robot_poses: Mapping[str, Pose] = field(default_factory=dict)
 
@@ -325,6 +345,32 @@ class Scene:
                 raise SceneError(f"prop '{name}'", "has the name of a robot or body of the scene; give it another one.")
         return robots | {name: prop.placement(name) for name, prop in self.props.items()}
 
+    def attachment_pose(self, name: str, robots: Mapping[str, Placement]) -> Pose:
+        """Return the pose of the second side of an attachment in the frame of the first.
+
+        Args:
+            name: The attachment.
+            robots: All robots of the simulation.
+        """
+        attachment = self.attachments[name]
+        if attachment.pose is not None:
+            return attachment.pose
+        first, second = (self._start(side, robots) for side in (attachment.first, attachment.second))
+        back = quat_conjugate(first[3:])
+        pos, quat = quat_rotate(back, second[:3] - first[:3]), quat_multiply(back, second[3:])
+        return Pose(tuple(pos.tolist()), tuple(quat.tolist()))
+
+    def _start(self, side: str, robots: Mapping[str, Placement]) -> Floats:
+        """Return where a body or link is at reset, (7,)."""
+        if side in self.bodies:
+            return np.array([*self.bodies[side].pose.pos, *self.bodies[side].pose.quat_wxyz])
+        robot, _, link = side.partition("/")
+        placement = robots[robot]
+        home = home_positions(placement.model, placement.robot.home)
+        pos, quat = placement.model.frame_pose(link, home[None])
+        base = np.array([*placement.pose.pos, *placement.pose.quat_wxyz])
+        return compose(base, np.concatenate([pos[0], quat[0]]))
+
     def check(self, robots: Mapping[str, Placement]) -> None:
         """Check that nothing contradicts itself or names what the scene does not have; simulators call it first.
 
@@ -343,6 +389,15 @@ class Scene:
         for name, camera in self.cameras.items():
             if camera.frame is not None and camera.frame not in links and camera.frame not in self.bodies:
                 raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is no body of the scene.")
+        for name, attachment in self.attachments.items():
+            for side in (attachment.first, attachment.second):
+                if side not in links and side not in self.bodies:
+                    raise SceneError(f"attachment '{name}'", f"names '{side}', which is no body or link of the scene.")
+            second = self.bodies.get(attachment.second)
+            if attachment.first == attachment.second or (second is not None and not second.is_free):
+                raise SceneError(
+                    f"attachment '{name}'", "has as its second side no link, and no other body with a mass."
+                )
         for name, body in self.bodies.items():
             if body.is_free and body.kinematic:
                 raise SceneError(f"scene body '{name}'", "is kinematic, so it has no mass; give one or the other.")

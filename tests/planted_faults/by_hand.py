@@ -62,6 +62,7 @@ _TABLE = (
      'read_only(self._simulation.batch.bind("qvel")[:, dof : dof + 3])', "twist[:, 3:]"),
     ("a scene's twist forgotten at reset", _BODY, "if self._initial_twist != AT_REST:", "if False:"),
     ("all shapes of a body at its origin", _SCENERY, "part.geometry, part.pose, group", "part.geometry, body.pose, group"),
+    ("an attachment where both origins are the same", _SCENERY, "*pose.pos, *pose", "*anchor, *pose"),
     ("torsional friction without an effect", _SCENERY, "geom.condim = 4", "geom.condim = 3"),
     ("actions that are not clipped", _DELTA, "np.minimum(delta, self._ones, out=delta)", "pass"),
     ("a joint limit ignored", _DELTA, "np.minimum(target, self._upper, out=target)", "pass"),

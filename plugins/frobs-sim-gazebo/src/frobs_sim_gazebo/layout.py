@@ -66,6 +66,8 @@ class Layout:
         if scene.floor:
             self._add(("floor", FLOOR), floor_sdf(self.model_names["floor", FLOOR], scene.floor_friction))
             self._add_shapes(FLOOR, "floor", FLOOR, LINK, ["0"])
+        if scene.attachments:
+            raise SceneError("the scene", f"has the attachments {', '.join(scene.attachments)}; Gazebo has none.")
         for name, body in scene.bodies.items():
             if body.rolling_friction > 0.0:
                 raise SceneError(f"scene body '{name}'", "has a rolling friction, which Gazebo does not simulate.")

@@ -18,7 +18,7 @@ _JOINT_TYPES = {
     JointType.CONTINUOUS: mujoco.mjtJoint.mjJNT_HINGE,
     JointType.PRISMATIC: mujoco.mjtJoint.mjJNT_SLIDE,
 }
-_HARD = (0.99, 0.999, 0.001, 0.5, 2.0)
+HARD = (0.99, 0.999, 0.001, 0.5, 2.0)
 """Impedance of what holds joints, with a time constant of two timesteps: as hard as MuJoCo allows. Its default is a spring
 of 20 ms, which a strong drive pushes in by degrees, and behind which a finger that follows another lags."""
 
@@ -76,11 +76,11 @@ def _add_joint(spec: mujoco.MjSpec, child: mujoco.MjsBody, robot: str, joint: Jo
     lower, upper = joint.limits.lower, joint.limits.upper
     if joint.type is not JointType.CONTINUOUS and np.isfinite([lower, upper]).all():
         element.limited, element.range = mujoco.mjtLimited.mjLIMITED_TRUE, (lower, upper)
-        element.solref_limit, element.solimp_limit = (2.0 * spec.option.timestep, 1.0), _HARD
+        element.solref_limit, element.solimp_limit = (2.0 * spec.option.timestep, 1.0), HARD
     if joint.mimic is not None:
         spec.add_equality(
             solref=(2.0 * spec.option.timestep, 1.0),
-            solimp=_HARD,
+            solimp=HARD,
             name=f"{robot}/{joint.name}",
             type=mujoco.mjtEq.mjEQ_JOINT,
             objtype=mujoco.mjtObj.mjOBJ_JOINT,

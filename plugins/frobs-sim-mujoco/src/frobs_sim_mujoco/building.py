@@ -16,7 +16,7 @@ from frobs_sim_mujoco.geoms import ROBOT_GROUPS, set_friction
 from frobs_sim_mujoco.meshes import Meshes
 from frobs_sim_mujoco.options import Options
 from frobs_sim_mujoco.overlaps import overlaps_at_home
-from frobs_sim_mujoco.scenery import add_body, add_camera, add_floor, light_up
+from frobs_sim_mujoco.scenery import add_attachment, add_body, add_camera, add_floor, light_up
 
 
 def build_model(
@@ -75,6 +75,8 @@ def build_model(
             bodies = [body for link in placement.model.links if spec.body(body := f"{name}/{link.name}")]
             for first, second in combinations(bodies, 2):  # the links between the joints of one MJCF body are no bodies
                 spec.add_exclude(bodyname1=first, bodyname2=second)
+    for name, attachment in scene.attachments.items():
+        add_attachment(spec, name, attachment, scene.attachment_pose(name, robots))
     for name, camera in scene.cameras.items():
         add_camera(spec, name, camera)
     for name, contact in scene.contacts.items():

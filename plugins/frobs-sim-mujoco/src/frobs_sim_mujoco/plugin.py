@@ -9,7 +9,7 @@ from frobs_core.specs import SimulatorRecord
 def frobs_simulators() -> list[SimulatorRecord]:
     """Offer MuJoCo."""
     exact = (
-        "determinism snapshot teleport pause batched drive contacts rays wrench cameras randomize_mass "
+        "determinism snapshot teleport pause batched drive contacts rays wrench attachments cameras randomize_mass "
         "randomize_friction randomize_gains randomize_joint_damping randomize_gravity"
     )
     return [

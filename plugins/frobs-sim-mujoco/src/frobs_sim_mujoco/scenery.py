@@ -6,8 +6,9 @@ import mujoco
 import numpy as np
 
 from frobs_core.errors import SceneError
-from frobs_core.interfaces import Body, Camera, Scene
-from frobs_sim_mujoco.articulation import set_inertia
+from frobs_core.interfaces import Attachment, Body, Camera, Scene
+from frobs_core.models import Pose
+from frobs_sim_mujoco.articulation import HARD, set_inertia
 from frobs_sim_mujoco.geoms import SCENE_GROUP, VISUAL_GROUP, add_shape
 from frobs_sim_mujoco.meshes import Meshes
 
@@ -84,6 +85,30 @@ def add_body(spec: mujoco.MjSpec, meshes: Meshes, name: str, body: Body) -> None
                 geom.condim = 6
             elif body.torsional_friction > 0.0:
                 geom.condim = 4
+
+
+def add_attachment(spec: mujoco.MjSpec, name: str, attachment: Attachment, pose: Pose) -> None:
+    """Weld two bodies to each other; ``pose`` is that of the second in the frame of the first.
+
+    Raises:
+        ConfigurationError: A side is a link that is no body of MuJoCo.
+    """
+    for side in (attachment.first, attachment.second):
+        if spec.body(side) is None:  # links between the joints of one MJCF body are no bodies
+            raise SceneError(f"attachment '{name}'", f"names '{side}', which is no body of the scene.")
+    anchor, torque_scale = (0.0, 0.0, 0.0), 1.0
+    data = [*anchor, *pose.pos, *pose.quat_wxyz, torque_scale, 0.0]
+    spec.add_equality(
+        name=name,
+        type=mujoco.mjtEq.mjEQ_WELD,
+        objtype=mujoco.mjtObj.mjOBJ_BODY,
+        name1=attachment.first,
+        name2=attachment.second,
+        data=data,
+        solref=(2.0 * spec.option.timestep, 1.0),
+        solimp=HARD,
+    )
+    spec.add_exclude(bodyname1=attachment.first, bodyname2=attachment.second)
 
 
 def add_camera(spec: mujoco.MjSpec, name: str, camera: Camera) -> None:

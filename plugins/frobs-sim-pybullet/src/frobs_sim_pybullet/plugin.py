@@ -20,6 +20,8 @@ def frobs_simulators() -> list[SimulatorRecord]:
             install_hint="pip install frobs-sim-pybullet, on Python 3.11: PyBullet has no wheel for a newer one",
             capabilities={
                 **dict.fromkeys(exact.split(), Level.EXACT),
+                # A constraint of the engine; the drives do not know what they carry by it.
+                "attachments": Level.APPROXIMATE,
                 # Each environment is an engine of its own, of some 30 MB.
                 "batched": Level.APPROXIMATE,
                 # Bullet multiplies the friction of two bodies, where MuJoCo takes the larger.

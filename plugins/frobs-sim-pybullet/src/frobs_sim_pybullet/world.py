@@ -11,7 +11,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import SceneError
-from frobs_core.interfaces import AT_REST, Placement, Scene
+from frobs_core.interfaces import AT_REST, Attachment, Placement, Scene
 from frobs_core.models import home_positions
 from frobs_sim_pybullet.articulation import FASTEST, Articulation
 from frobs_sim_pybullet.bullet import pybullet as p
@@ -24,10 +24,13 @@ from frobs_sim_pybullet.lidar import Collider, Rays
 from frobs_sim_pybullet.meshes import MeshFiles
 from frobs_sim_pybullet.options import Engine
 from frobs_sim_pybullet.shapes import add_body, is_plain, prepare
-from frobs_sim_pybullet.transforms import Quat, Vector, compose, cross, invert, rotate
+from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector, compose, cross, from_pose, invert, rotate
 
 ROBOT_GROUPS = tuple(1 << bit for bit in range(6, 30))
 """Bullet's collision group of each robot; lidars leave out their own robot's."""
+
+
+_WELD_FORCE = 1e5  # [N] and [N·m], largest of an attachment: Bullet's own default breaks at a few newtons
 
 
 class RobotRow(NamedTuple):
@@ -119,6 +122,8 @@ class World:
                 for other in [floor, *self.bodies.values()] if self._scene.floor else self.bodies.values():
                     p.setCollisionFilterPair(robot.body, other, -1, -1, 0, client)  # neither can move the other
         self.sides = sides
+        for name, attachment in self._scene.attachments.items():
+            self._attach(attachment, from_pose(self._scene.attachment_pose(name, self._placements)))
         self._drives = {name: Drive(robot, self._h, self._scene.gravity) for name, robot in self.robots.items()}
         self._driven = [(name, drive, RobotRow.of(self._row, name)) for name, drive in self._drives.items()]
         self._contacts = [question(contact, sides) for contact in self._scene.contacts.values()]
@@ -144,6 +149,29 @@ class World:
                 parts = tuple((shape.geometry, shape.origin) for shape in shapes[link])
                 found[robot.body, index] = parts, partial(robot.link_frame, index)
         return found
+
+    def _attach(self, attachment: Attachment, pose: tuple[Vector, Quat]) -> None:
+        """Fix two bodies or links to each other; ``pose`` is that of the second in the frame of the first."""
+        (first, first_link, first_at), (second, second_link, second_at) = (
+            self._in_bullet(side) for side in (attachment.first, attachment.second)
+        )
+        parent, child = compose(first_at, pose), second_at
+        weld = p.createConstraint(
+            *(first, first_link, second, second_link, p.JOINT_FIXED, (0.0, 0.0, 0.0)),
+            *(parent[0], child[0], parent[1], child[1], self.client),
+        )
+        p.changeConstraint(weld, maxForce=_WELD_FORCE, physicsClientId=self.client)
+        p.setCollisionFilterPair(first, second, first_link, second_link, 0, self.client)
+
+    def _in_bullet(self, side: str) -> tuple[int, int, tuple[Vector, Quat]]:
+        """Return Bullet's body and link of a scene body or ``robot/link``, and where its frame is in Bullet's frame of it."""
+        if side in self.bodies:
+            return self.bodies[side], -1, invert(self._coms.get(side, IDENTITY))
+        name, _, link = side.partition("/")
+        robot = self.robots[name]
+        body, offset = robot.bones.frames[link]
+        index = robot.links[body]
+        return robot.body, index, compose(robot.com_backs[index], offset)
 
     def body_frame(self, name: str) -> tuple[Vector, Quat]:
         """Return where a scene body's frame is."""

@@ -9,12 +9,14 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from frobs_core.arrays import Floats
 from frobs_core.errors import SceneError, SimulationError
-from frobs_core.interfaces import Body, Prop, Shape
+from frobs_core.interfaces import AT_REST, Attachment, Body, Prop, Shape
 from frobs_core.models import Box, Mesh, MeshPart, Pose, Sphere, inertia_matrix, write_stl
-from frobs_core.rotations import matrix_from_quat
+from frobs_core.rotations import matrix_from_quat, quat_conjugate, quat_rotate
 from frobs_devkit.testing.checks import NotApplicable, expect, expect_raises
 from frobs_devkit.testing.compare import expect_close
+from frobs_devkit.testing.simulator.robots import LIFT
 from frobs_devkit.testing.simulator.subject import BALL, BAR, TILTED, TIMESTEP, SimulatorUnderTest, verifies
 
 _WEIGHTLESS = (0.0, 0.0, 0.0)
@@ -30,6 +32,17 @@ _HAMMER = Body(
     mass=0.7,
 )
 """Its center of mass is 19 cm from its origin, and its axes of inertia are not those of its frame."""
+
+
+_BOX = Body(
+    geometry=Box((0.1, 0.1, 0.1)),
+    pose=Pose(
+        tuple((TILTED.pos + quat_rotate(np.array(TILTED.quat_wxyz), np.array([0.2, 0.0, 0.1]))).tolist()),
+        TILTED.quat_wxyz,
+    ),
+    mass=1.0,
+)
+"""It stands where the check of attachments fixes it to a ball at :data:`TILTED`."""
 
 
 @verifies("teleport")
@@ -88,6 +101,41 @@ def compound_bodies_move(subject: SimulatorUnderTest) -> None:
             expect_close(
                 np.tile(speed, (n, 1)), hammer.twist[0], tolerance, "lin_vel_world of its origin after a force"
             )
+
+
+@verifies("attachments")
+def attachments_hold(subject: SimulatorUnderTest) -> None:
+    """A body that is fixed to a link or to another body keeps its pose in the other's frame while that moves."""
+    hammer = replace(_HAMMER, pose=Pose((0.6, 0.3, 0.9), _QUARTER_TURN), twist=AT_REST, collides=False)
+    bodies = {"hammer": hammer, "ball": replace(BALL, pose=TILTED), "box": replace(_BOX, twist=_TWIST)}
+    attachments = {
+        "held": Attachment("robot/table", "hammer"),
+        "pair": Attachment("ball", "box", Pose((0.2, 0.0, 0.1))),
+    }
+    with subject.build(LIFT, bodies=bodies, attachments=attachments, gravity=_WEIGHTLESS, floor=False) as (sim, robot):
+        n = sim.num_envs
+        places = {
+            "the hammer in the frame of the table": (lambda: robot.frame_pose("table"), "hammer"),
+            "the box in the frame of the ball": (lambda: sim.bodies["ball"].pose, "box"),
+        }
+        held = _relative(robot.frame_pose("table"), sim.bodies["hammer"].pose)
+        expected = dict(zip(places, (held, np.tile([0.2, 0.0, 0.1], (n, 1))), strict=True))
+        robot.command(np.tile([0.1, 0.5], (n, 1)))
+        for _ in range(2):
+            sim.step(200)
+            for what, (frame, body) in places.items():
+                found = _relative(frame(), sim.bodies[body].pose)
+                expect_close(
+                    expected[what], found, subject.tolerance("attachments", 1e-3, 0.01), f"position of {what} [m]"
+                )
+        expect((np.abs(robot.joint_positions[:, 1]) > 0.2).all(), "the table does not turn with what is fixed to it.")
+        speed = np.linalg.norm(sim.bodies["ball"].twist[0], axis=1)
+        expect((speed > 0.05).all(), f"a ball that is fixed to a flying box moves at {speed} m/s.")
+
+
+def _relative(frame: tuple[Floats, Floats], pose: tuple[Floats, Floats]) -> Floats:
+    """Return the position of a pose in a frame, (n, 3) [m]."""
+    return quat_rotate(quat_conjugate(frame[1]), pose[0] - frame[0])
 
 
 @verifies("wrench")
