@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from planting import Fault, replaced
 
 _ROBOT, _SIMULATION = "frobs_sim_mujoco.robot", "frobs_sim_mujoco.simulation"
+_BODY, _SCENERY = "frobs_sim_mujoco.body", "frobs_sim_mujoco.scenery"
 _CONTACTS = "frobs_core.interfaces.contacts"
 _BODY, _SCENERY = "frobs_sim_mujoco.body", "frobs_sim_mujoco.scenery"
 _DELTA, _JOINTS = "frobs_controllers.joint_delta_position", "frobs_controllers.joint_position"
