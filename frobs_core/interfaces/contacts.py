@@ -25,6 +25,8 @@ class ContactState:
         scene: Declares the contacts.
         closed: (num_envs, contacts) bool: whether a contact was closed in any physics step.
         normal_force: (num_envs, contacts) [N] largest normal force.
+        resultant: (num_envs, contacts, 3) [N] total force on the first side, in the world, averaged over the physics
+            steps.
     """
 
     def __init__(self, scene: Scene, num_envs: int, arrays: Mapping[str, np.ndarray[Any, Any]] | None = None) -> None:
@@ -35,27 +37,30 @@ class ContactState:
         self._arrays = {name: arrays[name] for name in fields}
         self.closed: Mask = self._arrays["contact"]
         self.normal_force: Floats = self._arrays["contact_force"]
+        self.resultant: Floats = self._arrays["contact_resultant"]
 
     @staticmethod
     def fields(scene: Scene) -> dict[str, tuple[tuple[int, ...], str]]:
         """Return shape of one environment's row and dtype of each array, by its name in a snapshot."""
         count = len(scene.contacts)
-        return {"contact": ((count,), "?"), "contact_force": ((count,), "f8")}
+        return {"contact": ((count,), "?"), "contact_force": ((count,), "f8"), "contact_resultant": ((count, 3), "f8")}
 
     def clear(self, mask: Mask | None = None) -> None:
         """Open all contacts in some environments."""
         for array in self._arrays.values():
             array[slice(None) if mask is None else mask] = 0
 
-    def reduce(self, closed: Mask, normal_force: Floats) -> None:
+    def reduce(self, closed: Mask, normal_force: Floats, resultant: Floats) -> None:
         """Take the contacts of each physics step of a control step.
 
         Args:
             closed: (num_envs, decimation, contacts)
             normal_force: (num_envs, decimation, contacts) [N]
+            resultant: (num_envs, decimation, contacts, 3) [N]
         """
         self.closed[:] = closed.any(axis=1)
         self.normal_force[:] = normal_force.max(axis=1)
+        self.resultant[:] = resultant.mean(axis=1)
 
     def merge(self, steps: Sequence[Mapping[str, np.ndarray[Any, Any]]]) -> None:
         """Take the contacts of a control step from the snapshots of its physics steps."""

@@ -167,6 +167,18 @@ class Simulation(ABC):
         contacts = self._contacts()
         return read_only(contacts.normal_force[:, contacts.scene.contact_number(name, force=True)])
 
+    def contact_resultant(self, name: str) -> Floats:
+        """(num_envs, 3) [N]: total force on the first side of a declared contact, in the world, friction included.
+
+        It is averaged over the physics steps of the last ``step``. Forces between two parts of the first side cancel.
+
+        Raises:
+            UnknownNameError: The scene declares no such contact.
+            ConfigurationError: The contact ignores something, so that its force is not available.
+        """
+        contacts = self._contacts()
+        return read_only(contacts.resultant[:, contacts.scene.contact_number(name, force=True)])
+
     def _contacts(self) -> ContactState:
         if self.contacts is None:
             raise CapabilityError.lacking(self, "contacts")

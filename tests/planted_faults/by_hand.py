@@ -53,7 +53,7 @@ _TABLE = (
     ("a wrench that never ends", _SIMULATION, 'self.batch.bind("xfrc_applied")[:] = 0.0', "pass"),
     ("a snapshot that is the state itself", _SIMULATION, "self.batch.state.copy(), ", "self.batch.state, "),
     ("a snapshot without the physical parameters", _SIMULATION,
-     "return {**state, **parameters.snapshot(self)}",
+     "return {**state, **self.contacts.snapshot(), **parameters.snapshot(self)}",
      "return {**state, **{k: v for k, v in parameters.snapshot(self).items() if not k.startswith('parameter/')}}"),
     ("rays that miss at distance 0", _SIMULATION,
      "np.where((distances < 0) | (distances > max_range), max_range, distances)",

@@ -417,6 +417,21 @@ def contacts_outlive_a_reset(original: Any, self: Any, mask: Any = None) -> None
     self.contacts.restore(told)
 
 
+@wrong(MujocoSimulation, "contact_resultant", "resultants_are_forces_on_the_first_side")
+def forces_on_the_other_side(original: Any, self: Any, name: str) -> Any:
+    return -original(self, name)
+
+
+@wrong(MujocoSimulation, "contact_resultant", "resultants_are_forces_on_the_first_side")
+def resultants_without_friction(original: Any, self: Any, name: str) -> Any:
+    return original(self, name) * [0.0, 0.0, 1.0]
+
+
+@wrong(MujocoSimulation, "contact_resultant", "resultants_are_forces_on_the_first_side")
+def resultants_of_one_corner(original: Any, self: Any, name: str) -> Any:
+    return original(self, name) / 4.0
+
+
 @wrong(MujocoSimulation, "step_with", "contacts_are_those_of_all_steps")
 def contacts_are_those_of_the_last_step(original: Any, self: Any, decimation: int, update: Any) -> None:
     self.step(1)

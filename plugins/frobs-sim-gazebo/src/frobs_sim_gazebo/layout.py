@@ -134,16 +134,12 @@ class Layout:
         parts += [protocol.texts(*names) for names in self._shape_names]
         parts.append(protocol.count(len(self._scene.contacts)))
         for contact in self._scene.contacts.values():
-            first_side, second_side = contact.first, contact.second
-            if first_side == "*":
-                first_side, second_side = second_side, first_side
             everything = list(range(len(self._shape_names)))
-            first_shapes = everything if first_side == "*" else self.shapes[first_side]
             ignored = [shape for side in contact.ignore for shape in self.shapes[side]]
             parts += [
-                protocol.indices(first_shapes),
-                protocol.indices([] if second_side == "*" else self.shapes[second_side]),
-                struct.pack("<B", second_side == "*"),
+                protocol.indices(everything if contact.first == "*" else self.shapes[contact.first]),
+                protocol.indices([] if contact.second == "*" else self.shapes[contact.second]),
+                struct.pack("<B", contact.second == "*"),
                 protocol.indices(ignored),
             ]
         return b"".join(parts)

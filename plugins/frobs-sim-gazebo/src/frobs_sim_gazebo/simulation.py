@@ -219,7 +219,9 @@ class GazeboSimulation(Simulation):
         self.raw[env] = found[1 + 3 * joints : contacts].reshape(bodies, 13)
         if stepped:
             self.efforts[env] = efforts
-            self.contacts.closed[env], self.contacts.normal_force[env] = found[contacts:].reshape(2, -1)
+            by_contact = found[contacts:].reshape(-1, 5)
+            self.contacts.closed[env], self.contacts.normal_force[env] = by_contact[:, :2].T
+            self.contacts.resultant[env] = by_contact[:, 2:]
         return True
 
     def exchange(self, messages: Mapping[int, Sequence[Message]], steps: int = 0) -> dict[int, bytes]:

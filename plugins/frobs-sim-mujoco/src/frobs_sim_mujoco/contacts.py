@@ -11,7 +11,8 @@ from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import SceneError
 from frobs_core.interfaces import Contact, Placement, Scene
 
-_FOUND, _FOUND_AND_FORCE = 1, 3  # bits of what a contact sensor tells: how many, and the force of the strongest
+_FOUND, _FORCE = 1, 2  # bits of what a contact sensor reports: how many contacts, and their force
+_STRONGEST, _TOTAL = 2, 3  # how a contact sensor reduces contacts: the one with the largest force, or the sum of all
 
 
 def _ignored(name: str, contact: Contact) -> dict[str, str]:
@@ -23,9 +24,10 @@ def _ignored(name: str, contact: Contact) -> dict[str, str]:
 def add_contact(
     spec: mujoco.MjSpec, name: str, contact: Contact, robots: Mapping[str, Placement], scene: Scene
 ) -> None:
-    """Add contact sensors: the number of contacts, and the force of the strongest.
+    """Add contact sensors: the number of contacts, the force of the strongest, and the total force.
 
-    MuJoCo cannot leave anything out of ``"*"``. So what a contact ignores is counted by sensors of its own.
+    MuJoCo cannot leave anything out of ``"*"``. So what a contact ignores is counted by sensors of its own, and so are
+    forces inside of a side.
     """
 
     def side(which: str) -> tuple[mujoco.mjtObj, str]:
@@ -40,19 +42,40 @@ def add_contact(
             raise SceneError(f"contact '{name}'", f"names '{which}', which is none of {', '.join(known)}.")
         return mujoco.mjtObj.mjOBJ_BODY, which
 
-    first_type, first = side(contact.first)
-    told = _FOUND if contact.ignore else _FOUND_AND_FORCE
-    for sensor, second in {name: contact.second, **_ignored(name, contact)}.items():
-        second_type, second_name = side(second)
+    def add(sensor: str, first: str, second: str, data: int, reduction: int) -> None:
+        (first_type, first_name), (second_type, second_name) = side(first), side(second)
         spec.add_sensor(
             name=sensor,
             type=mujoco.mjtSensor.mjSENS_CONTACT,
             objtype=first_type,
-            objname=first,
+            objname=first_name,
             reftype=second_type,
             refname=second_name,
-            intprm=[told, 2, 1],  # reduced by the largest force; one slot
+            intprm=[data, reduction, 1],  # one slot
         )
+
+    sides = contact.first, contact.second
+    add(name, *sides, _FOUND if contact.ignore else _FOUND | _FORCE, _STRONGEST)
+    for sensor, ignored in _ignored(name, contact).items():
+        add(sensor, contact.first, ignored, _FOUND, _STRONGEST)
+    if not contact.ignore:
+        add(_total(name), *sides, _FORCE, _TOTAL)
+        inner = contact.second if contact.first == "*" else contact.first
+        if _overlaps(contact):
+            add(_inner(name), inner, inner, _FORCE, _TOTAL)
+
+
+def _total(name: str) -> str:
+    return f"{name} = total"
+
+
+def _inner(name: str) -> str:
+    return f"{name} = inner"
+
+
+def _overlaps(contact: Contact) -> bool:
+    """Return whether both ends of one contact point may be on both sides."""
+    return "*" in (contact.first, contact.second) or contact.first == contact.second
 
 
 class ContactReader:
@@ -71,18 +94,25 @@ class ContactReader:
         self._counts = [at(name) for name, _ in contacts]
         # The force stands behind the count; where it is not told, the count stands in for it and is never read.
         self._forces = [at(name) + (0 if contact.ignore else 1) for name, contact in contacts]
+        self._totals = [(i, at(_total(name))) for i, (name, contact) in enumerate(contacts) if not contact.ignore]
+        self._inner = [(i, at(_inner(name))) for i, (name, c) in enumerate(contacts) if _overlaps(c) and not c.ignore]
         self._ignored = [(i, at(s)) for i, (name, contact) in enumerate(contacts) for s in _ignored(name, contact)]
 
-    def read(self, data: Floats) -> tuple[Mask, Floats]:
-        """Return which contacts were there, and the largest normal force of each [N], in each physics step.
+    def read(self, data: Floats) -> tuple[Mask, Floats, Floats]:
+        """Return which contacts were there, and their largest normal and total forces [N], in each physics step.
 
         Args:
             data: (num_envs, decimation, nsensordata)
 
         Returns:
-            (num_envs, decimation, contacts) both.
+            (num_envs, decimation, contacts) twice, and (num_envs, decimation, contacts, 3).
         """
         counts = data[..., self._counts]
         for column, at in self._ignored:
             counts[..., column] -= data[..., at]
-        return counts > 0, np.abs(data[..., self._forces])
+        resultants = np.zeros((*counts.shape, 3))
+        for column, at in self._totals:
+            resultants[..., column, :] = -data[..., at : at + 3]  # MuJoCo's forces act on the second side
+        for column, at in self._inner:
+            resultants[..., column, :] += data[..., at : at + 3]
+        return counts > 0, np.abs(data[..., self._forces]), resultants

@@ -1,4 +1,4 @@
-"""The contacts of a scene, as questions to Bullet."""
+"""The contacts of a scene among Bullet's contact points."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+import numpy as np
+
+from frobs_core.arrays import Floats
 from frobs_core.interfaces import Contact
 
 Side: TypeAlias = tuple[int, int]
@@ -16,26 +19,42 @@ ANY: Side = (-1, -2)
 
 @dataclass(frozen=True)
 class Question:
-    """What Bullet is asked for one contact.
+    """What counts as one contact.
 
     Attributes:
-        arguments: bodyA, bodyB, linkA, linkB of ``getContactPoints``.
-        ignored: What may be the other side and does not count, ``ANY`` link of a body included.
+        first: Its first side.
+        second: Its second side.
+        ignored: What may be the second side and does not count, ``ANY`` link of a body included.
     """
 
-    arguments: tuple[int, int, int, int]
+    first: Side
+    second: Side
     ignored: frozenset[Side]
 
-    def counts(self, point: Sequence[Any]) -> bool:
-        """Return whether a contact point is one; ``getContactPoints`` puts what was asked for first."""
-        force, distance = point[9], point[8]
-        if not (force > 0.0 or distance <= 0.0):
-            return False
-        return not self.ignored or ((point[2], point[4]) not in self.ignored and (point[2], -2) not in self.ignored)
+    def direction(self, point: Sequence[Any]) -> int | None:
+        """Return on what the force acts that a contact point of Bullet exerts on its body A.
+
+        Returns:
+            1: the first side; −1: the second side; 0: both; None: the point is none of this contact.
+        """
+        a, b = (point[1], point[3]), (point[2], point[4])
+        forward, backward = self._joins(a, b), self._joins(b, a)
+        return forward - backward if forward or backward else None
+
+    def _joins(self, one: Side, other: Side) -> bool:
+        return (
+            _covers(self.first, one)
+            and _covers(self.second, other)
+            and not (self.ignored and (other in self.ignored or (other[0], ANY[1]) in self.ignored))
+        )
+
+
+def _covers(side: Side, shape: Side) -> bool:
+    return side in (ANY, shape, (shape[0], ANY[1]))
 
 
 def question(contact: Contact, sides: Mapping[str, Side]) -> Question | None:
-    """Return what Bullet is asked for a contact; None: one side has no shape.
+    """Return what counts as a contact; None: one side has no shape.
 
     Args:
         contact: What the scene declares.
@@ -44,8 +63,13 @@ def question(contact: Contact, sides: Mapping[str, Side]) -> Question | None:
     known = {**sides, "*": ANY}
     if contact.first not in known or contact.second not in known:
         return None
-    first, second = known[contact.first], known[contact.second]
-    if first == ANY:
-        first, second = second, first
     ignored = frozenset(known[side] for side in contact.ignore if side in known)
-    return Question((first[0], second[0], first[1], second[1]), ignored)
+    return Question(known[contact.first], known[contact.second], ignored)
+
+
+def force_on_first(point: Sequence[Any]) -> Floats:
+    """Return the force that a contact point of Bullet exerts on its body A, (3,) [N] in the world.
+
+    Bullet turns the normal, not the friction, if a filter for bodies exchanges the two. Ask without filters.
+    """
+    return np.array(point[7]) * point[9] + np.array(point[11]) * point[10] + np.array(point[13]) * point[12]

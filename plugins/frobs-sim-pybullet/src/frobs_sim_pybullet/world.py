@@ -11,11 +11,11 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import SceneError
-from frobs_core.interfaces import AT_REST, Attachment, Placement, Scene
+from frobs_core.interfaces import AT_REST, Attachment, ContactState, Placement, Scene
 from frobs_core.models import home_positions
 from frobs_sim_pybullet.articulation import FASTEST, Articulation
 from frobs_sim_pybullet.bullet import pybullet as p
-from frobs_sim_pybullet.contacts import Side, question
+from frobs_sim_pybullet.contacts import Side, force_on_first, question
 from frobs_sim_pybullet.drive import Drive
 from frobs_sim_pybullet.engine import Dynamics, connect
 from frobs_sim_pybullet.frames import Frames
@@ -225,8 +225,8 @@ class World:
             drive.set_gains(own.gains)
             given = rows.get(name) if rows else None
             drives.append((drive, [own.command.tolist()] * decimation if given is None else given.tolist()))
-        if self._contacts:
-            self._row["contact"][...], self._row["contact_force"][...] = False, 0.0
+        for name in ContactState.fields(self._scene) if self._contacts else ():
+            self._row[name][...] = 0
         for k in range(decimation):
             for drive, commands in drives:
                 if not drive(commands[k]):
@@ -239,7 +239,7 @@ class World:
                 p.applyExternalTorque(number, -1, torque, p.WORLD_FRAME, client)
             p.stepSimulation(client)
             if self._contacts:
-                self._watch_contacts()
+                self._watch_contacts(decimation)
         self._steps += decimation
         self._stop_pushing()
         for number in self._free:
@@ -255,14 +255,18 @@ class World:
         for drive in self._drives.values():
             drive.stop_pushing()
 
-    def _watch_contacts(self) -> None:
-        for i, asked in enumerate(self._contacts):
-            if asked is None:
+    def _watch_contacts(self, decimation: int) -> None:
+        closed, normal_force, resultant = (self._row[name] for name in ContactState.fields(self._scene))
+        for point in p.getContactPoints(physicsClientId=self.client):
+            force, distance = point[9], point[8]
+            if not (force > 0.0 or distance <= 0.0):
                 continue
-            for point in p.getContactPoints(*asked.arguments, self.client):
-                if asked.counts(point):
-                    self._row["contact"][i] = True
-                    self._row["contact_force"][i] = max(self._row["contact_force"][i], point[9])
+            for i, asked in enumerate(self._contacts):
+                direction = None if asked is None else asked.direction(point)
+                if direction is not None:
+                    closed[i] = True
+                    normal_force[i] = max(normal_force[i], force)
+                    resultant[i] += direction / decimation * force_on_first(point)
 
     def _written(self) -> None:
         """Bring all up to date after something was written."""

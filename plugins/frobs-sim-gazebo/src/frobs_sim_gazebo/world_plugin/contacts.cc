@@ -51,6 +51,7 @@ void Contacts::Collect(const gazebo::physics::WorldPtr &_world)
 {
   if (this->declared.empty())
     return;
+  ++this->steps;
   auto *manager = _world->Physics()->GetContactManager();
   const auto &found = manager->GetContacts();
   for (unsigned int i = 0; i < manager->GetContactCount(); ++i)
@@ -60,12 +61,23 @@ void Contacts::Collect(const gazebo::physics::WorldPtr &_world)
     if (one == this->indices.end() || other == this->indices.end())
       continue;
     double force = 0;
+    ignition::math::Vector3d total;
+    // Gazebo documents the world frame, but writes the forces in the frame of the link.
+    const auto rotation = contact.collision1->GetLink()->WorldPose().Rot();
     for (int k = 0; k < contact.count; ++k)
-      force = std::max(force, std::abs(contact.wrench[k].body1Force.Dot(contact.normals[k])));
+    {
+      const auto on_one = rotation.RotateVector(contact.wrench[k].body1Force);
+      force = std::max(force, std::abs(on_one.Dot(contact.normals[k])));
+      total += on_one;
+    }
     for (auto &asked : this->declared)
     {
-      if (!asked.Means(one->second, other->second) && !asked.Means(other->second, one->second))
+      const bool forward = asked.Means(one->second, other->second);
+      const bool backward = asked.Means(other->second, one->second);
+      if (!forward && !backward)
         continue;
+      if (forward != backward)
+        asked.total += forward ? total : -total;
       asked.seen = 1;
       asked.force = std::max(asked.force, force);
     }
@@ -74,15 +86,22 @@ void Contacts::Collect(const gazebo::physics::WorldPtr &_world)
 
 void Contacts::Clear()
 {
+  this->steps = 0;
   for (auto &contact : this->declared)
+  {
     contact.seen = contact.force = 0;
+    contact.total = ignition::math::Vector3d::Zero;
+  }
 }
 
 void Contacts::Write(Writer &_state) const
 {
   for (const auto &contact : this->declared)
+  {
     _state.Put(contact.seen);
-  for (const auto &contact : this->declared)
     _state.Put(contact.force);
+    for (int axis = 0; axis < 3; ++axis)
+      _state.Put(contact.total[axis] / std::max(this->steps, 1));
+  }
 }
 }

@@ -24,7 +24,8 @@ class Contacts
 
   public: void Clear();
 
-  /// Append whether each was there (0 or 1), then the largest normal force of each [N].
+  /// Append for each whether it was there (0 or 1), the largest normal force, and the mean total force on the first
+  /// side in the world [N].
   public: void Write(Writer &_state) const;
 
   /// A shape by its place in the layout.
@@ -34,6 +35,7 @@ class Contacts
   {
     std::vector<char> first, second, ignored;
     double seen = 0, force = 0;
+    ignition::math::Vector3d total;
 
     bool Means(uint32_t _a, uint32_t _b) const
     {
@@ -46,5 +48,6 @@ class Contacts
   private: std::vector<gazebo::physics::CollisionPtr> shapes;
   private: std::unordered_map<const gazebo::physics::Collision *, uint32_t> indices;
   private: std::vector<Declared> declared;
+  private: int steps = 0;
 };
 }

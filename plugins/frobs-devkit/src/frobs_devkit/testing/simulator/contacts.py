@@ -16,6 +16,9 @@ from frobs_devkit.testing.simulator.robots import ROVER
 from frobs_devkit.testing.simulator.subject import BALL, SimulatorUnderTest, verifies
 
 _KERB = Body(geometry=Box((0.2, 0.02, 0.2)), pose=Pose(pos=(0.0, 0.129, 0.1)))  # 1 mm deep in the rover's left wheel
+_MASS = 2.0  # [kg]
+_BOX = Body(geometry=Box((0.2, 0.2, 0.2)), pose=Pose(pos=(0.0, 2.0, 0.1)), mass=_MASS)
+_TURNED = replace(_BOX, pose=Pose(pos=(0.0, 3.0, 0.1), quat_wxyz=(0.5**0.5, 0.5**0.5, 0.0, 0.0)))
 
 
 @verifies("contacts")
@@ -87,6 +90,39 @@ def contacts_are_those_of_all_steps(subject: SimulatorUnderTest) -> None:
         sim.step_with(2, lift)
         expect(sim.contact("ball").all(), "a contact of the first of two physics steps is not reported by step_with.")
         expect_close(force, sim.contact_force("ball"), 0.1 * force.max(), "contact_force of the first of two steps [N]")
+
+
+@verifies("contacts")
+def resultants_are_forces_on_the_first_side(subject: SimulatorUnderTest) -> None:
+    """``contact_resultant`` is the force on the first side in the world: the weight of what lies, the friction of a push."""
+    contacts = {
+        "box": Contact(first="box", second="floor"),
+        "floor": Contact(first="floor", second="box"),
+        "anything": Contact(first="box"),
+        "turned": Contact(first="turned"),
+        "everything": Contact(first="*", second="turned"),
+    }
+    with subject.build(bodies={"box": _BOX, "turned": _TURNED}, contacts=contacts) as (sim, _):
+        n = sim.num_envs
+        sim.step(500)
+        weight = np.tile([0.0, 0.0, 9.81 * _MASS], (n, 1))
+        tolerance = 0.01 * 9.81 * _MASS
+        for name, sign in zip(contacts, (1.0, -1.0, 1.0, 1.0, -1.0), strict=True):
+            what = f"contact_resultant('{name}') of a box that lies on the floor [N]"
+            expect_close(sign * weight, sim.contact_resultant(name), tolerance, what)
+            if name != "floor":
+                low = sim.contact_force(name).min() > weight.max() / 9.0  # at most four corners and their middle
+                expect(low, f"contact_force('{name}') of a box that lies on the floor is {sim.contact_force(name)} N.")
+        if subject.level("wrench"):
+            push = np.array([3.0, 1.0, 0.0]) * (1.0 + np.arange(n))[:, None] / n
+            for body in ("box", "turned"):
+                sim.apply_wrench(body, push, np.zeros((n, 3)))
+            sim.step(100)
+            for name, sign in (("box", 1.0), ("floor", -1.0), ("turned", 1.0)):
+                what = f"contact_resultant('{name}') of a box that is pushed and does not slide [N]"
+                expect_close(sign * (weight - push), sim.contact_resultant(name), 3.0 * tolerance, what)
+        sim.reset()
+        expect(not sim.contact_resultant("box").any(), "after a reset the resultant of the last contact is reported.")
 
 
 def _standing_rover(
