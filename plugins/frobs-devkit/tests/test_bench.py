@@ -20,6 +20,12 @@ def test_the_parts_of_a_step_are_measured_beside_the_bare_engine(num_envs):
     assert result.parts["engine"] < result.step_seconds * 2
 
 
+def test_gazebo_which_has_no_bare_engine_is_measured_alone(real_gazebo):
+    result = bench(ID, steps=10, simulator="gazebo")
+    assert (result.bare_seconds, result.ratio) == (None, None)
+    assert result.steps_per_second == pytest.approx(1.0 / result.step_seconds)
+
+
 def test_the_bare_engine_ends_where_the_environment_does():
     from frobs_core.env import RobotEnv
 

@@ -22,7 +22,7 @@ import gymnasium as gym
 
 from frobs_core.arrays import Floats
 from frobs_core.env import RobotEnv
-from frobs_core.errors import ConfigurationError, SimulationError
+from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Snapshot
 from frobs_core.validation import whole_number
 from frobs_core.vector_env import RobotVectorEnv
@@ -46,8 +46,10 @@ class BenchResult:
         decimation: Physics steps in one step.
         steps: Steps that were measured.
         step_seconds: Median time of one ``step`` [s], wrappers of ``gymnasium.make`` included.
-        bare_seconds: Median time of the bare engine from the same states, the same rays included [s].
-        ratio: The first over the second.
+        bare_seconds: Median time of the bare engine from the same states, the same rays included [s]; None: the simulator
+            offers no bare engine.
+        ratio: The first over the second; None without a bare engine.
+        steps_per_second: Steps of all environments per second.
         parts: Median time in each part of a step [s]; the parts are :data:`PARTS`.
         machine: Processor, operating system and Python.
     """
@@ -57,8 +59,9 @@ class BenchResult:
     decimation: int
     steps: int
     step_seconds: float
-    bare_seconds: float
-    ratio: float
+    bare_seconds: float | None
+    ratio: float | None
+    steps_per_second: float
     parts: dict[str, float]
     machine: str
 
@@ -75,7 +78,6 @@ def bench(id: str, *, num_envs: int = 1, steps: int = 1000, seed: int = 0, **key
 
     Raises:
         ConfigurationError: The ID is none of ours, or a number is out of range.
-        SimulationError: The simulator offers no bare engine to compare with.
     """
     whole_number("steps", steps, lowest=10)
     whole_number("num_envs", num_envs, lowest=1)
@@ -100,9 +102,7 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
     """Step ``env`` for its time, its twin for where the time goes and for the states that the bare engine replays."""
     inner, shadow = env.unwrapped, twin.unwrapped
     bare = inner.simulation.bare_engine()
-    if bare is None:
-        raise SimulationError("this simulator offers no bare engine to compare with.")
-    spent, before, cast = _watch(shadow)
+    spent, before, cast = _watch(shadow, replayed=bare is not None)
     times: dict[str, list[float]] = {name: [] for name in ("wrapped", "unwrapped", "bare", *PARTS[:3])}
     env.action_space.seed(seed)
     env.reset(seed=seed)
@@ -134,7 +134,7 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
                     times[part].append(spent.get(part, 0.0))
             if end:
                 twin.reset()
-        for state, rays in states:
+        for state, rays in states if bare is not None else ():
             bare.load(state)
             start = perf_counter()
             bare.step(inner.decimation)
@@ -142,7 +142,7 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
                 bare.rays(origins, directions, max_range)
             if warm:
                 times["bare"].append(perf_counter() - start)
-    medians = {name: median(values) for name, values in times.items()}
+    medians = {name: median(values) for name, values in times.items() if values}
     parts = {name: medians[name] for name in PARTS[:3]}
     parts["environment"] = max(0.0, medians["unwrapped"] - sum(parts.values()))
     parts["wrappers"] = max(0.0, medians["wrapped"] - medians["unwrapped"])
@@ -152,14 +152,15 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
         decimation=inner.decimation,
         steps=turns * turn,
         step_seconds=medians["wrapped"],
-        bare_seconds=medians["bare"],
-        ratio=medians["wrapped"] / medians["bare"],
+        bare_seconds=medians.get("bare"),
+        ratio=medians["wrapped"] / medians["bare"] if bare is not None else None,
+        steps_per_second=num_envs / medians["wrapped"],
         parts=parts,
         machine=f"{_processor()}, {os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}",
     )
 
 
-def _watch(env: Any) -> tuple[dict[str, float], Snapshot, dict[tuple[str, str], Rays]]:
+def _watch(env: Any, *, replayed: bool) -> tuple[dict[str, float], Snapshot, dict[tuple[str, str], Rays]]:
     """Replace the methods of an environment's parts by ones that tell how long they took.
 
     Returns:
@@ -174,7 +175,7 @@ def _watch(env: Any) -> tuple[dict[str, float], Snapshot, dict[tuple[str, str], 
         original: Callable[..., Any] = getattr(owner, method)
 
         def timed(*args: Any) -> Any:
-            if part == "engine":
+            if part == "engine" and replayed:
                 before.update(env.simulation.snapshot())
             start = perf_counter()
             result = original(*args)
@@ -188,7 +189,7 @@ def _watch(env: Any) -> tuple[dict[str, float], Snapshot, dict[tuple[str, str], 
     for method in ("advance", "reward", "reward_terms", "is_terminated", "is_success"):
         watch("task", env.task, method)
     watch("task", env.observations, "observe")
-    for robot in env.simulation.robots.values():
+    for robot in env.simulation.robots.values() if replayed else ():
         _watch_lidars(robot, cast)
     return spent, before, cast
 

@@ -44,8 +44,9 @@ def bench(
         "name": env_id,
         "kind": "1 environment" if num_envs == 1 else f"{num_envs:,} environments",
         "step": f"{_time(found.step_seconds)}, of {found.decimation} physics steps; median of {found.steps:,}",
-        "bare_engine": _time(found.bare_seconds),
-        "ratio": f"{found.ratio:.2f}",
+        "steps_per_second": f"{found.steps_per_second:,.0f}",
+        "bare_engine": "this simulator offers none" if found.bare_seconds is None else _time(found.bare_seconds),
+        "ratio": None if found.ratio is None else f"{found.ratio:.2f}",
         "machine": found.machine,
         "parts": [
             {"part": part, "time": _time(seconds), "share": f"{100.0 * seconds / found.step_seconds:.0f} %"}
