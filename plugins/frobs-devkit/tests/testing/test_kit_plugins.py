@@ -62,6 +62,8 @@ def add(line: str) -> Callable[[str], str]:
 FAULTS: dict[str, tuple[str, Callable[[str], str], str]] = {
     "nothing_offered": ("loads", lambda _: EMPTY, "offers no record"),
     "imports_an_engine": ("import_is_cheap", add("import rospy"), "imports rospy"),
+    "takes_long": ("import_is_cheap", add("import time; time.sleep(6)"), "and so does every command"),
+    "id_of_another": ("environments_are_complete", change("kit/Reach-v0", "frobs/Irb120Reach-v0"), "is offered by"),
     "prints": ("import_is_silent", add("print('hello')"), "stdout: it prints when it is imported: hello"),
     "complains": (
         "import_is_silent",

@@ -51,7 +51,10 @@ def training_does_not_harm(subject: AlgorithmUnderTest) -> None:
     if not subject.has_kit_environment:
         raise NotApplicable("how hard the given environment is, the kit does not know")
     spec = EnvSpec(
-        "frobs_kit/Aim-v0", Aim, max_episode_steps=10, kwargs={"discrete": not isinstance(space, gym.spaces.Box)}
+        "frobs_kit/Aim-v0",
+        f"{__name__}:Aim",
+        max_episode_steps=10,
+        kwargs={"discrete": not isinstance(space, gym.spaces.Box)},
     )
     aiming = replace(subject, id=spec)
     shown = np.linspace(-1.0, 1.0, _OBSERVATIONS, dtype=np.float32)[:, None]

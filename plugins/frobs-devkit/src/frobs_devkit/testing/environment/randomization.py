@@ -14,7 +14,7 @@ from frobs_core.capabilities import Level
 from frobs_core.interfaces import Bumper, CommandMode, Sensor
 from frobs_core.randomization import CAPABILITY, find_terms, find_units
 from frobs_core.specs import SimulatorRecord
-from frobs_devkit.testing.checks import NotApplicable
+from frobs_devkit.testing.checks import NotApplicable, after
 from frobs_devkit.testing.environment import seeding, state, vector
 from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, require_ours
 
@@ -28,11 +28,13 @@ _PHYSICS: Mapping[str, Mapping[str, Any]] = {
 }
 
 
+@after("disabled_equals_single")
 def randomized_equals_single(subject: EnvUnderTest) -> None:
     """With everything randomised too, each environment of a batch equals the single one, reset at times of its own."""
     vector.disabled_equals_single(_randomize_everything(subject))
 
 
+@after("snapshot_continues", "reset_forgets_history")
 def randomized_state_is_complete(subject: EnvUnderTest) -> None:
     """With everything randomised too, a snapshot continues exactly, and a reset with a seed forgets what was before."""
     randomized = _randomize_everything(subject)
@@ -74,6 +76,7 @@ def _is_vector(space: gym.Space[Any], key: str) -> bool:
     return isinstance(box, gym.spaces.Box) and len(box.shape) == 1 and box.dtype.kind == "f"
 
 
+@after("disabled_equals_single", "snapshot_continues")
 def sensors_may_be_bad(subject: EnvUnderTest) -> None:
     """With noise, delay and losses in every sensor, environments of a batch equal single ones, and snapshots continue."""
     with closing(subject.make()) as env:
