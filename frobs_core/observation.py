@@ -87,7 +87,7 @@ class Observations:
                 raise ObservationTermError(
                     images[0], f"is no float32 vector, so it needs a key of its own, not '{key}'."
                 )
-        spaces = {key: _space(list(part.values())) for key, part in parts.items()}
+        spaces: dict[str, gym.Space[Any]] = {key: _space(list(part.values())) for key, part in parts.items()}
         self.space: gym.Space[Any] = spaces[VECTORS] if spaces.keys() == {VECTORS} else gym.spaces.Dict(spaces)
         vectors = parts.get(VECTORS, {}).values()
         self.scale: Floats = np.concatenate([np.zeros(0), *(np.full(len(term.low), term.scale) for term in vectors)])

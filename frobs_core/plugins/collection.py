@@ -9,7 +9,7 @@ import sys
 import threading
 import traceback
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from importlib.metadata import Distribution
 from importlib.metadata import distributions as installed_distributions
 from time import perf_counter
@@ -179,7 +179,8 @@ class Plugins:
         try:
             if candidate.problem:
                 raise PluginError(candidate.problem)
-            with watch.over(candidate, origin):
+            # stdout belongs to whoever imports FRobs, such as a command that writes JSON
+            with redirect_stdout(sys.stderr), watch.over(candidate, origin):
                 module = import_plugin(candidate.value)
                 seconds = perf_counter() - start
                 records = read_records(module, candidate.key)

@@ -121,3 +121,29 @@ def test_a_bad_expectation_is_refused(frobs: Frobs, checks: Callable[..., None],
     result = frobs("check", "CartPole-v1", "--expect-failure", given)
     assert result.exit_code == 2
     assert told in result.stderr
+
+
+def test_settings_and_steps_reach_the_checks(frobs: Frobs, monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[object] = []
+
+    def check_algorithm(name: str, config: object, **keywords: object) -> list[Check]:
+        given.extend([name, config, keywords])
+        return [PASSES]
+
+    monkeypatch.setattr(find, "check_algorithm", check_algorithm)
+    settings = ["--set", "gamma=0.9", "--set", "policy_kwargs.net_arch=[8]"]
+    assert frobs("check", "algorithm:ppo", *settings, "--steps", "50").exit_code == 0
+    assert given == ["ppo", {"gamma": 0.9, "policy_kwargs": {"net_arch": [8]}}, {"steps": 50}]
+
+
+@pytest.mark.parametrize(("word", "option"), [("irb120", ("--set", "a=1")), ("frobs/Irb120Reach-v0", ("--steps", "5"))])
+def test_options_that_mean_nothing_are_refused(frobs: Frobs, word: str, option: tuple[str, str]) -> None:
+    result = frobs("check", word, *option)
+    assert result.exit_code == 2
+    assert option[0] in result.stderr
+
+
+def test_json_stays_clean_when_a_check_prints(frobs: Frobs, checks: Callable[..., None]) -> None:
+    checks(Check("it_prints", "It prints.", lambda: print("hello")))  # noqa: T201
+    result = frobs("check", "CartPole-v1", "--json")
+    assert json.loads(result.stdout)["ok"]

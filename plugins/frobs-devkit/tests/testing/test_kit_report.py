@@ -99,3 +99,31 @@ def test_an_expected_failure_must_fail() -> None:
 
 def test_versions_name_the_plugins_and_what_they_require() -> None:
     assert {"frobs-sim-mujoco", "mujoco", "frobs-algos-sb3", "torch"} <= run_checks([]).versions.keys()
+
+
+def test_a_check_is_skipped_where_one_that_it_requires_has_failed() -> None:
+    checks = [CHECKS[1], Check("next", "It follows.", lambda: None, requires=("bad",)).under("part"), *CHECKS[:1]]
+    assert [result.status for result in run_checks(checks).results] == ["failed", "passed", "passed"]
+    checks = [
+        CHECKS[1].under("part"),
+        Check("next", "It follows.", crash, requires=("bad",)).under("part"),
+        Check("last", "It follows that.", crash, requires=("next",)).under("part"),
+    ]
+    report = run_checks(checks)
+    assert [result.status for result in report.results] == ["failed", "skipped", "skipped"]
+    assert report.results[1].message == "part.bad failed"
+
+
+def test_a_failure_with_the_message_of_another_is_skipped() -> None:
+    report = run_checks([CHECKS[3], Check("again", "It raises the same.", crash), CHECKS[1]])
+    assert [result.status for result in report.results] == ["failed", "skipped", "failed"]
+    assert report.results[1].message == "it fails as broken does"
+
+
+def test_pytest_skips_what_requires_a_check_that_failed() -> None:
+    following = Check("next", "It follows.", crash, requires=("bad",))
+    test = pytest_checks([CHECKS[1], following])
+    with pytest.raises(CheckFailure):
+        test(CHECKS[1])
+    with pytest.raises(pytest.skip.Exception, match="bad failed"):
+        test(following)

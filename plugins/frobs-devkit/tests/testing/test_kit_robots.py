@@ -12,6 +12,7 @@ import pytest
 from frobs_core.errors import FrobsError
 from frobs_core.interfaces import Bumper, DriveGains, Imu, Lidar, Robot
 from frobs_core.models import JointLimits
+from frobs_core.specs import RobotRecord
 from frobs_devkit.testing import check_robot, pytest_checks, run_checks
 from frobs_devkit.testing.robot import subject
 from frobs_sim_mujoco.robot import MujocoRobot
@@ -64,6 +65,7 @@ DESCRIPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "home_outside": ("home_is_inside_limits", {"home": {"joint_0": 3.0}}),
     "home_of_no_joint": ("home_is_inside_limits", {"home": {"joint_9": 0.0}}),
     "tcp_does_not_exist": ("tcp_moves", {"tcp": "gripper"}),
+    "tcp_in_the_middle": ("tcp_moves", {"tcp": "link_1"}),
     "tcp_stands_still": ("tcp_moves", {"tcp": "link_0"}),
     "no_damping": ("gains_are_positive", {"gains": DriveGains(stiffness=300.0, damping={"joint_0": 30.0})}),
     "no_stiffness": ("gains_are_positive", {"gains": DriveGains(stiffness=0.0, damping=30.0)}),
@@ -90,6 +92,7 @@ def test_the_kit_catches_a_description(sound: Robot, check: str, change: dict[st
 MODELS: dict[str, tuple[str, dict[str, Any]]] = {
     "no_joint": ("model_has_joints", {"type": "fixed", "limit": ""}),
     "limits_upside_down": ("notes_are_none", {"limit": LIMIT.replace('upper="2.9"', 'upper="-2.95"')}),
+    "limits_in_degrees": ("limits_are_in_radians", {"limit": LIMIT.replace("2.9", "165")}),
     "no_effort": ("notes_are_none", {"limit": LIMIT.replace('effort="50"', 'effort="0"')}),
     "impossible_inertia": ("notes_are_none", {"izz": 0.5}),
     "negative_mass": ("notes_are_none", {"mass": -1.0}),
@@ -134,7 +137,16 @@ def separate(tmp_path: Path, patch: pytest.MonkeyPatch, check: str) -> Robot:
     }
     if check == "notes_are_none":
         return arm(tmp_path, izz=0.5)
+    if check == "limits_are_in_radians":
+        return arm(tmp_path, limit=LIMIT.replace("2.9", "165"))
     return replace(sound, **changes.get(check, {}))
+
+
+def test_an_entry_point_that_does_not_exist_is_one_failure() -> None:
+    broken = RobotRecord(name="broken", summary="a robot", entry_point="frobs_core.errors:NO_SUCH_ROBOT")
+    results = run_checks(check_robot(broken, ["mujoco"])).results
+    assert [result.status for result in results] == ["failed", *["skipped"] * (len(results) - 1)]
+    assert "NO_SUCH_ROBOT" in results[0].message
 
 
 INSEPARABLE = {

@@ -12,6 +12,7 @@ import pytest
 
 from frobs_core import plugins
 from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import Contact
 from frobs_devkit.testing import CheckFailure, check_env, check_task, run_checks
 from frobs_devkit.testing.environment import vector
 from frobs_tasks_reach.reach import Reach
@@ -58,6 +59,26 @@ def centred_over_the_batch(original: Any, self: Any) -> Any:
 def goal_of_its_own_generator(original: Any, self: Any, mask: Any, rng: Any, options: Any) -> None:
     n = len(rng._seeds)
     original(self, mask, rng, {**options, "joint_positions": np.random.default_rng(n).uniform(-0.1, 0.1, (n, 6))})
+
+
+@wrong("is_success", "success_comes_and_goes")
+def success_always(original: Any, self: Any) -> Any:
+    return np.ones_like(original(self))
+
+
+@wrong("is_terminated", "ends_have_their_reason")
+def terminated_by_the_clock(original: Any, self: Any) -> Any:
+    return self._simulation.time >= 99.5 * 0.04
+
+
+@wrong("reset", "reset_options_hold")
+def goal_ignored(original: Any, self: Any, mask: Any, rng: Any, options: Any) -> None:
+    original(self, mask, rng, {name: value for name, value in options.items() if name != "goal"})
+
+
+@wrong("scene", "record_is_sound")
+def contacts_undeclared(original: Any, self: Any) -> Any:
+    return replace(original(self), contacts={"floor": Contact(first="robot", second="floor")})
 
 
 def plant(monkeypatch: pytest.MonkeyPatch, name: str, faulty: Callable[..., Any]) -> None:

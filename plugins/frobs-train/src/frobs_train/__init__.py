@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from frobs_train.configuration.config import ComponentConfig as ComponentConfig
     from frobs_train.configuration.config import RunConfig as RunConfig
     from frobs_train.configuration.config import ThreadsConfig as ThreadsConfig
+    from frobs_train.configuration.resolve import read_setting as read_setting
     from frobs_train.configuration.resolve import resolve_config as resolve_config
     from frobs_train.environments import make_env as make_env
     from frobs_train.evaluation.evaluate import Evaluation as Evaluation
@@ -87,6 +88,7 @@ _MODULES = {
     "open_pretrained": "frobs_train.export.bundle_run",
     "plot_comparison": "frobs_train.plots.plot_comparison",
     "plot_runs": "frobs_train.plots.plot",
+    "read_setting": "frobs_train.configuration.resolve",
     "record_video": "frobs_train.evaluation.video",
     "resolve_config": "frobs_train.configuration.resolve",
     "resume": "frobs_train.training.resume",

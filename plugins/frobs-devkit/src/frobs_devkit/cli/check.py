@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -18,6 +18,7 @@ _SIGNS = {
     "passed": ("✓", "green"),
     "failed": ("✗", "bold red"),
     "expected_failure": ("✗", "yellow"),
+    "skipped": ("–", "yellow"),
     "inconclusive": ("○", "yellow"),
     "not_applicable": ("–", "dim"),
 }
@@ -48,6 +49,21 @@ def check(
             help="A check that is known to fail, and why; one that passes is a failure. Repeatable.",
         ),
     ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            show_default=False,
+            help="A setting of the algorithm, or a keyword of the environment, task or controller. Repeatable.",
+        ),
+    ] = None,
+    steps: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", min=1, show_default="300", help="Environment steps of an algorithm's short training."
+        ),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Check that an environment, a part or a plugin keeps its contract.
@@ -60,18 +76,23 @@ def check(
         $ frobs check frobs/Irb120Reach-v0
         $ frobs check simulator:mujoco
         $ frobs check frobs-robots-abb --simulator mujoco
+        $ frobs check algorithm:sac --set learning_starts=50 --steps 500
         $ frobs check CartPole-v1 --json
     """
-    from frobs_devkit.testing import find_subject, run_checks
-
-    found = find_subject(subject)
-    if found.kind == "environment":
-        from frobs_core.registry import find_spec
-
-        find_spec(found.name)
-    expected = dict(_reason(given) for given in expect_failure or ())
     with only_json(json):
-        report = run_checks(found.checks(robot, simulator), None if json else _print_result, expected)
+        from frobs_core.registry import find_spec
+        from frobs_devkit.testing import find_subject, run_checks
+        from frobs_train import read_setting
+
+        found = find_subject(subject)
+        if found.kind == "environment":
+            find_spec(found.name)
+        expected = dict(_reason(text) for text in expect_failure or ())
+        given: dict[str, Any] = {}
+        for setting in settings or ():
+            given |= read_setting(setting)
+        checks = found.checks(robot, simulator, given, steps)
+        report = run_checks(checks, None if json else _print_result, expected)
     if json:
         print_json({"id": found.name, "kind": found.kind, "claimed_capabilities": found.claims, **report.as_dict()})
     else:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 from frobs_core.errors import FrobsError
 
@@ -35,12 +35,32 @@ class Check:
         run: Does it; raises :class:`CheckFailure`, :class:`Inconclusive`, :class:`NotApplicable`, or whatever the
             subject raises.
         capability: The simulator's capability that it verifies, or ``""``.
+        requires: Names of checks without which this one means nothing: if one of them failed, it is skipped.
     """
 
     name: str
     description: str
     run: Callable[[], None]
     capability: str = ""
+    requires: tuple[str, ...] = ()
+
+    def under(self, prefix: str) -> Check:
+        """Return the check with a prefix and a dot before its name, and before those that it requires."""
+        requires = tuple(f"{prefix}.{name}" for name in self.requires)
+        return replace(self, name=f"{prefix}.{self.name}", requires=requires)
+
+
+Function = TypeVar("Function", bound=Callable[[Any], None])
+
+
+def after(*names: str) -> Callable[[Function], Function]:
+    """Mark a check that means nothing if one of the checks with these names has failed."""
+
+    def decorate(function: Function) -> Function:
+        function.requires = names  # type: ignore[attr-defined]
+        return function
+
+    return decorate
 
 
 def checks_of(*modules: ModuleType) -> tuple[Callable[[Any], None], ...]:
@@ -56,14 +76,15 @@ def checks_of(*modules: ModuleType) -> tuple[Callable[[Any], None], ...]:
     )
 
 
-def collect(subject: Any, functions: Iterable[Callable[[Any], None]], prefix: str = "") -> list[Check]:
+def collect(subject: Any, functions: Iterable[Callable[[Any], None]]) -> list[Check]:
     """Make checks of functions of one argument: the name is the function's, the description its docstring's first line."""
     return [
         Check(
-            name=f"{prefix}.{function.__name__}" if prefix else function.__name__,
+            name=function.__name__,
             description=(inspect.getdoc(function) or "").partition("\n")[0],
             run=partial(function, subject),
             capability=getattr(function, "capability", ""),
+            requires=getattr(function, "requires", ()),
         )
         for function in functions
     ]

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import gymnasium as gym
 
 from frobs_core import plugins, registry
-from frobs_core.errors import AmbiguousNameError, UnknownNameError
+from frobs_core.errors import AmbiguousNameError, CommandLineError, UnknownNameError
 from frobs_core.plugins import PluginReport, normalize
 from frobs_core.specs import KINDS, SimulatorRecord, TaskRecord
 from frobs_devkit.testing.algorithm import check_algorithm
@@ -49,23 +49,37 @@ class Subject:
         assert isinstance(record, SimulatorRecord)
         return {name: str(level) for name, level in record.capabilities.items() if level}
 
-    def checks(self, robot: str | None = None, simulator: str | None = None) -> list[Check]:
+    def checks(
+        self,
+        robot: str | None = None,
+        simulator: str | None = None,
+        settings: Mapping[str, Any] | None = None,
+        steps: int | None = None,
+    ) -> list[Check]:
         """Return its checks; nothing is made before one runs.
 
         Args:
             robot: What controllers, tasks and environments are tried on; None: their own, or one of the kit's.
             simulator: What they are tried in; None: their own, or every one that is installed for a robot.
+            settings: Settings of an algorithm; keywords of an environment, a task or a controller.
+            steps: Environment steps of an algorithm's training.
+
+        Raises:
+            ConfigurationError: The settings or steps mean nothing for this kind.
         """
+        if settings and self.kind not in ("environment", "task", "controller", "algorithm"):
+            raise CommandLineError("--set", f"a {self.kind} takes no settings; check an ID or a part of it.")
+        if steps is not None and self.kind not in ("algorithm", "plugin", "distribution"):
+            raise CommandLineError("--steps", f"a {self.kind} is not trained; only algorithms take it.")
+        options: dict[str, Any] = {"robot": robot, "simulator": simulator, "settings": settings or {}, "steps": steps}
         if self.kind == "plugin":
             (report,) = (report for report in plugins.reports() if _key(report) == self.name)
-            return _of_plugin(report, robot, simulator)
+            return _of_plugin(report, **options)
         if self.kind == "distribution":
             return [
-                replace(check, name=f"{report.name}.{check.name}")
-                for report in _reports_of(self.name)
-                for check in _of_plugin(report, robot, simulator)
+                check.under(report.name) for report in _reports_of(self.name) for check in _of_plugin(report, **options)
             ]
-        return _of(self.kind, self.name, robot, simulator)
+        return _of(self.kind, self.name, **options)
 
 
 def find_subject(word: str) -> Subject:
@@ -128,9 +142,11 @@ def _reports_of(distribution: str) -> list[PluginReport]:
     return [report for report in plugins.reports() if normalize(report.distribution) == normalize(distribution)]
 
 
-def _of(kind: str, name: str, robot: str | None, simulator: str | None) -> list[Check]:
+def _of(
+    kind: str, name: str, robot: str | None, simulator: str | None, settings: Mapping[str, Any], steps: int | None
+) -> list[Check]:
     keywords: dict[str, Any] = {"robot": robot, "simulator": simulator}
-    given = {key: value for key, value in keywords.items() if value is not None}
+    given = {**settings, **{key: value for key, value in keywords.items() if value is not None}}
     if kind == "environment":
         found = registry.environments().get(name.rpartition(":")[2])
         if found is not None and not found[1].robot and robot is None:
@@ -139,28 +155,26 @@ def _of(kind: str, name: str, robot: str | None, simulator: str | None) -> list[
         return check_env(name, **given)
     if kind == "robot":
         return check_robot(name, None if simulator is None else [simulator])
-    simple: Mapping[str, Callable[[str], list[Check]]] = {"simulator": check_simulator, "algorithm": check_algorithm}
-    if kind in simple:
-        return simple[kind](name)
+    if kind == "simulator":
+        return check_simulator(name)
+    if kind == "algorithm":
+        training: dict[str, Any] = {} if steps is None else {"steps": steps}
+        return check_algorithm(name, settings, **training)
     return check_controller(name, **given) if kind == "controller" else check_task(name, **given)
 
 
-def _of_plugin(report: PluginReport, robot: str | None, simulator: str | None) -> list[Check]:
+def _of_plugin(report: PluginReport, **options: Any) -> list[Check]:
     """Return the checks of a plugin, then those of its records, then those of its IDs."""
     checks = check_plugin(_key(report))
     of_environments = {function.__name__ for function in ENVIRONMENT_CHECKS}
     for kind in KINDS:
         for record in report.records[kind]:
             name = record.name if record.name in plugins.records(kind) else f"{report.distribution}:{record.name}"
-            own = _of(kind, name, robot, simulator)
+            own = _of(kind, name, **options)
             if isinstance(record, TaskRecord):  # what it shares with environments runs for each of its IDs
                 own = [check for check in own if not record.environments or check.name not in of_environments]
-            checks += _prefixed(f"{kind}:{record.name}", own)
+            checks += [check.under(f"{kind}:{record.name}") for check in own]
     for id in report.environment_ids:
         if id in registry.environments():
-            checks += _prefixed(id, _of("environment", id, robot, simulator))
+            checks += [check.under(id) for check in _of("environment", id, **options)]
     return checks
-
-
-def _prefixed(prefix: str, checks: Iterable[Check]) -> list[Check]:
-    return [replace(check, name=f"{prefix}.{check.name}") for check in checks]

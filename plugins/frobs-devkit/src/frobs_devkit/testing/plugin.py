@@ -7,7 +7,7 @@ import sys
 from dataclasses import dataclass
 from functools import lru_cache
 
-from frobs_core import plugins
+from frobs_core import plugins, registry
 from frobs_core.errors import FrobsError, ModelFileError, PluginError, UnknownNameError
 from frobs_core.interfaces import Algorithm, Controller, Robot, Sensor, Simulation, Task
 from frobs_core.models import resolve_path
@@ -18,7 +18,7 @@ from frobs_core.plugins import (
 )
 from frobs_core.specs import AlgorithmRecord, Record, TaskRecord
 from frobs_devkit.doctor.plugins import PluginFacts, examine_plugins
-from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, checks_of, collect, expect
+from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, after, checks_of, collect, expect
 
 _BASES: dict[str, type] = {
     "sensor_type": Sensor,
@@ -27,6 +27,7 @@ _BASES: dict[str, type] = {
     "task": Task,
     "algorithm": Algorithm,
 }
+_SLOWEST = 5.0  # [s] of an import, on the slowest of machines
 _ID = re.compile(r"[\w.-]+/[\w.-]+-v\d+")
 
 
@@ -75,21 +76,27 @@ def loads(subject: PluginUnderTest) -> None:
     expect(subject.records, f"plugin '{report.name}' of {report.origin} offers no record; does a hook return them?")
 
 
+@after("loads")
 def import_is_cheap(subject: PluginUnderTest) -> None:
-    """Importing the entry point's module loads no engine and no learning library."""
+    """Importing the entry point's module loads no engine and no learning library, and takes a few seconds at most."""
     subject.expect_no("heavy-import")
+    seconds = _examine(subject.candidate).import_seconds
+    expect(seconds < _SLOWEST, f"importing '{subject.report.module}' takes {seconds:.1f} s, and so does every command.")
 
 
+@after("loads")
 def import_is_silent(subject: PluginUnderTest) -> None:
     """Importing the entry point's module prints nothing, neither to stdout nor to stderr."""
     subject.expect_no("prints")
 
 
+@after("loads")
 def import_changes_nothing(subject: PluginUnderTest) -> None:
     """Importing the entry point's module leaves alone what belongs to the whole process: folder, seeds, warning filters and more."""
     subject.expect_no("global-state")
 
 
+@after("loads")
 def nothing_deprecated_is_used(subject: PluginUnderTest) -> None:
     """Importing the entry point's module and calling its hooks gives no warning of deprecation."""
     subject.expect_no("deprecated")
@@ -101,6 +108,7 @@ def requirements_are_met(subject: PluginUnderTest) -> None:
     expect(not lacking, f"it requires what is not installed: {'; '.join(one.command for one in lacking)}.")
 
 
+@after("loads")
 def core_versions_are_stated(subject: PluginUnderTest) -> None:
     """The distribution requires a range of versions of frobs-core with an end, and this version is in it."""
     if not subject.candidate.requirements and subject.candidate.version in ("0", "(no version)"):
@@ -141,7 +149,7 @@ def summaries_are_one_line(subject: PluginUnderTest) -> None:
 
 
 def environments_are_complete(subject: PluginUnderTest) -> None:
-    """Every environment ID is ``namespace/Name-v0``, and its robot, controller and simulator exist."""
+    """Every environment ID is ``namespace/Name-v0`` and nobody else's, and its robot, controller and simulator exist."""
     for _, record in subject.records:
         for environment in record.environments if isinstance(record, TaskRecord) else ():
             expect(_ID.fullmatch(environment.id), f"the ID '{environment.id}' is not of the form namespace/Name-v0.")
@@ -151,6 +159,8 @@ def environments_are_complete(subject: PluginUnderTest) -> None:
                     plugins.get_record(kind, getattr(environment, kind))
                 except PluginError as error:
                     raise CheckFailure(f"'{environment.id}': {error}") from error
+            problem = registry.problems().get(environment.id, "")
+            expect(not problem, f"{problem}.")
 
 
 def tuned_settings_exist(subject: PluginUnderTest) -> None:

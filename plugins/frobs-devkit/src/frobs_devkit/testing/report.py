@@ -25,7 +25,8 @@ class Result:
     Attributes:
         name: The check's.
         description: The check's.
-        status: ``"passed"``, ``"failed"``, ``"expected_failure"``, ``"inconclusive"`` or ``"not_applicable"``.
+        status: ``"passed"``, ``"failed"``, ``"expected_failure"``, ``"skipped"`` (what it requires
+            failed, or it failed with the message of another), ``"inconclusive"`` or ``"not_applicable"``.
         message: Why, where it has not passed.
         seconds: How long it took [s].
         capability: The simulator's capability that it verifies, or ``""``.
@@ -100,9 +101,12 @@ def run_checks(
     """
     checks, reasons = list(checks), dict(expected_failures or {})
     _refuse_unknown(reasons, checks)
-    results = []
+    results: list[Result] = []
     for check in checks:
-        result = _run(check)
+        result = _without_cause(check, results) or _run(check)
+        same = next((one.name for one in results if one.status == "failed" and one.message == result.message), "")
+        if result.status == "failed" and same:  # one cause, one failure
+            result = replace(result, status="skipped", message=f"it fails as {same} does")
         if check.name in reasons:
             result = _expected(result, reasons[check.name])
         results.append(result)
@@ -143,14 +147,22 @@ def pytest_checks(
         for check in checks
     ]
 
+    failed: set[str] = set()
+
     @pytest.mark.parametrize("check", cases)
     def test_conformance(check: Check) -> None:
+        causes = failed & set(check.requires)
+        if causes:
+            pytest.skip(f"{', '.join(sorted(causes))} failed")
         try:
             check.run()
         except Inconclusive as reason:
             (pytest.skip if allow_inconclusive else pytest.fail)(f"inconclusive: {reason}")
         except NotApplicable as reason:
             pytest.skip(f"not applicable: {reason}")
+        except Exception:
+            failed.add(check.name)
+            raise
 
     return test_conformance
 
@@ -161,6 +173,14 @@ def _refuse_unknown(expected_failures: Iterable[str], checks: Iterable[Check]) -
     for name in expected_failures:
         if name not in names:
             raise UnknownNameError("check", name, names)
+
+
+def _without_cause(check: Check, results: Iterable[Result]) -> Result | None:
+    """Return that a check is skipped because one that it requires has failed; None: it can run."""
+    causes = [one.name for one in results if one.status in ("failed", "skipped") and one.name in check.requires]
+    if not causes:
+        return None
+    return Result(check.name, check.description, "skipped", f"{', '.join(causes)} failed", 0.0, check.capability)
 
 
 def _expected(result: Result, reason: str) -> Result:

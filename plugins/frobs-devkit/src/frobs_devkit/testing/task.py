@@ -45,7 +45,12 @@ def record_is_sound(subject: TaskUnderTest) -> None:
     expect_keyword_only(cls)
     for capability in subject.record.needs:
         expect(capability in abilities(), f"it needs '{capability}', which is no capability.")
-    expect(isinstance(cls().scene(), Scene), "scene() returns no Scene.")
+    scene = cls().scene()
+    expect(isinstance(scene, Scene), "scene() returns no Scene.")
+    declared = "contacts" in subject.record.needs or not scene.contacts
+    expect(
+        declared, f"its scene has the contacts {', '.join(scene.contacts)}, and its record does not need 'contacts'."
+    )
 
 
 def reward_types_work(subject: TaskUnderTest) -> None:

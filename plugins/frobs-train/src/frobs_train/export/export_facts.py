@@ -71,7 +71,7 @@ def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfi
         },
         "observation": {
             "spaces": spaces["observation"],
-            "terms": _terms(observations) if unwrapped else [],
+            "terms": _terms(observations) if unwrapped and observations is not None else [],
         },
     }
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from frobs_core.interfaces import Algorithm
 from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest, Monitor, Watched
-from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import difference, expect_same
 
 
@@ -32,6 +32,7 @@ class _SavingMonitor(Monitor):
             self.saved_at, self.copied = steps, copy.deepcopy(self.env)
 
 
+@after("same_seed_repeats", "load_equals_save")
 def continues_exactly(subject: AlgorithmUnderTest) -> None:
     """What was saved in the middle of a training and loaded learns on as if it had never been stopped."""
     with closing(subject.make_env()) as env:

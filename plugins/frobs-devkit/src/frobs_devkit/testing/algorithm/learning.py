@@ -13,7 +13,7 @@ from frobs_core.errors import UnknownParameterError
 from frobs_core.interfaces import Algorithm
 from frobs_core.plain import is_plain
 from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest, Monitor
-from frobs_devkit.testing.checks import Inconclusive, expect, expect_raises
+from frobs_devkit.testing.checks import Inconclusive, after, expect, expect_raises
 from frobs_devkit.testing.compare import difference, expect_same
 
 _FARTHEST = 10.0  # of unbounded observations
@@ -99,17 +99,6 @@ def predicts_in_the_space(subject: AlgorithmUnderTest) -> None:
         expect(np.allclose(actions[2:3], alone, atol=1e-5), "row 2 alone has another action.")
 
 
-def predicting_changes_nothing(subject: AlgorithmUnderTest) -> None:
-    """A training in which deterministic predictions are asked for learns the same: weights and generators are left alone."""
-    seen = subject.observations(8)
-    with closing(subject.make_env()) as env:
-        algorithm, monitor = subject.make(env), _Curious(env)
-        monitor.algorithm, monitor.seen = algorithm, seen
-        algorithm.train(subject.steps, monitor)
-    expected = subject.trained[0].predict(seen)[0]
-    expect_same(expected, algorithm.predict(seen)[0], "predictions after a training in which others were asked for")
-
-
 def same_seed_repeats(subject: AlgorithmUnderTest) -> None:
     """The same seed learns the same; another seed learns something else."""
     seen = subject.observations(8)
@@ -120,6 +109,18 @@ def same_seed_repeats(subject: AlgorithmUnderTest) -> None:
     expect_same(expected, again, "predictions after training again with the same seed")
     if expected.dtype.kind == "f":
         expect(difference(expected, other), "two seeds learn the same to the last bit.")
+
+
+@after("same_seed_repeats")
+def predicting_changes_nothing(subject: AlgorithmUnderTest) -> None:
+    """A training in which deterministic predictions are asked for learns the same: weights and generators are left alone."""
+    seen = subject.observations(8)
+    with closing(subject.make_env()) as env:
+        algorithm, monitor = subject.make(env), _Curious(env)
+        monitor.algorithm, monitor.seen = algorithm, seen
+        algorithm.train(subject.steps, monitor)
+    expected = subject.trained[0].predict(seen)[0]
+    expect_same(expected, algorithm.predict(seen)[0], "predictions after a training in which others were asked for")
 
 
 def unknown_settings_refused(subject: AlgorithmUnderTest) -> None:

@@ -19,7 +19,7 @@ from frobs_devkit.testing.environment import (
 )
 from frobs_devkit.testing.environment.subject import EnvUnderTest
 
-CHECKS = checks_of(api, data, seeding, life, honesty, rewards, state, vector, randomization, pictures)
+CHECKS = checks_of(data, seeding, api, life, honesty, rewards, state, vector, randomization, pictures)
 """Every check of an environment, in the order in which they run."""
 
 

@@ -17,7 +17,7 @@ import gymnasium as gym
 from gymnasium.utils.env_checker import check_env as gymnasium_check_env
 
 from frobs_core.errors import UnknownParameterError
-from frobs_devkit.testing.checks import CheckFailure, Inconclusive, expect_raises
+from frobs_devkit.testing.checks import CheckFailure, Inconclusive, after, expect_raises
 from frobs_devkit.testing.compare import expect_same
 from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
 from frobs_devkit.testing.environment.subject import EnvUnderTest, require_ours
@@ -36,12 +36,14 @@ sys.stdout.buffer.write(b"observations:" + pickle.dumps(observations))
 """
 
 
+@after("spaces_hold")
 def gymnasium_checker(subject: EnvUnderTest) -> None:
     """Gymnasium's own checker has nothing to say, not even a warning."""
     with closing(subject.make()) as env:
         _without_a_warning(lambda: gymnasium_check_env(env.unwrapped, skip_render_check=True))
 
 
+@after("spaces_hold")
 def stable_baselines3_checker(subject: EnvUnderTest) -> None:
     """The checker of stable-baselines3 has nothing to say, not even a warning."""
     if importlib.util.find_spec("stable_baselines3") is None:
@@ -51,6 +53,7 @@ def stable_baselines3_checker(subject: EnvUnderTest) -> None:
         _without_a_warning(lambda: check(env.unwrapped, warn=True, skip_render_check=True))
 
 
+@after("same_seed_repeats")
 def spec_pickles(subject: EnvUnderTest) -> None:
     """An environment's spec survives pickling, and makes the same environment again."""
     with closing(subject.make()) as env:
@@ -84,6 +87,7 @@ def unknown_keyword_refused(subject: EnvUnderTest) -> None:
         subject.make(no_such_parameter=1).close()
 
 
+@after("same_seed_repeats")
 def fresh_process(subject: EnvUnderTest) -> None:
     """A process that imported nothing but Gymnasium makes the environment, and it gives the same observations there."""
     with closing(subject.make()) as env:

@@ -56,7 +56,7 @@ def ends_have_their_reason(subject: EnvUnderTest) -> None:
         limit = env.spec.max_episode_steps if env.spec else None
         if not limit or limit > _LONGEST:
             raise NotApplicable(f"the time limit is {limit}; it is watched up to {_LONGEST} steps")
-        ours, reached = is_ours(env), 0
+        ours, reached, ends = is_ours(env), 0, set()
         for seed in range(3):
             env.reset(seed=seed)
             for k, action in enumerate(draw_actions(env.action_space, limit, seed), start=1):
@@ -69,7 +69,13 @@ def ends_have_their_reason(subject: EnvUnderTest) -> None:
                     reached += 1
                     expect(truncated, f"not truncated after {limit} steps, the time limit.")
                 if terminated or truncated:
+                    ends.add((k, bool(terminated)))
                     break
+        last, by_task = next(iter(ends), (0, False))
+        expect(
+            len(ends) != 1 or not by_task or last < limit - 1,
+            f"every episode is terminated at step {last} of {limit}: the time limit truncates, and the value goes on beyond it.",
+        )
     if not ours:
         _expect_reached(reached)
         return

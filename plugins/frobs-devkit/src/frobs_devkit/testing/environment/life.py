@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode
 
 from frobs_core.errors import FrobsError, InvalidActionError, ResetNeededError, UnknownParameterError
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect, expect_raises
-from frobs_devkit.testing.compare import expect_close, expect_same
+from frobs_devkit.testing.compare import difference, expect_close, expect_same
 from frobs_devkit.testing.environment.rollout import draw_actions
 from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, observes_truly, require_ours
 
@@ -97,6 +97,13 @@ def reset_options_hold(subject: EnvUnderTest) -> None:
             found = inside(env).robot.joint_positions[0]
             expect_close(wanted, found, 1e-6, "joint positions after reset(options={'joint_positions': …})")
             seen = True
+        for name in set(understood) - {"joint_positions"}:
+            changes = _changes_the_beginning(env, name)
+            seen |= changes is not None
+            expect(
+                changes is not False,
+                f"reset(options={{'{name}': …}}) begins as without it; the task declares '{name}'.",
+            )
         goals = [_goal(env.reset(seed=seed)[0]) for seed in (0, 1)]
         if "goal" in understood and goals[0] is not None and observes_truly(env, "desired_goal"):
             found = _goal(env.reset(seed=0, options={"goal": goals[1]})[0])
@@ -104,6 +111,33 @@ def reset_options_hold(subject: EnvUnderTest) -> None:
             seen = True
     if not seen:
         raise NotApplicable("the task understands neither 'joint_positions' nor 'goal'")
+
+
+def _changes_the_beginning(env: Any, name: str) -> bool | None:
+    """Return whether an option changes how an episode begins; None: no value that was tried is accepted."""
+    robot, task = inside(env).robot, inside(env).task
+
+    def begin(seed: int, options: dict[str, Any] | None = None) -> dict[str, Any]:
+        observation, _ = env.reset(seed=seed, options=options)
+        marks = [mark.pos for mark in task.markers()]
+        return deepcopy(
+            {"observation": observation, "marks": marks, "robot": robot.joint_positions, "base": robot.base_pose}
+        )
+
+    other = begin(1)
+    plain, goal = begin(0), _goal(other["observation"])
+    values = [
+        *([] if goal is None else [goal]),
+        *(mark[0] for mark in other["marks"]),
+        robot.frame_pose("tcp")[0][0] + 0.01,
+    ]
+    for value in (*values, np.full(2, 0.3), _some_joint_positions(robot), 0.3):
+        try:
+            begun = begin(0, {name: value})
+        except (FrobsError, ValueError):  # of another shape, or out of reach
+            continue
+        return difference(plain, begun) is not None
+    return None
 
 
 def _goal(observation: Any) -> Any:

@@ -9,7 +9,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.errors import RenderingUnavailableError
-from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_array
 from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
 from frobs_devkit.testing.environment.subject import EnvUnderTest, is_ours
@@ -17,6 +17,7 @@ from frobs_devkit.testing.environment.subject import EnvUnderTest, is_ours
 _SIZE = (96, 128)
 
 
+@after("same_seed_repeats")
 def render_draws(subject: EnvUnderTest) -> None:
     """``render()`` returns a picture of the size that was asked for, with something in it, and changes nothing."""
     with closing(subject.make()) as env:

@@ -12,7 +12,7 @@ from frobs_core.capabilities import Level
 from frobs_core.interfaces import Bumper, CommandMode, Sensor
 from frobs_core.randomization import find_units, physical_parameters
 from frobs_core.specs import SimulatorRecord
-from frobs_devkit.testing.checks import NotApplicable
+from frobs_devkit.testing.checks import NotApplicable, after
 from frobs_devkit.testing.environment import seeding, state, vector
 from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, require_ours
 
@@ -26,11 +26,13 @@ _PHYSICS: Mapping[str, Mapping[str, Any]] = {
 }
 
 
+@after("disabled_equals_single")
 def randomized_equals_single(subject: EnvUnderTest) -> None:
     """With everything randomised too, each environment of a batch equals the single one, reset at times of its own."""
     vector.disabled_equals_single(_randomize_everything(subject))
 
 
+@after("snapshot_continues", "reset_forgets_history")
 def randomized_state_is_complete(subject: EnvUnderTest) -> None:
     """With everything randomised too, a snapshot continues exactly, and a reset with a seed forgets what was before."""
     randomized = _randomize_everything(subject)
@@ -67,6 +69,7 @@ def _everything(subject: EnvUnderTest, env: Any) -> dict[str, Any]:
     return {**found, "action_delay": {"steps": [0, 2]}}
 
 
+@after("disabled_equals_single", "snapshot_continues")
 def sensors_may_be_bad(subject: EnvUnderTest) -> None:
     """With noise, delay and losses in every sensor, environments of a batch equal single ones, and snapshots continue."""
     with closing(subject.make()) as env:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from contextlib import closing
+from contextlib import closing, suppress
 from typing import Any
 
 import numpy as np
 
-from frobs_devkit.testing.checks import CheckFailure, NotApplicable, expect
+from frobs_core.errors import FrobsError
+from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.environment.rollout import draw_actions
 from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, is_ours, observes_truly, require_ours
@@ -26,6 +27,25 @@ def success_in_every_step(subject: EnvUnderTest) -> None:
     expect(len(told) == len(steps), f"'is_success' is in {len(told)} of {len(steps)} steps' infos; it must be in each.")
     for value in told:
         expect(type(value) is float and value in (0.0, 1.0), f"'is_success' is {value!r}; it must be 0.0 or 1.0.")
+
+
+def success_comes_and_goes(subject: EnvUnderTest) -> None:
+    """Success is not in every step; where a goal can be given, what is achieved already is a success."""
+    with closing(subject.make()) as env:
+        require_ours(env)
+        told = {info.get("is_success") for _, _, info in _steps(env)}
+        expect(told != {1.0}, f"success is in each of {_STEPS} steps of random episodes; it tells nothing.")
+        task, (observation, _) = inside(env).task, env.reset(seed=8)
+        of_goals = isinstance(observation, dict) and "achieved_goal" in observation
+        if 1.0 not in told and "goal" in task.reset_options and observes_truly(env, "achieved_goal", "desired_goal"):
+            reached = observation["achieved_goal"] if of_goals else inside(env).robot.frame_pose("tcp")[0][0]
+            with suppress(FrobsError, ValueError):  # where it cannot be a goal
+                env.reset(seed=8, options={"goal": reached.copy()})
+                success = bool(task.is_success()[0])
+                expect(success or not of_goals, f"no success where the goal, {reached}, is what is achieved.")
+                told.add(float(success))
+    if 1.0 not in told:
+        raise Inconclusive(f"no success in {_STEPS} steps of random episodes; whether there can be one was not seen")
 
 
 def terms_sum_to_reward(subject: EnvUnderTest) -> None:

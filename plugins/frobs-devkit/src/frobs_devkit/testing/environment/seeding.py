@@ -9,7 +9,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_devkit.testing.checks import expect
+from frobs_devkit.testing.checks import after, expect
 from frobs_devkit.testing.compare import difference, leaves
 from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
 from frobs_devkit.testing.environment.subject import EnvUnderTest
@@ -43,6 +43,7 @@ def episodes_differ(subject: EnvUnderTest) -> None:
     _expect_distinct(first, "episodes {} and {} after one seed begin with the same observation.")
 
 
+@after("same_seed_repeats")
 def reset_forgets_history(subject: EnvUnderTest) -> None:
     """A reset with a seed equals a fresh environment, whatever happened before."""
     with closing(subject.make()) as env:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
+from frobs_devkit.testing.checks import after
 from frobs_devkit.testing.compare import expect_rows, expect_same
 from frobs_devkit.testing.environment.rollout import draw_actions
 from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, require_ours
@@ -16,6 +17,7 @@ from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, requi
 _NUM_ENVS = 3
 
 
+@after("same_seed_repeats")
 def snapshot_continues(subject: EnvUnderTest) -> None:
     """A batch that is restored continues exactly, past the ends of episodes, also one that was built anew."""
     with closing(subject.make_vec(_NUM_ENVS, AutoresetMode.SAME_STEP)) as env:

@@ -11,7 +11,7 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from frobs_devkit.testing.checks import Inconclusive, expect
+from frobs_devkit.testing.checks import Inconclusive, after, expect
 from frobs_devkit.testing.compare import expect_same, row
 from frobs_devkit.testing.environment.rollout import Transition, advance, draw_actions, expect_same_transition
 from frobs_devkit.testing.environment.subject import EnvUnderTest, require_ours
@@ -21,6 +21,7 @@ STEPS = 300
 _SEED = 20
 
 
+@after("same_seed_repeats")
 def same_step_equals_single(subject: EnvUnderTest) -> None:
     """With same-step autoreset each environment of a batch of 7 equals the single one with its seed, ends included."""
     singles = _play_singles(subject)
@@ -41,6 +42,7 @@ def same_step_equals_single(subject: EnvUnderTest) -> None:
     singles.expect_ends()
 
 
+@after("same_seed_repeats", "same_step_equals_single")
 def next_step_equals_single(subject: EnvUnderTest) -> None:
     """With next-step autoreset too; the step that resets has reward 0 and no end, and its action does not count."""
     singles = _play_singles(subject)
@@ -69,6 +71,7 @@ def next_step_equals_single(subject: EnvUnderTest) -> None:
     singles.expect_ends()
 
 
+@after("same_seed_repeats", "same_step_equals_single")
 def disabled_equals_single(subject: EnvUnderTest) -> None:
     """Without autoreset too, where single environments of the batch are reset at times of their own by a mask."""
     singles = _Singles(subject, reset_after=lambda i: 9 + 4 * i)
@@ -88,6 +91,7 @@ def disabled_equals_single(subject: EnvUnderTest) -> None:
     singles.expect_ends()
 
 
+@after("same_seed_repeats")
 def threads_agree(subject: EnvUnderTest) -> None:
     """One thread and two give the same numbers bit for bit."""
     with closing(subject.make()) as single:

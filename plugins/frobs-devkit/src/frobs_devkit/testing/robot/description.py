@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from frobs_core.interfaces import Robot
-from frobs_core.models import JointType, default_tcp, home_positions, inertia_matrix
+from frobs_core.models import JointType, default_tcp, home_positions, inertia_matrix, joint_path, usual_rank
+from frobs_devkit.doctor.joints import joint_facts, joint_findings
 from frobs_devkit.testing.checks import Inconclusive, expect
 from frobs_devkit.testing.robot.subject import RobotUnderTest
 
@@ -34,6 +35,13 @@ def limits_are_stated(subject: RobotUnderTest) -> None:
         raise Inconclusive(f"the model states no limit for {', '.join(missing)}")
 
 
+def limits_are_in_radians(subject: RobotUnderTest) -> None:
+    """No joint turns so far that its limits must be in degrees; 'frobs doctor robot' says more about the numbers."""
+    facts = joint_facts(subject.model, home_positions(subject.model, {}))
+    odd = [one for one in joint_findings(subject.model, facts) if one.code == "limits-in-degrees"]
+    expect(not odd, "; ".join(f"{one.about}: {one.problem}; {one.advice}" for one in odd) + ".")
+
+
 def home_is_inside_limits(subject: RobotUnderTest) -> None:
     """Home names actuated joints, and each rests inside its limits."""
     home_positions(subject.model, subject.robot.home)
@@ -50,6 +58,20 @@ def tcp_moves(subject: RobotUnderTest) -> None:
     home = home_positions(model, subject.robot.home)
     poses = np.concatenate(model.frame_pose(tcp, np.stack([home, home + 0.1])), axis=1)
     expect(np.abs(poses[0] - poses[1]).max() > 1e-6, f"no joint moves the tcp '{tcp}'; name a link at the chain's end.")
+    fixed = {joint.name for joint in joint_path(model, tcp)}
+    for name in names:
+        beyond = [
+            joint.name
+            for joint in joint_path(model, name)
+            if joint.name in model.joint_names and joint.name not in fixed
+        ]
+        on_chain = tcp in [joint.parent for joint in joint_path(model, name)]
+        expect(
+            not on_chain
+            or (len(beyond) < 2 and not (beyond and usual_rank(name))),  # one more joint may be a gripper's
+            f"joints {', '.join(beyond)} move the link '{name}' and not the tcp '{tcp}', which carries them; name a link "
+            "at the chain's end.",
+        )
 
 
 def inertias_are_possible(subject: RobotUnderTest) -> None:
