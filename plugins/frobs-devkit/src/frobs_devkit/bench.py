@@ -17,13 +17,13 @@ from statistics import median
 from time import perf_counter
 from typing import Any, TypeAlias
 
-import gymnasium as gym
-
 from frobs_core.arrays import Floats
 from frobs_core.env import RobotEnv
-from frobs_core.errors import ConfigurationError, ParameterValueError, SimulationError
+from frobs_core.errors import ConfigurationError, SimulationError
 from frobs_core.interfaces import Snapshot
+from frobs_core.validation import whole_number
 from frobs_core.vector_env import RobotVectorEnv
+from frobs_train.environments import make_env, make_vector_env
 
 _TURN = 25  # steps of one environment before it is the bare engine's turn
 
@@ -75,8 +75,8 @@ def bench(id: str, *, num_envs: int = 1, steps: int = 1000, seed: int = 0, **key
         ConfigurationError: The ID is none of ours, or a number is out of range.
         SimulationError: The simulator offers no bare engine to compare with.
     """
-    if steps < 10 or num_envs < 1:
-        raise ParameterValueError("(steps, num_envs)", (steps, num_envs), "at least (10, 1)")
+    whole_number("steps", steps, 10)
+    whole_number("num_envs", num_envs, 1)
     env, twin = _make(id, num_envs, keywords), _make(id, num_envs, keywords)
     try:
         return _measure(id, env, twin, num_envs, steps, seed)
@@ -86,10 +86,7 @@ def bench(id: str, *, num_envs: int = 1, steps: int = 1000, seed: int = 0, **key
 
 
 def _make(id: str, num_envs: int, keywords: dict[str, Any]) -> Any:
-    if num_envs == 1:
-        env: Any = gym.make(id, **keywords)
-    else:
-        env = gym.make_vec(id, num_envs, vectorization_mode="vector_entry_point", **keywords)
+    env: Any = make_env(id, keywords) if num_envs == 1 else make_vector_env(id, num_envs, keywords)
     if not isinstance(env.unwrapped, (RobotEnv, RobotVectorEnv)):
         env.close()
         raise ConfigurationError(
