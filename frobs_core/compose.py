@@ -233,7 +233,10 @@ def count_physics_steps(control_timestep: float, physics_timestep: float) -> int
         InvalidTimestepError: The first is not a whole multiple of the second.
         ParameterValueError: It is more than :data:`MAX_DECIMATION` times the second.
     """
-    if not (0 < physics_timestep < math.inf and 0 < control_timestep < math.inf):
+    for name, value in (("control_timestep", control_timestep), ("physics_timestep", physics_timestep)):
+        if math.isinf(value):
+            raise ParameterValueError(name, value, "a finite number of seconds")
+    if not (physics_timestep > 0 and control_timestep > 0):
         raise InvalidTimestepError(control_timestep, physics_timestep)
     steps = round(control_timestep / physics_timestep)
     if steps < 1 or abs(steps * physics_timestep - control_timestep) > 1e-9 * control_timestep:

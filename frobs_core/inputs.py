@@ -30,10 +30,10 @@ def invalid_action(action: Any, space: gym.Space[Any]) -> InvalidActionError:
         given = np.asarray(action)
     except ValueError:
         return InvalidActionError(f"the rows of the action differ in length; the action space has {space.shape}.")
-    if given.dtype.kind not in "biuf":
-        return InvalidActionError(f"the action {action!r:.80} does not consist of numbers; it must be in {space}.")
     if given.shape != space.shape:
         return InvalidActionError(f"the action has shape {given.shape}; the action space has {space.shape}.")
+    if given.dtype.kind not in "biuf":
+        return InvalidActionError(f"the action {action!r:.80} does not consist of numbers; it must be in {space}.")
     where = np.argwhere(~np.isfinite(given)).tolist()
     if where:
         return InvalidActionError(f"the action is not finite at {where[:3]}: {given[tuple(where[0])]}.")

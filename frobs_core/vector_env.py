@@ -111,11 +111,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         given = option_mapping(options)
         mask = given.pop("reset_mask", None)
         if mask is not None:
-            mask = np.asarray(mask)
-            if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
-                raise ResetOptionError(
-                    "reset_mask", f"is {mask}; it must be ({self.num_envs},) bool with at least one True."
-                )
+            mask = self._reset_mask(mask)
         batched = batch_options(given, self.task.reset_options, self.num_envs)
         self._seed(seed, mask)
         observation = self._loop.begin(mask, batched)
@@ -125,6 +121,17 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         if self.render_mode == "human":
             self.simulation.open_viewer()
         return observation, self._reset_info(self._all if mask is None else mask)
+
+    def _reset_mask(self, given: Any) -> Mask:
+        try:
+            mask = np.asarray(given)
+        except ValueError:  # rows of different lengths
+            mask = np.empty(0)
+        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
+            raise ResetOptionError(
+                "reset_mask", f"is {given}; it must be ({self.num_envs},) bool with at least one True."
+            )
+        return mask
 
     def _reset_info(self, mask: Mask) -> dict[str, Any]:
         """Return what the info of a reset tells of the environments of ``mask``."""

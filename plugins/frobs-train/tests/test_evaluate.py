@@ -67,7 +67,7 @@ def test_without_a_checkpoint_there_is_nothing_to_evaluate(copied: Run) -> None:
 
 @pytest.mark.parametrize(("keyword", "value"), [("episodes", 0), ("num_envs", 0), ("seed", -1)])
 def test_a_number_out_of_range_is_named(keyword: str, value: int, copied: Run) -> None:
-    with pytest.raises(ConfigurationError, match=f"{keyword} is {value}; it must be at least"):
+    with pytest.raises(ConfigurationError, match=f"{keyword} is {value}; it must be a whole number of at least"):
         evaluate(copied, **{"episodes": 4, keyword: value})  # type: ignore[arg-type]
 
 

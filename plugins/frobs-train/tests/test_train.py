@@ -25,6 +25,7 @@ def config(**changes: Any) -> RunConfig:
 def test_a_run_folder_holds_everything(trained: Run) -> None:
     assert {path.name for path in trained.path.iterdir()} == {
         "config.yaml",
+        "history.json",
         "versions.json",
         "progress.csv",
         "tensorboard",

@@ -67,7 +67,7 @@ class Policy:
             self._check_robot(robot)
         if control_timestep is not None:
             self._check_rate(control_timestep)
-        _check_count("num_threads", num_threads, 1)
+        _check_count("num_threads", num_threads, 1, 1_024)
         path = self.bundle.path
         self._observation = ObservationReader(path, self.manifest)
         self._limits = ActionLimits(path, self.manifest, max_change)
@@ -97,7 +97,7 @@ class Policy:
         Args:
             actions: How many are measured, after some that are not.
         """
-        _check_count("actions", actions, 0)
+        _check_count("actions", actions, 0, 10**9)
         observation = {key: space.middle() for key, space in self.manifest.observation.items()}
         given = observation.get("", observation)
         self.reset()
@@ -129,9 +129,12 @@ class Policy:
             return
         if previous_action is not None:
             raise PolicyArgumentError("previous_action is for all rows at once; leave out the mask.")
-        chosen = np.asarray(mask)
+        try:
+            chosen = np.asarray(mask)
+        except ValueError:  # rows of different lengths
+            chosen = np.empty(0)
         if chosen.dtype != bool or chosen.ndim != 1 or (self._start is not None and chosen.shape != self._start.shape):
-            raise PolicyArgumentError(f"the mask must be bool, one for each row of the batch, not {chosen!r}.")
+            raise PolicyArgumentError(f"the mask must be bool, one for each row of the batch, not {mask!r:.80}.")
         if self._start is not None:
             self._start = self._start | chosen
         self._limits.forget(chosen)
@@ -223,6 +226,6 @@ class Policy:
             )
 
 
-def _check_count(name: str, value: Any, least: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int) or value < least:
-        raise PolicyArgumentError(f"{name}={value!r:.80}: it must be a whole number of at least {least}.")
+def _check_count(name: str, value: Any, least: int, most: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+        raise PolicyArgumentError(f"{name}={value!r:.80}: it must be a whole number from {least} to {most:,}.")

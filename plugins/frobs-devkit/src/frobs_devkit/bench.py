@@ -18,14 +18,13 @@ from statistics import median
 from time import perf_counter
 from typing import Any, TypeAlias
 
-import gymnasium as gym
-
 from frobs_core.arrays import Floats
 from frobs_core.env import RobotEnv
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Snapshot
 from frobs_core.validation import whole_number
 from frobs_core.vector_env import RobotVectorEnv
+from frobs_train.environments import make_env, make_vector_env
 
 _TURN = 25  # steps of one environment before it is the bare engine's turn
 
@@ -86,10 +85,7 @@ def bench(id: str, *, num_envs: int = 1, steps: int = 1000, seed: int = 0, **key
 
 
 def _make(id: str, num_envs: int, keywords: dict[str, Any]) -> Any:
-    if num_envs == 1:
-        env: Any = gym.make(id, **keywords)
-    else:
-        env = gym.make_vec(id, num_envs, vectorization_mode="vector_entry_point", **keywords)
+    env: Any = make_env(id, keywords) if num_envs == 1 else make_vector_env(id, num_envs, keywords)
     if not isinstance(env.unwrapped, (RobotEnv, RobotVectorEnv)):
         env.close()
         raise ConfigurationError(

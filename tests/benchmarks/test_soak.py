@@ -1,0 +1,28 @@
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import soak
+
+
+def test_steps_and_lifetimes_are_sampled_and_reported() -> None:
+    parts = [soak.steps("mujoco", 40), soak.lifetimes("mujoco", 2)]
+    assert [item.count for item in parts[0].samples] == [*range(0, 41, 2)]
+    assert [item.count for item in parts[1].samples] == [0, 1, 2]
+    page = soak.report(parts)
+    assert "## 40 steps of one environment on mujoco" in page
+    assert f"| 2 | {parts[1].samples[-1].memory:.1f} MiB |" in page
+
+
+def test_growth_after_the_warm_up_is_found() -> None:
+    def part(last: soak.Sample) -> soak.Part:
+        warm = [soak.Sample(0, 50.0, 5, 1), soak.Sample(10, 100.0, 7, 2)]
+        return soak.Part("steps", "steps", [*warm, last])
+
+    assert part(soak.Sample(100, 101.0, 7, 2)).constant
+    assert not part(soak.Sample(100, 110.0, 7, 2)).constant
+    assert not part(soak.Sample(100, 100.0, 8, 2)).constant
+    assert not part(soak.Sample(100, 100.0, 7, 3)).constant
