@@ -14,14 +14,15 @@ K = 1 / (0.999 · 2h)², B = 2 / (0.999 · 2h). See "Computation: Constraint mod
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from operator import mul
 
 import numpy as np
 
-from frobs_core.arrays import Floats
+from frobs_core.arrays import Floats, Mask
 
 _FRICTION_IMPEDANCE, _FRICTION_LARGEST, _FRICTION_TIME = 0.9, 0.95, 0.02  # the last in [s]
 _LIMIT_IMPEDANCE, _LIMIT_LARGEST, _LIMIT_WIDTH = 0.99, 0.999, 0.001  # the last in [rad or m]
-_GUESSES, _SWEEPS, _TOLERANCE = 10, 200, 1e-12
+_GUESSES, _SWEEPS, _TOLERANCES = 10, 20, (1e-12, 1e-11, 1e-10, 1e-9, 1e-8)
 
 
 class Constraints:
@@ -44,9 +45,13 @@ class Constraints:
         physics_timestep: float,
     ) -> None:
         self._lead = len(inverse_at_zero) - len(friction)
-        self._rubbing = [(i, limit) for i, limit in enumerate(friction) if limit > 0.0]
+        self._rubbing = [i for i, limit in enumerate(friction) if limit > 0.0]
         self._ends = list(zip(lower, upper, strict=True))
         self._diagonal = inverse_at_zero.tolist()
+        self._columns = self._lead + np.array(self._rubbing, np.intp)
+        bounds = np.array([friction[i] for i in self._rubbing])
+        share = (1.0 - _FRICTION_IMPEDANCE) / _FRICTION_IMPEDANCE
+        self._friction = np.stack([np.ones(len(bounds)), share * inverse_at_zero[self._columns], -bounds, bounds])
         self._decay = 2.0 / (_FRICTION_LARGEST * max(_FRICTION_TIME, 2.0 * physics_timestep))  # [1/s]
         self._stiffness = 1.0 / (_LIMIT_LARGEST * 2.0 * physics_timestep) ** 2  # [1/s²]
         self._damping = 2.0 / (_LIMIT_LARGEST * 2.0 * physics_timestep)  # [1/s]
@@ -60,24 +65,24 @@ class Constraints:
             q: Positions of the joints [rad or m].
             v: Their velocities.
         """
-        rows = [*self._friction_rows(v), *self._limit_rows(q, v)]
-        if not rows:
+        columns, (signs, softness, low, high) = self._columns, self._friction
+        wanted = -self._decay * np.array([v[i] for i in self._rubbing])
+        beyond = [*self._limit_rows(q, v)]
+        if beyond:
+            numbers, *parts = np.array(beyond).T
+            columns = np.concatenate([columns, numbers.astype(np.intp)])
+            joined = zip((signs, wanted, softness, low, high), parts, strict=True)
+            signs, wanted, softness, low, high = (np.concatenate(pair) for pair in joined)
+        if not len(columns):
             return None
-        columns = np.array([row[0] for row in rows])
-        signs, wanted, softness, low, high = np.array([row[1:] for row in rows]).T
         coupling = signs[:, None] * inverse[np.ix_(columns, columns)] * signs + np.diag(softness)
         efforts = _minimise(coupling, signs * accelerations[columns] - wanted, low, high)
         result = np.zeros(len(accelerations))
         np.add.at(result, columns, signs * efforts)
         return result
 
-    def _friction_rows(self, v: Sequence[float]) -> Iterator[tuple[float, ...]]:
-        """Yield column, sign, wanted acceleration, softness and the bounds of the effort."""
-        for i, limit in self._rubbing:
-            softness = (1.0 - _FRICTION_IMPEDANCE) / _FRICTION_IMPEDANCE * self._diagonal[self._lead + i]
-            yield self._lead + i, 1.0, -self._decay * v[i], softness, -limit, limit
-
     def _limit_rows(self, q: Sequence[float], v: Sequence[float]) -> Iterator[tuple[float, ...]]:
+        """Yield column, sign, wanted acceleration, softness and the bounds of the effort of each joint beyond a limit."""
         for i, (x, (lower, upper)) in enumerate(zip(q, self._ends, strict=True)):
             if lower <= x <= upper:
                 continue
@@ -99,28 +104,61 @@ def _minimise(matrix: Floats, slope: Floats, low: Floats, high: Floats) -> Float
     """Return f in [low, high] that minimises ½·fᵀ·matrix·f + fᵀ·slope.
 
     Which efforts are at their bounds is guessed a few times; then Gauss-Seidel sweeps verify it, and mend it if need be.
+    Where they need many, what they have found is the next guess, which may be a little less exact: efforts that are
+    tiny beside others never settle, because of rounding.
     """
     efforts, free = np.zeros(len(slope)), np.ones(len(slope), np.bool_)
+    for tolerance in _TOLERANCES:
+        efforts = _guess(matrix, slope, low, high, efforts, free)
+        efforts, settled = _sweep(matrix, slope, low, high, efforts, tolerance)
+        if settled:
+            break
+        free = (low < efforts) & (efforts < high)
+    return efforts
+
+
+def _guess(matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Floats, free: Mask) -> Floats:
+    """Return efforts of which those are exact that are not at their bounds, if the guess of these is right.
+
+    Args:
+        matrix: (n, n)
+        slope: (n,)
+        low: (n,)
+        high: (n,)
+        efforts: (n,) to begin with.
+        free: (n,) which of them are not at their bounds, to begin with.
+    """
     for _ in range(_GUESSES):
-        if free.any():
-            right = -slope[free] - matrix[np.ix_(free, ~free)] @ efforts[~free]
-            efforts[free] = np.linalg.solve(matrix[np.ix_(free, free)], right)
+        inner, outer = free.nonzero()[0], (~free).nonzero()[0]
+        if not len(outer):
+            efforts = np.linalg.solve(matrix, -slope)
+        elif len(inner):
+            right = -slope[inner] - matrix[np.ix_(inner, outer)] @ efforts[outer]
+            efforts[inner] = np.linalg.solve(matrix[np.ix_(inner, inner)], right)
         beyond = (efforts < low) | (efforts > high)
-        efforts = np.clip(efforts, low, high)
+        efforts = np.minimum(np.maximum(efforts, low), high)
         pull = -(matrix @ efforts + slope)
         back = ~free & (((efforts == low) & (pull > 0.0)) | ((efforts == high) & (pull < 0.0)))
         if not (beyond | back).any():
             break
         free = (free & ~beyond) | back
-    rows, found = matrix.tolist(), efforts.tolist()
-    slopes, bounds = slope.tolist(), list(zip(low.tolist(), high.tolist(), strict=True))
+    return efforts
+
+
+def _sweep(
+    matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Floats, tolerance: float
+) -> tuple[Floats, bool]:
+    """Return efforts that Gauss-Seidel sweeps have improved, and whether the last one changed them by a small share only."""
+    found = efforts.tolist()
+    rows = list(
+        zip(matrix.tolist(), slope.tolist(), low.tolist(), high.tolist(), matrix.diagonal().tolist(), strict=True)
+    )
     for _ in range(_SWEEPS):
         change = 0.0
-        for i, (row, (least, most)) in enumerate(zip(rows, bounds, strict=True)):
-            residual = slopes[i] + sum(a * f for a, f in zip(row, found, strict=True))
-            value = min(most, max(least, found[i] - residual / row[i]))
-            change = max(change, abs(value - found[i]) / max(1e-9, abs(value)))
-            found[i] = value
-        if change < _TOLERANCE:
-            break
-    return np.array(found)
+        for i, (row, start, least, most, pivot) in enumerate(rows):
+            old = found[i]
+            value = found[i] = min(most, max(least, old - (start + sum(map(mul, row, found))) / pivot))
+            change = max(change, abs(value - old) / max(1e-9, abs(value)))
+        if change < tolerance:
+            return np.array(found), True
+    return np.array(found), False
