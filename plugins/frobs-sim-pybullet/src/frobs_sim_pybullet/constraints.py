@@ -22,7 +22,7 @@ from frobs_core.arrays import Floats, Mask
 
 _FRICTION_IMPEDANCE, _FRICTION_LARGEST, _FRICTION_TIME = 0.9, 0.95, 0.02  # the last in [s]
 _LIMIT_IMPEDANCE, _LIMIT_LARGEST, _LIMIT_WIDTH = 0.99, 0.999, 0.001  # the last in [rad or m]
-_ROUNDS, _GUESSES, _SWEEPS, _TOLERANCE = 10, 10, 20, 1e-12
+_GUESSES, _SWEEPS, _TOLERANCES = 10, 20, (1e-12, 1e-11, 1e-10, 1e-9, 1e-8)
 
 
 class Constraints:
@@ -104,12 +104,13 @@ def _minimise(matrix: Floats, slope: Floats, low: Floats, high: Floats) -> Float
     """Return f in [low, high] that minimises ½·fᵀ·matrix·f + fᵀ·slope.
 
     Which efforts are at their bounds is guessed a few times; then Gauss-Seidel sweeps verify it, and mend it if need be.
-    Where they need many, what they have found is the next guess.
+    Where they need many, what they have found is the next guess, which may be a little less exact: efforts that are
+    tiny beside others never settle, because of rounding.
     """
     efforts, free = np.zeros(len(slope)), np.ones(len(slope), np.bool_)
-    for _ in range(_ROUNDS):
+    for tolerance in _TOLERANCES:
         efforts = _guess(matrix, slope, low, high, efforts, free)
-        efforts, settled = _sweep(matrix, slope, low, high, efforts)
+        efforts, settled = _sweep(matrix, slope, low, high, efforts, tolerance)
         if settled:
             break
         free = (low < efforts) & (efforts < high)
@@ -144,8 +145,10 @@ def _guess(matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Fl
     return efforts
 
 
-def _sweep(matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Floats) -> tuple[Floats, bool]:
-    """Return efforts that Gauss-Seidel sweeps have made better, and whether they have settled."""
+def _sweep(
+    matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Floats, tolerance: float
+) -> tuple[Floats, bool]:
+    """Return efforts that Gauss-Seidel sweeps have improved, and whether the last one changed them by a small share only."""
     found = efforts.tolist()
     rows = list(
         zip(matrix.tolist(), slope.tolist(), low.tolist(), high.tolist(), matrix.diagonal().tolist(), strict=True)
@@ -156,6 +159,6 @@ def _sweep(matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Fl
             old = found[i]
             value = found[i] = min(most, max(least, old - (start + sum(map(mul, row, found))) / pivot))
             change = max(change, abs(value - old) / max(1e-9, abs(value)))
-        if change < _TOLERANCE:
+        if change < tolerance:
             return np.array(found), True
     return np.array(found), False
