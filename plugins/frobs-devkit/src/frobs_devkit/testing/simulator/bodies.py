@@ -114,7 +114,7 @@ def attachments_hold(subject: SimulatorUnderTest) -> None:
     }
     with subject.build(LIFT, bodies=bodies, attachments=attachments, gravity=_WEIGHTLESS, floor=False) as (sim, robot):
         n = sim.num_envs
-        places = {
+        places: dict[str, tuple[Callable[[], tuple[Floats, Floats]], str]] = {
             "the hammer in the frame of the table": (lambda: robot.frame_pose("table"), "hammer"),
             "the box in the frame of the ball": (lambda: sim.bodies["ball"].pose, "box"),
         }
