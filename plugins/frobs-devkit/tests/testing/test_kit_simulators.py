@@ -14,10 +14,12 @@ import pytest
 from frobs_core.capabilities import Level
 from frobs_core.errors import ModelFileError, SimulationError
 from frobs_core.interfaces import Overlap
+from frobs_core.models import Pose
+from frobs_core.rotations import quat_rotate
 from frobs_core.specs import SimulatorRecord
 from frobs_devkit.testing import CheckFailure, Inconclusive, check_simulator, run_checks
 from frobs_sim_mujoco.body import MujocoBody
-from frobs_sim_mujoco.meshes import RobotMeshes
+from frobs_sim_mujoco.meshes import Meshes
 from frobs_sim_mujoco.robot import MujocoRobot
 from frobs_sim_mujoco.simulation import MujocoSimulation
 
@@ -350,7 +352,7 @@ def depth_as_inverse(original: Any, self: Any, *args: Any, **kwargs: Any) -> Any
     return 1.0 / picture if picture.dtype == np.float32 else picture
 
 
-@wrong(RobotMeshes, "hull", "broken_meshes_are_refused")
+@wrong(Meshes, "hull", "broken_meshes_are_refused")
 def broken_mesh_is_none(original: Any, self: Any, mesh: Any) -> Any:
     try:
         return original(self, mesh)
@@ -545,6 +547,95 @@ def overlapping_links_push(original: Any, self: Any, decimation: int) -> None:
     robot = self.robots["robot"]
     if robot.model.name == "kit_pile":
         robot.write_joint_state(robot.joint_positions + 1e-2)
+
+
+@wrong(MujocoBody, "write_twist", "bodies_are_thrown")
+def twists_are_written_everywhere(original: Any, self: Any, linear: Any, angular: Any, mask: Any = None) -> None:
+    original(self, linear, angular)
+
+
+@wrong(MujocoBody, "start", "bodies_are_thrown", others=True)
+def bodies_start_at_rest(original: Any, self: Any) -> None:
+    pass
+
+
+@wrong(MujocoBody, "write_twist", "bodies_are_thrown", others=True)
+def angular_velocity_in_the_body_frame(original: Any, self: Any, linear: Any, angular: Any, mask: Any = None) -> None:
+    original(self, linear, quat_rotate(self.pose[1][0], np.asarray(angular)), mask)
+
+
+@wrong(MujocoBody, "twist", "compound_bodies_move")
+def twist_of_the_center_of_mass(original: Any, self: Any) -> Any:
+    linear, angular = original.fget(self)
+    return linear + np.cross(angular, self._simulation.derived("xipos")[:, self._id] - self.pose[0]), angular
+
+
+def change_bodies(original: Any, self: Any, robots: Any, scene: Any, keywords: Any, change: Callable[..., Any]) -> None:
+    bodies = {name: change(name, body) for name, body in scene.bodies.items()}
+    original(self, robots, replace(scene, bodies=bodies), **keywords)
+
+
+@wrong(MujocoSimulation, "__init__", "compound_bodies_move")
+def products_of_inertia_ignored(original: Any, self: Any, robots: Any, scene: Any, **keywords: Any) -> None:
+    def straighten(name: str, body: Any) -> Any:
+        if name != "hammer" or scene.attachments:
+            return body
+        ixx, _, _, iyy, _, izz = body.inertial.inertia
+        return replace(body, inertia=(ixx, 0.0, 0.0, iyy, 0.0, izz))
+
+    change_bodies(original, self, robots, scene, keywords, straighten)
+
+
+@wrong(MujocoSimulation, "__init__", "every_shape_is_met")
+def only_the_first_shape(original: Any, self: Any, robots: Any, scene: Any, **keywords: Any) -> None:
+    def strip(name: str, body: Any) -> Any:
+        return replace(body, shapes=body.shapes[:1]) if name == "pile" else body
+
+    change_bodies(original, self, robots, scene, keywords, strip)
+
+
+@wrong(MujocoSimulation, "__init__", "every_shape_is_met")
+def drawn_shapes_collide(original: Any, self: Any, robots: Any, scene: Any, **keywords: Any) -> None:
+    def fill(name: str, body: Any) -> Any:
+        return replace(body, shapes=tuple(replace(shape, collides=True) for shape in body.shapes))
+
+    change_bodies(original, self, robots, scene, keywords, fill)
+
+
+@wrong(MujocoSimulation, "__init__", "frictions_brake")
+def no_torsional_friction(original: Any, self: Any, robots: Any, scene: Any, **keywords: Any) -> None:
+    change_bodies(original, self, robots, scene, keywords, lambda _, body: replace(body, torsional_friction=0.0))
+
+
+@wrong(MujocoSimulation, "__init__", "frictions_brake")
+def rolling_friction_tenfold(original: Any, self: Any, robots: Any, scene: Any, **keywords: Any) -> None:
+    def brake(name: str, body: Any) -> Any:
+        return replace(body, rolling_friction=10.0 * body.rolling_friction)
+
+    change_bodies(original, self, robots, scene, keywords, brake)
+
+
+@wrong(MujocoSimulation, "__init__", "attachments_hold")
+def nothing_is_attached(original: Any, self: Any, robots: Any, scene: Any, **keywords: Any) -> None:
+    original(self, robots, replace(scene, attachments={}), **keywords)
+
+
+@wrong(MujocoSimulation, "__init__", "attachments_hold")
+def given_poses_are_ignored(original: Any, self: Any, robots: Any, scene: Any, **keywords: Any) -> None:
+    moved = {name: replace(one, pose=one.pose and Pose((0.3, 0.0, 0.1))) for name, one in scene.attachments.items()}
+    original(self, robots, replace(scene, attachments=moved), **keywords)
+
+
+@wrong(MujocoSimulation, "apply_wrench", "props_give_way")
+def props_are_not_pushed(original: Any, self: Any, body: str, force: Any, torque: Any, mask: Any = None) -> None:
+    if not body.startswith("drawer/"):
+        original(self, body, force, torque, mask)
+
+
+@wrong(MujocoSimulation, "__init__", "props_give_way")
+def props_stand_unturned(original: Any, self: Any, robots: Any, scene: Any, **keywords: Any) -> None:
+    straight = {name: replace(robots[name], pose=Pose(robots[name].pose.pos)) for name in scene.props}
+    original(self, {**robots, **straight}, scene, **keywords)
 
 
 def plant(monkeypatch: pytest.MonkeyPatch, owner: type, name: str, faulty: Callable[..., Any]) -> None:
