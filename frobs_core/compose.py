@@ -9,12 +9,15 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from frobs_core import plugins
+from frobs_core.added_terms import AddedTerms, needed_capabilities
+from frobs_core.added_terms import read_settings as read_observations
 from frobs_core.capabilities import Level, check_capabilities
 from frobs_core.config import KEYWORDS, EnvConfig
 from frobs_core.control import Control, RobotControl, joint_groups
 from frobs_core.errors import (
     ConflictingOptionsError,
     InvalidTimestepError,
+    ObservationTermError,
     ParameterValueError,
     UnknownParameterError,
 )
@@ -49,6 +52,7 @@ class Parts:
     control: Control
     task: Task
     observations: Observations
+    added_terms: AddedTerms
     robot: RobotHandle
     controller: Controller
     control_timestep: float
@@ -73,6 +77,7 @@ def compose(config: EnvConfig, num_envs: int) -> Parts:
     simulator = _record(SimulatorRecord, "simulator", config.simulator)
     task = _record(TaskRecord, "task", config.task)
     settings = read_settings(config.randomize)
+    observed = read_observations(config.observations)
     robots = config.robot_configs()
     descriptions = {name: robot.describe() for name, robot in robots.items()}
     chosen = {name: robot.controllers(descriptions[name]) for name, robot in robots.items()}
@@ -84,6 +89,7 @@ def compose(config: EnvConfig, num_envs: int) -> Parts:
     for name in () if settings is None else dict.fromkeys(item.parameter for item in settings.items):
         if name in needed:
             needs[f"randomize.{name}"] = {needed[name]: Level.APPROXIMATE}
+    needs |= needed_capabilities(observed)
     check_capabilities(simulator.name, simulator.capabilities, needs)
     the_task: Task = build(f"task '{task.name}'", task.load(), config.task_parameters, KEYWORDS)
     controllers: dict[str, dict[str, Controller]] = {
@@ -134,13 +140,18 @@ def compose(config: EnvConfig, num_envs: int) -> Parts:
         first = next(iter(joined.robots.values()))
         controller = next(iter(first.controllers.values()))
         the_task.bind(simulation, controller, control)
-        observations = Observations(num_envs, the_task.observation_terms())
+        added = AddedTerms(observed, simulation, scene, joined, control)
+        terms = the_task.observation_terms()
+        for name in added.terms:
+            if name in terms:
+                raise ObservationTermError(name, "is already a term of the task; choose another name.")
+        observations = Observations(num_envs, {**terms, **added.terms})
         randomization = None if settings is None else Randomization(settings, simulation, joined, observations, control)
     except BaseException:
         simulation.close()
         raise
     return Parts(
-        simulation, joined, the_task, observations, first.robot, controller, control, decimation, randomization
+        simulation, joined, the_task, observations, added, first.robot, controller, control, decimation, randomization
     )
 
 

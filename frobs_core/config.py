@@ -32,7 +32,15 @@ MAX_SIDE = 16_384
 _OF_A_ROBOT = ("robot", "controller", "controller_kwargs", "robot_args", "package_paths", "home", "tcp", "sensors")
 """Fields that hold for a single robot."""
 
-_MAPPINGS = ("controller_kwargs", "simulator_kwargs", "robot_args", "package_paths", "home", "task_parameters")
+_MAPPINGS = (
+    "controller_kwargs",
+    "simulator_kwargs",
+    "robot_args",
+    "package_paths",
+    "home",
+    "observations",
+    "task_parameters",
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,6 +73,8 @@ class EnvConfig:
         tcp: Link that is the tool center point; None: the robot's own.
         sensors: Sensor overrides, by name: ``{"lidar": {"rays": 36, "noise": 0.01}}``; see
             :mod:`frobs_core.sensors`.
+        observations: Terms that are added to those of the task, by name: ``{"joints": {"type": "joint_efforts"}, "wrist":
+            {"camera": "overview", "size": [84, 84]}}``; see :mod:`frobs_core.added_terms`.
         num_threads: Threads of the engine; 0: one for each processor.
         randomize: Domain randomization; see :mod:`frobs_core.randomization`.
         task_parameters: Keywords of the task.
@@ -91,6 +101,7 @@ class EnvConfig:
     home: Mapping[str, float] = field(default_factory=dict)
     tcp: str | None = None
     sensors: Mapping[str, Any] | None = None
+    observations: Mapping[str, Any] = field(default_factory=dict)
     num_threads: int = 0
     randomize: Mapping[str, Any] | None = None
     task_parameters: Mapping[str, Any] = field(default_factory=dict)

@@ -47,6 +47,8 @@ class Loop:
         self._handles = [robot.robot for robot in parts.control.robots.values()]
         self._act = _unchanged if randomization is None else randomization.act
         self._degrade = _unchanged if randomization is None else randomization.observe
+        self.added_terms = parts.added_terms
+        self._measure = parts.added_terms.advance if parts.added_terms.stateful else _nothing
         self._advance = self._advance_physics if parts.control.physics_rate else parts.simulation.step
         self._is_terminated = methodcaller("is_terminated") if _overrides(parts.task, Task, "is_terminated") else _never
         self._reports: list[tuple[Any, Callable[[Any], Any], _Keys]] = [
@@ -69,6 +71,7 @@ class Loop:
         self.simulation.reset(mask)
         self.task.reset(mask, self.rng, options)
         self.control.reset(mask)
+        self.added_terms.reset(self.rng, mask)
         if not self._checked_terms:  # not earlier: terms may have no values before the first reset
             self.observations.check()
             self._checked_terms = True
@@ -87,6 +90,7 @@ class Loop:
             robot.command(command)
         self._advance(self.decimation)
         task.advance(rng)  # measures once; what follows only reads
+        self._measure(rng, actions)
         observation = self._degrade(rng, self.observations.observe())
         reward = task.reward()
         terminated = self._is_terminated(task)
@@ -110,6 +114,8 @@ class Loop:
 
     def _stateful(self) -> dict[str, Any]:
         parts = {"simulation": self.simulation, "task": self.task, "controller": self.control, "random": self.rng}
+        if self.added_terms.stateful:
+            parts["terms"] = self.added_terms
         return parts if self.randomization is None else {**parts, "randomization": self.randomization}
 
 
@@ -131,6 +137,10 @@ class _Keys(dict[str, str]):
 
 def _unchanged(rng: RandomSource, values: Any) -> Any:
     return values
+
+
+def _nothing(rng: RandomSource, actions: Action) -> None:
+    return None
 
 
 def _never(task: Task) -> None:

@@ -31,6 +31,8 @@ class ObservationTerm:
         scale: Suggested factor for a learner, which makes the differences that matter about 1.
         key: Key of a dictionary observation. The vectors of one key are joined in the order of the terms.
         dtype: float32 for a vector; an image may have another, and needs a key of its own.
+        imperfect: Whether it reads a sensor with noise, delay or another imperfection of its own. ``randomize`` then rejects
+            noise and delays of this term.
     """
 
     read: Callable[[], np.ndarray[Any, Any]]
@@ -40,6 +42,7 @@ class ObservationTerm:
     scale: float = 1.0
     key: str = VECTORS
     dtype: Any = np.float32
+    imperfect: bool = False
 
     @property
     def is_vector(self) -> bool:

@@ -23,7 +23,7 @@ from frobs_core.interfaces.scene import (
     Twist,
 )
 from frobs_core.interfaces.sensor import Bumper, Imu, Lidar, Sensor
-from frobs_core.interfaces.simulation import BareEngine, Simulation, Snapshot
+from frobs_core.interfaces.simulation import BareEngine, Simulation, Snapshot, Wrench
 from frobs_core.interfaces.task import GoalTask, ResetOptions, Task
 from frobs_core.interfaces.translation import Overlap, Translation, TranslationTable, read_tables, translate
 from frobs_core.observation import Observation
@@ -69,6 +69,7 @@ __all__ = [
     "Translation",
     "TranslationTable",
     "Twist",
+    "Wrench",
     "WrittenParameters",
     "active_gains",
     "read_tables",

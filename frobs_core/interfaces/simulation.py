@@ -27,6 +27,10 @@ Snapshot: TypeAlias = dict[str, np.ndarray[Any, Any]]
 """A complete state: arrays by name, each (num_envs, …)."""
 
 
+Wrench: TypeAlias = tuple[str, Floats, Floats, Mask | None]
+"""Arguments of :meth:`Simulation.apply_wrench`."""
+
+
 class BareEngine(Protocol):
     """The tightest loop over an engine that its users would write, to compare with."""
 
@@ -62,10 +66,12 @@ class Simulation(ABC):
         bodies: A handle for each body of the scene.
         contacts: The contacts that the scene declares; None: the simulator has none.
         render_modalities: What ``render`` can draw.
+        wrenches: Those that act in the next ``step``; simulators with the ability ``wrench`` keep a list of them.
     """
 
     render_modalities: ClassVar[Sequence[str]] = ("rgb", "depth", "segmentation")
 
+    wrenches: Sequence[Wrench] = ()
     num_envs: int
     physics_timestep: float
     robots: Mapping[str, RobotHandle]
@@ -120,16 +126,19 @@ class Simulation(ABC):
     def step_with(self, decimation: int, update: Callable[[], None]) -> None:
         """Advance like :meth:`step`, with a function that is called before each physics step but the first.
 
-        The function may read the state and command robots. Afterwards contacts are those of the whole control step.
+        The function may read the state and command robots. Wrenches that were applied last through all physics steps, and
+        contacts are afterwards those of the whole control step.
 
         Args:
             decimation: Physics steps.
             update: The function.
         """
-        contacts = []
+        contacts, wrenches = [], list(self.wrenches)
         for i in range(decimation):
             if i:
                 update()
+                for wrench in wrenches:
+                    self.apply_wrench(*wrench)
             self.step(1)
             if self.contacts is not None:
                 contacts.append(self.contacts.snapshot())

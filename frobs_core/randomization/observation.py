@@ -114,6 +114,7 @@ class ObservedArrays:
         control_timestep: float,
     ) -> None:
         self._terms = observations.columns
+        self._imperfect = {name for name, term in observations.terms.items() if term.imperfect}
         self._space, self._num_envs, self._timestep = observations.space, num_envs, control_timestep
         self._depth = 1 + max((int(setting.distribution.high) for setting in delays), default=0)
         self.arrays: dict[str, ObservedArray] = {}
@@ -151,6 +152,13 @@ class ObservedArrays:
     def _named(self, setting: Setting) -> dict[str, tuple[str, slice]]:
         names = list(self._terms)
         found = matches(setting.targets or ("*",), names, f"observation term of {setting.place}")
+        for i in found:
+            if names[i] in self._imperfect:
+                raise RandomizationError(
+                    setting.place,
+                    f"the observation term '{names[i]}' reads a sensor with imperfections of its own; set noise and delay "
+                    "in one place, the sensor or randomize.",
+                )
         return {names[i]: self._terms[names[i]] for i in found}
 
     def _find_array(self, key: str, setting: Setting) -> tuple[ObservedArray, gym.spaces.Box]:

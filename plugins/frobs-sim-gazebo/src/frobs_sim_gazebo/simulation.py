@@ -17,6 +17,7 @@ from frobs_core.interfaces import (
     Simulation,
     Snapshot,
     Translation,
+    Wrench,
     read_tables,
     translate,
 )
@@ -96,6 +97,7 @@ class GazeboSimulation(Simulation):
         self.contacts: ContactState = ContactState(scene, n)
         self.steps, self._diverged = np.zeros(n, np.int64), np.zeros(n, bool)
         self.command_rows: dict[str, Floats] = {}
+        self.wrenches: list[Wrench] = []
         self._queues: list[list[Message]] = [[] for _ in range(n)]
         self.stale_gains = np.ones(n, bool)
         self._parted = np.zeros(n, bool)
@@ -179,6 +181,7 @@ class GazeboSimulation(Simulation):
         """Advance every environment by ``decimation`` physics steps."""
         if self._closed:
             raise SimulationError("the simulation is closed.")
+        self.wrenches.clear()
         rows = 1
         for values in self.command_rows.values():
             rows = values.shape[1]
@@ -312,6 +315,7 @@ class GazeboSimulation(Simulation):
         torques = np.broadcast_to(np.asarray(torque_world, np.float64), (len(envs), 3))
         for env, force, torque in zip(envs, forces, torques, strict=True):
             self.later(env, Op.PUSH, protocol.count(number) + protocol.numbers([*point, *force, *torque]))
+        self.wrenches.append((body, force_world, torque_world, mask))
 
     def parameter(self, name: str, target: str = "") -> Floats:
         """Return a physical parameter of each environment."""

@@ -21,6 +21,7 @@ from frobs_core.interfaces import (
     Simulation,
     Snapshot,
     Translation,
+    Wrench,
     read_tables,
     translate,
 )
@@ -171,7 +172,7 @@ class MujocoSimulation(Simulation):
         self._stale: Mask | None = None
         self._stale_constants: Mask | None = None
         self._derived: dict[str, Floats] = {}
-        self._pushed = False
+        self.wrenches: list[Wrench] = []
         self._rows: Floats | None = None
         self._contact_reader = ContactReader(self.model, scene)
         self.contacts: ContactState = ContactState(scene, num_envs)
@@ -235,9 +236,9 @@ class MujocoSimulation(Simulation):
             self._stale = None
         else:
             self._step_recorded(decimation)
-        if self._pushed:
+        if self.wrenches:
             self.batch.bind("xfrc_applied")[:] = 0.0
-            self._pushed = False
+            self.wrenches.clear()
         if self._viewer is not None:
             self._viewer.sync()
 
@@ -287,7 +288,7 @@ class MujocoSimulation(Simulation):
         wrench = self.batch.bind("xfrc_applied")
         wrench[rows, number, :3] = force_world
         wrench[rows, number, 3:] = torque_world
-        self._pushed = True
+        self.wrenches.append((body, force_world, torque_world, mask))
 
     def parameter(self, name: str, target: str = "") -> Floats:
         """Return a physical parameter of each environment."""

@@ -19,6 +19,7 @@ from frobs_core.interfaces import (
     Simulation,
     Snapshot,
     Translation,
+    Wrench,
     read_tables,
     translate,
 )
@@ -110,6 +111,7 @@ class PybulletSimulation(Simulation):
         else:
             self._backend = Pool(robots, scene, self.engine, fields, num_envs, buffer, workers)
         self.command_rows: dict[str, Floats] = {}
+        self.wrenches: list[Wrench] = []
         self.parameters = PybulletParameters(self)
         self._seen: dict[str, Floats] = {}
         self._diverged = self.arrays["diverged"]
@@ -160,6 +162,7 @@ class PybulletSimulation(Simulation):
         """Advance every environment by ``decimation`` physics steps."""
         if self._closed:
             raise SimulationError("the simulation is closed.")
+        self.wrenches.clear()
         rows = self.command_rows
         if rows:
             for values in rows.values():
@@ -197,6 +200,7 @@ class PybulletSimulation(Simulation):
         """Push a body at its centre of mass during the next ``step``."""
         self.parameters.check_body(body)
         self.call("push", mask, body, (force_world, (3,)), (torque_world, (3,)))
+        self.wrenches.append((body, force_world, torque_world, mask))
 
     def parameter(self, name: str, target: str = "") -> Floats:
         """Return a physical parameter of each environment."""

@@ -62,7 +62,7 @@ def _everything(subject: EnvUnderTest, env: Any) -> dict[str, Any]:
         and not without_effect.get(parameter, False)
         and find_units(env.simulation, parameter)
     }
-    noisy = [name for name, term in env.observations.terms.items() if term.is_vector]
+    noisy = [name for name, term in env.observations.terms.items() if term.is_vector and not term.imperfect]
     if noisy:
         found["observation_noise"] = {name: {"normal": 0.01} for name in noisy}
         found["observation_delay"] = {"steps": [0, 2], "target": noisy}

@@ -1,0 +1,234 @@
+"""Observation terms that the keyword ``observations`` adds to those of the task."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.capabilities import Level
+from frobs_core.control import Control
+from frobs_core.errors import ObservationTermError, UnknownNameError
+from frobs_core.interfaces import RobotHandle, Scene, Sensor, Simulation, Snapshot
+from frobs_core.observation import ObservationTerm
+from frobs_core.random import RandomSource
+from frobs_core.sensors import Sensors
+
+TYPES: Mapping[str, frozenset[str]] = {
+    "joint_positions": frozenset({"robot"}),
+    "joint_velocities": frozenset({"robot"}),
+    "joint_efforts": frozenset({"robot"}),
+    "tcp_pose": frozenset({"robot"}),
+    "body": frozenset({"body"}),
+    "contact": frozenset({"contact"}),
+    "sensor": frozenset({"sensor", "robot"}),
+    "previous_action": frozenset(),
+    "camera": frozenset({"camera", "size", "modality"}),
+}
+"""Types of terms, with the settings of each."""
+
+MODALITIES = ("rgb", "depth")
+
+MAX_SIDE = 4_096
+"""Most pixels along a side of an observed image."""
+
+
+def read_settings(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the settings of each added term, with its type.
+
+    Raises:
+        ConfigurationError: A term has no known type, an unknown setting, or lacks one.
+    """
+    found = {}
+    for name, value in given.items():
+        if not isinstance(value, Mapping):
+            raise ObservationTermError(name, f'is {value!r}; write a mapping such as {{"type": "joint_positions"}}.')
+        settings = dict(value)
+        if "camera" in settings:
+            settings.setdefault("type", "camera")
+        kind = str(settings.get("type"))
+        if kind not in TYPES:
+            raise UnknownNameError(f"type of the observation term '{name}'", kind, TYPES)
+        for key in settings.keys() - {"type"}:
+            if key not in TYPES[kind]:
+                raise UnknownNameError(f"setting of the observation term '{name}'", str(key), TYPES[kind])
+        for key in TYPES[kind] - {"robot", "size", "modality"}:
+            if not isinstance(settings.get(key), str):
+                raise ObservationTermError(name, f"needs the setting '{key}', the name of a {key}.")
+        if kind == "camera":
+            _check_camera(name, settings)
+        found[name] = settings
+    return found
+
+
+def _check_camera(name: str, settings: dict[str, Any]) -> None:
+    size = settings.setdefault("size", (84, 84))
+    whole = isinstance(size, list | tuple) and all(isinstance(side, int | np.integer) for side in size)
+    if not whole or len(size) != 2 or not all(0 < side <= MAX_SIDE for side in size):
+        raise ObservationTermError(
+            name, f"has size {size!r}; write [height, width] in pixels, at most {MAX_SIDE} each."
+        )
+    if settings.setdefault("modality", "rgb") not in MODALITIES:
+        raise UnknownNameError(f"modality of the observation term '{name}'", str(settings["modality"]), MODALITIES)
+
+
+def needed_capabilities(settings: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Level]]:
+    """Return what the simulator must support for each term."""
+    needed = {"camera": "cameras", "contact": "contacts"}
+    return {
+        f"observations.{name}": {needed[term["type"]]: Level.APPROXIMATE}
+        for name, term in settings.items()
+        if term["type"] in needed
+    }
+
+
+class AddedTerms:
+    """The added terms, bound to a simulation.
+
+    Args:
+        settings: As :func:`read_settings` returns them.
+        simulation: The simulation that is observed.
+        scene: Its scene.
+        control: All controllers.
+        control_timestep: [s]
+
+    Attributes:
+        terms: By name.
+        stateful: Whether :meth:`reset` and :meth:`advance` do anything.
+
+    Raises:
+        UnknownNameError: There is no such robot, body, contact, sensor or camera.
+    """
+
+    def __init__(
+        self,
+        settings: Mapping[str, Mapping[str, Any]],
+        simulation: Simulation,
+        scene: Scene,
+        control: Control,
+        control_timestep: float,
+    ) -> None:
+        self._simulation, self._scene, self._control = simulation, scene, control
+        self._sensors: dict[str, Sensors] = {}
+        self._action: Floats | None = None  # (num_envs, k) of the last step, if a term reads it
+        self.terms: dict[str, ObservationTerm] = {}
+        for name, term in settings.items():
+            if term["type"] == "sensor":
+                self.terms[name] = self._sensor(name, term, control_timestep)
+            elif term["type"] == "camera":
+                self.terms[name] = self._camera(name, term)
+            elif term["type"] == "previous_action":
+                self.terms[name] = self._previous_action()
+            else:
+                self.terms[name] = self._state(name, term)
+        self.stateful = bool(self._sensors) or self._action is not None
+
+    def reset(self, rng: RandomSource, mask: Mask | None) -> None:
+        """Take the first samples of an episode, and forget the last action."""
+        if self._action is not None:
+            self._action[slice(None) if mask is None else mask] = 0.0
+        for sensors in self._sensors.values():
+            sensors.reset(mask, rng)
+
+    def advance(self, rng: RandomSource, actions: Action) -> None:
+        """Measure, once in each control step.
+
+        Args:
+            rng: The environment's source.
+            actions: (num_envs, …) of this step.
+        """
+        if self._action is not None:
+            self._action[:] = actions.reshape(self._action.shape)
+        for sensors in self._sensors.values():
+            sensors.advance(rng)
+
+    def snapshot(self) -> Snapshot:
+        """Return what the terms keep between steps, by their names."""
+        kept = {
+            f"{name}/{key}": value for name, part in self._sensors.items() for key, value in part.snapshot().items()
+        }
+        return kept if self._action is None else {**kept, "previous_action": self._action.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        if self._action is not None:
+            self._action[:] = snapshot["previous_action"]
+        for name, part in self._sensors.items():
+            start = f"{name}/"
+            part.restore({key.removeprefix(start): value for key, value in snapshot.items() if key.startswith(start)})
+
+    def _robot(self, name: str, term: Mapping[str, Any]) -> tuple[str, RobotHandle]:
+        robots = self._simulation.robots
+        chosen = term.get("robot", next(iter(self._control.robots)))
+        return chosen, robots[_known(f"robot of the observation term '{name}'", chosen, robots)]
+
+    def _state(self, name: str, term: Mapping[str, Any]) -> ObservationTerm:
+        if term["type"] == "body":
+            bodies = self._simulation.bodies
+            body = bodies[_known(f"body of the observation term '{name}'", term["body"], bodies)]
+            return _unbounded(lambda: np.concatenate(body.pose, axis=1), 7, "m, 1")
+        if term["type"] == "contact":
+            contact = _known(f"contact of the observation term '{name}'", term["contact"], self._scene.contacts)
+            zero = np.zeros(1)
+            return ObservationTerm(
+                read=lambda: self._simulation.contact(contact)[:, None], low=zero, high=zero + 1.0, unit="1"
+            )
+        _, robot = self._robot(name, term)
+        if term["type"] == "tcp_pose":
+            return _unbounded(lambda: np.concatenate(robot.frame_pose("tcp"), axis=1), 7, "m, 1")
+        reads: dict[str, tuple[Callable[[], Floats], str]] = {
+            "joint_positions": (lambda: robot.joint_positions, "rad or m"),
+            "joint_velocities": (lambda: robot.joint_velocities, "rad/s or m/s"),
+            "joint_efforts": (lambda: robot.joint_efforts, "N·m or N"),
+        }
+        read, unit = reads[term["type"]]
+        return _unbounded(read, robot.dof, unit)
+
+    def _previous_action(self) -> ObservationTerm:
+        low, high = _action_bounds(self._control)
+        self._action = action = np.zeros((self._simulation.num_envs, len(low)))
+        return ObservationTerm(read=lambda: np.clip(action, low, high), low=low, high=high, unit="1")
+
+    def _sensor(self, name: str, term: Mapping[str, Any], control_timestep: float) -> ObservationTerm:
+        robot, handle = self._robot(name, term)
+        known: Mapping[str, Sensor] = handle.robot.sensors
+        sensor = _known(f"sensor of the observation term '{name}'", term["sensor"], known)
+        self._sensors[name] = sensors = Sensors(self._simulation, control_timestep, robot, [sensor])
+        return replace(sensors.term(sensor), imperfect=not known[sensor].is_ideal)
+
+    def _camera(self, name: str, term: Mapping[str, Any]) -> ObservationTerm:
+        camera = _known(f"camera of the observation term '{name}'", term["camera"], self._scene.cameras)
+        size, modality = tuple(term["size"]), term["modality"]
+
+        def read() -> np.ndarray[Any, Any]:
+            return self._simulation.render(None, camera, size, modality)
+
+        if modality == "rgb":
+            black = np.zeros((*size, 3), np.uint8)
+            return ObservationTerm(read=read, low=black, high=black + np.uint8(255), unit="1", key=name, dtype=np.uint8)
+        near = np.zeros((*size, 1), np.float32)
+        return ObservationTerm(read=read, low=near, high=near + np.float32(np.inf), unit="m", key=name)
+
+
+def _known(kind: str, name: str, known: Collection[str]) -> str:
+    if name not in known:
+        raise UnknownNameError(kind, name, known)
+    return name
+
+
+def _unbounded(read: Callable[[], Floats], width: int, unit: str) -> ObservationTerm:
+    far = np.full(width, np.inf)
+    return ObservationTerm(read=read, low=-far, high=far, unit=unit)
+
+
+def _action_bounds(control: Control) -> tuple[Floats, Floats]:
+    """Return the least and the greatest number of each element of an action; one element for a Discrete space."""
+    space: Any = control.action_space
+    if hasattr(space, "low"):
+        return space.low.astype(np.float64).ravel(), space.high.astype(np.float64).ravel()
+    if hasattr(space, "nvec"):
+        return np.zeros(len(space.nvec)), space.nvec - 1.0
+    return np.array([float(space.start)]), np.array([space.start + space.n - 1.0])
