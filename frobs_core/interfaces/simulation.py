@@ -275,6 +275,7 @@ class Simulation(ABC):
         size: tuple[int, int] = (480, 640),
         modality: str = "rgb",
         markers: Sequence[Marker] = (),
+        fast: bool = False,
     ) -> np.ndarray[Any, Any]:
         """Draw environments.
 
@@ -284,6 +285,7 @@ class Simulation(ABC):
             size: (height, width) [pixels]
             modality: ``"rgb"``, ``"depth"`` or ``"segmentation"``.
             markers: Drawn, nothing else.
+            fast: Whether to omit what only makes images pleasant, such as shadows and smooth edges. For observations.
 
         Returns:
             (k, h, w, c): rgb uint8 with c = 3; depth float32 [m] with c = 1; segmentation int32 with c = 1, the

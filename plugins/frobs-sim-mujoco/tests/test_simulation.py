@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from robots import place
 
+from frobs_core.errors import RenderingUnavailableError
 from frobs_core.interfaces import CommandMode, Scene
 from frobs_sim_mujoco.simulation import MujocoSimulation
 
@@ -52,3 +53,24 @@ def test_the_drive_law_holds_to_the_last_digit(tmp_path: Path, limit: float) -> 
         sim.step(1)
         assert arm.joint_velocities[0] == pytest.approx(v + h * acceleration, abs=1e-12)
     assert (saturated > 5) == (limit == 3.0)
+
+
+def test_images_of_all_sizes_are_drawn_from_one_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sim = simulate(tmp_path, "arm", num_envs=2)
+    built: list[bool] = []
+    build = sim._drawn_model
+    monkeypatch.setattr(sim, "_drawn_model", lambda: built.append(True) or build())
+    try:
+        # Mesa may draw single pixels of a context's first image differently.
+        first = sim.render(size=(48, 64), fast=True)
+        for size in ((84, 84), (1500, 2000)):  # the second exceeds 1920 x 1440
+            assert sim.render(size=size, fast=True).shape == (2, *size, 3)
+        assert np.mean(sim.render(size=(48, 64), fast=True) != first) < 1e-3
+        assert len(built) == 1
+        for width in range(10, 20):  # more sizes than contexts are kept
+            sim.render(size=(10, width), fast=True)
+        assert np.mean(sim.render(size=(48, 64), fast=True) != first) < 1e-3
+    except RenderingUnavailableError as error:
+        pytest.skip(str(error))
+    finally:
+        sim.close()

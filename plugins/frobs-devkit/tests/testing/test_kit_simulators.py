@@ -524,6 +524,23 @@ def upside_down(original: Any, self: Any, *args: Any, **kwargs: Any) -> Any:
     return original(self, *args, **kwargs)[:, ::-1]
 
 
+@wrong(MujocoSimulation, "render", "fast_pictures_show_the_same")
+def fast_pictures_are_black(original: Any, self: Any, *args: Any, fast: bool = False, **kwargs: Any) -> Any:
+    return original(self, *args, fast=fast, **kwargs) * np.uint8(not fast)
+
+
+@wrong(MujocoSimulation, "render", "fast_pictures_show_the_same")
+def fast_pictures_show_one_environment(original: Any, self: Any, *args: Any, fast: bool = False, **kwargs: Any) -> Any:
+    drawn = original(self, *args, fast=fast, **kwargs)
+    return np.repeat(drawn[:1], len(drawn), axis=0) if fast else drawn
+
+
+@wrong(MujocoSimulation, "render", "fast_pictures_show_the_same")
+def fast_pictures_have_one_size(original: Any, self: Any, *args: Any, fast: bool = False, **kwargs: Any) -> Any:
+    drawn = original(self, *args, fast=fast, **kwargs)
+    return np.resize(drawn, (len(drawn), 84, 84, 3)) if fast else drawn
+
+
 @wrong(MujocoSimulation, "translation", "elements_are_accounted_for")
 def an_element_is_not_told(original: Any, cls: Any, model: Any) -> Any:
     return original(cls, model)[1:]
@@ -678,6 +695,7 @@ def test_no_other_check_catches(
     drawing = (
         "cameras_see",
         "pictures_are_true",
+        "fast_pictures_show_the_same",
         "depth_is_in_metres",
     )  # seconds each; no fault but those of render reaches them
     found = [one for one in check_simulator("mujoco") if name == "render" or one.name not in drawing]

@@ -26,6 +26,8 @@ _PROBE = (
     "mujoco.MjrContext(mujoco.MjModel.from_xml_string('<mujoco/>'), 100)\n"
 )
 
+_MOST_CONTEXTS = 8  # that are kept, each with its textures and framebuffer
+
 
 @lru_cache(maxsize=1)
 def _choose_backend() -> str:
@@ -51,34 +53,53 @@ def _choose_backend() -> str:
 class Renderer:
     """Draws environments of a batch.
 
+    Images of all sizes are drawn from one model. Each size and quality has an OpenGL context, which is kept.
+
     Args:
         batch: The states.
         model: The batch's model, with what is only drawn.
-        size: (height, width) [pixels]
 
     Raises:
         RenderingUnavailableError: Nothing can be drawn on this machine.
     """
 
-    def __init__(self, batch: Batch, model: mujoco.MjModel, size: tuple[int, int]) -> None:
-        self.size = size
+    def __init__(self, batch: Batch, model: mujoco.MjModel) -> None:
         self._batch = batch
         self._model, self._data = model, mujoco.MjData(model)
         if os.environ.get("MUJOCO_GL", "").lower() not in ("egl", "osmesa", "glfw"):
             # MuJoCo chose when it was imported, before anyone asked for pictures; choose again.
             gl_context.GLContext = importlib.import_module(f"mujoco.{_choose_backend()}").GLContext
-        try:
-            self._renderer = mujoco.Renderer(self._model, *size)
-        except (ImportError, RuntimeError, mujoco.FatalError) as error:
-            raise RenderingUnavailableError(f"OpenGL does not start ({error})", "libegl1 libgl1-mesa-dri") from error
+        quality = model.vis.quality
+        self._full = quality.offsamples, quality.shadowsize
+        self._renderers: dict[tuple[int, int, bool], mujoco.Renderer] = {}
         self._option = mujoco.MjvOption()
         for group in ROBOT_GROUPS:
             self._option.geomgroup[group] = 0
 
-    def draw(self, env: int, camera: str | None, modality: str, markers: Sequence[Marker]) -> np.ndarray[Any, Any]:
-        """Draw one environment; (h, w, c) as ``Simulation.render`` says."""
+    def _renderer(self, size: tuple[int, int], fast: bool) -> mujoco.Renderer:
+        key = (*size, fast)
+        if key in self._renderers:
+            return self._renderers[key]
+        if len(self._renderers) == _MOST_CONTEXTS:
+            self._renderers.pop(next(iter(self._renderers))).close()
+        visual = self._model.vis  # read when a context is made
+        visual.global_.offheight, visual.global_.offwidth = size
+        visual.quality.offsamples, visual.quality.shadowsize = (0, 0) if fast else self._full
+        try:
+            renderer = self._renderers[key] = mujoco.Renderer(self._model, *size)
+        except (ImportError, RuntimeError, mujoco.FatalError) as error:
+            raise RenderingUnavailableError(f"OpenGL does not start ({error})", "libegl1 libgl1-mesa-dri") from error
+        if fast:
+            for flag in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION):
+                renderer.scene.flags[flag] = False
+        return renderer
+
+    def draw(
+        self, env: int, camera: str | None, size: tuple[int, int], modality: str, markers: Sequence[Marker], fast: bool
+    ) -> np.ndarray[Any, Any]:
+        """Draw one environment; the arguments and the result, (h, w, c), are those of ``Simulation.render``."""
         _pose(self._model, self._data, self._batch, env)
-        renderer = self._renderer
+        renderer = self._renderer(size, fast)
         renderer.update_scene(self._data, -1 if camera is None else camera, self._option)
         match modality:
             case "rgb":
@@ -97,8 +118,10 @@ class Renderer:
                 return np.where(geoms < 0, -1, self._model.geom_bodyid[geoms]).astype(np.int32)
 
     def close(self) -> None:
-        """Release the OpenGL context."""
-        self._renderer.close()
+        """Release the OpenGL contexts."""
+        for renderer in self._renderers.values():
+            renderer.close()
+        self._renderers.clear()
 
 
 class Viewer:

@@ -319,6 +319,7 @@ class MujocoSimulation(Simulation):
         size: tuple[int, int] = (480, 640),
         modality: str = "rgb",
         markers: Sequence[Marker] = (),
+        fast: bool = False,
     ) -> np.ndarray[Any, Any]:
         """Draw environments."""
         self._check_open()
@@ -327,13 +328,11 @@ class MujocoSimulation(Simulation):
         if modality not in self.render_modalities:
             raise UnknownNameError("modality", modality, self.render_modalities)
         name = camera or next(iter(self.scene.cameras), None)
-        if self._renderer is not None and self._renderer.size != tuple(size):
-            self._renderer.close()
-            self._renderer = None
         if self._renderer is None:
-            self._renderer = Renderer(self.batch, self._drawn_model(), tuple(size))
+            self._renderer = Renderer(self.batch, self._drawn_model())
         chosen = range(self.num_envs) if mask is None else np.flatnonzero(mask).tolist()
-        return np.stack([self._renderer.draw(i, name, modality, markers) for i in chosen])
+        height, width = size
+        return np.stack([self._renderer.draw(i, name, (height, width), modality, markers, fast) for i in chosen])
 
     def open_viewer(self) -> None:
         """Open a window on the first environment."""

@@ -45,6 +45,7 @@ class Renderer:
         size: tuple[int, int],
         modality: str,
         markers: Sequence[Marker],
+        fast: bool,
     ) -> np.ndarray[Any, Any]:
         """Draw one environment; (h, w, c) as ``Simulation.render`` says.
 
@@ -56,6 +57,7 @@ class Renderer:
             size: (height, width)
             modality: ``"rgb"``, ``"depth"`` or ``"segmentation"``.
             markers: Drawn into rgb pictures.
+            fast: Whether shadows are omitted.
         """
         self._stage.pose(arrays, env)
         self._stage.mark(markers if modality == "rgb" else (), env)
@@ -71,7 +73,7 @@ class Renderer:
             view,
             projection,
             lightDirection=_LIGHT,
-            shadow=int(modality == "rgb"),
+            shadow=int(modality == "rgb" and not fast),
             renderer=p.ER_TINY_RENDERER,
             flags=flags,
             physicsClientId=self._client,

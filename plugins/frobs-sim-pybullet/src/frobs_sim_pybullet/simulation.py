@@ -238,6 +238,7 @@ class PybulletSimulation(Simulation):
         size: tuple[int, int] = (480, 640),
         modality: str = "rgb",
         markers: Sequence[Marker] = (),
+        fast: bool = False,
     ) -> np.ndarray[Any, Any]:
         """Draw environments."""
         if camera is not None and camera not in self.scene.cameras:
@@ -250,7 +251,8 @@ class PybulletSimulation(Simulation):
             self._renderer = Renderer(self.placements, self.scene)
         chosen = range(self.num_envs) if mask is None else np.flatnonzero(mask).tolist()
         pictures = [
-            self._renderer.draw(self.arrays, i, name, self._frame(name, i), size, modality, markers) for i in chosen
+            self._renderer.draw(self.arrays, i, name, self._frame(name, i), size, modality, markers, fast)
+            for i in chosen
         ]
         return np.stack(pictures) if pictures else np.zeros((0, *size, 3 if modality == "rgb" else 1))
 

@@ -1,13 +1,17 @@
-"""A check that pictures show what is there, where it is."""
+"""Checks that pictures show what is there, where it is."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from frobs_core.arrays import Mask
 from frobs_core.errors import RenderingUnavailableError
 from frobs_core.interfaces import Body, Camera
 from frobs_core.models import Box, Pose
 from frobs_devkit.testing.checks import Inconclusive, expect
+from frobs_devkit.testing.compare import expect_array, expect_close
 from frobs_devkit.testing.simulator.subject import WALL, SimulatorUnderTest, verifies
 
 _RED = Body(geometry=Box((0.1, 0.2, 0.2)), pose=Pose(pos=(1.5, 0.5, 1.4)), rgba=(1.0, 0.0, 0.0, 1.0), kinematic=True)
@@ -25,8 +29,7 @@ def pictures_are_true(subject: SimulatorUnderTest) -> None:
             drawn = {modality: sim.render(mask, "front", _SIZE, modality)[0] for modality in shown}
         except RenderingUnavailableError as error:
             raise Inconclusive(str(error)) from error
-        rgb = drawn["rgb"].astype(np.int64)
-        red = (rgb[..., 0] > 90) & (rgb[..., 1] < 0.6 * rgb[..., 0]) & (rgb[..., 2] < 0.6 * rgb[..., 0])  # (h, w)
+        red = _red(drawn["rgb"])  # (h, w)
         expect(red.any(), "no pixel is red, and a red box is in front of the camera.")
         up, left = np.argwhere(red).mean(0)
         expect(up < 20 and left < 24, f"the red box is drawn at row {up:.0f}, column {left:.0f}; it is up and left.")
@@ -36,3 +39,31 @@ def pictures_are_true(subject: SimulatorUnderTest) -> None:
             own = values[counts.argmax()]
             expect(counts.max() >= 0.7 * red.sum(), f"the red box has several numbers in the segmentation: {values}.")
             expect(own != numbers[24, 32], f"the red box and the wall have one number in the segmentation, {own}.")
+
+
+@verifies("cameras")
+def fast_pictures_show_the_same(subject: SimulatorUnderTest) -> None:
+    """A fast picture shows the same things in the same places as a full one, in any size, in each environment."""
+    with subject.build(bodies={"wall": WALL, "red": _RED}, cameras={"front": _CAMERA}) as (sim, _):
+        n = sim.num_envs
+        if subject.level("teleport"):
+            places = np.tile(_RED.pose.pos, (n, 1))
+            places[:, 2] -= 0.3 * np.arange(n)
+            sim.bodies["red"].write_pose(places)
+        try:
+            for size in ((84, 84), (48, 64), (84, 84)):
+                full, fast = (sim.render(None, "front", size, fast=only_fast) for only_fast in (False, True))
+                expect_array(fast, (n, *size, 3), np.uint8, "render(fast=True)")
+                for i in range(n):
+                    expect(_red(fast[i]).any(), f"no pixel of a fast {size} picture is red, and a red box is there.")
+                    shown, wanted = (np.argwhere(_red(one[i])).mean(axis=0) for one in (fast, full))
+                    what = f"row and column of a red box in a fast {size} picture of environment {i}"
+                    expect_close(wanted, shown, 2.0, what)
+        except RenderingUnavailableError as error:
+            raise Inconclusive(str(error)) from error
+
+
+def _red(rgb: np.ndarray[Any, Any]) -> Mask:
+    red, green, blue = np.moveaxis(rgb.astype(np.int64), -1, 0)
+    found: Mask = (red > 90) & (green < 0.6 * red) & (blue < 0.6 * red)
+    return found
