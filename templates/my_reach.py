@@ -98,9 +98,9 @@ class MyReach(Task):
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return joint positions, tool, goal, and the way from tool to goal, twice: dof + 12 numbers.
 
-        The way is given in the world, then in the frame of the first link that moves: what the other joints have to do looks
-        the same whichever way that link has turned. ``scale`` is what a learner may multiply a term by, so that the
-        differences that matter are about 1.
+        The way is given in the world, then in the frame of the first link that moves: what the other
+        joints have to do looks the same whichever way that link has turned. A learner may multiply a
+        term by its scale, so that the differences that matter are about 1.
         """
         robot = self._robot
         reach = longest_reach(robot.model, robot.tcp)
