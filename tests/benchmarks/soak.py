@@ -9,6 +9,7 @@ or file descriptors grow. Other programs on the machine do not affect the result
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import os
 import sys
@@ -75,8 +76,11 @@ class Part:
 
 
 def sample(count: int) -> Sample:
-    """Measure this process."""
+    """Measure this process, after garbage is collected and glibc has returned the memory that it keeps for later."""
     gc.collect()
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)
     pages = int(Path("/proc/self/statm").read_text("ascii").split()[1])
     memory = pages * os.sysconf("SC_PAGE_SIZE") / 2**20
     return Sample(count, memory, len(os.listdir("/proc/self/fd")), threading.active_count())
@@ -127,7 +131,8 @@ def report(parts: Sequence[Part]) -> str:
         "# Memory and file descriptors, measured",
         "",
         f"Measured on {date.today():%d %B %Y} by `make soak` on {machine()}, at commit {current_commit()}. "
-        f"The environment is `{ENVIRONMENT}` with random actions. Memory is the resident memory of the process.",
+        f"The environment is `{ENVIRONMENT}` with random actions. Memory is the resident memory of the process, without the "
+        "memory that glibc keeps for later allocations (`malloc_trim`).",
         "",
         f"The first {WARM_UP:.0%} of each part fill caches. After that, memory may grow by at most {MAX_GROWTH:g} MiB, and "
         "the numbers of file descriptors and threads must not change.",
