@@ -65,16 +65,16 @@ class Constraints:
             q: Positions of the joints [rad or m].
             v: Their velocities.
         """
+        beyond = [*self._limit_rows(q, v)]
+        if not (self._rubbing or beyond):
+            return None
         columns, (signs, softness, low, high) = self._columns, self._friction
         wanted = -self._decay * np.array([v[i] for i in self._rubbing])
-        beyond = [*self._limit_rows(q, v)]
         if beyond:
             numbers, *parts = np.array(beyond).T
             columns = np.concatenate([columns, numbers.astype(np.intp)])
             joined = zip((signs, wanted, softness, low, high), parts, strict=True)
             signs, wanted, softness, low, high = (np.concatenate(pair) for pair in joined)
-        if not len(columns):
-            return None
         coupling = signs[:, None] * inverse[np.ix_(columns, columns)] * signs + np.diag(softness)
         efforts = _minimise(coupling, signs * accelerations[columns] - wanted, low, high)
         result = np.zeros(len(accelerations))
