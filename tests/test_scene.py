@@ -2,9 +2,11 @@ from typing import Any
 
 import pytest
 
+import frobs_core.plugins
 from frobs_core.errors import SceneError
 from frobs_core.interfaces import Attachment, Body, Scene, Shape
 from frobs_core.models import Box, Pose, Sphere
+from frobs_devkit.testing.simulator.subject import SimulatorUnderTest
 
 MOMENTS = (0.1, 0.0, 0.0, 0.1, 0.0, 0.1)
 
@@ -69,3 +71,20 @@ def test_an_attachment_needs_two_sides_of_which_the_second_moves(first: str, sec
     bodies = {"ball": Body(geometry=Sphere(0.1), mass=1.0), "wall": Body(geometry=Sphere(0.1))}
     with pytest.raises(SceneError, match="attachment 'weld'"):
         Scene(bodies=bodies, attachments={"weld": Attachment(first, second)}).check({})
+
+
+@pytest.mark.parametrize(("simulator", "combined"), [("mujoco", 0.6), ("pybullet", 0.3)])
+def test_a_box_slides_by_the_friction_of_the_floor(simulator: str, combined: float) -> None:
+    subject = SimulatorUnderTest(frobs_core.plugins.get_record("simulator", simulator))
+    box = Body(
+        geometry=Box((0.2, 0.2, 0.1)),
+        pose=Pose((0.0, 3.0, 0.05)),
+        twist=((2.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        mass=1.0,
+        friction=0.5,
+    )
+    with subject.build(bodies={"box": box}, floor_friction=0.6, num_envs=1) as (simulation, _):
+        simulation.step(100)  # 0.2 s
+        speed = simulation.bodies["box"].twist[0][0, 0]
+        assert speed == pytest.approx(2.0 - 0.2 * 9.81 * combined, abs=0.05)
+        assert simulation.parameter("friction", "floor") == pytest.approx(0.6)
