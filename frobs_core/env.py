@@ -14,7 +14,7 @@ from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.compose import Parts, compose
 from frobs_core.config import RENDER_MODES, EnvConfig
 from frobs_core.errors import ResetNeededError
-from frobs_core.inputs import as_numbers, batch_options, invalid_action
+from frobs_core.inputs import batch_options, invalid_action
 from frobs_core.interfaces import Controller, GoalTask, Snapshot, Task
 from frobs_core.observation import Observation
 from frobs_core.random import RandomSource
@@ -45,6 +45,10 @@ class Loop:
         self.discrete = not isinstance(parts.control.action_space, gym.spaces.Box)
         # Optional parts of a step are resolved here, so that a step neither asks for them nor calls empty methods.
         self._handles = [robot.robot for robot in parts.control.robots.values()]
+        apply = parts.control.only_apply
+        self._commands = parts.control.commands if apply is None else lambda actions: [apply(actions)]
+        self._reads = parts.observations.vector_reads or []
+        self._observe = self._observe_vectors if self._reads else parts.observations.observe
         self._act = _unchanged if randomization is None else randomization.act
         self._degrade = _unchanged if randomization is None else randomization.observe
         self.added_terms = parts.added_terms
@@ -59,6 +63,10 @@ class Loop:
             if _overrides(controller, Controller, "info"):
                 prefix = "frobs/" if len(controllers) == 1 else f"frobs/{name}/"
                 self._reports.append((controller, methodcaller("info"), _Keys(prefix)))
+
+    def _observe_vectors(self) -> Observation:
+        # Each value is rounded to float32 once, as it is written.
+        return np.concatenate([read() for read in self._reads], axis=1, dtype=np.float32)
 
     def _advance_physics(self, decimation: int) -> None:
         self.simulation.step_with(decimation, self.control.update)
@@ -75,7 +83,7 @@ class Loop:
         if not self._checked_terms:  # not earlier: terms may have no values before the first reset
             self.observations.check()
             self._checked_terms = True
-        observation = self.observations.observe()
+        observation = self._observe()
         return observation if self.randomization is None else self.randomization.begin(self.rng, observation, mask)
 
     def step(self, actions: Action) -> StepResult:
@@ -86,12 +94,12 @@ class Loop:
         """
         rng, task = self.rng, self.task
         rng.clock += 1
-        for robot, command in zip(self._handles, self._act(rng, self.control.commands(actions)), strict=True):
+        for robot, command in zip(self._handles, self._act(rng, self._commands(actions)), strict=True):
             robot.command(command)
         self._advance(self.decimation)
         task.advance(rng)  # measures once; what follows only reads
         self._measure(rng, actions)
-        observation = self._degrade(rng, self.observations.observe())
+        observation = self._degrade(rng, self._observe())
         reward = task.reward()
         terminated = self._is_terminated(task)
         info = {"is_success": task.is_success()}
@@ -257,7 +265,10 @@ class RobotEnv(gym.Env[Any, Any]):
         return self._row(observation), reward, terminated, diverged, info
 
     def _check_box(self, action: Any) -> Action:
-        array = as_numbers(action, np.float64, self.action_space)
+        try:
+            array = np.asarray(action, np.float64)
+        except (TypeError, ValueError, OverflowError):
+            raise invalid_action(action, self.action_space) from None
         if array.shape != self._action_shape or not array.dot(array) < math.inf:  # one number for all elements
             raise invalid_action(action, self.action_space)
         return array[None]

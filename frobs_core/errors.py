@@ -19,6 +19,7 @@
     │   ├── ResetOptionError        a value of reset(options=…) that cannot be used
     │   ├── SceneError              a scene that contradicts itself or that the simulator cannot build
     │   ├── PhysicsParameterError   a physical parameter that cannot have this value or cannot change
+    │   ├── ObservationTermError    an observation term that cannot be used
     │   ├── SensorSettingError      settings of a sensor that cannot be used
     │   ├── RandomizationError      settings of randomize=… that cannot be used
     │   ├── UnsuitableRobotError    a task or controller that cannot use this robot

@@ -61,6 +61,7 @@ class Observations:
         terms: As given.
         columns: Key and columns of each term; all columns for an image.
         space: Of one environment: a float32 Box if all terms are vectors under ``"observation"``, else a Dict.
+        vector_reads: Functions that read the terms, where the observation is one vector; else None.
         scale: (k,) the suggested scale of each column under ``"observation"``.
 
     Raises:
@@ -96,12 +97,12 @@ class Observations:
         self.scale: Floats = np.concatenate([np.zeros(0), *(np.full(len(term.low), term.scale) for term in vectors)])
         self._reads = {key: [term.read for term in part.values()] for key, part in parts.items()}
         self._images = {term.key: term.dtype for term in self.terms.values() if not term.is_vector}
-        self._vectors = self._reads[VECTORS] if spaces.keys() == {VECTORS} else None
+        self.vector_reads = self._reads[VECTORS] if spaces.keys() == {VECTORS} else None
 
     def observe(self) -> Observation:
         """Return the current observation, (num_envs, …) for each key: arrays that are never written again."""
-        if self._vectors is not None:
-            return _join(self._vectors)
+        if self.vector_reads is not None:
+            return _join(self.vector_reads)
         return {
             key: np.array(reads[0](), self._images[key]) if key in self._images else _join(reads)
             for key, reads in self._reads.items()

@@ -10,7 +10,9 @@ _ROBOT, _SIMULATION = "frobs_sim_mujoco.robot", "frobs_sim_mujoco.simulation"
 _BODY, _SCENERY = "frobs_sim_mujoco.body", "frobs_sim_mujoco.scenery"
 _CONTACTS = "frobs_core.interfaces.contacts"
 _BODY, _SCENERY = "frobs_sim_mujoco.body", "frobs_sim_mujoco.scenery"
-_DELTA, _JOINTS = "frobs_controllers.joint_delta_position", "frobs_controllers.joint_position"
+_HANDLE, _COMMANDED = "frobs_core.interfaces.robot_handle", "frobs_controllers.commanded_positions"
+_ENV = "frobs_core.env"
+_DELTA = "frobs_controllers.joint_delta_position"
 _VELOCITY, _DRIVE = "frobs_controllers.joint_velocity", "frobs_controllers.differential_drive"
 _REACH, _GOAL, _SAMPLING = "frobs_tasks_reach.reach", "frobs_tasks_reach.goal", "frobs_tasks_reach.sampling"
 _START, _MOTION = "frobs_tasks_reach.start", "frobs_tasks_reach.motion"
@@ -22,12 +24,11 @@ _TABLE = (
     ("a quaternion written scalar last", _ROBOT,
      '"mocap_quat")[rows, self._mocap] = quat_wxyz', '"mocap_quat")[rows, self._mocap] = np.roll(quat_wxyz, -1, -1)'),
     ("joints commanded in reverse order", _ROBOT,
-     "np.multiply(self._gain, values, out=self._ctrl)", "np.multiply(self._gain, values[:, ::-1], out=self._ctrl)"),
-    ("the effort limit not read", _ROBOT,
-     "self._stiffness, self._damping = (",
-     "self.effort_limit = np.full_like(self.effort_limit, np.inf)\n        self._stiffness, self._damping = ("),
-    ("the drives' two gains exchanged", _ROBOT,
-     "self._stiffness, self._damping = (self.expand", "self._damping, self._stiffness = (self.expand"),
+     "np.multiply(self._factor, values, out=self._ctrl)", "np.multiply(self._factor, values[:, ::-1], out=self._ctrl)"),
+    ("the effort limit not read", _HANDLE,
+     "self.expand([limit.effort for limit in limits])", "self.expand([np.inf for limit in limits])"),
+    ("the drives' two gains exchanged", _HANDLE,
+     "self._stiffness, self._damping = map", "self._damping, self._stiffness = map"),
     ("gains written without what the drives hold", _ROBOT, "self._ctrl[rows] *= ratio", "pass"),
     ("the velocity of the centre of mass for that of the frame", _ROBOT,
      "return twist[:, 3:] + np.cross(twist[:, :3], arm), twist[:, :3]", "return twist[:, 3:], twist[:, :3]"),
@@ -67,13 +68,13 @@ _TABLE = (
     ("torsional friction without an effect", _SCENERY, "geom.condim = 4", "geom.condim = 3"),
     ("actions that are not clipped", _DELTA, "np.minimum(delta, self._ones, out=delta)", "pass"),
     ("a joint limit ignored", _DELTA, "np.minimum(target, self._upper, out=target)", "pass"),
-    ("a reset of all controllers", _DELTA,
-     "self._target[rows(mask)] = self._robot.joint_positions[rows(mask)]",
-     "self._target[:] = self._robot.joint_positions"),
+    ("a reset of all controllers", _COMMANDED,
+     "self._target[rows(mask)] = self._joints.joint_positions[rows(mask)]",
+     "self._target[:] = self._joints.joint_positions"),
     ("steps from the measured positions", _DELTA,
-     "np.add(target, delta, out=target)", "np.add(self._robot.joint_positions, delta, out=target)"),
-    ("a target that the snapshot does not have", _DELTA, 'self._target[:] = snapshot["target"]', "pass"),
-    ("a snapshot that goes on changing", _JOINTS, '{"target": self._target.copy()}', '{"target": self._target}'),
+     "np.add(target, delta, out=target)", "np.add(self._joints.joint_positions, delta, out=target)"),
+    ("a target that the snapshot does not have", _COMMANDED, 'self._target[:] = snapshot["target"]', "pass"),
+    ("a snapshot that goes on changing", _COMMANDED, '{"target": self._target.copy()}', '{"target": self._target}'),
     ("a velocity beyond the limit", _VELOCITY, "np.minimum(velocity, self._upper, out=velocity)", "pass"),
     ("wheels beyond what was asked", _DRIVE, "np.minimum(wanted, self._ones, out=wanted)", "pass"),
     # -- tasks --
@@ -95,12 +96,12 @@ _TABLE = (
     ("a given start ignored", _START, "if given is not None:\n            robot.write", "if False:\n            robot.write"),
     ("a goal that the snapshot does not bring back", _REACH,
      'self._goal[:] = snapshot["goal"]', "pass"),
-    ("shared observation memory", _OBSERVATION,
-     "return _join(self._vectors)",
-     "values = _join(self._vectors)\n"
-     "            self._kept = getattr(self, '_kept', values.copy())\n"
-     "            self._kept[...] = values\n            return self._kept"),
-    ("observations in double precision", _OBSERVATION, "axis=1, dtype=np.float32)", "axis=1)"),
+    ("shared observation memory", _ENV,
+     "return np.concatenate([read() for read in self._reads], axis=1, dtype=np.float32)",
+     "values = np.concatenate([read() for read in self._reads], axis=1, dtype=np.float32)\n"
+     "        self._kept = getattr(self, '_kept', values.copy())\n"
+     "        self._kept[...] = values\n        return self._kept"),
+    ("observations in double precision", _ENV, "axis=1, dtype=np.float32)", "axis=1)"),
     ("columns that overlap", _OBSERVATION, "slice(start, start + len(term.low))",
      "slice(max(start - 1, 0), start + len(term.low))"),
     ("a reward of goals that are not those of the step", _GOAL,

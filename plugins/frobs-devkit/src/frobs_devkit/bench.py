@@ -24,7 +24,7 @@ from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Snapshot
 from frobs_core.validation import whole_number
 from frobs_core.vector_env import RobotVectorEnv
-from frobs_train.environments import make_env, make_vector_env
+from frobs_train import make_env, make_vector_env
 
 _TURN = 25  # steps of one environment before it is the bare engine's turn
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from frobs_train.configuration.resolve import read_setting as read_setting
     from frobs_train.configuration.resolve import resolve_config as resolve_config
     from frobs_train.environments import make_env as make_env
+    from frobs_train.environments import make_vector_env as make_vector_env
     from frobs_train.evaluation.evaluate import Evaluation as Evaluation
     from frobs_train.evaluation.evaluate import evaluate as evaluate
     from frobs_train.evaluation.playing import OctantResult as OctantResult
@@ -84,6 +85,7 @@ _MODULES = {
     "dress": "frobs_train.plots.figures",
     "evaluate": "frobs_train.evaluation.evaluate",
     "make_env": "frobs_train.environments",
+    "make_vector_env": "frobs_train.environments",
     "make_figure": "frobs_train.plots.figures",
     "open_pretrained": "frobs_train.export.bundle_run",
     "plot_comparison": "frobs_train.plots.plot_comparison",
