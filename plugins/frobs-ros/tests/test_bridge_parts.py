@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from pathlib import Path
@@ -16,6 +17,7 @@ from frobs_core.specs import SimulatorRecord
 from frobs_ros.bridge.controllers.spline import Spline
 from frobs_ros.bridge.loop import Loop
 from frobs_ros.bridge.model import Model
+from frobs_ros.bridge.node import OnlyOnce
 from frobs_ros.bridge.poses import WORLD, Place
 from frobs_ros.bridge.sdf import describe_sdf, read_world
 from frobs_ros.bridge.world import World
@@ -185,6 +187,16 @@ def test_static_sdf_is_put_and_holds_what_falls() -> None:
 def test_what_is_outside_of_the_part_of_sdf_is_refused_by_name(inside: str, words: str) -> None:
     with pytest.raises(ModelFileError, match=words):
         describe_sdf(f'<sdf version="1.6"><model name="m">{inside}</model></sdf>')
+
+
+def test_that_the_master_is_gone_is_logged_once(caplog: pytest.LogCaptureFixture) -> None:
+    logger = logging.getLogger("test.rosout")
+    logger.addFilter(OnlyOnce())
+    for _ in range(3):
+        logger.warning("unable to communicate with ROS Master, registrations are now out of sync")
+        logger.warning("something else")
+    assert caplog.text.count("out of sync") == 1
+    assert caplog.text.count("something else") == 3
 
 
 def test_gravity_of_a_whole_model_is_ignored_with_a_warning(caplog: pytest.LogCaptureFixture) -> None:

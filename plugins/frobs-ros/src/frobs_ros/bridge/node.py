@@ -148,6 +148,20 @@ def _log(verbose: bool) -> None:
     LOG.addHandler(handler)
     LOG.setLevel(logging.DEBUG if verbose else logging.INFO)
     LOG.propagate = False
+    logging.getLogger("rosout").addFilter(OnlyOnce())
+
+
+class OnlyOnce(logging.Filter):
+    """Lets rospy say once that the master is gone: it says so for each topic and service."""
+
+    said = False
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Return whether a record is to be logged."""
+        if "registrations are now out of sync" not in str(record.msg):
+            return True
+        self.said, before = True, self.said
+        return not before
 
 
 def _bind(listen: str | None) -> None:
