@@ -39,7 +39,7 @@ toc_object_entries_show_parents = "hide"
 nitpick_ignore_regex = [
     (
         "py:.*",
-        r"(frobs_(?!core|cli|deploy|devkit|train)\w+|abc|collections|enum|gymnasium|mujoco|numpy|pydantic|stable_baselines3|torch|typer|yaml)\..*",
+        r"(frobs_(?!core|cli|deploy|devkit|train)\w+|abc|collections|enum|gymnasium|mujoco|numpy|pydantic|stable_baselines3|torch|typer|xml|yaml)\..*",
     )
 ]
 

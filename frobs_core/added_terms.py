@@ -208,7 +208,7 @@ class AddedTerms:
 
         if modality == "rgb":
             black = np.zeros((*size, 3), np.uint8)
-            return ObservationTerm(read=read, low=black, high=black + np.uint8(255), unit="1", key=name, dtype=np.uint8)
+            return ObservationTerm(read=read, low=black, high=black + np.uint8(255), unit="1", key=name, dtype="uint8")
         near = np.zeros((*size, 1), np.float32)
         return ObservationTerm(read=read, low=near, high=near + np.float32(np.inf), unit="m", key=name)
 

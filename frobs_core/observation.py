@@ -24,13 +24,13 @@ class ObservationTerm:
     """One named part of an observation.
 
     Attributes:
-        read: Returns the current value, (num_envs, *shape). The environment copies it.
+        read: Returns the current value, (num_envs, …). The environment copies it.
         low: Smallest values, of the shape of one environment's value.
         high: Largest values, of the same shape.
         unit: Unit of the values: ``"m"``.
         scale: Suggested factor for a learner, which makes the differences that matter about 1.
         key: Key of a dictionary observation. The vectors of one key are joined in the order of the terms.
-        dtype: float32 for a vector; an image may have another, and needs a key of its own.
+        dtype: ``"float32"`` for a vector; an image may have another, and needs a key of its own.
         imperfect: Whether it reads a sensor with noise, delay or another imperfection of its own. ``randomize`` then rejects
             noise and delays of this term.
     """
@@ -41,13 +41,13 @@ class ObservationTerm:
     unit: str
     scale: float = 1.0
     key: str = VECTORS
-    dtype: Any = np.float32
+    dtype: str = "float32"
     imperfect: bool = False
 
     @property
     def is_vector(self) -> bool:
         """Whether it can be joined with others."""
-        return self.low.ndim == 1 and np.dtype(self.dtype) == np.float32
+        return self.low.ndim == 1 and self.dtype == "float32"
 
 
 class Observations:
@@ -139,7 +139,7 @@ def _join(reads: list[Callable[[], np.ndarray[Any, Any]]]) -> np.ndarray[Any, An
 
 
 def _space(terms: list[ObservationTerm]) -> gym.spaces.Box:
-    dtype = terms[0].dtype
+    dtype = np.dtype(terms[0].dtype).type
     low = np.concatenate([term.low for term in terms]).astype(dtype)
     high = np.concatenate([term.high for term in terms]).astype(dtype)
     return gym.spaces.Box(low, high, dtype=dtype)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from frobs_core import plugins
 from frobs_core.capabilities import Level
 from frobs_core.errors import ModelFileError, SimulationError
 from frobs_core.interfaces import Overlap
@@ -29,6 +30,7 @@ SEPARATE: list[Any] = []
 """Those that one check catches, and no other."""
 INSEPARABLE = {
     "capabilities_are_known": "it reads the record, which is no method: test_a_capability_that_does_not_exist_fails",
+    "abilities_are_declared": "it compares the record with the class: test_abilities_are_what_the_record_declares",
     "time_stands_between_steps": "what moves by itself shows wherever the state is read twice",
     "steps_take_their_time": "no simulator here claims real_time: test_a_claim_of_real_time_is_measured",
     "spawning_is_seen": "the contract has no way yet to ask for it; it is always inconclusive",
@@ -720,6 +722,21 @@ def record(**capabilities: Any) -> SimulatorRecord:
 def test_a_capability_that_does_not_exist_fails() -> None:
     with pytest.raises(CheckFailure, match="'teleportation' is no capability"):
         check_simulator(record(teleportation=Level.EXACT))[0].run()
+
+
+def test_abilities_are_what_the_record_declares(monkeypatch: pytest.MonkeyPatch) -> None:
+    levels = plugins.get_record("simulator", "mujoco").capabilities
+
+    def check(**changed: Level) -> None:
+        found = check_simulator(record(**{**levels, **changed}))
+        next(c for c in found if c.name == "abilities_are_declared").run()
+
+    check()
+    with pytest.raises(CheckFailure, match="defines rays, but the record does not declare 'rays'"):
+        check(rays=Level.UNSUPPORTED)
+    monkeypatch.delattr(MujocoSimulation, "render")
+    with pytest.raises(CheckFailure, match="declares 'cameras', but MujocoSimulation does not define render"):
+        check()
 
 
 def test_a_claim_of_real_time_is_measured() -> None:
