@@ -208,7 +208,9 @@ def _reads_the_same(data: bytes, changed: bytes) -> bool:
         return False
 
 
-def test_an_environment_that_does_not_fit_the_checkpoint_is_named(tmp_path: Path) -> None:
+def test_an_environment_that_does_not_fit_the_checkpoint_is_named(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     run = train_until(50, config(environment="frobs/Irb120Reach-v0"), tmp_path / "run")
     checkpoint = run.checkpoints[-1].path
     other = tmp_path / "other"
@@ -221,6 +223,11 @@ def test_an_environment_that_does_not_fit_the_checkpoint_is_named(tmp_path: Path
     )
     with pytest.raises(CheckpointError, match="does not fit the environment"):
         resume(run)
+    # The state of another version need not fit: new episodes begin, and the algorithm continues.
+    path = run.path / "versions.json"
+    path.write_text(path.read_text().replace('"frobs-core": "', '"frobs-core": "0.0.'))
+    resume(run)
+    assert "saved by another version of FRobs; new episodes begin" in caplog.text
 
 
 def test_other_versions_are_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

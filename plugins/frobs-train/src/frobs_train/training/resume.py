@@ -153,13 +153,18 @@ def _restore(run: Run, env: EpisodeRecorder, checkpoint: Checkpoint) -> bool:
     if why is not None:
         _log.warning("Not an exact continuation: %s.", why)
     path = checkpoint.path / "environment.npz"
+    assert run.config.seed is not None
+    seed = later_seed(run.config.seed, checkpoint.steps)
     if not path.is_file():
-        assert run.config.seed is not None
-        env.reset(seed=later_seed(run.config.seed, checkpoint.steps))
+        env.reset(seed=seed)
         return False
     try:
         env.restore(read_arrays(path))
     except (KeyError, ValueError, IndexError) as error:
+        if any(line.startswith("frobs-core was") for line in changed_versions(run.path / "versions.json")):
+            _log.warning("The state of the environment was saved by another version of FRobs; new episodes begin.")
+            env.reset(seed=seed)
+            return False
         raise CheckpointError(
             f"{path} does not fit the environment, {type(error).__name__}: {error}; a plugin may have changed since."
         ) from error
