@@ -34,8 +34,8 @@ def known_names() -> dict[str, dict[str, str]]:
             continue
         if report.state != "loaded":
             raise RuntimeError(f"plugin '{report.name}' of {report.origin} is {report.state}: {report.cause}")
-        for kind, records in report.records.items():
-            found[kind].update({record.name: report.distribution for record in records})
+        for kind in KINDS:
+            found[kind].update({record.name: report.distribution for record in report.records[kind]})
         found["environment"].update(dict.fromkeys(report.environment_ids, report.distribution))
     for entry in entry_points(group="frobs.commands"):
         if entry.dist is not None and normalize(entry.dist.name) in names:

@@ -53,7 +53,7 @@ class RobotControl:
         robot: As given.
         controllers: As given.
         physics_rate: Whether a controller commands every physics step.
-        only_apply: ``apply`` of the only controller, if it moves all joints at the control rate; else None.
+        only: The only controller, if it moves all joints at the control rate; else None.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class RobotControl:
             self._columns.append(group.columns if isinstance(group, JointSubset) else slice(None))
         self._covers_all = len(controllers) == 1 and self._columns == [slice(None)]
         self.physics_rate = any(controller.rate == "physics" for controller in controllers.values())
-        self.only_apply = next(iter(controllers.values())).apply if self._covers_all and not self.physics_rate else None
+        self.only = next(iter(controllers.values())) if self._covers_all and not self.physics_rate else None
         self._commands: list[Floats] = []
         self._physics_step = 0
 
@@ -132,7 +132,7 @@ class Control:
         controllers: By ``"robot/group"``.
         action_space: Of one environment.
         physics_rate: Whether a controller commands every physics step.
-        only_apply: ``apply`` of the only controller, if it moves all joints of the only robot at the control rate.
+        only: The only controller, if it moves all joints of the only robot at the control rate; else None.
 
     Raises:
         IncompatibleSpaceError: The action spaces cannot be joined.
@@ -141,7 +141,7 @@ class Control:
     def __init__(self, robots: Mapping[str, RobotControl]) -> None:
         self.robots = dict(robots)
         self._first = next(iter(self.robots.values()))
-        self.only_apply = self._first.only_apply if len(self.robots) == 1 else None
+        self.only = self._first.only if len(self.robots) == 1 else None
         self.controllers = {
             f"{name}/{group}": controller
             for name, robot in robots.items()

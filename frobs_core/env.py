@@ -45,15 +45,15 @@ class Loop:
         self.discrete = not isinstance(parts.control.action_space, gym.spaces.Box)
         # Optional parts of a step are resolved here, so that a step neither asks for them nor calls empty methods.
         self._handles = [robot.robot for robot in parts.control.robots.values()]
-        apply = parts.control.only_apply
-        self._commands = parts.control.commands if apply is None else lambda actions: [apply(actions)]
+        only = parts.control.only
+        self._commands = parts.control.commands if only is None else lambda actions: [only.apply(actions)]
         self._reads = parts.observations.vector_reads or []
         self._observe = self._observe_vectors if self._reads else parts.observations.observe
         self._act = _unchanged if randomization is None else randomization.act
         self._degrade = _unchanged if randomization is None else randomization.observe
         self.added_terms = parts.added_terms
         self._measure = parts.added_terms.advance if parts.added_terms.stateful else _nothing
-        self._advance = self._advance_physics if parts.control.physics_rate else parts.simulation.step
+        self._physics_rate = parts.control.physics_rate
         self._is_terminated = methodcaller("is_terminated") if _overrides(parts.task, Task, "is_terminated") else _never
         self._reports: list[tuple[Any, Callable[[Any], Any], _Keys]] = [
             (parts.task, methodcaller("reward_terms"), _Keys("frobs/reward/"))
@@ -67,9 +67,6 @@ class Loop:
     def _observe_vectors(self) -> Observation:
         # Each value is rounded to float32 once, as it is written.
         return np.concatenate([read() for read in self._reads], axis=1, dtype=np.float32)
-
-    def _advance_physics(self, decimation: int) -> None:
-        self.simulation.step_with(decimation, self.control.update)
 
     def begin(self, mask: Mask | None, options: Mapping[str, Any]) -> Observation:
         """Begin an episode in the environments of ``mask``, and observe all environments."""
@@ -96,7 +93,10 @@ class Loop:
         rng.clock += 1
         for robot, command in zip(self._handles, self._act(rng, self._commands(actions)), strict=True):
             robot.command(command)
-        self._advance(self.decimation)
+        if self._physics_rate:
+            self.simulation.step_with(self.decimation, self.control.update)
+        else:
+            self.simulation.step(self.decimation)
         task.advance(rng)  # measures once; what follows only reads
         self._measure(rng, actions)
         observation = self._degrade(rng, self._observe())

@@ -159,7 +159,7 @@ class RobotHandle(JointGroup):
         Returns:
             (…, dof)
         """
-        held = np.array([mode is CommandMode.POSITION for mode in self.command_modes], bool)
+        held = np.array([mode == CommandMode.POSITION for mode in self.command_modes], bool)
         return np.where(held, joint_positions, 0.0)
 
     @property
@@ -301,7 +301,7 @@ def active_gains(modes: Sequence[CommandMode], stiffness: Floats, damping: Float
         Kp, Kd and the factor that turns a command into an effort (Kp for positions, Kd for velocities, 1 for efforts),
         (…, dof) each, arrays of their own.
     """
-    position = np.array([mode is CommandMode.POSITION for mode in modes], bool)
-    effort = np.array([mode is CommandMode.EFFORT for mode in modes], bool)
+    position = np.array([mode == CommandMode.POSITION for mode in modes], bool)
+    effort = np.array([mode == CommandMode.EFFORT for mode in modes], bool)
     factor = np.where(position, stiffness, np.where(effort, 1.0, damping))
     return np.where(position, stiffness, 0.0), np.where(effort, 0.0, damping), factor

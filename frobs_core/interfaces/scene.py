@@ -214,9 +214,9 @@ class Placement:
     def command_modes(self) -> tuple[CommandMode, ...]:
         """(dof) command mode of each actuated joint, in the order of the model's ``joint_names``."""
         given = self.command_mode
-        if isinstance(given, CommandMode):
-            return (given,) * len(self.model.joint_names)
-        return tuple(given.get(joint, CommandMode.POSITION) for joint in self.model.joint_names)
+        if isinstance(given, Mapping):
+            return tuple(given.get(joint, CommandMode.POSITION) for joint in self.model.joint_names)
+        return (given,) * len(self.model.joint_names)
 
     @property
     def drive_gains(self) -> tuple[Floats, Floats]:

@@ -59,6 +59,8 @@ def open_document(
     file = resolve_path(path)
     if file.is_dir():
         raise ModelFileError(file, "is a folder; name the file in it.")
+    if not file.is_file():
+        raise ModelFileError(file, "is not a regular file, and only those are opened.")
     if file.suffix.lower() not in ENDINGS:
         raise ModelFileError(file, f"the ending '{file.suffix}' is of no model file; there are {', '.join(ENDINGS)}.")
     packages = Packages(package_paths, file)

@@ -62,7 +62,8 @@ BROKEN = {
     "unknown hook": (
         hook("return []", "xyz"),
         "there is no hook 'xyz'; there are "
-        "frobs_simulators, frobs_robots, frobs_controllers, frobs_tasks, frobs_algorithms",
+        "frobs_simulators, frobs_robots, frobs_controllers, frobs_tasks, frobs_algorithms, frobs_abilities, "
+        "frobs_sensor_types, frobs_parameters",
     ),
     "hook with an argument": (
         HEADER + "@hookimpl\ndef frobs_robots(config): return []",
@@ -207,7 +208,7 @@ def test_every_kind_is_loaded_from_one_plugin_and_its_import_is_timed(site):
     site.add("all-dist", {"everything.py": HEADER + "import time; time.sleep(0.01)\n" + "\n".join(functions)})
     plugins = site.plugins()
     (report,) = plugins.reports()
-    assert {kind: [record.name for record in records] for kind, records in report.records.items()} == {
+    assert {kind: [record.name for record in records] for kind, records in report.records.items() if records} == {
         kind: ["n"] for kind in hooks
     }
     assert report.import_seconds >= 0.01

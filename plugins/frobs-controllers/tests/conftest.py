@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.interfaces import CommandMode, DifferentialDrive, DriveGains, Robot, RobotHandle
+from frobs_core.interfaces import CommandMode, DifferentialDrive, DriveGains, EndEffector, Robot, RobotHandle
 from frobs_core.models.model import Joint, JointLimits, JointType, Link, Pose, RobotModel
 
 # The IRB120: joint offset [m], axis, lower, upper [rad], velocity [rad/s].
@@ -63,6 +63,22 @@ CART = Robot(
         max_angular_velocity=3.0,
     ),
 )
+
+
+GRIPPER = Robot(
+    model="fake.urdf",
+    name="fake_gripper",
+    groups={"fingers": tuple(f"joint_{i + 1}" for i in range(6))},
+    end_effectors={
+        "fingers": EndEffector(
+            tcp="link_6",
+            group="fingers",
+            open={f"joint_{i + 1}": 0.5 for i in range(6)},
+            closed={f"joint_{i + 1}": -0.5 for i in range(6)},
+        )
+    },
+)
+"""The fake arm as a gripper with six fingers."""
 
 
 class FakeRobot(RobotHandle):
@@ -180,6 +196,16 @@ def _quat_wxyz(rotation):
 def fake_arm():
     """Make a fake IRB120: ``fake_arm(num_envs, share=…, sag=…, home=…)``."""
     return FakeRobot
+
+
+@pytest.fixture
+def fake_gripper():
+    """Make a fake gripper: ``fake_gripper(num_envs)``."""
+
+    def make(num_envs=1):
+        return FakeRobot(num_envs, robot=GRIPPER, share=0.5)
+
+    return make
 
 
 @pytest.fixture

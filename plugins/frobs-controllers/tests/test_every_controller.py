@@ -14,13 +14,14 @@ CASES += [("discrete", {"controller": RECORDS["tcp_delta_position"]})]
 
 
 @pytest.fixture(params=CASES, ids=[f"{name} {' '.join(parameters)}".strip() for name, parameters in CASES])
-def case(request, fake_arm, fake_cart, bound):
+def case(request, fake_arm, fake_cart, fake_gripper, bound):
     name, parameters = request.param
 
     def make(num_envs):
-        robot = (
-            fake_cart(num_envs, wheel_velocity=20.0) if name == "differential_drive" else fake_arm(num_envs, share=0.5)
-        )
+        if name == "differential_drive":
+            robot = fake_cart(num_envs, wheel_velocity=20.0)
+        else:
+            robot = fake_gripper(num_envs) if name.startswith("gripper") else fake_arm(num_envs, share=0.5)
         return bound(RECORDS[name].load()(**parameters), robot), robot
 
     return make

@@ -54,11 +54,12 @@ class TcpImpedance(Controller):
         angular = non_negative("tcp_impedance: rotational_damping", rotational_damping, "N·m·s/rad")
         self._damping: Floats = np.repeat([linear, angular], 3)
         self.joint_damping = non_negative("tcp_impedance: joint_damping", joint_damping, "N·m·s/rad")
+        self._gravity: Floats = np.array([0.0, 0.0, -9.81])
         self.leash = positive("tcp_impedance: leash", leash, "m")
 
     def bind_scene(self, scene: Scene, simulation: Simulation) -> None:
         """Keep the direction of gravity."""
-        self._gravity: Floats = np.array(scene.gravity)
+        self._gravity = np.array(scene.gravity)
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
         """Prepare for the joints to control."""

@@ -109,6 +109,7 @@ class MujocoRobot(RobotHandle):
 
     def apply_gains(self) -> None:
         """Write the gains of each environment, in the present command modes, to MuJoCo's model."""
+        self.refresh_gains()
         bias = self._batch.expand("actuator_biasprm")
         bias[:, self.actuators, 1:3] = -np.stack([self._active_stiffness, self._active_damping], axis=-1)
 
