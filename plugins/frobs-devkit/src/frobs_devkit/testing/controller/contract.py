@@ -44,7 +44,7 @@ def commands_have_their_shape(subject: ControllerUnderTest) -> None:
             expect(right, f"a command has shape {command.shape}, neither {(n, dof)} nor {(n, bound.decimation, dof)}.")
             expect(np.isfinite(command).all(), f"a command is not finite: {command}.")
             bound.robot.command(command)
-            bound.simulation.step(bound.decimation)
+            bound.advance()
 
 
 def info_has_its_shape(subject: ControllerUnderTest) -> None:
@@ -87,7 +87,7 @@ def apply_reads_only(subject: ControllerUnderTest) -> None:
             expect_same(copy, given, "the array of actions after apply()")
             expect_same(state, bound.simulation.snapshot(), "the simulation after apply()")
             bound.robot.command(command)
-            bound.simulation.step(bound.decimation)
+            bound.advance()
 
 
 def needs_are_capabilities(subject: ControllerUnderTest) -> None:

@@ -39,8 +39,15 @@ class Bound:
         """Apply actions and advance by a control step; returns the command."""
         command = np.array(self.controller.apply(action))
         self.robot.command(command)
-        self.simulation.step(self.decimation)
+        self.advance()
         return command
+
+    def advance(self) -> None:
+        """Advance by a control step."""
+        if self.controller.rate == "physics":
+            self.simulation.step_with(self.decimation, lambda: self.robot.command(self.controller.update()))
+        else:
+            self.simulation.step(self.decimation)
 
     def begin(self, mask: Mask | None = None) -> None:
         """Begin an episode, as environments do."""

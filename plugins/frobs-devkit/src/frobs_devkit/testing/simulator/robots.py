@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 from pathlib import Path
 
-from frobs_core.interfaces import DifferentialDrive, DriveGains, Robot
+from frobs_core.interfaces import ALL, DifferentialDrive, DriveGains, EndEffector, Robot
 from frobs_core.models import RobotModel, load_model
 
 ARM = Robot(
@@ -14,8 +14,17 @@ ARM = Robot(
     tcp="tool",
     home={"shoulder": 0.3, "elbow": -0.4},
     gains=DriveGains(stiffness=400.0, damping=30.0),
+    groups={ALL: ("shoulder", "elbow")},
+    end_effectors={
+        "tool": EndEffector(
+            tcp="tool", group=ALL, open={"shoulder": 1.0, "elbow": 0.5}, closed={"shoulder": 0.0, "elbow": -1.0}
+        )
+    },
 )
-"""Two revolute joints whose axes and origins are turned every way, without shapes: it touches nothing."""
+"""Two revolute joints whose axes and origins are turned every way, without shapes: it touches nothing.
+
+Controllers of grippers may take it for two fingers.
+"""
 
 LIFT = Robot(
     model="kit_lift",
