@@ -47,16 +47,16 @@ class Gripper(Controller):
         self._stroke = np.array([tool.open[joint] for joint in joints.joint_names]) - self._closed
         self._control_timestep = control_timestep
         with np.errstate(divide="ignore"):
-            per_finger = joints.velocity_limit[0] * control_timestep / np.abs(self._stroke)
-        self._fastest = float(per_finger.min())  # change of the opening in a control step
-        self._wanted, self._opening = np.zeros((2, joints.num_envs, 1))
+            self._fastest = joints.velocity_limit * control_timestep / np.abs(self._stroke)  # opening in a control step
+        self._wanted, self._opening = np.zeros((joints.num_envs, 1)), np.zeros((joints.num_envs, joints.dof))
         self.action_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
         self.reset(None)
 
     def reset(self, mask: Mask | None) -> None:
         """Keep the present opening."""
-        opening = ((self._joints.joint_positions - self._closed) / self._stroke).mean(axis=1, keepdims=True)
-        self._wanted[rows(mask)] = self._opening[rows(mask)] = np.clip(opening, 0.0, 1.0)[rows(mask)]
+        opening = (self._joints.joint_positions - self._closed) / self._stroke
+        self._opening[rows(mask)] = opening[rows(mask)]
+        self._wanted[rows(mask)] = np.clip(opening.mean(axis=1, keepdims=True), 0.0, 1.0)[rows(mask)]
 
     def apply(self, action: Action) -> Floats:
         """Return the joint positions to go to, (num_envs, dof) [rad or m]."""
