@@ -49,6 +49,7 @@ def test_templates_use_public_modules_only(file: str) -> None:
             "hookspecs",
             "interfaces",
             "models",
+            "observation",
             "random",
             "rotations",
             "specs",

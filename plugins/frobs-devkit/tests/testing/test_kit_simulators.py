@@ -389,7 +389,8 @@ def an_empty_mask_is_everybody(original: Any, self: Any, mask: Any = None) -> No
 @wrong(MujocoSimulation, "__init__", "robots_stand_apart")
 def robots_in_one_place(original: Any, self: Any, robots: Any, scene: Any, **keywords: Any) -> None:
     first = next(iter(robots.values())).pose
-    original(self, {name: replace(one, pose=first) for name, one in robots.items()}, scene, **keywords)
+    placed = {name: one if name in scene.props else replace(one, pose=first) for name, one in robots.items()}
+    original(self, placed, scene, **keywords)
 
 
 @wrong(MujocoBody, "write_pose", "static_bodies_stay")

@@ -26,7 +26,8 @@ def legacy_variables() -> dict[str, str]:
     """
     use_ros()
     installation = find_ros()
-    own = {"frobs_rl": FROBS_RL} | {path.name: path for path in (_HERE / "overlay").iterdir() if path.name[0] != "_"}
+    # Python runs a file named sitecustomize.py at its start, so it has this name in the overlay alone.
+    own = {"frobs_rl": FROBS_RL, "gym": _HERE / "overlay" / "gym", "sitecustomize.py": _HERE / "overlay_start.py"}
     overlay = make_overlay({**links_to_messages(), **links_to_ros(), **own})
     set_by_use_ros = {name: os.environ[name] for name in _OF_ROS if name in os.environ}
     return {

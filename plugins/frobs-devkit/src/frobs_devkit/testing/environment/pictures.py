@@ -8,7 +8,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.errors import RenderingUnavailableError
+from frobs_core.errors import CapabilityError, RenderingUnavailableError
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_array
 from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
@@ -33,7 +33,7 @@ def render_draws(subject: EnvUnderTest) -> None:
             picture = env.render()
             _expect_picture(picture, _SIZE if ours else None)
             expect_same_play(expected, play(_Rendering(env), 14, actions), "an environment that draws every step")
-    except (RenderingUnavailableError, gym.error.DependencyNotInstalled) as error:
+    except (CapabilityError, RenderingUnavailableError, gym.error.DependencyNotInstalled) as error:
         raise Inconclusive(str(error)) from error
 
 
