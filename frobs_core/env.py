@@ -45,14 +45,13 @@ class Loop:
         self.discrete = not isinstance(parts.control.action_space, gym.spaces.Box)
         # Optional parts of a step are resolved here, so that a step neither asks for them nor calls empty methods.
         self._handles = [robot.robot for robot in parts.control.robots.values()]
-        only = parts.control.only
-        self._commands = parts.control.commands if only is None else lambda actions: [only.apply(actions)]
+        # The usual case, in which one command passes straight from a controller to its robot.
+        self._only = parts.control.only if randomization is None else None
         self._reads = parts.observations.vector_reads or []
         self._observe = self._observe_vectors if self._reads else parts.observations.observe
         self._act = _unchanged if randomization is None else randomization.act
         self._degrade = _unchanged if randomization is None else randomization.observe
         self.added_terms = parts.added_terms
-        self._measure = parts.added_terms.advance if parts.added_terms.stateful else _nothing
         self._physics_rate = parts.control.physics_rate
         self._is_terminated = methodcaller("is_terminated") if _overrides(parts.task, Task, "is_terminated") else _never
         self._reports: list[tuple[Any, Callable[[Any], Any], _Keys]] = [
@@ -91,14 +90,18 @@ class Loop:
         """
         rng, task = self.rng, self.task
         rng.clock += 1
-        for robot, command in zip(self._handles, self._act(rng, self._commands(actions)), strict=True):
-            robot.command(command)
+        if self._only is not None:
+            self._handles[0].command(self._only.apply(actions))
+        else:
+            for robot, command in zip(self._handles, self._act(rng, self.control.commands(actions)), strict=True):
+                robot.command(command)
         if self._physics_rate:
             self.simulation.step_with(self.decimation, self.control.update)
         else:
             self.simulation.step(self.decimation)
         task.advance(rng)  # measures once; what follows only reads
-        self._measure(rng, actions)
+        if self.added_terms.stateful:
+            self.added_terms.advance(rng, actions)
         observation = self._degrade(rng, self._observe())
         reward = task.reward()
         terminated = self._is_terminated(task)
@@ -145,10 +148,6 @@ class _Keys(dict[str, str]):
 
 def _unchanged(rng: RandomSource, values: Any) -> Any:
     return values
-
-
-def _nothing(rng: RandomSource, actions: Action) -> None:
-    return None
 
 
 def _never(task: Task) -> None:
