@@ -6,9 +6,8 @@ import inspect
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
-from frobs_core import plugins
 from frobs_core.added_terms import AddedTerms, needed_capabilities
 from frobs_core.added_terms import read_settings as read_observations
 from frobs_core.capabilities import Level, check_capabilities
@@ -25,12 +24,10 @@ from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Sim
 from frobs_core.models import Pose, load_model
 from frobs_core.observation import Observations
 from frobs_core.randomization import Randomization, physical_parameters, read_settings
-from frobs_core.robot_config import RobotConfig
+from frobs_core.robot_config import RobotConfig, find_record
 from frobs_core.sensors.contacts import with_contacts
-from frobs_core.specs import Record, SimulatorRecord, TaskRecord
+from frobs_core.specs import SimulatorRecord, TaskRecord
 from frobs_core.validation import whole_number
-
-_Record = TypeVar("_Record", bound=Record)
 
 MAX_NUM_ENVS = 100_000
 """Most environments that are stepped together: each takes 10 kB or more, so that these take a gigabyte."""
@@ -74,8 +71,8 @@ def compose(config: EnvConfig, num_envs: int) -> Parts:
         ConfigurationError: A value cannot be used.
     """
     check_num_envs(num_envs)
-    simulator = _record(SimulatorRecord, "simulator", config.simulator)
-    task = _record(TaskRecord, "task", config.task)
+    simulator = find_record(SimulatorRecord, "simulator", config.simulator)
+    task = find_record(TaskRecord, "task", config.task)
     settings = read_settings(config.randomize)
     observed = read_observations(config.observations)
     robots = config.robot_configs()
@@ -176,13 +173,6 @@ def _check_apart(placements: Mapping[str, Placement]) -> None:
             raise ConflictingOptionsError(
                 [f"robots.{other}", f"robots.{name}"], f"both stand at {placement.pose.pos} m; give one a pose"
             )
-
-
-def _record(cls: type[_Record], kind: str, part: str | _Record) -> _Record:
-    """Return a part's record by its name, or as it was given."""
-    record = plugins.get_record(kind, part) if isinstance(part, str) else part
-    assert isinstance(record, cls)
-    return record
 
 
 def build(owner: str, cls: type[Any], parameters: Mapping[str, Any], others: Iterable[str] = ()) -> Any:

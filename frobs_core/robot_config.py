@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from frobs_core import plugins
 from frobs_core.errors import (
-    ConfigurationError,
     MissingSettingError,
     ParameterValueError,
     UnknownNameError,
@@ -19,8 +18,10 @@ from frobs_core.interfaces import ALL, Robot
 from frobs_core.models import Pose
 from frobs_core.rotations import quat_from_rpy
 from frobs_core.sensors.settings import apply_settings
-from frobs_core.specs import ControllerRecord
+from frobs_core.specs import ControllerRecord, Record
 from frobs_core.validation import number_list
+
+AnyRecord = TypeVar("AnyRecord", bound=Record)
 
 _MODEL_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
 
@@ -118,7 +119,11 @@ class RobotConfig:
         for group in (*chosen, *keywords):
             if group not in groups:
                 raise UnknownNameError(f"joint group of robot '{robot.name}'", group, groups)
-        found = {group: (_record(chosen[group]), keywords.get(group, {})) for group in groups if chosen.get(group)}
+        found = {
+            group: (find_record(ControllerRecord, "controller", part), keywords.get(group, {}))
+            for group in groups
+            if (part := chosen.get(group))
+        }
         if not found:
             raise MissingSettingError(f"robot '{robot.name}'", "a controller", "pass controller='joint_delta_position'")
         return found
@@ -157,8 +162,19 @@ def _look_up(robot: str | Robot) -> Robot:
     return found
 
 
-def _record(controller: str | ControllerRecord | None) -> ControllerRecord:
-    record = plugins.get_record("controller", controller) if isinstance(controller, str) else controller
-    if not isinstance(record, ControllerRecord):
-        raise ConfigurationError(f"controller is {controller!r}; it must be a name or a ControllerRecord.")
+def find_record(cls: type[AnyRecord], kind: str, part: str | Record) -> AnyRecord:
+    """Return a record by its name, or as it was given.
+
+    Args:
+        cls: Class of the record.
+        kind: Its kind: ``"controller"``.
+        part: Name or record.
+
+    Raises:
+        UnknownNameError: No plugin offers the name.
+        ParameterValueError: It is neither a name nor such a record.
+    """
+    record = plugins.get_record(kind, part) if isinstance(part, str) else part
+    if not isinstance(record, cls):
+        raise ParameterValueError(kind, part, f"a name or a {cls.__name__}")
     return record

@@ -10,6 +10,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.errors import PluginError
 from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.joint_group import JointGroup
 from frobs_core.interfaces.scene import Scene
@@ -76,8 +77,11 @@ class Controller(ABC):
 
         Called before each physics step of a control step but the first, whose command :meth:`apply` has returned. The
         state that the group reports is that of the last physics step.
+
+        Raises:
+            PluginError: The controller has the rate ``"physics"`` and does not define this method.
         """
-        raise NotImplementedError(f"{type(self).__name__} has rate 'physics', so it must define update().")
+        raise PluginError(f"{type(self).__name__} has rate 'physics', so it must define update().")
 
     def info(self) -> Mapping[str, np.ndarray[Any, Any]]:
         """Return what the last :meth:`apply` has to say, as numbers (num_envs,) by name, with the same names each time.

@@ -8,6 +8,7 @@ import numpy as np
 from frobs_controllers.parameters import rows
 from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.interfaces import CommandMode, Controller, JointGroup, Scene, Simulation, Snapshot
+from frobs_core.models import joint_path
 from frobs_core.rotations import quat_difference, quat_rotate
 from frobs_core.validation import non_negative, positive
 
@@ -123,11 +124,5 @@ class TcpImpedance(Controller):
 
 def moved_links(joints: JointGroup) -> set[str]:
     """Return the names of all links that the joints of a group move."""
-    moved: set[str] = set()
-    for joint in joints.model.joints:  # in the file's order, which need not be that of the tree
-        waiting = [joint.child] if joint.name in joints.joint_names else []
-        while waiting:
-            link = waiting.pop()
-            moved.add(link)
-            waiting += [child.child for child in joints.model.joints if child.parent == link]
-    return moved
+    model, moving = joints.model, set(joints.joint_names)
+    return {link.name for link in model.links if any(joint.name in moving for joint in joint_path(model, link.name))}
