@@ -33,7 +33,7 @@ TYPES: Mapping[str, frozenset[str]] = {
 MODALITIES = ("rgb", "depth")
 
 MAX_SIDE = 4_096
-"""Most pixels along a side of an observed image."""
+"""Largest height and width of an observed image [pixels]."""
 
 
 def read_settings(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
@@ -225,7 +225,7 @@ def _unbounded(read: Callable[[], Floats], width: int, unit: str) -> Observation
 
 
 def _action_bounds(control: Control) -> tuple[Floats, Floats]:
-    """Return the least and the greatest number of each element of an action; one element for a Discrete space."""
+    """Return the bounds of an action, (k,) each; k is 1 for a Discrete space."""
     space: Any = control.action_space
     if hasattr(space, "low"):
         return space.low.astype(np.float64).ravel(), space.high.astype(np.float64).ravel()

@@ -92,7 +92,7 @@ def test_discrete_controllers_become_a_multidiscrete_space(gripping):
         assert env.robot.joint_positions[0, -1] < 0.005
 
 
-def test_a_mixture_of_action_spaces_names_the_controller_that_mends_it(gripping):
+def test_a_mixture_of_action_spaces_names_the_controller_that_fixes_it(gripping):
     with pytest.raises(IncompatibleSpaceError, match="'discrete' makes one of a Box"):
         make(gripping, controller={"arm": "discrete", "hand": "gripper_delta"})
 

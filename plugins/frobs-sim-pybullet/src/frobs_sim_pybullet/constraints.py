@@ -103,7 +103,7 @@ def _impedance(depth: float) -> float:
 def _minimise(matrix: Floats, slope: Floats, low: Floats, high: Floats) -> Floats:
     """Return f in [low, high] that minimises ½·fᵀ·matrix·f + fᵀ·slope.
 
-    Which efforts are at their bounds is guessed a few times; then Gauss-Seidel sweeps verify it, and mend it if need be.
+    Which efforts are at their bounds is guessed a few times; then Gauss-Seidel sweeps verify the guess and correct it if necessary.
     Where they need many, what they have found is the next guess, which may be a little less exact: efforts that are
     tiny beside others never settle, because of rounding.
     """

@@ -61,7 +61,7 @@ def continues_exactly(subject: AlgorithmUnderTest) -> None:
             resumed = type(whole).load(Path(folder), copied)
             again = Monitor(copied)
             resumed.train(total, again)
-    expect(again.steps == after, f"continued, it tells of steps {again.steps}, not of {after}.")
+    expect(again.steps == after, f"after it was loaded, it reports {again.steps} steps instead of {after}.")
     expect_same(whole.predict(seen)[0], resumed.predict(seen)[0], "predictions of a training that was continued")
     for steps, row, found in zip(after, told.rows[len(before) :], again.rows, strict=True):
         expect_same(row, found, f"the metrics at step {steps} of a training that was continued")

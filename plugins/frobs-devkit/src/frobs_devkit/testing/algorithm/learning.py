@@ -53,7 +53,7 @@ def learns(subject: AlgorithmUnderTest) -> None:
     seen = subject.observations(8)
     algorithm, monitor = subject.trained
     expect(monitor.steps, "on_progress was never called.")
-    expect(monitor.steps == sorted(monitor.steps), f"on_progress was told of falling steps: {monitor.steps}.")
+    expect(monitor.steps == sorted(monitor.steps), f"the steps that are reported decrease: {monitor.steps}.")
     expect(monitor.steps[-1] >= subject.steps, f"it trained for {monitor.steps[-1]} of {subject.steps} steps.")
     expect(monitor.offers or len(monitor.steps) < 3, "offer_checkpoint is never called; no run could be resumed.")
     if difference(subject.untrained.predict(seen)[0], algorithm.predict(seen)[0]) is None:
@@ -66,7 +66,7 @@ def steps_count_every_environment(subject: AlgorithmUnderTest) -> None:
     env = monitor.env
     expect(
         monitor.steps == monitor.taken,
-        f"on_progress tells of {monitor.steps[:5]} steps where {env.num_envs} environments took {monitor.taken[:5]}.",
+        f"{monitor.steps[:5]} steps are reported, but {env.num_envs} environments took {monitor.taken[:5]}.",
     )
     expect(env.outside is None, f"the training steps with actions that are not in {env.action_space}: {env.outside}.")
 

@@ -74,7 +74,7 @@ def ends_have_their_reason(subject: EnvUnderTest) -> None:
         last, by_task = next(iter(ends), (0, False))
         expect(
             len(ends) != 1 or not by_task or last < limit - 1,
-            f"every episode is terminated at step {last} of {limit}: the time limit truncates, and the value goes on beyond it.",
+            f"every episode is terminated at step {last} of {limit}: the time limit must truncate, so that the final value is bootstrapped.",
         )
     if not ours:
         _expect_reached(reached)

@@ -34,7 +34,7 @@ def success_comes_and_goes(subject: EnvUnderTest) -> None:
     with closing(subject.make()) as env:
         require_ours(env)
         told = {info.get("is_success") for _, _, info in _steps(env)}
-        expect(told != {1.0}, f"success is in each of {_STEPS} steps of random episodes; it tells nothing.")
+        expect(told != {1.0}, f"success is in each of {_STEPS} steps of random episodes; so it carries no information.")
         task, (observation, _) = inside(env).task, env.reset(seed=8)
         of_goals = isinstance(observation, dict) and "achieved_goal" in observation
         if 1.0 not in told and "goal" in task.reset_options and observes_truly(env, "achieved_goal", "desired_goal"):

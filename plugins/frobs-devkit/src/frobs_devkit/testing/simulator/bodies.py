@@ -189,7 +189,7 @@ def every_shape_is_met(subject: SimulatorUnderTest) -> None:
 
 @verifies("contacts")
 def frictions_brake(subject: SimulatorUnderTest) -> None:
-    """Torsional and rolling friction brake a ball on the floor by their torque; a simulator may refuse them."""
+    """Torsional and rolling friction brake a ball on the floor by their torque; a simulator may reject them."""
     lying = replace(BALL, pose=Pose((0.0, 2.0, 0.05)))
     inertia, load = 0.4 * 0.5 * 0.05**2, 0.5 * 9.81
     spinning = replace(lying, twist=((0.0, 0.0, 0.0), (0.0, 0.0, 20.0)))
@@ -206,7 +206,7 @@ def frictions_brake(subject: SimulatorUnderTest) -> None:
                     sim.step(100)
                     speed = np.linalg.norm(sim.bodies["ball"].twist[1], axis=1)
             except SceneError:
-                expect(value > 0.0, f"a body with a {name} of 0 is refused.")
+                expect(value > 0.0, f"a body with a {name} of 0 is rejected.")
                 refused.append(name)
                 continue
             lost = 100 * TIMESTEP * brake(value)
