@@ -45,7 +45,7 @@ SETTINGS = (
 )  # fmt: skip
 JUNK: tuple[Any, ...] = (
     None, True, -1, 0, 5, 1.5, math.nan, math.inf, 10**30, "", "x", "a\0b", b"x", [], [1], [1, "a"], [[1], [1, 2]], {},
-    {"a": 1}, {1: 2}, {"a": [1]}, (), (1, 2, 3), object(), np.zeros(3), np.array(["a"]), 1j, {1, 2}, len,
+    {"a": 1}, {1: 2}, {"a": [1]}, (), (1, 2, 3), object, np.zeros(3), np.array(["a"]), 1j, {1, 2}, len,
 )  # fmt: skip
 NUMERIC = {
     "episodes", "seed", "seeds", "num_envs", "steps", "trials", "threshold", "timeout", "timestep", "goal", "speed",
