@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.arrays import Floats, Mask
 from frobs_core.capabilities import Level
 from frobs_core.control import Control
 from frobs_core.errors import ObservationTermError, UnknownNameError
-from frobs_core.interfaces import RobotHandle, Scene, Sensor, Simulation, Snapshot
+from frobs_core.interfaces import RobotHandle, Scene, Sensor, Simulation, Snapshot, StepContext
 from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.sensors import Sensors
@@ -93,6 +93,7 @@ class AddedTerms:
         simulation: The simulation that is observed.
         scene: Its scene.
         control: All controllers.
+        context: Of the environment's steps.
         control_timestep: [s]
 
     Attributes:
@@ -109,11 +110,11 @@ class AddedTerms:
         simulation: Simulation,
         scene: Scene,
         control: Control,
+        context: StepContext,
         control_timestep: float,
     ) -> None:
         self._simulation, self._scene, self._control = simulation, scene, control
         self._sensors: dict[str, Sensors] = {}
-        self._action: Floats | None = None  # (num_envs, k) of the last step, if a term reads it
         self.terms: dict[str, ObservationTerm] = {}
         for name, term in settings.items():
             if term["type"] == "sensor":
@@ -121,41 +122,29 @@ class AddedTerms:
             elif term["type"] == "camera":
                 self.terms[name] = self._camera(name, term)
             elif term["type"] == "previous_action":
-                self.terms[name] = self._previous_action()
+                self.terms[name] = _previous_action(context, control)
             else:
                 self.terms[name] = self._state(name, term)
-        self.stateful = bool(self._sensors) or self._action is not None
+        self.stateful = bool(self._sensors)
 
     def reset(self, rng: RandomSource, mask: Mask | None) -> None:
-        """Take the first samples of an episode, and forget the last action."""
-        if self._action is not None:
-            self._action[slice(None) if mask is None else mask] = 0.0
+        """Take the first samples of an episode."""
         for sensors in self._sensors.values():
             sensors.reset(mask, rng)
 
-    def advance(self, rng: RandomSource, actions: Action) -> None:
-        """Measure, once in each control step.
-
-        Args:
-            rng: The environment's source.
-            actions: (num_envs, …) of this step.
-        """
-        if self._action is not None:
-            self._action[:] = actions.reshape(self._action.shape)
+    def advance(self, rng: RandomSource) -> None:
+        """Measure, once in each control step."""
         for sensors in self._sensors.values():
             sensors.advance(rng)
 
     def snapshot(self) -> Snapshot:
         """Return what the terms keep between steps, by their names."""
-        kept = {
+        return {
             f"{name}/{key}": value for name, part in self._sensors.items() for key, value in part.snapshot().items()
         }
-        return kept if self._action is None else {**kept, "previous_action": self._action.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
-        if self._action is not None:
-            self._action[:] = snapshot["previous_action"]
         for name, part in self._sensors.items():
             start = f"{name}/"
             part.restore({key.removeprefix(start): value for key, value in snapshot.items() if key.startswith(start)})
@@ -187,11 +176,6 @@ class AddedTerms:
         read, unit = reads[term["type"]]
         return _unbounded(read, robot.dof, unit)
 
-    def _previous_action(self) -> ObservationTerm:
-        low, high = _action_bounds(self._control)
-        self._action = action = np.zeros((self._simulation.num_envs, len(low)))
-        return ObservationTerm(read=lambda: np.clip(action, low, high), low=low, high=high, unit="1")
-
     def _sensor(self, name: str, term: Mapping[str, Any], control_timestep: float) -> ObservationTerm:
         robot, handle = self._robot(name, term)
         known: Mapping[str, Sensor] = handle.robot.sensors
@@ -222,6 +206,13 @@ def _known(kind: str, name: str, known: Collection[str]) -> str:
 def _unbounded(read: Callable[[], Floats], width: int, unit: str) -> ObservationTerm:
     far = np.full(width, np.inf)
     return ObservationTerm(read=read, low=-far, high=far, unit=unit)
+
+
+def _previous_action(context: StepContext, control: Control) -> ObservationTerm:
+    low, high = _action_bounds(control)
+    return ObservationTerm(
+        read=lambda: context.action.reshape(-1, len(low)).astype(np.float64), low=low, high=high, unit="1"
+    )
 
 
 def _action_bounds(control: Control) -> tuple[Floats, Floats]:

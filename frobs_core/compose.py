@@ -20,9 +20,10 @@ from frobs_core.errors import (
     ParameterValueError,
     UnknownParameterError,
 )
-from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Simulation, Task
+from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Simulation, StepContext, Task
 from frobs_core.models import Pose, load_model
 from frobs_core.observation import Observations
+from frobs_core.random import RandomSource
 from frobs_core.randomization import Randomization, physical_parameters, read_settings
 from frobs_core.robot_config import RobotConfig, find_record
 from frobs_core.sensors.contacts import with_contacts
@@ -50,6 +51,7 @@ class Parts:
     task: Task
     observations: Observations
     added_terms: AddedTerms
+    context: StepContext
     robot: RobotHandle
     controller: Controller
     control_timestep: float
@@ -137,7 +139,9 @@ def compose(config: EnvConfig, num_envs: int) -> Parts:
         first = next(iter(joined.robots.values()))
         controller = next(iter(first.controllers.values()))
         the_task.bind(simulation, controller, control)
-        added = AddedTerms(observed, simulation, scene, joined, control)
+        commands = {name: robot.robot.home for name, robot in joined.robots.items()}
+        context = StepContext(RandomSource(num_envs), joined.action_space, commands)
+        added = AddedTerms(observed, simulation, scene, joined, context, control)
         terms = the_task.observation_terms()
         for name in added.terms:
             if name in terms:
@@ -148,7 +152,17 @@ def compose(config: EnvConfig, num_envs: int) -> Parts:
         simulation.close()
         raise
     return Parts(
-        simulation, joined, the_task, observations, added, first.robot, controller, control, decimation, randomization
+        simulation,
+        joined,
+        the_task,
+        observations,
+        added,
+        context,
+        first.robot,
+        controller,
+        control,
+        decimation,
+        randomization,
     )
 
 

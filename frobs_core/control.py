@@ -133,6 +133,7 @@ class Control:
         action_space: Of one environment.
         physics_rate: Whether a controller commands every physics step.
         only: The only controller, if it moves all joints of the only robot at the control rate; else None.
+        last_commands: Of each robot, (num_envs, dof), as :meth:`update` last gave them.
 
     Raises:
         IncompatibleSpaceError: The action spaces cannot be joined.
@@ -141,6 +142,7 @@ class Control:
     def __init__(self, robots: Mapping[str, RobotControl]) -> None:
         self.robots = dict(robots)
         self._first = next(iter(self.robots.values()))
+        self.last_commands: dict[str, Floats] = {}
         self.only = self._first.only if len(self.robots) == 1 else None
         self.controllers = {
             f"{name}/{group}": controller
@@ -176,8 +178,9 @@ class Control:
 
     def update(self) -> None:
         """Command the next physics step."""
-        for robot in self.robots.values():
-            robot.robot.command(robot.update())
+        for name, robot in self.robots.items():
+            self.last_commands[name] = command = robot.update()
+            robot.robot.command(command)
 
     def reset(self, mask: Mask | None) -> None:
         """Begin an episode; the task has placed the robots."""

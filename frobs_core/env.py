@@ -32,6 +32,7 @@ class Loop:
         num_envs: ≥ 1.
 
     Attributes:
+        context: What the task may know about the last step.
         rng: The source of all random numbers.
         discrete: Whether the actions are not those of a Box.
     """
@@ -41,10 +42,10 @@ class Loop:
         self.observations, self._checked_terms = parts.observations, False
         self.randomization = randomization = parts.randomization
         self.decimation, self.num_envs = parts.decimation, num_envs
-        self.rng = RandomSource(num_envs)
+        self.context, self.rng = parts.context, parts.context.rng
         self.discrete = not isinstance(parts.control.action_space, gym.spaces.Box)
         # Optional parts of a step are resolved here, so that a step neither asks for them nor calls empty methods.
-        self._handles = [robot.robot for robot in parts.control.robots.values()]
+        self._robots = [(name, robot.robot) for name, robot in parts.control.robots.items()]
         # The usual case, in which one command passes straight from a controller to its robot.
         self._only = parts.control.only if randomization is None else None
         self._reads = parts.observations.vector_reads or []
@@ -75,6 +76,7 @@ class Loop:
         self.simulation.reset(mask)
         self.task.reset(mask, self.rng, options)
         self.control.reset(mask)
+        self.context.reset(mask)
         self.added_terms.reset(self.rng, mask)
         if not self._checked_terms:  # not earlier: terms may have no values before the first reset
             self.observations.check()
@@ -88,22 +90,27 @@ class Loop:
         Args:
             actions: (num_envs, …), checked.
         """
-        rng, task = self.rng, self.task
+        context, rng, task = self.context, self.rng, self.task
         rng.clock += 1
+        context.given_action, context.previous_given_action = context.previous_given_action, context.given_action
+        context.given_action[...] = actions
         if self._only is not None:
-            self._handles[0].command(self._only.apply(actions))
+            commands = [self._only.apply(actions)]
         else:
-            for robot, command in zip(self._handles, self._act(rng, self.control.commands(actions)), strict=True):
-                robot.command(command)
+            commands = self._act(rng, self.control.commands(actions))
+        for (name, robot), command in zip(self._robots, commands, strict=True):
+            robot.command(command)
+            context.commands[name] = command if command.ndim == 2 else command[:, -1]
         if self._physics_rate:
             self.simulation.step_with(self.decimation, self.control.update)
+            context.commands.update(self.control.last_commands)
         else:
             self.simulation.step(self.decimation)
-        task.advance(rng)  # measures once; what follows only reads
+        task.advance(context)  # measures once; what follows only reads
         if self.added_terms.stateful:
-            self.added_terms.advance(rng, actions)
+            self.added_terms.advance(rng)
         observation = self._degrade(rng, self._observe())
-        reward = task.reward()
+        reward = task.reward(context)
         terminated = self._is_terminated(task)
         info = {"is_success": task.is_success()}
         for part, report, keys in self._reports:  # after the reward, whose terms are among them
@@ -125,6 +132,7 @@ class Loop:
 
     def _stateful(self) -> dict[str, Any]:
         parts = {"simulation": self.simulation, "task": self.task, "controller": self.control, "random": self.rng}
+        parts["context"] = self.context
         if self.added_terms.stateful:
             parts["terms"] = self.added_terms
         return parts if self.randomization is None else {**parts, "randomization": self.randomization}
@@ -174,6 +182,7 @@ class RobotEnv(gym.Env[Any, Any]):
         robot: Handle of the first controlled robot.
         controller: Controller of its first joint group.
         observations: Terms of the observation, with their columns and units.
+        step_context: What the task may know about the last step.
         randomization: What is randomized, with the current values; None: nothing.
 
     Raises:
@@ -189,6 +198,7 @@ class RobotEnv(gym.Env[Any, Any]):
         self.config = config = EnvConfig.from_dict(keywords)
         parts = compose(config, 1)
         self._loop = Loop(parts, 1)
+        self.step_context = parts.context
         self.simulation, self.control, self.task = parts.simulation, parts.control, parts.task
         self.robot, self.controller = parts.robot, parts.controller
         self.randomization = parts.randomization

@@ -62,6 +62,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self.config = config = EnvConfig.from_dict(keywords)
         parts = compose(config, num_envs)
         self._loop = Loop(parts, num_envs)
+        self.step_context = parts.context
         self.simulation, self.control, self.task = parts.simulation, parts.control, parts.task
         self.robot, self.controller = parts.robot, parts.controller
         self.randomization = parts.randomization

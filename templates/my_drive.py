@@ -13,7 +13,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import Camera, Controller, Marker, Scene, Simulation, Snapshot, Task
+from frobs_core.interfaces import Camera, Controller, Marker, Scene, Simulation, Snapshot, StepContext, Task
 from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.rotations import quat_conjugate, quat_from_axis_angle, quat_rotate
@@ -95,7 +95,7 @@ class MyDrive(Task):
         self._measure()
         self._last_distance[rows] = self._distance[rows]
 
-    def advance(self, rng: RandomSource) -> None:
+    def advance(self, context: StepContext) -> None:
         """Measure, once in each control step; everything below uses it."""
         self._last_distance = self._distance
         self._measure()
@@ -115,7 +115,7 @@ class MyDrive(Task):
             "velocity": ObservationTerm(read=velocity, low=-bound, high=bound, unit="m/s, rad/s"),
         }
 
-    def reward(self) -> Floats:
+    def reward(self, context: StepContext) -> Floats:
         """Return the reward of the step that has just ended, (num_envs,)."""
         arrived = self.is_success()
         if self.reward_type == "sparse":

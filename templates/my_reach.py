@@ -13,7 +13,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ParameterValueError, UnsuitableRobotError
-from frobs_core.interfaces import Camera, Controller, Marker, Scene, Simulation, Snapshot, Task
+from frobs_core.interfaces import Camera, Controller, Marker, Scene, Simulation, Snapshot, StepContext, Task
 from frobs_core.models import longest_reach
 from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
@@ -91,7 +91,7 @@ class MyReach(Task):
             self._goal[rows] = self._reachable[rng.integers("goal", 0, len(self._reachable), mask=mask)]
         self._measure()
 
-    def advance(self, rng: RandomSource) -> None:
+    def advance(self, context: StepContext) -> None:
         """Measure, once in each control step; everything below uses it."""
         self._measure()
 
@@ -126,7 +126,7 @@ class MyReach(Task):
             "goal_from_shoulder": ObservationTerm(read=turned_way, low=-far, high=far, unit="m", scale=5.0),
         }
 
-    def reward(self) -> Floats:
+    def reward(self, context: StepContext) -> Floats:
         """Return the reward of the step that has just ended, (num_envs,)."""
         if self.reward_type == "sparse":
             self._terms = {"missed": np.where(self._distance <= self.tolerance, 0.0, -1.0)}

@@ -24,6 +24,7 @@ from frobs_core.interfaces.scene import (
 )
 from frobs_core.interfaces.sensor import Bumper, Imu, Lidar, Sensor
 from frobs_core.interfaces.simulation import BareEngine, Simulation, Snapshot, Wrench
+from frobs_core.interfaces.step_context import StepContext
 from frobs_core.interfaces.task import GoalTask, ResetOptions, Task
 from frobs_core.interfaces.translation import Overlap, Translation, TranslationTable, read_tables, translate
 from frobs_core.observation import Observation
@@ -64,6 +65,7 @@ __all__ = [
     "Shape",
     "Simulation",
     "Snapshot",
+    "StepContext",
     "Task",
     "TrainingMonitor",
     "Translation",

@@ -10,6 +10,7 @@ from frobs_core.arrays import Floats, Mask
 from frobs_core.interfaces.controller import Controller
 from frobs_core.interfaces.scene import Marker, Scene
 from frobs_core.interfaces.simulation import Simulation, Snapshot
+from frobs_core.interfaces.step_context import StepContext
 from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 
@@ -74,7 +75,7 @@ class Task(ABC):
                 the mask count.
         """
 
-    def advance(self, rng: RandomSource) -> None:
+    def advance(self, context: StepContext) -> None:
         """Bring up to date what the terms share, once per control step, after the simulation has stepped."""
 
     @abstractmethod
@@ -86,7 +87,7 @@ class Task(ABC):
         """
 
     @abstractmethod
-    def reward(self) -> Floats:
+    def reward(self, context: StepContext) -> Floats:
         """Return the reward of the step that has just ended, (num_envs,)."""
 
     def reward_terms(self) -> Mapping[str, Floats]:

@@ -57,7 +57,7 @@ class CubeTask(Task):
             for name, robot in self.simulation.robots.items()
         }
 
-    def reward(self):
+    def reward(self, context):
         return np.zeros(self.simulation.num_envs)
 
     def is_success(self):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.interfaces import Body, Controller, Scene, Simulation, Task
+from frobs_core.interfaces import Body, Controller, Scene, Simulation, StepContext, Task
 from frobs_core.models import Box, Pose
 from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
@@ -29,7 +29,7 @@ class Sliding(Task):
         far = np.full(3, np.inf)
         return {"box": ObservationTerm(read=lambda: self._box.pose[0], low=-far, high=far, unit="m")}
 
-    def reward(self) -> Floats:
+    def reward(self, context: StepContext) -> Floats:
         return self._box.pose[0][:, 0].copy()
 
     def is_success(self) -> Mask:

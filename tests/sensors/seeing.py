@@ -22,6 +22,7 @@ from frobs_core.interfaces import (
     Scene,
     Simulation,
     Snapshot,
+    StepContext,
     Task,
 )  # fmt: skip
 from frobs_core.models import Box, Pose
@@ -83,13 +84,13 @@ class Seeing(Task):
     def begin_sensors(self, mask: Mask | None, rng: RandomSource) -> None:
         self.sensors.reset(mask, rng)
 
-    def advance(self, rng: RandomSource) -> None:
-        self.sensors.advance(rng)
+    def advance(self, context: StepContext) -> None:
+        self.sensors.advance(context.rng)
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         return {name: self.sensors.term(name) for name in self.sensors.names}
 
-    def reward(self) -> Floats:
+    def reward(self, context: StepContext) -> Floats:
         return self.robot.base_pose[0][:, 0].copy()
 
     def is_success(self) -> Mask:

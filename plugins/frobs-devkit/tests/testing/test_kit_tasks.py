@@ -33,13 +33,44 @@ def positional_keyword(original: Any, self: Any, goal_tolerance: float = 0.05) -
 
 
 @wrong("reward", "reward_types_work")
-def sparse_is_dense(original: Any, self: Any) -> Any:
-    return original(self) + 1e-3 * self._robot.joint_positions[:, 0]
+def sparse_is_dense(original: Any, self: Any, context: Any) -> Any:
+    return original(self, context) + 1e-3 * self._robot.joint_positions[:, 0]
 
 
 @wrong("reward", "batch_has_its_shapes")
-def reward_in_float32(original: Any, self: Any) -> Any:
-    return original(self).astype(np.float32)
+def reward_in_float32(original: Any, self: Any, context: Any) -> Any:
+    return original(self, context).astype(np.float32)
+
+
+def squared_change(context: Any, previous: Any) -> Any:
+    return ((context.given_action - previous) ** 2).sum(axis=1)
+
+
+@wrong("reward", "reading_changes_nothing")
+def reward_keeps_the_action_itself(original: Any, self: Any, context: Any) -> Any:
+    previous = getattr(self, "_previous", 0.0)
+    self._previous = context.given_action.copy()
+    return original(self, context) - squared_change(context, previous)
+
+
+@wrong("advance", "snapshot_continues")
+def action_missing_from_the_snapshot(original: Any, self: Any, context: Any) -> None:
+    original(self, context)
+    self._change = squared_change(context, getattr(self, "_previous", np.zeros(6)))
+    self._previous = context.given_action.copy()
+    self._distance = self._distance + 1e-3 * self._change
+
+
+@wrong("reward", "reading_changes_nothing")
+def reward_writes_to_the_context(original: Any, self: Any, context: Any) -> Any:
+    reward = original(self, context) - squared_change(context, context.previous_given_action)
+    context.given_action *= 0.5
+    return reward
+
+
+@wrong("reward", "same_step_equals_single")
+def commands_of_all_environments(original: Any, self: Any, context: Any) -> Any:
+    return original(self, context) - np.abs(context.commands["robot"]).mean()
 
 
 @wrong("is_success", "batch_has_its_shapes")
@@ -92,8 +123,8 @@ def plant(monkeypatch: pytest.MonkeyPatch, name: str, faulty: Callable[..., Any]
     monkeypatch.setattr(Reach, name, replaced)
 
 
-def sparse_is_the_distance(original: Any, self: Any) -> Any:
-    reward = original(self)
+def sparse_is_the_distance(original: Any, self: Any, context: Any) -> Any:
+    reward = original(self, context)
     if self.reward_type != "sparse":
         return reward
     self._reward_terms = {"outside": -self._distance}

@@ -11,7 +11,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ParameterValueError, UnknownNameError, UnsuitableRobotError
-from frobs_core.interfaces import Controller, Marker, RobotHandle, Scene, Simulation, Snapshot, Task
+from frobs_core.interfaces import Controller, Marker, RobotHandle, Scene, Simulation, Snapshot, StepContext, Task
 from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.sensors import Sensors
@@ -201,10 +201,10 @@ class Navigate(Task):
         self._locate()
         self._aim()
 
-    def advance(self, rng: RandomSource) -> None:
+    def advance(self, context: StepContext) -> None:
         """Move the boxes, and measure, once in each control step; everything below uses it."""
         self._boxes.move()
-        self._sensors.advance(rng)
+        self._sensors.advance(context.rng)
         before = self._distance
         self._locate()
         self._aim()
@@ -238,7 +238,7 @@ class Navigate(Task):
         known = observable(reads, self._low, self._high, self._robot.robot.lidars.get(self.lidar))
         return {name: known[name] for name in self._observed}
 
-    def reward(self) -> Floats:
+    def reward(self, context: StepContext) -> Floats:
         """Return the reward, (num_envs,)."""
         if self.reward_type == "sparse":
             self._reward_terms = {"goal": self._success.astype(np.float64)}

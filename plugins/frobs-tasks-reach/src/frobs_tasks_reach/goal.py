@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.interfaces import GoalTask
+from frobs_core.interfaces import GoalTask, StepContext
 from frobs_core.observation import ObservationTerm
 from frobs_tasks_reach.reach import Reach, distance, inside, missed
 
@@ -78,7 +78,7 @@ class ReachGoal(Reach, GoalTask):
             "desired_goal": replace(known["goal"], key="desired_goal"),
         }
 
-    def reward(self) -> Floats:
+    def reward(self, context: StepContext) -> Floats:
         """Return the reward, (num_envs,)."""
         reward = self._reward(self._distance)
         self._reward_terms = {"outside" if self.reward_type == "sparse" else "distance": reward}

@@ -10,9 +10,8 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import UnsuitableRobotError
-from frobs_core.interfaces import Camera, Controller, Marker, RobotHandle, Scene, Simulation, Snapshot
+from frobs_core.interfaces import Camera, Controller, Marker, RobotHandle, Scene, Simulation, Snapshot, StepContext
 from frobs_core.observation import ObservationTerm
-from frobs_core.random import RandomSource
 from frobs_core.validation import finite, positive
 from frobs_tasks_reach.sampling import first_moving_link
 from frobs_tasks_reach.start import EpisodeStart
@@ -111,7 +110,7 @@ class Reach(EpisodeStart):
         self._distance: Floats = np.zeros(self._robot.num_envs)
         self._reward_terms: dict[str, Floats] = {}
 
-    def advance(self, rng: RandomSource) -> None:
+    def advance(self, context: StepContext) -> None:
         """Measure where the tool is."""
         self._measure()
 
@@ -144,7 +143,7 @@ class Reach(EpisodeStart):
             ),
         }
 
-    def reward(self) -> Floats:
+    def reward(self, context: StepContext) -> Floats:
         """Return the reward, (num_envs,)."""
         if self.reward_type == "sparse":
             outside = missed(self._distance, self.tolerance)

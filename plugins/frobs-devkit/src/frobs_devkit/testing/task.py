@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from contextlib import closing
 from copy import deepcopy
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -76,7 +77,7 @@ def batch_has_its_shapes(subject: TaskUnderTest) -> None:
         task = inside(env).task
         ends = task.is_terminated()
         arrays = {
-            "reward()": (task.reward(), np.float64),
+            "reward()": (task.reward(inside(env).step_context), np.float64),
             "is_success()": (task.is_success(), np.bool_),
             **({} if ends is None else {"is_terminated()": (ends, np.bool_)}),
             **{f"reward_terms()['{name}']": (term, np.float64) for name, term in task.reward_terms().items()},
@@ -116,16 +117,17 @@ def reading_changes_nothing(subject: TaskUnderTest) -> None:
             for action in draw_actions(env.action_space, 12, seed=4):
                 trace.append(deepcopy(env.step(action)[:4]))
                 if curious and not (trace[-1][2] | trace[-1][3]).any():
-                    _read_twice(inside(env).task, trace[-1][1])
+                    _read_twice(inside(env), trace[-1][1])
             plays.append(trace)
     for k, (quiet, read) in enumerate(zip(*plays, strict=True)):
         expect_same(quiet, read, f"step {k} where reward, ends and terms were read once more")
 
 
-def _read_twice(task: Any, reward: Any) -> None:
-    for what, read in {"reward()": task.reward, "is_success()": task.is_success}.items():
+def _read_twice(env: Any, reward: Any) -> None:
+    task, read_reward = env.task, partial(env.task.reward, env.step_context)
+    for what, read in {"reward()": read_reward, "is_success()": task.is_success}.items():
         expect_same(np.array(read()), np.array(read()), f"{what}, read again")
-    expect_same(np.asarray(reward, np.float64), np.array(task.reward()), "reward() against the step's reward")
+    expect_same(np.asarray(reward, np.float64), np.array(read_reward()), "reward() against the step's reward")
     task.reward_terms()
     task.is_terminated()
     task.markers()

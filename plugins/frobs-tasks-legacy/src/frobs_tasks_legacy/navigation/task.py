@@ -10,7 +10,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ParameterValueError
-from frobs_core.interfaces import Controller, Simulation
+from frobs_core.interfaces import Controller, Simulation, StepContext
 from frobs_tasks_legacy.navigation.config import FILES
 from frobs_tasks_navigation import Navigate
 
@@ -112,7 +112,7 @@ class NavigateLegacy(Navigate):
                 f'{rays}, the number of rays of the robot\'s lidar, or set sensors={{"{self.lidar}": {{"rays": {samples}}}}}',
             )
 
-    def reward(self) -> Floats:
+    def reward(self, context: StepContext) -> Floats:
         """Return the reward, (num_envs,)."""
         config, step = self.config, self._step
         going = ~step.reached

@@ -11,7 +11,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError, MissingSettingError, ParameterValueError
-from frobs_core.interfaces import Controller, Simulation, Snapshot
+from frobs_core.interfaces import Controller, Simulation, Snapshot, StepContext
 from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_tasks_legacy.reach.config import FILES
@@ -129,7 +129,7 @@ class ReachLegacy(Reach):
             "joint_positions": _clipped(known["joint_positions"]),
         }
 
-    def reward(self) -> Floats:
+    def reward(self, context: StepContext) -> Floats:
         """Return the reward, (num_envs,)."""
         config, outside = self.config, ~self.is_success()
         limited = at_limits(self._robot.joint_positions, self._sampler.lower, self._sampler.upper, self.limit_margin)

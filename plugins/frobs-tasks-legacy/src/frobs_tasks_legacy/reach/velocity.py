@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
+from frobs_core.interfaces import StepContext
 from frobs_core.observation import ObservationTerm
 from frobs_tasks_legacy.reach.task import ReachLegacy
 
@@ -39,9 +40,9 @@ class ReachLegacyVelocity(ReachLegacy):
     usual_profile: ClassVar[str] = "irb140_velocity"
     limit_margin: ClassVar[float] = 0.09
 
-    def reward(self) -> Floats:
+    def reward(self, context: StepContext) -> Floats:
         """Return the reward, (num_envs,)."""
-        super().reward()
+        super().reward(context)
         told = self._reward_terms
         self._reward_terms = {
             "reached_goal": told["reached_goal"],

@@ -9,7 +9,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import Controller, Simulation, Snapshot, Task
+from frobs_core.interfaces import Controller, Simulation, Snapshot, StepContext, Task
 from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 
@@ -47,7 +47,7 @@ class Touch(Task):
         self._goal[rows] = self._robot.frame_pose("tcp", drawn)[0] if given is None else given[rows]
         self.advance(rng)
 
-    def advance(self, rng: RandomSource) -> None:
+    def advance(self, context: StepContext) -> None:
         """Measure where the tool is."""
         self._tool = self._robot.frame_pose("tcp")[0].copy()
         x, y, z = np.moveaxis(self._goal - self._tool, -1, 0)
@@ -63,7 +63,7 @@ class Touch(Task):
             "distance": _within_ten(1, "m", lambda: self._distance[:, None]),
         }
 
-    def reward(self) -> Floats:
+    def reward(self, context: StepContext) -> Floats:
         """Return −distance, and 1 more where it touches; (num_envs,)."""
         return -self._distance + self.is_success()
 

@@ -41,8 +41,8 @@ def snapshot_continues(subject: EnvUnderTest) -> None:
 
 def _task_values(env: Any) -> dict[str, Any]:
     """Return what the task says of the state, without a step."""
-    task = inside(env).task
-    return {"reward()": np.array(task.reward()), "is_success()": np.array(task.is_success())}
+    task, context = inside(env).task, inside(env).step_context
+    return {"reward()": np.array(task.reward(context)), "is_success()": np.array(task.is_success())}
 
 
 def _continue(env: Any, actions: list[Any]) -> list[Any]:
