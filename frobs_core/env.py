@@ -65,8 +65,8 @@ class Loop:
                 self._reports.append((controller, methodcaller("info"), _Keys(prefix)))
 
     def _observe_vectors(self) -> Observation:
-        # Each value is rounded to float32 once, as it is written.
-        return np.concatenate([read() for read in self._reads], axis=1, dtype=np.float32)
+        # Rounded to float32 once; concatenating with a dtype takes twice as long.
+        return np.concatenate([read() for read in self._reads], axis=1).astype(np.float32)
 
     def begin(self, mask: Mask | None, options: Mapping[str, Any]) -> Observation:
         """Begin an episode in the environments of ``mask``, and observe all environments."""

@@ -134,8 +134,7 @@ class Observations:
 
 
 def _join(reads: list[Callable[[], np.ndarray[Any, Any]]]) -> np.ndarray[Any, Any]:
-    # Each value is rounded to float32 once, as it is written.
-    return np.concatenate([read() for read in reads], axis=1, dtype=np.float32)
+    return np.concatenate([read() for read in reads], axis=1).astype(np.float32)
 
 
 def _space(terms: list[ObservationTerm]) -> gym.spaces.Box:
