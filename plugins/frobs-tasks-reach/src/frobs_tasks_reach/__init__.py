@@ -7,6 +7,7 @@ _MODULES = {
     "JointSampler": "frobs_tasks_reach.sampling",
     "Oscillation": "frobs_tasks_reach.motion",
     "Reach": "frobs_tasks_reach.reach",
+    "ReachTogether": "frobs_tasks_reach.together",
     "checked_goal": "frobs_tasks_reach.reset_options",
     "distance": "frobs_tasks_reach.reach",
 }

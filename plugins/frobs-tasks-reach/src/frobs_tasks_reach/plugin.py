@@ -106,4 +106,5 @@ def frobs_tasks() -> list[TaskRecord]:
             "reach, goal-conditioned: for hindsight experience replay",
             *(arm.environment("ReachGoal", "reach, goal-conditioned") for arm in _ARMS),
         ),
+        _task("reach_together", "together:ReachTogether", "several arms, each holding its tool at a goal of its own"),
     ]

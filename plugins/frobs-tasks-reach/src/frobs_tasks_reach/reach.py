@@ -50,6 +50,7 @@ class Reach(EpisodeStart):
     Attributes:
         goal_low: (3,) lowest corner of the goal box [m]; known from ``bind`` on where it is not given.
         goal_high: (3,) highest corner of the goal box [m]; likewise.
+        robot_name: Which robot of the simulation reaches; set before ``bind``.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -67,6 +68,7 @@ class Reach(EpisodeStart):
     }
 
     distance_term: ClassVar[str] = "distance"
+    robot_name: str = "robot"
     _sees_from_shoulder: ClassVar[bool] = True  # else goal_from_shoulder is not computed
 
     def __init__(
@@ -101,7 +103,7 @@ class Reach(EpisodeStart):
             ConfigurationError: The robot has no joints, or reaches nothing of the goal box.
         """
         self._simulation = simulation
-        self._robot: RobotHandle = simulation.robots["robot"]
+        self._robot: RobotHandle = simulation.robots[self.robot_name]
         if not self._robot.dof:
             raise UnsuitableRobotError(self._robot.robot.name, "has no actuated joint, so it cannot reach.")
         self._bind_start(self._robot)

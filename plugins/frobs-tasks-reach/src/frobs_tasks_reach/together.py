@@ -1,0 +1,123 @@
+"""Reach with several arms at the same time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.interfaces import Camera, Controller, Marker, Scene, Simulation, Snapshot, StepContext, Task
+from frobs_core.observation import ObservationTerm
+from frobs_core.random import RandomSource
+from frobs_tasks_reach.reach import Reach
+
+
+class ReachTogether(Task):
+    """Every controlled robot of the environment does :class:`frobs_tasks_reach.reach.Reach` with a goal of its own.
+
+    The terms of the observation and of the reward are those of ``Reach``, named ``robot/term``. The reward is the sum of
+    all robots' rewards.
+
+    Args:
+        **keywords: Those of ``Reach``, but for the goal box, which is what each robot reaches.
+
+    Attributes:
+        parts: The task of each robot, by the robot's name; known from ``bind`` on.
+
+    Raises:
+        ConfigurationError: A value is out of range.
+    """
+
+    reward_types: ClassVar[Sequence[str]] = Reach.reward_types
+    reset_options: ClassVar[Sequence[str]] = ()
+    control_timestep: ClassVar[float] = Reach.control_timestep
+    physics_timestep: ClassVar[float] = Reach.physics_timestep
+    success_rule: ClassVar[str] = (
+        "the tools of all robots are within the tolerance of their goals when the time limit ends the episode"
+    )
+
+    parts: Mapping[str, Reach]
+
+    def __init__(
+        self,
+        *,
+        tolerance: float = 0.05,
+        initial: str = "home",
+        distance_weight: float = 1.0,
+        precision_weight: float = 0.5,
+    ) -> None:
+        self._keywords: dict[str, Any] = {
+            "tolerance": tolerance,
+            "initial": initial,
+            "distance_weight": distance_weight,
+            "precision_weight": precision_weight,
+        }
+        Reach(**self._keywords)  # raises where a value is wrong
+        self.reward_type = self.reward_types[0]
+
+    def scene(self) -> Scene:
+        """Return a floor, and a camera that sees two arms."""
+        return Scene(cameras={"overview": Camera(pos=(2.2, -2.2, 1.8), target=(0.0, 0.0, 0.4), fov_y=50.0)})
+
+    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+        """Prepare a task for each controlled robot.
+
+        Raises:
+            ConfigurationError: A robot has no joints.
+        """
+        others = {*simulation.scene.robots, *simulation.scene.props}
+        parts: dict[str, Reach] = {}
+        for name in simulation.robots:
+            if name in others:
+                continue
+            parts[name] = part = Reach(**self._keywords)
+            part.reward_type = self.reward_type
+            part.robot_name = name
+            part.bind(simulation, controller, control_timestep)
+        self.parts = parts
+
+    def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
+        """Place every robot and its goal."""
+        for part in self.parts.values():
+            part.reset(mask, rng, {})
+
+    def advance(self, context: StepContext) -> None:
+        """Measure where the tools are."""
+        for part in self.parts.values():
+            part.advance(context)
+
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        """Return the terms of every robot."""
+        return _named({name: part.observation_terms() for name, part in self.parts.items()})
+
+    def reward(self, context: StepContext) -> Floats:
+        """Return the sum of the rewards, (num_envs,)."""
+        return np.sum([part.reward(context) for part in self.parts.values()], axis=0)
+
+    def reward_terms(self) -> Mapping[str, Floats]:
+        """Return the terms of every robot, (num_envs,) each."""
+        return _named({name: part.reward_terms() for name, part in self.parts.items()})
+
+    def is_success(self) -> Mask:
+        """Return where all tools are at their goals now, (num_envs,) bool."""
+        return np.logical_and.reduce([part.is_success() for part in self.parts.values()])
+
+    def markers(self) -> Sequence[Marker]:
+        """Return the goals and tools."""
+        return [marker for part in self.parts.values() for marker in part.markers()]
+
+    def snapshot(self) -> Snapshot:
+        """Return the measured state and the goals."""
+        return _named({name: part.snapshot() for name, part in self.parts.items()})
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        for name, part in self.parts.items():
+            start = f"{name}/"
+            part.restore({key.removeprefix(start): value for key, value in snapshot.items() if key.startswith(start)})
+
+
+def _named(parts: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    return {f"{name}/{key}": value for name, part in parts.items() for key, value in part.items()}
