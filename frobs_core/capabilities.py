@@ -40,6 +40,7 @@ CAPABILITIES: Mapping[str, str] = {
     "cameras": "pictures: rgb, depth, segmentation",
     "randomize_mass": "masses per environment",
     "randomize_friction": "friction per environment",
+    "randomize_size": "sizes of scene bodies per environment",
     "randomize_gains": "drive gains per environment",
     "randomize_joint_damping": "joint damping per environment",
     "randomize_gravity": "gravity per environment",

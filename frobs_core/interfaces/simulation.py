@@ -238,10 +238,11 @@ class Simulation(ABC):
         """Return a physical parameter of each environment.
 
         Args:
-            name: ``mass`` [kg] (num_envs,), with which the inertia goes; ``friction`` (num_envs,), ``stiffness`` and
-                ``damping`` (drive gains) and ``joint_damping`` (num_envs, dof), ``gravity`` [m/s²] (num_envs, 3).
-            target: For mass and friction a scene body or ``"robot/link"`` (friction also ``"floor"``); for the
-                joint parameters a robot's name; for gravity ``""``.
+            name: ``mass`` [kg] (num_envs,), with which the inertia goes; ``friction`` (num_envs,); ``size`` (num_envs,) a
+                factor of all lengths of a body, which keeps its mass; ``stiffness`` and ``damping`` (drive gains) and
+                ``joint_damping`` (num_envs, dof), ``gravity`` [m/s²] (num_envs, 3).
+            target: For mass and friction a scene body or ``"robot/link"`` (friction also ``"floor"``); for size a scene
+                body; for the joint parameters a robot's name; for gravity ``""``.
 
         Raises:
             UnknownNameError: No such parameter or target.
@@ -249,7 +250,10 @@ class Simulation(ABC):
         raise UnknownNameError("parameter", name, ())
 
     def parameter_targets(self, name: str) -> Sequence[str]:
-        """Return the targets of a parameter that a plugin has added; :meth:`parameter` returns (num_envs,) for each."""
+        """Return the targets of ``size``, or of a parameter that a plugin has added.
+
+        :meth:`parameter` returns (num_envs,) for each.
+        """
         return ()
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:

@@ -17,8 +17,8 @@ from frobs_core.randomization.schedule import Draw
 from frobs_core.randomization.settings import CAPABILITY, Setting
 from frobs_core.randomization.targets import find_units, matches
 
-_LEAST_MASS = 0.01
-"""Share of its nominal mass that a body keeps, whatever an unbounded distribution gives."""
+_LEAST = {"mass": 0.01, "size": 0.01}
+"""Share of its nominal mass or size that a body keeps, whatever an unbounded distribution gives."""
 
 _VECTORS = ("stiffness", "damping", "joint_damping", "gravity")
 """Parameters that are written as an array for each target: (n, dof) or (n, 3). Others are one number for each target."""
@@ -170,7 +170,7 @@ class PhysicalParameter:
         """
         if self._name == "gravity" or self._name not in CAPABILITY:
             return None
-        least = self.nominal * (_LEAST_MASS if self._name == "mass" else 0.0)
+        least = self.nominal * _LEAST.get(self._name, 0.0)
         value = self.nominal.copy()
         for setting, (change, columns, _) in zip(settings, self._changes, strict=True):
             low = setting.distribution.low
@@ -185,7 +185,7 @@ class PhysicalParameter:
         wrong = np.flatnonzero((value < least).any(axis=0))
         if wrong.size:
             column = int(wrong[0])
-            bound = f"{_LEAST_MASS:.0%} of the nominal mass" if self._name == "mass" else "0"
+            bound = f"{_LEAST[self._name]:.0%} of the nominal {self._name}" if self._name in _LEAST else "0"
             raise RandomizationError(
                 settings[-1].place,
                 f"the {self._name} of {self.names[column]}, nominally "

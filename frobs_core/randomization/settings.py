@@ -30,6 +30,7 @@ from frobs_core.yaml import find_origin
 CAPABILITY: Mapping[str, str] = {
     "mass": "randomize_mass",
     "friction": "randomize_friction",
+    "size": "randomize_size",
     "stiffness": "randomize_gains",
     "damping": "randomize_gains",
     "joint_damping": "randomize_joint_damping",

@@ -55,7 +55,7 @@ def find_units(simulation: Simulation, parameter: str) -> list[Unit]:
                 _read(simulation, parameter, name, tuple(f"{name}/{joint}" for joint in robot.joint_names))
                 for name, robot in simulation.robots.items()
             ]
-        case _:  # a plugin's
+        case _:  # size, or a plugin's
             targets = simulation.parameter_targets(parameter)
             return [_read(simulation, parameter, target, (target or parameter,)) for target in targets]
 

@@ -309,6 +309,7 @@ for _name, _check in {
     "stiffness": "gains_show",
     "joint_damping": "joint_damping_shows",
     "friction": "friction_shows",
+    "size": "sizes_show",
 }.items():
     _ignores(_name, _check)
 
@@ -328,6 +329,26 @@ def inertia_of_what_was_before(original: Any, self: Any, name: str, target: str,
     inertia = self.batch.expand("body_inertia")[:, body] * (0.5 + 0.5 * share)[:, None]
     original(self, name, target, values, mask)
     self.batch.expand("body_inertia")[:, body] = inertia
+
+
+@wrong(MujocoSimulation, "write_parameter", "sizes_show")
+def size_of_one_shape(original: Any, self: Any, name: str, target: str, values: Any, mask: Any = None) -> None:
+    geom = self.model.body(target).geomadr[0] if name == "size" else None
+    original(self, name, target, values, mask)
+    if geom is not None:
+        self.batch.expand("geom_size")[:, geom] = self.model.geom_size[geom]
+
+
+@wrong(MujocoSimulation, "write_parameter", "sizes_show")
+def inertia_of_the_old_size(original: Any, self: Any, name: str, target: str, values: Any, mask: Any = None) -> None:
+    original(self, name, target, values, mask)
+    if name == "size":
+        self.batch.expand("body_inertia")[:] = self.model.body_inertia
+
+
+@wrong(MujocoSimulation, "write_parameter", "sizes_show")
+def size_multiplied(original: Any, self: Any, name: str, target: str, values: Any, mask: Any = None) -> None:
+    original(self, name, target, values * self.parameter(name, target) if name == "size" else values, mask)
 
 
 @wrong(MujocoRobot, "write_gains", "drives_hold_as_gains_change")

@@ -9,13 +9,24 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import PhysicsParameterError, UnknownNameError
 from frobs_core.interfaces import Snapshot
+from frobs_core.models import Mesh
 
 if TYPE_CHECKING:
     from frobs_sim_mujoco.robot import MujocoRobot
     from frobs_sim_mujoco.simulation import MujocoSimulation
 
-NAMES = ("mass", "friction", "stiffness", "damping", "joint_damping", "gravity")
-_FIELDS = ("body_mass", "body_inertia", "geom_friction", "dof_damping", "actuator_biasprm", "opt.gravity")
+NAMES = ("mass", "friction", "size", "stiffness", "damping", "joint_damping", "gravity")
+_GEOMETRY = ("geom_size", "geom_pos", "geom_rbound", "geom_aabb")  # each in proportion to a geom's size
+_FIELDS = (
+    "body_mass",
+    "body_inertia",
+    "body_ipos",
+    *_GEOMETRY,
+    "geom_friction",
+    "dof_damping",
+    "actuator_biasprm",
+    "opt.gravity",
+)
 
 
 def body_id(simulation: MujocoSimulation, name: str) -> int:
@@ -36,6 +47,9 @@ def read(simulation: MujocoSimulation, name: str, target: str) -> Floats:
             return _field(simulation, "body_mass")[:, body_id(simulation, target)].copy()
         case "friction":
             return _field(simulation, "geom_friction")[:, _geoms(simulation, target)[0], 0].copy()
+        case "size":
+            _check_sizable(simulation, target)
+            return simulation.sizes[target].copy() if target in simulation.sizes else np.ones(simulation.num_envs)
         case "stiffness":
             return _robot(simulation, target).drive_gains()[0].copy()
         case "damping":
@@ -62,11 +76,16 @@ def write(simulation: MujocoSimulation, name: str, target: str, values: Floats, 
             nominal = simulation.model.body_mass[body]
             if not nominal > 0:
                 raise PhysicsParameterError("mass", target, "cannot change: it has no mass.")
-            masses = batch.expand("body_mass")
-            masses[rows, body] = values
-            # From the nominal inertia, so that it does not matter what was written before.
-            share = masses[rows, body] / nominal
-            batch.expand("body_inertia")[rows, body] = share[:, None] * simulation.model.body_inertia[body]
+            batch.expand("body_mass")[rows, body] = values
+            _write_inertia(simulation, target, rows)
+            simulation.mark_constants_stale(mask)
+        case "size":
+            _check_sizable(simulation, target)
+            if not (values > 0).all():
+                raise PhysicsParameterError("size", target, f"must be above 0: {values.min()}.")
+            simulation.sizes.setdefault(target, np.ones(simulation.num_envs))[rows] = values
+            _write_geometry(simulation, target, rows)
+            _write_inertia(simulation, target, rows)
             simulation.mark_constants_stale(mask)
         case "friction":
             for geom in _geoms(simulation, target):
@@ -90,6 +109,7 @@ def snapshot(simulation: MujocoSimulation) -> Snapshot:
         expanded = simulation.batch.expanded(field)
         if expanded is not None:
             state[f"parameter/{field}"] = expanded.copy()
+    state |= {f"size/{name}": sizes.copy() for name, sizes in simulation.sizes.items()}
     for name, robot in simulation.robots.items():
         state[f"stiffness/{name}"], state[f"damping/{name}"] = (gain.copy() for gain in robot.drive_gains())
     return state
@@ -98,6 +118,10 @@ def snapshot(simulation: MujocoSimulation) -> Snapshot:
 def restore(simulation: MujocoSimulation, state: Snapshot) -> None:
     """Return to a snapshot; fields that it leaves out go back to the model's."""
     changed = False
+    prefix = "size/"
+    simulation.sizes = {
+        key.removeprefix(prefix): sizes.copy() for key, sizes in state.items() if key.startswith(prefix)
+    }
     for field in _FIELDS:
         key = f"parameter/{field}"
         if key in state:
@@ -113,6 +137,41 @@ def restore(simulation: MujocoSimulation, state: Snapshot) -> None:
         robot.gains_written = True
     if changed:
         simulation.batch.set_const()
+
+
+def size_targets(simulation: MujocoSimulation) -> list[str]:
+    """Return the bodies of the scene whose size can change: those made of primitives."""
+    bodies = simulation.scene.bodies.items()
+    return [name for name, body in bodies if not any(isinstance(part.geometry, Mesh) for part in body.parts)]
+
+
+def _check_sizable(simulation: MujocoSimulation, target: str) -> None:
+    if target not in size_targets(simulation):
+        raise PhysicsParameterError(
+            "size", target, "cannot change: it is no body of the scene that is made of primitives."
+        )
+
+
+def _write_geometry(simulation: MujocoSimulation, target: str, rows: slice | np.ndarray) -> None:
+    """Give the shapes of a body their size, from the nominal ones: it does not matter what was written before."""
+    model, batch, body = simulation.model, simulation.batch, body_id(simulation, target)
+    sizes = simulation.sizes[target][rows]
+    batch.expand("body_ipos")[rows, body] = sizes[:, None] * model.body_ipos[body]
+    for geom in np.flatnonzero(model.geom_bodyid == body).tolist():
+        for field in _GEOMETRY:
+            nominal = np.asarray(getattr(model, field)[geom])
+            batch.expand(field)[rows, geom] = sizes.reshape(-1, *[1] * nominal.ndim) * nominal
+
+
+def _write_inertia(simulation: MujocoSimulation, target: str, rows: slice | np.ndarray) -> None:
+    """Give a body the inertia that follows from its mass and size."""
+    model, body = simulation.model, body_id(simulation, target)
+    if not model.body_mass[body] > 0:
+        return
+    factor = _field(simulation, "body_mass")[rows, body] / model.body_mass[body]
+    if target in simulation.sizes:
+        factor = factor * simulation.sizes[target][rows] ** 2
+    simulation.batch.expand("body_inertia")[rows, body] = factor[:, None] * model.body_inertia[body]
 
 
 def _field(simulation: MujocoSimulation, field: str) -> Floats:

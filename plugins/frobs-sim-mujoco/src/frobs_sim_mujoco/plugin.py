@@ -10,7 +10,7 @@ def frobs_simulators() -> list[SimulatorRecord]:
     """Offer MuJoCo."""
     exact = (
         "determinism snapshot teleport pause batched drive contacts rays wrench attachments cameras randomize_mass "
-        "randomize_friction randomize_gains randomize_joint_damping randomize_gravity"
+        "randomize_friction randomize_gains randomize_joint_damping randomize_gravity randomize_size"
     )
     return [
         SimulatorRecord(

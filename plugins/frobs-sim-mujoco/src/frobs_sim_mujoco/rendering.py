@@ -6,7 +6,7 @@ import importlib
 import os
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -15,6 +15,7 @@ import numpy as np
 from mujoco.batch import Batch
 from mujoco.rendering.classic import gl_context
 
+from frobs_core.arrays import Floats
 from frobs_core.errors import RenderingUnavailableError
 from frobs_core.interfaces import Marker
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS
@@ -50,26 +51,49 @@ def _choose_backend() -> str:
     raise RenderingUnavailableError("there is no OpenGL (EGL or OSMesa) on this machine", "libegl1 libgl1-mesa-dri")
 
 
+class Drawn:
+    """What is drawn of an environment: a model that has more than the simulated one, in one state at a time.
+
+    Args:
+        model: The batch's model, with what is only drawn.
+        batch: The states.
+        sizes: Returns the sizes of bodies of the scene that differ from the model's, (num_envs,) by name.
+    """
+
+    def __init__(self, model: mujoco.MjModel, batch: Batch, sizes: Callable[[], Mapping[str, Floats]]) -> None:
+        self.model, self.data = model, mujoco.MjData(model)
+        self._batch, self._sizes = batch, sizes
+        self._nominal = {field: getattr(model, field).copy() for field in ("geom_size", "geom_pos", "geom_rbound")}
+
+    def show(self, env: int) -> None:
+        """Put what is drawn where an environment's bodies are."""
+        for name, sizes in self._sizes().items():
+            geoms = self.model.geom_bodyid == self.model.body(name).id
+            for field, nominal in self._nominal.items():
+                getattr(self.model, field)[geoms] = sizes[env] * nominal[geoms]
+        mujoco.mj_setState(self.model, self.data, self._batch.state[env], mujoco.mjtState.mjSTATE_INTEGRATION)
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_camlight(self.model, self.data)
+
+
 class Renderer:
     """Draws environments of a batch.
 
     Images of all sizes are drawn from one model. Each size and quality has an OpenGL context, which is kept.
 
     Args:
-        batch: The states.
-        model: The batch's model, with what is only drawn.
+        drawn: What is drawn.
 
     Raises:
         RenderingUnavailableError: Nothing can be drawn on this machine.
     """
 
-    def __init__(self, batch: Batch, model: mujoco.MjModel) -> None:
-        self._batch = batch
-        self._model, self._data = model, mujoco.MjData(model)
+    def __init__(self, drawn: Drawn) -> None:
+        self._drawn, self._model = drawn, drawn.model
         if os.environ.get("MUJOCO_GL", "").lower() not in ("egl", "osmesa", "glfw"):
             # MuJoCo chose when it was imported, before anyone asked for pictures; choose again.
             gl_context.GLContext = importlib.import_module(f"mujoco.{_choose_backend()}").GLContext
-        quality = model.vis.quality
+        quality = self._model.vis.quality
         self._full = quality.offsamples, quality.shadowsize
         self._renderers: dict[tuple[int, int, bool], mujoco.Renderer] = {}
         self._option = mujoco.MjvOption()
@@ -98,9 +122,9 @@ class Renderer:
         self, env: int, camera: str | None, size: tuple[int, int], modality: str, markers: Sequence[Marker], fast: bool
     ) -> np.ndarray[Any, Any]:
         """Draw one environment; the arguments and the result, (h, w, c), are those of ``Simulation.render``."""
-        _pose(self._model, self._data, self._batch, env)
+        self._drawn.show(env)
         renderer = self._renderer(size, fast)
-        renderer.update_scene(self._data, -1 if camera is None else camera, self._option)
+        renderer.update_scene(self._drawn.data, -1 if camera is None else camera, self._option)
         match modality:
             case "rgb":
                 for marker in markers:
@@ -128,21 +152,19 @@ class Viewer:
     """A window on the first environment of a batch.
 
     Args:
-        batch: The states.
-        model: The batch's model, with what is only drawn.
+        drawn: What is drawn.
 
     Raises:
         RenderingUnavailableError: There is no display.
     """
 
-    def __init__(self, batch: Batch, model: mujoco.MjModel) -> None:
+    def __init__(self, drawn: Drawn) -> None:
         if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
             raise RenderingUnavailableError("there is no display for a window", "xvfb, and run under xvfb-run")
         import mujoco.viewer
 
-        self._batch = batch
-        self._model, self._data = model, mujoco.MjData(model)
-        self._window = mujoco.viewer.launch_passive(self._model, self._data, show_left_ui=False, show_right_ui=False)
+        self._drawn = drawn
+        self._window = mujoco.viewer.launch_passive(drawn.model, drawn.data, show_left_ui=False, show_right_ui=False)
         for group in ROBOT_GROUPS:
             self._window.opt.geomgroup[group] = 0
 
@@ -150,19 +172,12 @@ class Viewer:
         """Show the present state; nothing once the window was closed."""
         if self._window.is_running():
             with self._window.lock():
-                _pose(self._model, self._data, self._batch, 0)
+                self._drawn.show(0)
             self._window.sync()
 
     def close(self) -> None:
         """Close the window."""
         self._window.close()
-
-
-def _pose(model: mujoco.MjModel, data: mujoco.MjData, batch: Batch, env: int) -> None:
-    """Put what is drawn where an environment's bodies are."""
-    mujoco.mj_setState(model, data, batch.state[env], mujoco.mjtState.mjSTATE_INTEGRATION)
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_camlight(model, data)
 
 
 def _add_marker(scene: mujoco.MjvScene, marker: Marker, env: int) -> None:

@@ -33,7 +33,7 @@ from frobs_sim_mujoco.contacts import ContactReader
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, SCENE_GROUP
 from frobs_sim_mujoco.options import read_options
 from frobs_sim_mujoco.overlaps import find_overlaps
-from frobs_sim_mujoco.rendering import Renderer, Viewer
+from frobs_sim_mujoco.rendering import Drawn, Renderer, Viewer
 from frobs_sim_mujoco.robot import MujocoRobot
 
 _VEL = int(mujoco.mjtStage.mjSTAGE_VEL)
@@ -177,6 +177,7 @@ class MujocoSimulation(Simulation):
         self._contact_reader = ContactReader(self.model, scene)
         self.contacts: ContactState = ContactState(scene, num_envs)
         self._renderer: Renderer | None = None
+        self.sizes: dict[str, Floats] = {}  # (num_envs,) of bodies whose size was written
         self._viewer: Viewer | None = None
         self._closed = False
 
@@ -294,6 +295,10 @@ class MujocoSimulation(Simulation):
         """Return a physical parameter of each environment."""
         return parameters.read(self, name, target)
 
+    def parameter_targets(self, name: str) -> Sequence[str]:
+        """Return the bodies whose ``size`` can change."""
+        return parameters.size_targets(self) if name == "size" else super().parameter_targets(name)
+
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
         """Change a physical parameter."""
         parameters.write(self, name, target, values, mask)
@@ -329,7 +334,7 @@ class MujocoSimulation(Simulation):
             raise UnknownNameError("modality", modality, self.render_modalities)
         name = camera or next(iter(self.scene.cameras), None)
         if self._renderer is None:
-            self._renderer = Renderer(self.batch, self._drawn_model())
+            self._renderer = Renderer(self._drawn())
         chosen = range(self.num_envs) if mask is None else np.flatnonzero(mask).tolist()
         height, width = size
         return np.stack([self._renderer.draw(i, name, (height, width), modality, markers, fast) for i in chosen])
@@ -338,7 +343,7 @@ class MujocoSimulation(Simulation):
         """Open a window on the first environment."""
         self._check_open()
         if self._viewer is None:
-            self._viewer = Viewer(self.batch, self._drawn_model())
+            self._viewer = Viewer(self._drawn())
         self._viewer.sync()
 
     def overlaps(self, robot: str = "robot") -> Sequence[Overlap]:
@@ -363,8 +368,8 @@ class MujocoSimulation(Simulation):
         self._renderer = self._viewer = None
         self._closed = True
 
-    def _drawn_model(self) -> mujoco.MjModel:
-        return self._build_model(visuals=True)
+    def _drawn(self) -> Drawn:
+        return Drawn(self._build_model(visuals=True), self.batch, lambda: self.sizes)
 
     def _build_model(self, *, visuals: bool = False, overlaps: bool = False) -> mujoco.MjModel:
         return build_model(

@@ -8,7 +8,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import ConfigurationError, UnknownNameError
-from frobs_core.interfaces import Body, CommandMode, Simulation
+from frobs_core.interfaces import Body, CommandMode, Shape, Simulation
 from frobs_core.models import Box, Pose, Sphere
 from frobs_devkit.testing.checks import expect, expect_raises
 from frobs_devkit.testing.compare import expect_close
@@ -117,6 +117,44 @@ def friction_shows(subject: SimulatorUnderTest) -> None:
         f"4 N on a box of 1 kg for 0.4 s move it by {slid[0.05]} m where friction is 0.05, and by {slid[1.0]} m where it "
         "is 1; about 0.28 m and none are right.",
     )
+
+
+@verifies("randomize_size")
+def sizes_show(subject: SimulatorUnderTest) -> None:
+    """A body rests and turns as large as it is in its own environment, and keeps its mass."""
+    pillar = Body(
+        shapes=(
+            Shape(Box((0.1, 0.1, 0.2)), Pose((0.0, 0.0, 0.1))),
+            Shape(Box((0.1, 0.1, 0.1)), Pose((0.0, 0.0, 0.25))),
+        ),
+        pose=Pose((0.0, 0.0, 0.5)),
+        mass=1.0,
+    )
+    with subject.build(bodies={"pillar": pillar}, gravity=_WEIGHTLESS) as (sim, _):
+        n = sim.num_envs
+        expect_close(np.ones(n), sim.parameter("size", "pillar"), 1e-12, "size as the scene has it")
+        values = 0.5 + 0.5 * np.arange(n, dtype=np.float64)
+        _write(sim, "size", "pillar", np.full(n, 3.0))
+        _write(sim, "size", "pillar", values)
+        expect_close(np.ones(n), sim.parameter("mass", "pillar"), 1e-12, "mass after the size was written [kg]")
+        sim.write_parameter("gravity", "", np.array([[0.0, 0.0, -9.81]]).repeat(n, axis=0))
+        sim.bodies["pillar"].write_pose(np.array([[0.0, 0.0, 0.01]]).repeat(n, axis=0))
+        sim.step(500)
+        expect_close(np.zeros(n), sim.bodies["pillar"].pose[0][:, 2], 2e-3, "height of the foot of a pillar [m]")
+        upside_down = np.array([[0.0, 1.0, 0.0, 0.0]]).repeat(n, axis=0)
+        heights = np.stack([np.zeros(n), np.zeros(n), 0.3 * values + 0.01], axis=-1)
+        sim.bodies["pillar"].write_pose(heights, upside_down)
+        sim.step(500)
+        expect_close(0.3 * values, sim.bodies["pillar"].pose[0][:, 2], 2e-3, "height of a pillar upside down [m]")
+    if not subject.level("wrench"):
+        return
+    with subject.build(bodies={"ball": BALL}, gravity=_WEIGHTLESS, floor=False) as (sim, _):
+        _write(sim, "size", "ball", values)
+        sim.apply_wrench("ball", np.zeros((n, 3)), np.array([[0.0, 0.0, 1e-3]]).repeat(n, axis=0))
+        sim.step(10)
+        turned = 1e-3 * 10 * TIMESTEP / (0.4 * 0.5 * (_RADIUS * values) ** 2)  # a solid ball of 0.5 kg
+        tolerance = subject.tolerance("randomize_size", exact=1e-6)
+        expect_close(turned, sim.bodies["ball"].twist[1][:, 2], tolerance, "velocity of a ball that was turned [rad/s]")
 
 
 @verifies("randomize_mass")
