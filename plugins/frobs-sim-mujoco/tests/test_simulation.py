@@ -58,8 +58,8 @@ def test_the_drive_law_holds_to_the_last_digit(tmp_path: Path, limit: float) -> 
 def test_images_of_all_sizes_are_drawn_from_one_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     sim = simulate(tmp_path, "arm", num_envs=2)
     built: list[bool] = []
-    build = sim._drawn_model
-    monkeypatch.setattr(sim, "_drawn_model", lambda: built.append(True) or build())
+    build = sim._drawn
+    monkeypatch.setattr(sim, "_drawn", lambda: built.append(True) or build())
     try:
         # Mesa may draw single pixels of a context's first image differently.
         first = sim.render(size=(48, 64), fast=True)
