@@ -13,7 +13,7 @@ from frobs_core.capabilities import Level
 from frobs_core.control import Control
 from frobs_core.errors import ObservationTermError, UnknownNameError
 from frobs_core.interfaces import RobotHandle, Scene, Sensor, Simulation, Snapshot, StepContext
-from frobs_core.observation import ObservationTerm
+from frobs_core.observation import VECTORS, ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.sensors import Sensors
 
@@ -37,13 +37,15 @@ MAX_SIDE = 4_096
 
 
 def read_settings(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the settings of each added term, with its type.
+    """Return the settings of each added term, with its type; a term that is None is not among them.
 
     Raises:
         ConfigurationError: A term has no known type, an unknown setting, or lacks one.
     """
     found = {}
     for name, value in given.items():
+        if value is None:  # drops a term of the task
+            continue
         if not isinstance(value, Mapping):
             raise ObservationTermError(name, f'is {value!r}; write a mapping such as {{"type": "joint_positions"}}.')
         settings = dict(value)
@@ -73,6 +75,22 @@ def _check_camera(name: str, settings: dict[str, Any]) -> None:
         )
     if settings.setdefault("modality", "rgb") not in MODALITIES:
         raise UnknownNameError(f"modality of the observation term '{name}'", str(settings["modality"]), MODALITIES)
+
+
+def without_dropped(terms: Mapping[str, ObservationTerm], given: Mapping[str, Any]) -> dict[str, ObservationTerm]:
+    """Return the terms of a task without those that users drop by the value None; the name ``"*"`` drops all but goals.
+
+    Raises:
+        UnknownNameError: The task has no such term.
+        ConfigurationError: A goal is dropped.
+    """
+    dropped = [name for name, value in given.items() if value is None]
+    if "*" in dropped:
+        dropped = [name for name, term in terms.items() if term.key == VECTORS]
+    for name in dropped:
+        if terms[_known("term of the task", name, terms)].key != VECTORS:
+            raise ObservationTermError(name, "is a goal, which a goal-conditioned task needs; it cannot be dropped.")
+    return {name: term for name, term in terms.items() if name not in dropped}
 
 
 def needed_capabilities(settings: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Level]]:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from frobs_core.added_terms import AddedTerms, needed_capabilities
+from frobs_core.added_terms import AddedTerms, needed_capabilities, without_dropped
 from frobs_core.added_terms import read_settings as read_observations
 from frobs_core.capabilities import Level, check_capabilities
 from frobs_core.config import KEYWORDS, EnvConfig
@@ -142,7 +142,7 @@ def compose(config: EnvConfig, num_envs: int) -> Parts:
         commands = {name: robot.robot.home for name, robot in joined.robots.items()}
         context = StepContext(RandomSource(num_envs), joined.action_space, commands)
         added = AddedTerms(observed, simulation, scene, joined, context, control)
-        terms = the_task.observation_terms()
+        terms = without_dropped(the_task.observation_terms(), config.observations)
         for name in added.terms:
             if name in terms:
                 raise ObservationTermError(name, "is already a term of the task; choose another name.")

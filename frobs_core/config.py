@@ -74,7 +74,8 @@ class EnvConfig:
         sensors: Sensor overrides, by name: ``{"lidar": {"rays": 36, "noise": 0.01}}``; see
             :mod:`frobs_core.sensors`.
         observations: Terms that are added to those of the task, by name: ``{"joints": {"type": "joint_efforts"}, "wrist":
-            {"camera": "overview", "size": [84, 84]}}``; see :mod:`frobs_core.added_terms`.
+            {"camera": "overview", "size": [84, 84]}}``; see :mod:`frobs_core.added_terms`. None drops a term of the task,
+            and ``{"*": None}`` all of them.
         num_threads: Threads of the engine; 0: one for each processor.
         randomize: Domain randomization; see :mod:`frobs_core.randomization`.
         task_parameters: Keywords of the task.

@@ -143,6 +143,31 @@ def test_a_name_of_the_task_is_taken():
         RobotEnv(**REACH, observations={"goal": {"type": "tcp_pose"}})
 
 
+def test_none_drops_terms_of_the_task():
+    env = RobotEnv(**REACH, observations={"goal_offset": None, "tool": {"type": "tcp_pose"}})
+    assert list(env.observations.terms) == ["joint_positions", "tcp_position", "goal", "goal_from_shoulder", "tool"]
+    assert env.reset(seed=0)[0].shape == (18 - 3 + 7,)
+    env.close()
+    env = RobotEnv(**REACH, observations={"*": None, "eye": {"camera": "overview", "size": [8, 8]}})
+    assert list(env.observation_space) == ["eye"]
+    env.close()
+    with pytest.raises(UnknownNameError, match="Did you mean 'goal_offset'"):
+        RobotEnv(**REACH, observations={"goal_offse": None})
+
+
+def test_goals_of_a_goal_conditioned_task_stay():
+    keywords = {**REACH, "task": "reach_goal"}
+    env = RobotEnv(**keywords, observations={"*": None, "tool": {"type": "tcp_pose"}})
+    assert {key: space.shape for key, space in env.observation_space.items()} == {
+        "achieved_goal": (3,),
+        "desired_goal": (3,),
+        "observation": (7,),
+    }
+    env.close()
+    with pytest.raises(ConfigurationError, match="goal-conditioned"):
+        RobotEnv(**keywords, observations={"desired_goal": None})
+
+
 def test_they_are_plain_data():
     config = EnvConfig.from_dict({**REACH, "observations": TERMS})
     assert EnvConfig.from_dict(config.to_dict()) == config
