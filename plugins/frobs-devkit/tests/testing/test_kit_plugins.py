@@ -168,6 +168,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install
         (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: kit-plugin\nVersion: 1.0\n{requires}")
         (info / "entry_points.txt").write_text(f"[frobs]\nkit = {module}\n")
         monkeypatch.syspath_prepend(tmp_path)
+        monkeypatch.delitem(sys.modules, "rospy", raising=False)  # the real one returns after the test
         monkeypatch.chdir(tmp_path)
         stack.enter_context(
             plugins.isolated(plugins.Plugins([*found, PathDistribution(info)], strict=False, disabled=()))

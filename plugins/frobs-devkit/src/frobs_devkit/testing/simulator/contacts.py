@@ -10,7 +10,7 @@ import numpy as np
 
 from frobs_core.interfaces import Body, CommandMode, Contact, RobotHandle, Simulation
 from frobs_core.models import Box, Pose
-from frobs_devkit.testing.checks import NotApplicable, expect
+from frobs_devkit.testing.checks import NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import ROVER
 from frobs_devkit.testing.simulator.subject import BALL, SimulatorUnderTest, verifies
@@ -93,6 +93,7 @@ def contacts_are_those_of_all_steps(subject: SimulatorUnderTest) -> None:
 
 
 @verifies("contacts")
+@after("contacts_end_with_a_reset")
 def resultants_are_forces_on_the_first_side(subject: SimulatorUnderTest) -> None:
     """``contact_resultant`` is the force on the first side in the world: the weight of what lies, the friction of a push."""
     contacts = {
