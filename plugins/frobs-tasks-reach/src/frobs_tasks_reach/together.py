@@ -18,10 +18,13 @@ class ReachTogether(Task):
     """Every controlled robot of the environment does :class:`frobs_tasks_reach.reach.Reach` with a goal of its own.
 
     The terms of the observation and of the reward are those of ``Reach``, named ``robot/term``. The reward is the sum of
-    all robots' rewards.
+    all robots' rewards. The goals are wherever a robot reaches.
 
     Args:
-        **keywords: Those of ``Reach``, but for the goal box, which is what each robot reaches.
+        tolerance: Distance that counts as reached [m].
+        initial: Joint positions at reset: ``"home"`` or ``"random"``.
+        distance_weight: [1/m]
+        precision_weight: Of the term that rewards the last centimeters.
 
     Attributes:
         parts: The task of each robot, by the robot's name; known from ``bind`` on.
