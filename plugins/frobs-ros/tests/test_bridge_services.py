@@ -401,3 +401,26 @@ def test_topics_tell_the_clock_models_and_links(gazebo: Gazebo) -> None:
     assert heard["/gazebo/model_states"][-1].name == ["box"]
     assert heard["/gazebo/link_states"][-1].name == ["box::b"]
     assert heard["/gazebo/link_states"][-1].pose[0].position.z < 1.0
+
+
+def test_clock_is_published_once_for_each_time_and_not_read_by_the_bridge_itself(gazebo: Gazebo) -> None:
+    import rosgraph
+    import rospy
+    from rosgraph_msgs.msg import Clock
+
+    heard: list[int] = []
+    listener = rospy.Subscriber("/clock", Clock, lambda message: heard.append(message.clock.to_nsec()))
+    end = time.monotonic() + 20.0
+    while not heard and time.monotonic() < end:
+        time.sleep(0.01)  # the last message is latched
+    last = round(gazebo.step(1).time * 1e9)
+    for _ in range(5):
+        gazebo.pause_physics()
+    last += 1_000_000
+    gazebo.step(1)
+    while last not in heard and time.monotonic() < end:
+        time.sleep(0.01)
+    listener.unregister()
+    assert heard == [last - 2_000_000, last - 1_000_000, last]
+    _, subscribers, _ = rosgraph.Master("/test").getSystemState()
+    assert "/gazebo" not in dict(subscribers).get("/clock", [])

@@ -16,19 +16,31 @@ from frobs_ros.bridge.world import World
 
 
 class Clock(Component):
-    """``/clock``."""
+    """``/clock``, and the clock of the bridge's own node, which would else read the topic over a socket."""
 
     def __init__(self, rate: float) -> None:
         import rospy
         from rosgraph_msgs.msg import Clock as Message
+        from rospy.impl import simtime
 
         super().__init__(rate)
         self._message = Message
+        self._published_ns: int | None = None
         self._publisher = self.own(rospy.Publisher("/clock", Message, queue_size=10, latch=True, tcp_nodelay=True))
+        self._set_own: Callable[[Any], None] | None = None
+        if getattr(simtime, "_clock_sub", None) is not None:
+            simtime._clock_sub.unregister()
+            self._set_own = rospy.rostime._set_rostime
 
     def tell(self, world: World) -> None:
-        """Publish."""
-        self._publisher.publish(self._message(stamp(world.time_ns)))
+        """Publish the time, if it has changed."""
+        if world.time_ns == self._published_ns:
+            return
+        self._published_ns = world.time_ns
+        now = stamp(world.time_ns)
+        if self._set_own is not None:
+            self._set_own(now)
+        self._publisher.publish(self._message(now))
 
 
 class States(Component):
