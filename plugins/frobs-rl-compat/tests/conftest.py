@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -55,11 +56,11 @@ def backend(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture
-def run_in_workspace(tmp_path: Path, legacy_run: list[str]) -> Callable[..., Callable[..., str]]:
-    """Return what runs scripts in a ROS graph of their own and returns their output."""
+def start_in_workspace(tmp_path: Path, legacy_run: list[str]) -> Callable[..., Callable[..., subprocess.Popen[str]]]:
+    """Return what starts scripts in a ROS graph of their own, with a home folder that no other process has."""
     alone = _alone()
 
-    def prepare(packages: Path, backend: str, **variables: str) -> Callable[..., str]:
+    def prepare(packages: Path, backend: str, **variables: str) -> Callable[..., subprocess.Popen[str]]:
         (tmp_path / "home").mkdir(exist_ok=True)
         environment = {
             **os.environ,
@@ -74,17 +75,35 @@ def run_in_workspace(tmp_path: Path, legacy_run: list[str]) -> Callable[..., Cal
             **variables,
         }
 
-        def run(script: Path, *arguments: str) -> str:
-            done = subprocess.run(
+        def start(script: Path, *arguments: str) -> subprocess.Popen[str]:
+            return subprocess.Popen(
                 [*alone, *legacy_run, str(script), *arguments],
                 env=environment,
                 cwd=tmp_path,
-                capture_output=True,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
                 text=True,
-                timeout=_LIMIT,
             )
-            output = done.stdout + done.stderr
-            assert done.returncode == 0, output[-6000:]
+
+        return start
+
+    return prepare
+
+
+@pytest.fixture
+def run_in_workspace(start_in_workspace: Callable[..., Any]) -> Callable[..., Callable[..., str]]:
+    """Return what runs scripts in a ROS graph of their own and returns their output."""
+
+    def prepare(packages: Path, backend: str, **variables: str) -> Callable[..., str]:
+        start = start_in_workspace(packages, backend, **variables)
+
+        def run(script: Path, *arguments: str) -> str:
+            with start(script, *arguments) as process:
+                try:
+                    output = "".join(process.communicate(timeout=_LIMIT))
+                finally:
+                    process.kill()
+            assert process.returncode == 0, output[-6000:]
             return output
 
         return run

@@ -8,6 +8,8 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import signal
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from xml.etree import ElementTree
@@ -29,21 +31,36 @@ pytestmark = [
 
 
 @pytest.fixture
-def run_original(tmp_path: Path, run_in_workspace: Callable[..., Callable[..., str]]) -> Callable[..., str]:
-    """Copy the originals as a nested workspace, and return what runs a script of one of their packages."""
+def workspace(tmp_path: Path) -> Path:
+    """The originals, copied as a nested workspace: its folder ``src``."""
     root = tmp_path / "catkin_ws" / "src"
     shutil.copytree(ORIGINALS, root)
     for path in root.rglob("*"):
         path.chmod(path.stat().st_mode | 0o200)
+    return root
+
+
+@pytest.fixture
+def run_original(workspace: Path, run_in_workspace: Callable[..., Callable[..., str]]) -> Callable[..., str]:
+    """Return what runs a script of one of the packages."""
 
     def run(package: str, script: str, backend: str, text: str | None = None) -> str:
-        file = root / package / "src" / script
+        file = workspace / package / "src" / script
         if text is not None:
             file.write_text(text)
-        return run_in_workspace(root, backend)(file)
+        return run_in_workspace(workspace, backend)(file)
 
-    run.root = root  # type: ignore[attr-defined]
     return run
+
+
+def shorten(config: Path) -> None:
+    """Change the numbers in a training file that say how long it takes."""
+    text = config.read_text()
+    for key, value in SHORT.items():
+        text = re.sub(rf"\b{key}: \d+", f"{key}: {value}", text)
+    text = text.replace("load_model: True", "load_model: False")  # its model is not part of the repository
+    text = re.sub(r"freq: \d+(\s+unit: )\w+", r"freq: 10\1step", text)
+    config.write_text(text)
 
 
 @pytest.mark.parametrize(
@@ -53,16 +70,42 @@ def run_original(tmp_path: Path, run_in_workspace: Callable[..., Callable[..., s
         pytest.param(REACHER, "train_model.py", "models/td3/trained_model_new.zip", id="abb_irb140_reacher"),
     ],
 )
-def test_training_starts_steps_learns_saves_and_ends(run_original, backend, package, script, models):
-    config = run_original.root / package / "config" / "td3.yaml"
-    text = config.read_text()
-    for key, value in SHORT.items():
-        text = re.sub(rf"\b{key}: \d+", f"{key}: {value}", text)
-    text = text.replace("load_model: True", "load_model: False")  # its model is not part of the repository
-    text = re.sub(r"freq: \d+(\s+unit: )\w+", r"freq: 10\1step", text)
-    config.write_text(text)
+def test_training_starts_steps_learns_saves_and_ends(run_original, workspace, backend, package, script, models):
+    shorten(workspace / package / "config" / "td3.yaml")
     run_original(package, script, backend)
-    assert (run_original.root / package / models).is_file()
+    assert (workspace / package / models).is_file()
+
+
+def processes_with(variable: str) -> list[str]:
+    """Return the command lines of processes whose environment has a variable."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            if variable in (folder / "environ").read_bytes().decode(errors="replace").split("\0"):
+                found.append((folder / "cmdline").read_text().replace("\0", " "))
+        except OSError:
+            continue  # it has ended, or is another user's
+    return found
+
+
+def test_ctrl_c_ends_a_training_script_quietly_and_leaves_no_process(workspace, start_in_workspace, tmp_path):
+    config = workspace / MAZE / "config" / "td3.yaml"
+    shorten(config)
+    config.write_text(config.read_text().replace("training_steps: 60", "training_steps: 1000000"))
+    process = start_in_workspace(workspace, "bridge:mujoco")(workspace / MAZE / "src" / "train.py")
+    errors = []
+    for line in process.stderr:
+        errors.append(line)
+        if "REWARD" in line:
+            break
+    process.send_signal(signal.SIGINT)
+    began = time.monotonic()
+    _, rest = process.communicate(timeout=60)
+    assert time.monotonic() - began < 20.0
+    assert process.returncode == -signal.SIGINT
+    assert "Traceback" not in "".join(errors) + rest
+    assert "Error" not in rest
+    assert processes_with(f"HOME={tmp_path / 'home'}") == []
 
 
 DRIVE = """
@@ -187,8 +230,8 @@ def recomputed(observation: list[float], numbers: dict, remaining: range) -> set
     return rewards
 
 
-def test_the_maze_is_the_original_one(run_original, backend, mazes):
-    expected = dict(wall_places(run_original.root / MAZE / WORLD))
+def test_the_maze_is_the_original_one(run_original, workspace, backend, mazes):
+    expected = dict(wall_places(workspace / MAZE / WORLD))
     text = DRIVE.format(
         module="kobuki_maze", name="KobukiMazeEnv", before=STATES.format(walls=list(expected)), between=SCANS.format(poses=POSES)
     )  # fmt: skip
@@ -202,7 +245,7 @@ def test_the_maze_is_the_original_one(run_original, backend, mazes):
     turned = (2.0 * np.arctan2(qz, qw) - more["yaw"] + np.pi) % (2.0 * np.pi) - np.pi
     assert abs(turned) < np.radians(2.0)
 
-    numbers = yaml.safe_load((run_original.root / MAZE / "config" / "maze_task.yaml").read_text())["kobuki_maze"]
+    numbers = yaml.safe_load((workspace / MAZE / "config" / "maze_task.yaml").read_text())["kobuki_maze"]
     for observation, reward, _ in found["records"]:
         assert min(abs(reward - each) for each in recomputed(observation, numbers, range(8))) < 1e-9
 

@@ -1,7 +1,7 @@
 """Lets packages of 2021 run with today's NumPy, in processes that 'frobs legacy run' starts.
 
 Python imports this module when it starts. Names that NumPy has removed are restored when NumPy is imported, and
-``tf.transformations`` takes arrays with one element as numbers again.
+``tf.transformations`` takes arrays with one element as numbers again. Ctrl-C prints no traceback.
 """
 
 import functools
@@ -70,6 +70,12 @@ class _Patcher(MetaPathFinder):
         return spec
 
 
+def _end_quietly(kind: type[BaseException], error: BaseException, traceback: Any) -> None:
+    """Print no traceback if Ctrl-C ended the script: KeyboardInterrupt, or what rospy's waiting functions raise for it."""
+    if not (issubclass(kind, KeyboardInterrupt) or kind.__name__ == "ROSInterruptException"):
+        sys.__excepthook__(kind, error, traceback)
+
+
 def _run_next() -> None:
     """Run the ``sitecustomize`` that this one hides."""
     own = os.path.dirname(__file__)
@@ -79,4 +85,5 @@ def _run_next() -> None:
 
 
 sys.meta_path.insert(0, _Patcher())
+sys.excepthook = _end_quietly
 _run_next()

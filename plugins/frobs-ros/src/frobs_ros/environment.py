@@ -15,6 +15,7 @@ from functools import cache
 from pathlib import Path
 from urllib.parse import urlparse
 
+from frobs_ros import interrupts
 from frobs_ros.errors import RosNotFoundError
 from frobs_ros.overlay import links_to_messages, links_to_modules, make_overlay
 
@@ -121,6 +122,7 @@ def use_ros() -> None:
             "pip install 'frobs-ros[ros]'"
         ) from error
     sys.path.append(str(make_overlay(links_to_messages())))
+    interrupts.watch()
 
 
 def set_variables(environment: MutableMapping[str, str]) -> None:

@@ -18,6 +18,7 @@ from frobs_core.errors import ResetNeededError
 from frobs_ros import master, processes
 from frobs_ros.environment import use_ros
 from frobs_ros.gazebo import launch, physics, world
+from frobs_ros.interrupts import interruptible
 from frobs_ros.log import LOG, constructing, or_raise, refused
 from frobs_ros.names import join
 from frobs_ros.robot_settings import RobotSettings
@@ -34,7 +35,7 @@ def _whole(init: Callable[..., None]) -> Callable[..., None]:
             init(self, *args, **kwargs)
             return
         self._is_constructing = True
-        with constructing(), processes.collected() as started:
+        with interruptible(), constructing(), processes.collected() as started:
             init(self, *args, **kwargs)
         self._is_constructing = False
         self._processes = started
@@ -144,8 +145,13 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         Raises:
             ResetNeededError: The environment is closed.
             RosError: The simulation, or the ROS master, is gone.
+            KeyboardInterrupt: A signal, such as that of Ctrl-C, has shut this process's node down.
         """
         self._require_open("step")
+        with interruptible():
+            return self._step(action)
+
+    def _step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         self.info = {}
         if self._settings.step_mode == 1:
             with _unpaused():
@@ -172,15 +178,17 @@ class RobotBasicEnv(gym.Env[Any, Any]):
             ResetNeededError: The environment is closed.
             MasterError: No ROS master answers.
             RosError: The simulation is gone.
+            KeyboardInterrupt: A signal, such as that of Ctrl-C, has shut this process's node down.
         """
         self._require_open("reset")
         super().reset(seed=seed)
-        master.require()
-        _ensure_node()
-        self.info = {}
-        self.reset_options = dict(options or {})
-        self._reset_gazebo()
-        return self._get_observation(), self.info
+        with interruptible():
+            master.require()
+            _ensure_node()
+            self.info = {}
+            self.reset_options = dict(options or {})
+            self._reset_gazebo()
+            return self._get_observation(), self.info
 
     def _reset_gazebo(self) -> None:
         """Put the simulation back, and prepare the episode while its time runs; it stands still afterwards."""
