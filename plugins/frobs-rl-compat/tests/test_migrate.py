@@ -28,14 +28,14 @@ def read(migration, name: str) -> str:
     return next(path for path in migration.path.rglob(name) if path.is_file()).read_text("utf-8")
 
 
-def test_the_plugin_has_the_packages_robot_id_and_limit(made):
+def test_the_plugin_has_the_packages_robot_and_limit_and_an_id_that_says_skeleton(made):
     assert made.path.name == "frobs-gymnasium-package"
     plugin = read(made, "plugin.py")
-    assert 'id="acme/PlaneArmReachGymnasiumEnv-v0"' in plugin
+    assert 'id="acme/PlaneArmReachGymnasiumEnvSkeleton-v0"' in plugin
     assert "max_episode_steps=20" in plugin
-    assert "self.set_joint_angles(target)" in plugin
+    assert "PlaneArmReachEnv._send_action" in plugin
     assert "shoulder" in read(made, "gymnasium_package.urdf")
-    assert "frobs_core:acme/PlaneArmReachGymnasiumEnv-v0" in read(made, "README.md")
+    assert "frobs_core:acme/PlaneArmReachGymnasiumEnvSkeleton-v0" in read(made, "README.md")
 
 
 def test_spaces_and_numbers_are_python_that_can_be_imported(made):
@@ -47,25 +47,21 @@ def test_spaces_and_numbers_are_python_that_can_be_imported(made):
     assert names["ROBOT_PARAMETERS"]["num_gazebo_steps"] == 20
 
 
-def test_the_task_has_the_timing_the_tolerance_and_the_old_hooks(made):
+def test_the_task_has_the_timing_the_tolerance_and_places_of_the_old_hooks_but_no_old_code(made):
     task = read(made, "task.py")
     assert "control_timestep: ClassVar[float] = 0.04" in task
     assert "physics_timestep: ClassVar[float] = 0.002" in task
     assert "tolerance: float = 0.1" in task
-    for line in (
-        "#     return np.concatenate([self.joint_values, self.goal, self.tool_pos])",
-        "#     return self.step_reward - self.mult_dist_reward * distance",
-        '#         self.info["is_success"] = 1.0',
-        "#     self.goal = self.goal_space.sample()",
-        "#     def get_tool_pos(self, joint_values):",
-    ):
-        assert line in task
+    for hook in ("_get_observation", "_get_reward", "_check_if_done", "_set_episode_init_params"):
+        assert f"PlaneArmReachEnv.{hook}" in task
+    assert "self.step_reward" not in task
+    assert "get_tool_pos" in dict(made.left)["other methods"]
     compile(task, "task.py", "exec")
 
 
 def test_the_training_file_becomes_a_run_configuration(made):
     config = RunConfig(**load_yaml(made.path / "train.yaml"))
-    assert config.environment == "acme/PlaneArmReachGymnasiumEnv-v0"
+    assert config.environment == "acme/PlaneArmReachGymnasiumEnvSkeleton-v0"
     assert config.algorithm == "td3"
     assert config.steps == 60
     assert config.algorithm_config["policy_kwargs"]["net_arch"] == [32, 32]
@@ -74,8 +70,15 @@ def test_the_training_file_becomes_a_run_configuration(made):
 def test_the_report_says_what_was_carried_and_what_was_not(made):
     page = read(made, "MIGRATION.md")
     carried, left = page.split("## Left to do")
-    assert "ID PlaneArmReachGymnasiumEnv-v0" in carried
-    for what in ("joint_position", "goal.launch", "/plane_arm/goal_pos", "NormalizeObservationWrapper", "log_folder"):
+    assert "td3.yaml: training, noise, networks" in carried
+    for what in (
+        "ID PlaneArmReachGymnasiumEnv-v0",
+        "joint_position",
+        "goal.launch",
+        "/plane_arm/goal_pos",
+        "NormalizeObservationWrapper",
+        "log_folder",
+    ):
         assert what in left
 
 
@@ -110,6 +113,16 @@ def test_a_training_file_alone_becomes_a_run_configuration(tmp_path):
     assert RunConfig(environment="CartPole-v1", **load_yaml(migration.path)).algorithm == "td3"
     with pytest.raises(ConfigurationError, match="exists"):
         migrate_yaml(HERE / "old_gym_package" / "config" / "td3.yaml", tmp_path)
+
+
+def test_a_training_file_that_continues_a_model_keeps_its_hyperparameters(tmp_path):
+    file = tmp_path / "td3.yaml"
+    text = (HERE / "old_gym_package" / "config" / "td3.yaml").read_text()
+    assert "load_model: False" in text
+    file.write_text(text.replace("load_model: False", "load_model: True"))
+    migration = migrate_yaml(file, tmp_path)
+    assert load_yaml(migration.path)["algorithm_config"]["policy_kwargs"]["net_arch"] == [32, 32]
+    assert "begins with a new model" in dict(migration.left)["keys that a run has no place for"]
 
 
 def test_a_task_file_of_the_example_repository_names_the_environment_that_takes_it(tmp_path):

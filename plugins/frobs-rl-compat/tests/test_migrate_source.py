@@ -11,7 +11,7 @@ import pytest
 
 from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_rl_compat.migrate import read_package
-from frobs_rl_compat.migrate.comments import commented, insert_in_method
+from frobs_rl_compat.migrate.comments import insert_in_method, todo
 from frobs_rl_compat.migrate.expressions import Evaluator, UnknownValueError
 
 HERE = Path(__file__).parent
@@ -72,9 +72,7 @@ def test_a_package_is_read_without_being_imported(name):
     assert said.values["self.action_space"] == gymnasium.spaces.Box(-0.2, 0.2, (2,), np.float32)
     low = np.array([-2.5, -2.0, -0.4, -0.4, -0.7, -0.7])
     assert np.allclose(said.values["self.observation_space"].low, low)
-    old, lines = package.hook("_check_if_done")
-    assert old.name == "PlaneArmReachEnv"
-    assert lines[-1] == "return done"
+    assert package.hook("_check_if_done").name == "PlaneArmReachEnv"
 
 
 TASK = """
@@ -120,15 +118,50 @@ def test_a_value_under_an_unknown_condition_is_unknown(package_of_two):
 
 
 def test_one_of_several_environments_is_chosen_by_its_id(package_of_two):
-    first, second = read_package(package_of_two), read_package(package_of_two, "Two-v1")
-    assert first.registration.id == "One-v0"
-    assert first.registration.max_episode_steps == 50
-    assert first.others == ["Two-v1"]
+    first, second = read_package(package_of_two, "One-v0"), read_package(package_of_two)
+    assert second.registration.id == "Two-v1"  # nothing inherits it, so it is a task and One its robot
+    assert second.others == ["One-v0"]
     assert [old.name for old in second.lineage] == ["Two", "One"]
+    assert first.registration.max_episode_steps == 50
     assert first.hook("_get_reward") is None
     assert [path.name for path in first.python.unread] == ["old.py"]
     with pytest.raises(UnknownNameError, match="One-v0"):
         read_package(package_of_two, "One-v1")
+
+
+TASKS = """
+from gym.envs.registration import register
+from lab.arm import Arm
+
+register(id="Reach-v{version}", entry_point="lab.reach_v{version}:Reach", max_episode_steps={version})
+
+class Reach(Arm):
+    pass
+"""
+
+
+def test_the_task_that_a_script_trains_is_chosen_among_classes_of_one_name(tmp_path):
+    (tmp_path / "arm.py").write_text(
+        "register(id='Arm-v0', entry_point='lab.arm:Arm')\nclass Arm(robot_BasicEnv.RobotBasicEnv): pass\n"
+    )
+    for version in (1, 2):
+        (tmp_path / f"reach_v{version}.py").write_text(TASKS.format(version=version))
+    (tmp_path / "a_test.py").write_text("env = TimeLimitWrapper(gym.make('Reach-v1'), max_steps=5)\n")
+    script = "env = TimeLimitWrapper(gym.make('Reach-v2'), max_steps=7)\nTD3(env, config_filename='td3.yaml').train()\n"
+    (tmp_path / "train.py").write_text(script)
+    package = read_package(tmp_path)
+    assert package.registration.id == "Reach-v2"
+    assert [old.path.name for old in package.lineage] == ["reach_v2.py", "arm.py"]
+    assert package.time_limits == [7]
+    assert package.others == ["Arm-v0", "Reach-v1"]
+
+
+def test_bounds_of_higher_precision_are_read_without_a_warning(recwarn):
+    box = Evaluator({}, PARAMETERS.__getitem__).value(
+        ast.parse("spaces.Box(low=np.array([-0.1]), high=np.array([0.1]), dtype=np.float32)", mode="eval").body
+    )
+    assert box == gymnasium.spaces.Box(-0.1, 0.1, (1,), np.float32)
+    assert not [each for each in recwarn if "gymnasium" in str(each.filename) or "precision" in str(each.message)]
 
 
 def test_a_folder_without_environments_is_refused(tmp_path):
@@ -140,10 +173,9 @@ def test_a_folder_without_environments_is_refused(tmp_path):
 
 
 def test_comments_keep_indentation_and_width():
-    lines = commented(["if x:", "    y = " + " + ".join(["word"] * 40), "", "return y"], 8, "do it.")
-    assert lines[0] == "        # TODO: do it."
-    assert lines[1] == "        #     if x:"
-    assert lines[2].startswith("        #         y = word")
+    lines = todo(" ".join(["do it"] * 40), 8)
+    assert lines[0].startswith("        # TODO: do it")
+    assert lines[1].startswith("        # ")
     assert max(map(len, lines)) <= 120
     text = 'class A:\n    def f(self):\n        """Say.\n\n        More.\n        """\n        return 1\n'
     inserted = insert_in_method(text, "f", ["        # here"])

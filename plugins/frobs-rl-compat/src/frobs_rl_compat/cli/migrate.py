@@ -26,7 +26,7 @@ def migrate(
     id: Annotated[
         str | None,
         typer.Option(
-            metavar="ID", show_default="the first", help="Which registered environment, where there are some."
+            metavar="ID", show_default="the task that a script trains", help="Environment that the package registers."
         ),
     ] = None,
     namespace: Annotated[str, typer.Option(metavar="NAME", help="The first part of the new Gymnasium ID.")] = "lab",
@@ -35,10 +35,9 @@ def migrate(
 ) -> None:
     """Make a plugin of a package of FRobs_RL, or a run configuration of its YAML file.
 
-    The package is read, never imported. The plugin installs, is tested and trains as it is: the robot is the package's
-    own, the task a plain one to begin with. Spaces and numbers stand beside it, the old hooks as comments where
-    their work is done now, and TODO where something is left. MIGRATION.md says what was carried over and what was not.
-    Nothing is overwritten.
+    The package is read, never imported. The plugin installs and trains as it is: the robot is the package's own, and the
+    task is a stand-in, so that its ID ends in Skeleton-v0. Spaces and numbers are in original.py. TODO marks where the old
+    methods are to be ported, and MIGRATION.md lists what was carried over and what was not. Nothing is overwritten.
 
     Example:
         $ frobs migrate ~/catkin_ws/src/my_arm_rl --out plugins

@@ -7,7 +7,7 @@ package.py        all that a package says
 yaml_files.py     its YAML files: learning, controllers, numbers
 robot.py          its URDF or xacro file
 plugin.py         the plugin that is made of it
-comments.py       old code as comments in new files
+comments.py       comments that say what is to do
 report.py         what was carried over, and what was not
 """
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.report import Migration
+from frobs_rl_compat.migrate.yaml_files import LEGACY_IDS
 
 _CONTROLLERS = (
     ("JointTrajectoryController", "joint_delta_position, or trajectory for whole planned motions"),
@@ -23,6 +24,13 @@ _CONTROLLERS = (
 
 def note_what_is_left(package: OldPackage, made: Migration) -> None:
     """Note all that the plugin does not have."""
+    for path, mapping in package.yaml.numbers.items():
+        for root in mapping:
+            if root in LEGACY_IDS:
+                made.leave(
+                    f"the task '{root}' ({path.name})",
+                    f"{LEGACY_IDS[root]} is FRobs's task of that name and takes {path.name}; compare it with yours",
+                )
     for path, mapping in package.yaml.controllers.items():
         for name, type in _types(mapping):
             found = next((ours for part, ours in _CONTROLLERS if part in type), None)

@@ -1,4 +1,4 @@
-"""Old code as comments in new files, at the place where its work is done now."""
+"""Comments in new files that say where the work of old methods is done now."""
 
 from __future__ import annotations
 
@@ -9,18 +9,10 @@ from collections.abc import Sequence
 _WIDTH = 116
 
 
-def commented(lines: Sequence[str], indent: int, todo: str) -> list[str]:
-    """Return lines as comments below a line that says what is to do."""
+def todo(text: str, indent: int) -> list[str]:
+    """Return the lines of a comment that says what is to do."""
     margin = " " * indent
-    found = [f"{margin}# {line}" for line in textwrap.wrap(f"TODO: {todo}", _WIDTH - indent)]
-    for line in lines:
-        if not line:
-            found.append(f"{margin}#")
-            continue
-        inner = " " * (len(line) - len(line.lstrip()))
-        wrapped = textwrap.wrap(line.strip(), max(40, _WIDTH - indent - len(inner)), break_long_words=True)
-        found += [f"{margin}#     {inner}{part}" for part in wrapped]
-    return [line[:120].rstrip() for line in found]
+    return [f"{margin}# {line}" for line in textwrap.wrap(f"TODO: {text}", _WIDTH - indent)]
 
 
 def insert_in_method(text: str, method: str, lines: Sequence[str]) -> str:

@@ -51,7 +51,13 @@ _FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     **{function.__name__: function for function in (float, int, bool, str, list, tuple, dict, len, abs, max, min)},
 }
 _MODULES = ("np", "numpy", "math", "")
-_SPACES = {"Box": gymnasium.spaces.Box, "Discrete": gymnasium.spaces.Discrete,
+
+
+def _box(low: Any, high: Any, shape: Any = None, dtype: Any = np.float32) -> gymnasium.spaces.Box:
+    return gymnasium.spaces.Box(np.asarray(low, dtype)[()], np.asarray(high, dtype)[()], shape, dtype)
+
+
+_SPACES = {"Box": _box, "Discrete": gymnasium.spaces.Discrete,
            "MultiDiscrete": gymnasium.spaces.MultiDiscrete, "MultiBinary": gymnasium.spaces.MultiBinary}  # fmt: skip
 
 

@@ -26,8 +26,7 @@ class OldPackage:
         lineage: The environment's class, and those of the package that it inherits.
         registration: Its ID; None: it is not registered.
         others: Further IDs that the package registers.
-        time_limits: ``max_steps`` of each ``TimeLimitWrapper`` in the scripts.
-        wrappers: Names of FRobs_RL's other wrappers that the scripts use.
+        scripts: The files that make the environment, those that train first; all files where none does.
     """
 
     name: str
@@ -38,16 +37,31 @@ class OldPackage:
     constructed: Constructed
     python: PythonFiles
     yaml: YamlFiles
-    time_limits: list[int]
-    wrappers: list[str]
+    scripts: list[Path]
 
-    def hook(self, name: str) -> tuple[OldClass, list[str]] | None:
-        """Return the class that has a method and the lines of its body; None where it is missing or only refuses."""
-        for old in self.lineage:
-            if name in old.methods:
-                lines = old.text(name)
-                return None if not lines or lines[0].startswith("raise NotImplemented") else (old, lines)
-        return None
+    def hook(self, name: str) -> OldClass | None:
+        """Return the class that has a method; None where it is missing or only refuses."""
+        old = next((each for each in self.lineage if name in each.methods), None)
+        return old if old is not None and old.does(name) else None
+
+    def calls(self, name: str) -> list[ast.Call]:
+        """Return the calls of a function in the scripts."""
+        return [call for path in self.scripts for call in self.python.calls[path].get(name, [])]
+
+    @property
+    def time_limits(self) -> list[int]:
+        """``max_steps`` of each ``TimeLimitWrapper`` in the scripts."""
+        found: list[Any] = []
+        for call in self.calls("TimeLimitWrapper"):
+            given = [keyword.value for keyword in call.keywords if keyword.arg == "max_steps"] + call.args[1:2]
+            found += [value.value for value in given if isinstance(value, ast.Constant)]
+        return [value for value in found if isinstance(value, int)]
+
+    @property
+    def wrappers(self) -> list[str]:
+        """Names of FRobs_RL's other wrappers that the scripts use."""
+        names = ("NormalizeActionWrapper", "NormalizeObservationWrapper", "NormalizeObservWrapper")
+        return [name for name in names if self.calls(name)]
 
 
 def read_package(folder: Path, id: str | None = None) -> OldPackage:
@@ -62,43 +76,55 @@ def read_package(folder: Path, id: str | None = None) -> OldPackage:
             folder, "this is neither a folder nor a file; pass the folder of a ROS package or a YAML file."
         )
     python = read_python_files(folder)
-    environments = {old.name: old for old in python.environments}
+    environments = python.environments
     if not environments:
-        there = ", ".join(python.classes) or "no class at all"
+        there = ", ".join(old.name for old in python.classes) or "no class at all"
         raise MigrationError(
             folder, f"no class inherits FRobs_RL's RobotBasicEnv; there is {there}. Give the folder of the ROS package."
         )
-    registered = [each for each in python.registrations if each.class_name in environments]
+    registered = [each for each in python.registrations if python.registered(each) in environments]
     if id is not None and id not in [each.id for each in registered]:
         raise UnknownNameError(f"ID in {folder}", id, [each.id for each in registered])
-    registration = next((each for each in registered if id in (None, each.id)), None)
-    lineages = {name: python.lineage(name) for name in environments}
-    chosen = registration.class_name if registration else max(lineages, key=lambda name: len(lineages[name]))
+    candidates = [each for each in registered if id in (None, each.id)]
+    registration = min(candidates, key=lambda each: _rank(each, python), default=None)
+    found = python.registered(registration) if registration else None
+    lineage = python.lineage(found) if found else max(map(python.lineage, environments), key=len)
     yaml = read_yaml_files(folder)
+    scripts = _scripts(python, registration.id if registration else "")
+    others = dict.fromkeys(each.id for each in registered if each is not registration)
     return OldPackage(
         name=_package_name(folder),
         folder=folder,
-        lineage=lineages[chosen],
+        lineage=lineage,
         registration=registration,
-        others=[each.id for each in registered if each is not registration],
-        constructed=construct(lineages[chosen], yaml.parameter),
+        others=list(others),
+        constructed=construct(lineage, yaml.parameter),
         python=python,
         yaml=yaml,
-        time_limits=_time_limits(python),
-        wrappers=[name for name in ("NormalizeActionWrapper", "NormalizeObservationWrapper", "NormalizeObservWrapper")
-                  if name in python.calls],
-    )  # fmt: skip
+        scripts=scripts or list(python.calls),
+    )
+
+
+def _rank(registration: Registration, python: PythonFiles) -> tuple[bool, bool, int]:
+    """Return what sorts tasks before robots, and environments that scripts train before others."""
+    old = python.registered(registration)
+    is_base = any(old in python.lineage(other)[1:] for other in python.classes)
+    scripts = _scripts(python, registration.id)
+    trained = [number for number, path in enumerate(python.calls) if path in scripts and "train" in python.calls[path]]
+    return is_base, not scripts, trained[0] if trained else len(python.calls)
+
+
+def _scripts(python: PythonFiles, id: str) -> list[Path]:
+    """Return the files that make an environment by its ID, those that train first."""
+    makes = [
+        path
+        for path, calls in python.calls.items()
+        if any(isinstance(arg, ast.Constant) and arg.value == id for call in calls.get("make", []) for arg in call.args)
+    ]
+    return sorted(makes, key=lambda path: "train" not in python.calls[path])
 
 
 def _package_name(folder: Path) -> str:
     file = folder / "package.xml"
     found = _NAME.search(file.read_text("utf-8", errors="replace")) if file.is_file() else None
     return found[1] if found else folder.absolute().name
-
-
-def _time_limits(python: PythonFiles) -> list[int]:
-    found: list[Any] = []
-    for call in python.calls.get("TimeLimitWrapper", []):
-        given = [keyword.value for keyword in call.keywords if keyword.arg == "max_steps"] + call.args[1:2]
-        found += [value.value for value in given if isinstance(value, ast.Constant) and isinstance(value.value, int)]
-    return found

@@ -14,7 +14,7 @@ from frobs_core.errors import ConfigurationError, TargetExistsError
 from frobs_core.interfaces import Lidar
 from frobs_devkit.scaffold import copy_model, render, resolve
 from frobs_rl_compat.migrate.advice import note_what_is_left
-from frobs_rl_compat.migrate.comments import commented
+from frobs_rl_compat.migrate.comments import todo
 from frobs_rl_compat.migrate.original import write_original
 from frobs_rl_compat.migrate.package import OldPackage, read_package
 from frobs_rl_compat.migrate.report import Migration
@@ -103,7 +103,7 @@ def _edit_robot(
     file = sources / "robot.py"
     if robot is None:
         made.leave("the robot's file", f"{problem}; a two-joint arm stands in for it: put yours into robot.py")
-        lines = commented([], 0, f"the package's own robot; its file could not be used: {problem}")
+        lines = todo(f"the package's own robot; its file could not be used: {problem}", 0)
         text = file.read_text("utf-8")
         file.write_text(
             text.replace(f"\n{name.upper()} = Robot(", "\n" + "\n".join(lines) + f"\n{name.upper()} = Robot(")
@@ -168,16 +168,19 @@ def _lidars_text(lidars: Mapping[str, Lidar]) -> str:
 
 def _edit_plugin(package: OldPackage, folder: Path, sources: Path, context: Mapping[str, Any], made: Migration) -> str:
     """Give the environment its ID and limit, and say what the old actions were; returns the ID."""
-    new_id = context["__id"]
-    if package.registration is not None:
-        stem = package.registration.id.rpartition("/")[2]
-        new_id = f"{context['namespace']}/{stem if re.search(r'-v[0-9]+$', stem) else f'{stem}-v0'}"
-        for path in folder.rglob("*"):
-            if path.is_file() and path.suffix in (".py", ".md", ".yaml", ".yml", ".toml"):
-                text = path.read_text("utf-8")
-                if context["__id"] in text:
-                    path.write_text(text.replace(context["__id"], new_id), "utf-8")
-        made.carry(f"ID {package.registration.id}", new_id)
+    old_id = package.registration.id if package.registration else context["__id"]
+    stem = re.sub(r"-v[0-9]+$", "", old_id.rpartition("/")[2])
+    new_id = f"{context['namespace']}/{stem}Skeleton-v0"
+    for path in folder.rglob("*"):
+        if path.is_file() and path.suffix in (".py", ".md", ".yaml", ".yml", ".toml"):
+            text = path.read_text("utf-8")
+            if context["__id"] in text:
+                path.write_text(text.replace(context["__id"], new_id), "utf-8")
+    made.leave(
+        f"ID {old_id}",
+        f"{new_id} has a stand-in for the old task; once task.py has its world, rewards and success, take 'Skeleton' out of "
+        "the ID",
+    )
     file = sources / "plugin.py"
     text = file.read_text("utf-8")
     registered = package.registration.max_episode_steps if package.registration else None
@@ -188,20 +191,22 @@ def _edit_plugin(package: OldPackage, folder: Path, sources: Path, context: Mapp
             f", TimeLimitWrapper {max(package.time_limits)}" if package.time_limits else ""
         )
         made.carry(f"limit of steps ({said})", f"plugin.py: max_episode_steps={min(limits)}")
-    hook = package.hook("_send_action")
-    if hook is not None:
-        old, lines = hook
-        todo = f"choose the controller that does what {old.name}._send_action did; 'frobs list controllers' shows all."
+    old = package.hook("_send_action")
+    if old is not None:
+        advice = (
+            f"choose the controller that does what {old.place('_send_action')} did; 'frobs list controllers' shows all."
+        )
         head, at, rest = text.partition("                    controller=")
-        text = head + "\n".join(commented(lines, 20, todo)) + "\n" + at + rest
-        made.carry("_send_action", "plugin.py: a comment above controller=")
+        text = head + "\n".join(todo(advice, 20)) + "\n" + at + rest
+        made.leave(old.place("_send_action"), "choose a controller in plugin.py")
     file.write_text(text, "utf-8")
-    return str(new_id)
+    return new_id
 
 
 def _write_learning(package: OldPackage, folder: Path, id: str, made: Migration) -> None:
     """Write a run's configuration for each file of FRobs_RL; the one that the scripts name is ``train.yaml``."""
-    named = {getattr(keyword.value, "value", None) for calls in package.python.calls.values() for call in calls
+    scripts = [calls for path in package.scripts for calls in package.python.calls[path].values()]
+    named = {getattr(keyword.value, "value", None) for calls in scripts for call in calls
              for keyword in call.keywords if keyword.arg == "config_filename"}  # fmt: skip
     files = sorted(package.yaml.learning, key=lambda path: (path.name not in named, path.name))
     for number, path in enumerate(files):

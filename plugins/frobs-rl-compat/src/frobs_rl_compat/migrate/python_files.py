@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,7 +14,7 @@ ROOTS = ("RobotBasicEnv", "CustomRobotEnv", "CCustomRobotEnv", "CustomTaskEnv")
 """FRobs_RL's own classes, which a package's inherit."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class OldClass:
     """A class of an environment.
 
@@ -29,35 +29,29 @@ class OldClass:
     node: ast.ClassDef
     tree: ast.Module
     path: Path
-    source: str
 
-    def text(self, method: str, without: Callable[[ast.stmt], bool] = lambda statement: False) -> list[str]:
-        """Return the lines of a method's body, without its docstring and indentation."""
+    def does(self, method: str) -> bool:
+        """Return whether a method has a body that does something: more than refusing."""
+        body = self.methods[method].body
+        rest = body[1:] if ast.get_docstring(self.methods[method]) is not None else body
+        return not all(isinstance(statement, ast.Pass | ast.Raise) for statement in rest)
+
+    def place(self, method: str) -> str:
+        """Return where a method is: ``"Reach._get_reward (reach.py, lines 20-31)"``."""
         function = self.methods[method]
-        body = function.body[1:] if ast.get_docstring(function) is not None else function.body
-        all_lines = self.source.expandtabs(4).splitlines()
-        lines: list[str] = []
-        end = function.body[0].end_lineno or 0 if body is not function.body else body[0].lineno - 1
-        for statement in body:
-            begin, end = end, statement.end_lineno or statement.lineno
-            if not without(statement):
-                lines += all_lines[begin:end]  # with the comments and empty lines before it
-        margin = min((len(line) - len(line.lstrip()) for line in lines if line.strip()), default=0)
-        kept = [line[margin:].rstrip() for line in lines]
-        while kept and not kept[0]:
-            kept.pop(0)
-        return kept
-
-    def signature(self, method: str) -> str:
-        """Return the first line of a method."""
-        return f"def {method}({ast.unparse(self.methods[method].args)}):"
+        return f"{self.name}.{method} ({self.path.name}, lines {function.lineno}-{function.end_lineno})"
 
 
 @dataclass(frozen=True)
 class Registration:
-    """A call of ``register``."""
+    """A call of ``register``.
+
+    Attributes:
+        module: Last part of the name of the class's module; empty where the class itself is given.
+    """
 
     id: str
+    module: str
     class_name: str
     max_episode_steps: int | None
     path: Path
@@ -68,34 +62,45 @@ class PythonFiles:
     """What the files have.
 
     Attributes:
-        classes: Environments, by name.
+        classes: In the order of the files.
         registrations: In the order of the files.
-        calls: Calls by the last part of the function's name: ``"TimeLimitWrapper"``.
+        calls: Calls of each file by the last part of the function's name: ``"TimeLimitWrapper"``.
         unread: Files that are no Python of today, with what is wrong.
     """
 
-    classes: dict[str, OldClass]
+    classes: list[OldClass]
     registrations: list[Registration]
-    calls: dict[str, list[ast.Call]]
+    calls: dict[Path, dict[str, list[ast.Call]]]
     unread: dict[Path, str]
 
-    def lineage(self, name: str) -> list[OldClass]:
+    def lineage(self, old: OldClass) -> list[OldClass]:
         """Return a class and those of the package that it inherits, itself first."""
-        found, names = [], [name]
-        while names:
-            known = self.classes.get(names.pop(0))
-            if known is not None and known not in found:
-                found.append(known)
-                names += known.bases
+        found: list[OldClass] = []
+        waiting = [old]
+        while waiting:
+            each = waiting.pop(0)
+            if each not in found:
+                found.append(each)
+                waiting += [base for name in each.bases if (base := self._find(name, each.path)) is not None]
         return found
+
+    def registered(self, registration: Registration) -> OldClass | None:
+        """Return the class that a call of ``register`` names."""
+        places = [path for path in self.calls if path.stem == registration.module]
+        return self._find(registration.class_name, *places, registration.path)
 
     @property
     def environments(self) -> list[OldClass]:
         """The classes that inherit one of FRobs_RL's, over whatever others."""
         return [
-            each for each in self.classes.values()
-            if any(base in ROOTS for ancestor in self.lineage(each.name) for base in ancestor.bases)
+            each for each in self.classes
+            if any(base in ROOTS for ancestor in self.lineage(each) for base in ancestor.bases)
         ]  # fmt: skip
+
+    def _find(self, name: str, *places: Path) -> OldClass | None:
+        """Return the class of a name, of one of some files if they have it; the package may have several."""
+        found = [each for each in self.classes if each.name == name]
+        return next((each for place in places for each in found if each.path == place), found[0] if found else None)
 
 
 _DEFINES = re.compile(r"^\s*class\s+\w+\s*\(|^register\s*\(", re.MULTILINE)
@@ -108,7 +113,7 @@ def read_python_files(folder: Path) -> PythonFiles:
     Raises:
         ConfigurationError: One that defines a class, or registers an environment, is no Python of today.
     """
-    files = PythonFiles({}, [], {}, {})
+    files = PythonFiles([], [], {}, {})
     for path in sorted(folder.rglob("*.py")):
         if any(part.startswith(".") or part in ("build", "devel") for part in path.relative_to(folder).parts):
             continue
@@ -123,13 +128,14 @@ def read_python_files(folder: Path) -> PythonFiles:
                 ) from error
             files.unread[path] = str(error)
             continue
+        calls = files.calls.setdefault(path, {})
         for node in ast.walk(tree):
             if isinstance(node, ast.ClassDef):
                 methods = {item.name: item for item in node.body if isinstance(item, ast.FunctionDef)}
                 bases = tuple(_last(base) for base in node.bases)
-                files.classes.setdefault(node.name, OldClass(node.name, bases, methods, node, tree, path, source))
+                files.classes.append(OldClass(node.name, bases, methods, node, tree, path))
             elif isinstance(node, ast.Call):
-                files.calls.setdefault(_last(node.func), []).append(node)
+                calls.setdefault(_last(node.func), []).append(node)
         files.registrations.extend(_registrations(tree, path))
     return files
 
@@ -147,7 +153,8 @@ def _registrations(tree: ast.Module, path: Path) -> Iterator[Registration]:
         point = entry if isinstance(entry, str) else _last(given["entry_point"]) if "entry_point" in given else ""
         if isinstance(id, str) and point:
             limit = steps if isinstance(steps, int) and not isinstance(steps, bool) else None
-            yield Registration(id, point.rpartition(":")[2], limit, path)
+            module, _, name = point.rpartition(":")
+            yield Registration(id, module.rpartition(".")[2], name, limit, path)
 
 
 def _last(node: ast.expr) -> str:

@@ -1,13 +1,11 @@
-"""``task.py`` of the plugin: the old hooks as comments where their work is done now, and what numbers have a place."""
+"""``task.py`` of the plugin: the numbers that have a place in it, and what is left to do."""
 
 from __future__ import annotations
 
-import ast
 import re
 from pathlib import Path
 
-from frobs_rl_compat.migrate.comments import commented, has_method, insert_in_method
-from frobs_rl_compat.migrate.constructor import PARAMETERS
+from frobs_rl_compat.migrate.comments import has_method, insert_in_method, todo
 from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.report import Migration
 
@@ -25,46 +23,34 @@ HOOKS = {
 }
 """FRobs_RL's hooks: the methods of a task that may do their work now, the first that there is, and what is to do."""
 
-_CONSTRUCTOR = "__init__"
-_ELSEWHERE = (*HOOKS, "_send_action", "_check_subs_and_pubs_connection", _CONSTRUCTOR)
+_ELSEWHERE = (*HOOKS, "_send_action", "_check_subs_and_pubs_connection", "__init__")
 
 
 def edit_task(package: OldPackage, file: Path, made: Migration) -> None:
-    """Edit the task of a plugin."""
+    """Edit the task of a plugin: numbers that have a place in it, and a comment for each old method that is to be ported."""
     text = _with_numbers(package, file.read_text("utf-8"), made)
-    for hook, (methods, todo) in HOOKS.items():
-        found = package.hook(hook)
-        if found is None:
+    for hook, (methods, advice) in HOOKS.items():
+        old = package.hook(hook)
+        if old is None:
             made.leave(hook, "the package does not have it")
             continue
-        old, lines = found
         method = next(name for name in methods if has_method(text, name))
-        text = insert_in_method(text, method, commented(lines, 8, todo.format(name=f"{old.name}.{hook}") + "."))
-        made.carry(hook, f"task.py: a comment in {method}")
-    for old in reversed(package.lineage):
-        lines = old.text(_CONSTRUCTOR, _said_elsewhere) if _CONSTRUCTOR in old.methods else []
-        if lines:
-            todo = f"what {old.name} prepared; original.OBSERVATION_SPACE has the bounds of its observation."
-            text = insert_in_method(text, "bind", commented(lines, 8, todo))
-            made.carry(f"{old.name}.__init__", "task.py: a comment in bind")
+        text = insert_in_method(text, method, todo(f"{advice.format(name=old.place(hook))}.", 8))
+        made.leave(old.place(hook), f"write it into {method} of task.py")
+    for old in package.lineage:
+        if "__init__" in old.methods:
+            made.leave(old.place("__init__"), "what it prepares belongs into scene and bind of task.py")
     pose = {key: value for key, value in package.constructed.parameters.items() if key.startswith("model_") and value}
     pose.pop("model_name_in_gazebo", None)
     pose.pop("model_ori_w", None)
     if pose and has_method(text, "scene"):
         shown = ", ".join(f"{key}={value}" for key, value in pose.items())
-        text = insert_in_method(text, "scene", commented([], 8, f"Scene(robot_pose=…): the robot stood at {shown}."))
-        made.carry("the robot's place in the world", "task.py: a comment in scene")
-    file.write_text(text + _helpers(package, made), "utf-8")
-
-
-def _said_elsewhere(statement: ast.stmt) -> bool:
-    """Return whether a statement of a constructor is in ``original.py``, or is only said to people."""
-    if isinstance(statement, ast.Assign):
-        return all(ast.unparse(target).removeprefix("self.") in PARAMETERS for target in statement.targets)
-    if not isinstance(statement, ast.Expr):
-        return False
-    called = ast.unparse(statement.value.func) if isinstance(statement.value, ast.Call) else ""
-    return isinstance(statement.value, ast.Constant) or called.endswith(".__init__") or called.startswith("rospy.log")
+        text = insert_in_method(text, "scene", todo(f"Scene(robot_pose=…): the robot stood at {shown}.", 8))
+        made.leave("the robot's place in the world", f"Scene(robot_pose=…) in task.py: {shown}")
+    helpers = [old.place(name) for old in package.lineage for name in old.methods if name not in _ELSEWHERE]
+    if helpers:
+        made.leave("other methods", f"write what the hooks call into task.py: {', '.join(helpers)}")
+    file.write_text(text, "utf-8")
 
 
 def _with_numbers(package: OldPackage, text: str, made: Migration) -> str:
@@ -97,16 +83,3 @@ def _first_key(package: OldPackage, name: str) -> str:
             if isinstance(section, dict) and name in section:
                 return f"{root}/{name}"
     return name
-
-
-def _helpers(package: OldPackage, made: Migration) -> str:
-    """Return the other methods of the old classes, as comments for the end of the file."""
-    parts: list[str] = []
-    for old in package.lineage:
-        for method in old.methods:
-            if method in _ELSEWHERE:
-                continue
-            lines = [old.signature(method), *(f"    {line}" if line else "" for line in old.text(method))]
-            parts += ["", *commented(lines, 0, f"{old.name}.{method}, if something above still wants it.")]
-            made.carry(f"{old.name}.{method}", "task.py: a comment at the end")
-    return "\n".join(["", *parts, ""]) if parts else ""

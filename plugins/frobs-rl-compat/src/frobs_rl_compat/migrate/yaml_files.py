@@ -89,7 +89,12 @@ def run_configuration(path: Path, mapping: Mapping[str, Any], environment: str |
     found = algorithms_in(mapping)
     if not found:
         raise MigrationError(path, f"there is no algorithm's block under '{ROOT}': add ppo_params, td3_params, ….")
-    config, note = translate(mapping, found[0], path)
+    begins_with_model = mapping[ROOT].get("load_model")
+    config, note = translate({**mapping, ROOT: {**mapping[ROOT], "load_model": False}}, found[0], path)
+    if begins_with_model:
+        note = (
+            f"load_model: the run begins with a new model instead of {mapping[ROOT].get('model_name')}. {note}".strip()
+        )
     if len(found) > 1:
         note = f"{note} Blocks of other algorithms: {', '.join(found[1:])}.".strip()
     head = f"# From {path.name} of FRobs_RL, by 'frobs migrate': observations go to the networks as they are.\n"
