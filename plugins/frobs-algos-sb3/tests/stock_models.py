@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import json
+import pickle
+import sys
+import types
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +15,7 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+import pytest
 import stable_baselines3 as sb3
 import torch as th
 from stable_baselines3.common.base_class import BaseAlgorithm
@@ -126,3 +132,59 @@ def read_data(path: Path) -> dict[str, Any]:
     with zipfile.ZipFile(path) as archive:
         found: dict[str, Any] = json.loads(archive.read("data"))
     return found
+
+
+def as_of_2021(path: Path) -> None:
+    """Rewrite a PPO model as stable-baselines3 1.0 wrote it: its spaces are gym's, and its first layers are shared.
+
+    The first layers of actor and critic must have the same numbers.
+    """
+    sides = [f"mlp_extractor.{side}_net." for side in ("policy", "value")]
+    with zipfile.ZipFile(path) as file:
+        members = {name: file.read(name) for name in file.namelist()}
+    tensors, old = th.load(io.BytesIO(members["policy.pth"]), weights_only=True), {}
+    for name, tensor in tensors.items():
+        side = next((each for each in sides if name.startswith(each)), None)
+        number, _, kind = name.removeprefix(side or "").partition(".")
+        if side is None:
+            old[name] = tensor
+        elif number == "0":
+            old[f"mlp_extractor.shared_net.0.{kind}"] = tensor
+        else:
+            old[f"{side}{int(number) - 2}.{kind}"] = tensor
+    order = sorted(old, key=lambda name: ("." in name, not name.startswith("mlp"), "shared" not in name))
+    old = {name: old[name] for name in order}
+    optimizer = th.optim.Adam([tensor.requires_grad_() for tensor in old.values()], lr=0.0)
+    sum(tensor.sum() for tensor in old.values()).backward()
+    optimizer.step()
+    for part, content in (
+        ("policy", {name: t.detach() for name, t in old.items()}),
+        ("policy.optimizer", optimizer.state_dict()),
+    ):
+        written = io.BytesIO()
+        th.save(content, written)
+        members[f"{part}.pth"] = written.getvalue()
+    data = json.loads(members["data"])
+    data["policy_kwargs"]["net_arch"] = [6, {"pi": [5], "vf": [4]}]
+    for name in ("observation_space", "action_space"):
+        data[name] |= {
+            ":type:": "<class 'gym.spaces.box.Box'>",
+            ":serialized:": _pickled_by_gym(data[name][":serialized:"]),
+        }
+    members["data"] = json.dumps(data).encode()
+    with zipfile.ZipFile(path, "w") as file:
+        for name, member in members.items():
+            file.writestr(name, member)
+
+
+def _pickled_by_gym(serialized: str) -> str:
+    """Return the pickle of a Box as of gym's class."""
+    space = pickle.loads(base64.b64decode(serialized))
+    module = types.ModuleType("gym.spaces.box")
+    module.Box = type("Box", (), {"__module__": module.__name__})  # type: ignore[attr-defined]
+    box = module.Box()  # type: ignore[attr-defined]
+    box.__dict__.update({name: value for name, value in vars(space).items() if not name.endswith("_repr")})
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("gym", "gym.spaces", module.__name__):
+            patch.setitem(sys.modules, name, module)
+        return base64.b64encode(pickle.dumps(box)).decode()

@@ -12,7 +12,7 @@ import torch as th
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.buffers import DictReplayBuffer, ReplayBuffer
 from stable_baselines3.her import HerReplayBuffer
-from stock_models import FlatDictionary
+from stock_models import FlatDictionary, as_of_2021
 
 from frobs_algos_sb3.model_files import load_model, read_replay_buffer, save_model, sidecar_path, write_replay_buffer
 from frobs_core.errors import CheckpointError, ConfigurationError, UntrustedFileError
@@ -113,6 +113,37 @@ def test_a_custom_part_needs_trust(policy: Any, kwargs: dict[str, Any], message:
     with pytest.raises(UntrustedFileError, match=message):
         load_model(path)
     assert isinstance(load_model(path, trust=True), sb3.PPO)
+
+
+@pytest.mark.parametrize("trust", [False, True])
+def test_a_model_of_2021_with_shared_layers_and_spaces_of_gym_predicts_and_trains_on(
+    trust: bool, tmp_path: Path
+) -> None:
+    kwargs = {"net_arch": {"pi": [6, 5], "vf": [6, 4]}}
+    model = sb3.PPO("MlpPolicy", "Pendulum-v1", n_steps=64, device="cpu", policy_kwargs=kwargs)
+    first = model.policy.mlp_extractor
+    first.value_net[0].load_state_dict(first.policy_net[0].state_dict())
+    path = tmp_path / "old.zip"
+    model.save(path)
+    given = observations(model)
+    expected = act(model, given, deterministic=True)
+    values = model.policy.predict_values(th.as_tensor(np.array(given)))
+    as_of_2021(path)
+
+    opened = load_model(path, gym.make("Pendulum-v1"), trust=trust, device="cpu")
+    with th.no_grad():
+        assert th.allclose(opened.policy.predict_values(th.as_tensor(np.array(given))), values, atol=1e-6)
+    np.testing.assert_allclose(act(opened, given, deterministic=True), expected, atol=1e-6)
+    assert len(opened.policy.optimizer.state_dict()["state"]) == len(list(opened.policy.parameters()))
+    opened.learn(64)
+
+
+def test_a_schedule_that_ended_below_zero_does_not_prevent_predictions(tmp_path: Path) -> None:
+    path = tmp_path / "old.zip"
+    model = sb3.PPO("MlpPolicy", "Pendulum-v1", n_steps=64, learning_rate=lambda _: 1e-3)
+    model.policy.optimizer.param_groups[0]["lr"] = -1e-9
+    model.save(path)
+    load_model(path).predict(np.zeros(3, np.float32))
 
 
 def test_another_algorithm_s_file_is_refused(tmp_path: Path) -> None:

@@ -114,3 +114,9 @@ def test_gymnasiums_wrappers_are_there_by_name():
 def test_a_missing_name_is_reported():
     with pytest.raises(AttributeError, match=r"frobs legacy run.*'vector_of_things'"):
         _ = gym.vector_of_things
+
+
+def test_classes_of_spaces_are_found_in_the_modules_that_old_model_files_name():
+    from gym.spaces.box import Box
+
+    assert Box is gym.spaces.Box is gym.spaces.box.Box

@@ -14,6 +14,7 @@ from frobs_rl_compat.migrate import migrate_package
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "examples"
+ORIGINALS = Path(__file__).parents[4] / "shared" / "frobs_rl" / "originals"
 STEPS = 300
 """Of a training that only has to run."""
 
@@ -69,3 +70,42 @@ def test_a_migrated_package_installs_loads_trains_and_fails_only_what_it_says(
     arguments = ["--config", made.path / "train.yaml", "--steps", STEPS, "--seed", 0, "--run-dir", run]
     sandbox.run("frobs", "train", id, *arguments)
     assert json.loads(sandbox.run("frobs", "evaluate", run, "--episodes", 1, "--json").stdout)["episodes"] == 1
+
+
+@pytest.mark.skipif(not ORIGINALS.is_dir(), reason=f"the original packages are not in {ORIGINALS}")
+@pytest.mark.parametrize(
+    ("package", "id", "allowed"),
+    [
+        pytest.param(
+            "kobuki_maze/kobuki_maze_rl",
+            "lab/KobukiMazeEnvSkeleton-v0",
+            {"limits_are_stated", "step_needs_reset", "task_is_complete"},
+            id="kobuki_maze_rl",
+        ),
+        pytest.param(
+            "abb_irb140_reacher/abb_irb140_reacher",
+            "lab/ABBIRB140VelReacherEnvSkeleton-v0",
+            {
+                "home_is_free",
+                "step_needs_reset",
+                "same_step_equals_single",
+                "next_step_equals_single",
+                "disabled_equals_single",
+                "randomized_equals_single",
+                "task_is_complete",
+            },
+            id="abb_irb140_reacher",
+        ),
+    ],
+)
+def test_an_original_package_becomes_a_plugin_that_passes_and_says_that_it_is_a_skeleton(
+    package, id, allowed, sandbox, tmp_path, monkeypatch
+):
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(ORIGINALS))
+    made = migrate_package(ORIGINALS / "frobs_rl_resources" / package, tmp_path / "plugins")
+    sandbox.install([made.path])
+    report = json.loads(sandbox.run("frobs", "check", made.path.name, "--json").stdout)
+    assert not [result for result in report["checks"] if result["status"] == "failed"]
+    unsure = [result["name"] for result in report["checks"] if result["status"] == "inconclusive"]
+    assert any(name.endswith(f"{id}.task_is_complete") for name in unsure)
+    assert {name.rpartition(".")[2] for name in unsure} == allowed

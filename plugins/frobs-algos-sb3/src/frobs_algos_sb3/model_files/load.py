@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import importlib.util
+import io
+import sys
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +19,21 @@ from stable_baselines3.her import HerReplayBuffer
 
 from frobs_algos_sb3.model_files import known
 from frobs_algos_sb3.model_files.archive import ModelArchive, clean_copy, read_archive
-from frobs_algos_sb3.model_files.rebuild import Rebuilt, rebuild
+from frobs_algos_sb3.model_files.rebuild import Rebuilt, policy_kwargs, rebuild
 from frobs_algos_sb3.model_files.save import read_sidecar
+from frobs_algos_sb3.model_files.shared_layers import copy_shared_layers
 from frobs_algos_sb3.model_files.space_text import same_space
 from frobs_algos_sb3.model_files.text import Unreadable
 from frobs_core.errors import CheckpointError, ConfigurationError, ModelMismatchError, UntrustedFileError
 
 _NEEDED = ("policy_class", "policy_kwargs", "observation_space", "action_space", "use_sde")
 """Without these there is no policy."""
+
+_GYM_MODULES = (
+    "", ".spaces", ".spaces.box", ".spaces.dict", ".spaces.discrete", ".spaces.multi_binary", ".spaces.multi_discrete",
+    ".spaces.space", ".spaces.tuple", ".utils", ".utils.seeding",
+)  # fmt: skip
+"""Modules of gym that the pickles of a model name."""
 
 _FAILURES = (RuntimeError, ValueError, KeyError, TypeError, AttributeError, IndexError, AssertionError, MemoryError)
 """What stable-baselines3 raises for parts that do not fit each other."""
@@ -70,7 +81,8 @@ def load_model(
     except Unreadable as problem:
         raise ConfigurationError(f"{archive.path}: {problem}.") from None
     if trust:
-        return cls.load(archive.path, env=env, device=device, **overrides)
+        return _load_trusted(archive, cls, env, device, overrides)
+    archive = copy_shared_layers(archive)
     beside = read_sidecar(archive)
     found = rebuild(archive, cls, {*overrides, *beside})
     found.values.update(beside)
@@ -79,6 +91,29 @@ def load_model(
         _take_spaces(archive, found, venv)
     _fill_in(archive, found, defaults or {}, training=env is not None)
     return _build(archive, cls, venv, device, found.values, overrides)
+
+
+def _load_trusted(
+    archive: ModelArchive, cls: type[BaseAlgorithm], env: Any, device: str, overrides: Mapping[str, Any]
+) -> BaseAlgorithm:
+    """Let stable-baselines3 open the file, with its pickles; spaces of gym become Gymnasium's."""
+    unshared = copy_shared_layers(archive)
+    objects = {} if unshared is archive else {"policy_kwargs": policy_kwargs(unshared.data["policy_kwargs"], unshared)}
+    with _gym_as_gymnasium():
+        return cls.load(io.BytesIO(unshared.content), env=env, device=device, custom_objects=objects, **overrides)
+
+
+@contextmanager
+def _gym_as_gymnasium() -> Iterator[None]:
+    """Let pickles find Gymnasium's spaces under gym's names, if no ``gym`` is installed."""
+    names = [f"gymnasium{part}" for part in _GYM_MODULES] if importlib.util.find_spec("gym") is None else []
+    added = {name.replace("gymnasium", "gym", 1): importlib.import_module(name) for name in names}
+    sys.modules.update(added)
+    try:
+        yield
+    finally:
+        for name in added:
+            del sys.modules[name]
 
 
 def _check_algorithm(archive: ModelArchive, name: str) -> None:
@@ -158,7 +193,7 @@ def _learning_rate(archive: ModelArchive) -> float:
     """Return the rate that an optimiser stood at: enough to build it."""
     for name, tensors in archive.tensors.items():
         if name.endswith("optimizer") and isinstance(tensors, Mapping) and tensors.get("param_groups"):
-            return float(tensors["param_groups"][0].get("lr", 0.0))
+            return max(0.0, float(tensors["param_groups"][0].get("lr", 0.0)))  # a linear schedule may end below 0
     return 0.0
 
 

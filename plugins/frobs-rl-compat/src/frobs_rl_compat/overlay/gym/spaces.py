@@ -1,4 +1,10 @@
-"""Gymnasium's spaces."""
+"""Gymnasium's spaces, also under the names of gym's modules, which old model files contain: ``gym.spaces.box``."""
+
+import sys
+from importlib import import_module
 
 from gymnasium.spaces import *
 from gymnasium.spaces import __all__ as __all__
+
+for _kind in ("box", "dict", "discrete", "multi_binary", "multi_discrete", "space", "tuple"):
+    sys.modules[f"{__name__}.{_kind}"] = globals()[_kind] = import_module(f"gymnasium.spaces.{_kind}")
