@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import sys
+import types
 from pathlib import Path
 
 import gym
@@ -83,6 +85,26 @@ def test_a_td3_script_of_the_documentation_trains_saves_loads_and_predicts(libra
     answer = env.step(action)
     assert len(answer) == (4 if library == "gym" else 5)
     model.close_env()
+
+
+def test_helpers_of_the_models_check_environments_and_read_the_parameter_server(monkeypatch):
+    from frobs_rl.models import utils
+
+    params = {
+        "use_custom_policy": True,
+        "policy_params": {"net_arch": [8, 4], "activation_fn": "tanh", "optimizer_class": "SGD"},
+        "use_action_noise": True,
+        "action_noise": {"mean": 0.5, "sigma": 0.1},
+    }
+    server = types.SimpleNamespace(get_param={"/model_params": params, "/robot/model_params": params}.__getitem__)
+    monkeypatch.setitem(sys.modules, "rospy", server)
+    assert utils.get_policy_kwargs()["net_arch"] == [8, 4]
+    assert utils.get_policy_kwargs("/robot")["activation_fn"].__name__ == "Tanh"
+    assert utils.get_action_noise(2)().shape == (2,)
+    params |= {"use_custom_policy": False, "use_action_noise": False}
+    assert utils.get_policy_kwargs() is None
+    assert utils.get_action_noise(2) is None
+    assert utils.test_env(NormalizeActionWrapper(make("gym")))
 
 
 def test_the_default_package_is_found_without_ros(tmp_path):

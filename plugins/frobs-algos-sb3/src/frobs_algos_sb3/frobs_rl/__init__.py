@@ -11,7 +11,7 @@ It works on any Gymnasium environment, with ROS and without::
 from frobs_algos_sb3.frobs_rl.basic_model import BasicModel
 from frobs_algos_sb3.frobs_rl.errors import LogFolderExistsError, NotTrainedError
 from frobs_algos_sb3.frobs_rl.models import A2C, DDPG, DQN, PPO, SAC, TD3
-from frobs_algos_sb3.frobs_rl.settings import ROOT, algorithms_in
+from frobs_algos_sb3.frobs_rl.settings import ROOT, PolicyParams, algorithms_in
 from frobs_algos_sb3.frobs_rl.translate import translate
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "BasicModel",
     "LogFolderExistsError",
     "NotTrainedError",
+    "PolicyParams",
     "algorithms_in",
     "translate",
 ]

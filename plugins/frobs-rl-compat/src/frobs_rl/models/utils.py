@@ -1,0 +1,68 @@
+"""Helper functions of the algorithms; they read the parameter server."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from stable_baselines3.common import env_checker
+from stable_baselines3.common.noise import NormalActionNoise
+
+from frobs_algos_sb3.frobs_rl import PolicyParams
+from frobs_rl_compat.manner import to_gymnasium
+
+__all__ = ["check_env", "get_action_noise", "get_policy_kwargs", "test_env"]
+
+
+def check_env(env: Any, warn: bool = True, skip_render_check: bool = True) -> None:
+    """Check an environment of either API with the environment checker of stable-baselines3.
+
+    Args:
+        env: The environment.
+        warn: Warn about what is allowed and unusual.
+        skip_render_check: Do not try to render.
+
+    Raises:
+        AssertionError: The environment breaks a rule.
+    """
+    env_checker.check_env(to_gymnasium(env), warn, skip_render_check)
+
+
+def test_env(env: Any) -> bool:
+    """Check an environment with :func:`check_env`; returns True.
+
+    Raises:
+        AssertionError: The environment breaks a rule.
+    """
+    check_env(env)
+    return True
+
+
+test_env.__test__ = False  # type: ignore[attr-defined] # pytest is not to collect it
+
+
+def get_policy_kwargs(ns: str = "/") -> dict[str, Any] | None:
+    """Return the ``policy_kwargs`` that the parameters in a namespace describe; None: the algorithm's own policy."""
+    params = _params(ns)
+    return PolicyParams(**params["policy_params"]).to_kwargs() if params["use_custom_policy"] else None
+
+
+def get_action_noise(action_space_shape: int, ns: str = "/") -> NormalActionNoise | None:
+    """Return the action noise that the parameters in a namespace describe, or None.
+
+    Args:
+        action_space_shape: Length of an action.
+        ns: The namespace.
+    """
+    params = _params(ns)
+    if not params.get("use_action_noise"):
+        return None
+    ones, noise = np.ones(action_space_shape), params["action_noise"]
+    return NormalActionNoise(noise["mean"] * ones, noise["sigma"] * ones)
+
+
+def _params(ns: str) -> dict[str, Any]:
+    import rospy
+
+    params: dict[str, Any] = rospy.get_param(f"{ns.rstrip('/')}/model_params")
+    return params
