@@ -120,7 +120,7 @@ def test_a_value_under_an_unknown_condition_is_unknown(package_of_two):
 def test_one_of_several_environments_is_chosen_by_its_id(package_of_two):
     first, second = read_package(package_of_two, "One-v0"), read_package(package_of_two)
     assert second.registration.id == "Two-v1"  # nothing inherits it, so it is a task and One its robot
-    assert second.others == ["One-v0"]
+    assert second.others == []
     assert [old.name for old in second.lineage] == ["Two", "One"]
     assert first.registration.max_episode_steps == 50
     assert first.hook("_get_reward") is None
@@ -153,7 +153,7 @@ def test_the_task_that_a_script_trains_is_chosen_among_classes_of_one_name(tmp_p
     assert package.registration.id == "Reach-v2"
     assert [old.path.name for old in package.lineage] == ["reach_v2.py", "arm.py"]
     assert package.time_limits == [7]
-    assert package.others == ["Arm-v0", "Reach-v1"]
+    assert package.others == ["Reach-v1"]
 
 
 def test_bounds_of_higher_precision_are_read_without_a_warning(recwarn):

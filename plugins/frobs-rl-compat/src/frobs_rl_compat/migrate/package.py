@@ -25,7 +25,7 @@ class OldPackage:
         name: In ``package.xml``, or of the folder.
         lineage: The environment's class, and those of the package that it inherits.
         registration: Its ID; None: it is not registered.
-        others: Further IDs that the package registers.
+        others: IDs of the other tasks that the package registers.
         scripts: The files that make the environment, those that train first; all files where none does.
     """
 
@@ -91,7 +91,7 @@ def read_package(folder: Path, id: str | None = None) -> OldPackage:
     lineage = python.lineage(found) if found else max(map(python.lineage, environments), key=len)
     yaml = read_yaml_files(folder)
     scripts = _scripts(python, registration.id if registration else "")
-    others = dict.fromkeys(each.id for each in registered if each is not registration)
+    others = dict.fromkeys(each.id for each in registered if each is not registration and not _is_base(each, python))
     return OldPackage(
         name=_package_name(folder),
         folder=folder,
@@ -105,13 +105,17 @@ def read_package(folder: Path, id: str | None = None) -> OldPackage:
     )
 
 
+def _is_base(registration: Registration, python: PythonFiles) -> bool:
+    """Return whether another class of the package inherits the environment: it is a robot, not a task."""
+    old = python.registered(registration)
+    return any(old in python.lineage(other)[1:] for other in python.classes)
+
+
 def _rank(registration: Registration, python: PythonFiles) -> tuple[bool, bool, int]:
     """Return what sorts tasks before robots, and environments that scripts train before others."""
-    old = python.registered(registration)
-    is_base = any(old in python.lineage(other)[1:] for other in python.classes)
     scripts = _scripts(python, registration.id)
     trained = [number for number, path in enumerate(python.calls) if path in scripts and "train" in python.calls[path]]
-    return is_base, not scripts, trained[0] if trained else len(python.calls)
+    return _is_base(registration, python), not scripts, trained[0] if trained else len(python.calls)
 
 
 def _scripts(python: PythonFiles, id: str) -> list[Path]:
