@@ -161,7 +161,7 @@ class Driving(Component):
         self._driver, self._frames, self._last_ns = driver, frames, 0
         self.own(rospy.Subscriber(command, Twist, driver.take, queue_size=1, tcp_nodelay=True))
         self._odom = self.own(rospy.Publisher(odom, Odometry, queue_size=10, tcp_nodelay=True))
-        self._tf = self.own(rospy.Publisher("/tf", TFMessage, queue_size=10)) if tf else None
+        self._tf = self.own(rospy.Publisher("/tf", TFMessage, queue_size=10, tcp_nodelay=True)) if tf else None
 
     def most_steps(self, world: World) -> int | None:
         """A few while the speed changes."""
