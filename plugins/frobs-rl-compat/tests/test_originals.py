@@ -14,9 +14,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
+import gymnasium
 import numpy as np
 import pytest
 import yaml
+
+from frobs_rl_compat.migrate import read_package
+from frobs_rl_compat.migrate.yaml_files import LEGACY_IDS
 
 ORIGINALS = Path(__file__).parents[4] / "shared" / "frobs_rl" / "originals"
 MAZE = "frobs_rl_resources/kobuki_maze/kobuki_maze_rl"
@@ -253,3 +257,35 @@ def test_the_maze_is_the_original_one(run_original, workspace, backend, mazes):
     if len(mazes) == 2:
         first, second = (np.array(maze["scans"]) for maze in mazes.values())
         assert np.median(np.abs(first - second)) <= 0.02
+
+
+def test_the_maze_that_migrate_names_has_the_original_walls_way_points_rewards_and_success():
+    package = read_package(ORIGINALS / MAZE)
+    config = ORIGINALS / MAZE / "config" / "maze_task.yaml"
+    env = gymnasium.make(f"frobs_core:{LEGACY_IDS['kobuki_maze']}", config_file=str(config), max_episode_steps=100_000)
+    task = env.unwrapped.task
+
+    walls = [body for name, body in task.scene().bodies.items() if name.startswith("wall")]
+    places = [place for _, place in wall_places(ORIGINALS / MAZE / WORLD)]
+    np.testing.assert_allclose([wall.pose.pos[:2] for wall in walls], [place[:2] for place in places], atol=1e-3)
+    links = ElementTree.parse(ORIGINALS / MAZE / WORLD).getroot().iter("link")
+    sizes = [list(map(float, link.findtext("collision/geometry/box/size").split()))[:2] for link in links]
+    np.testing.assert_allclose([wall.geometry.size[:2] for wall in walls], sizes, atol=3e-3)
+    for number, route in enumerate(task.plan.routes, start=1):
+        np.testing.assert_allclose(route, package.constructed.values[f"traj{number}"])
+
+    numbers = yaml.safe_load(config.read_text())["kobuki_maze"]
+    env.reset(seed=0)
+    for _ in range(200):
+        observation, reward, terminated, _, info = env.step(env.action_space.sample())
+        assert min(abs(reward - each) for each in recomputed(observation.tolist(), numbers, range(8))) < 1e-4
+        assert not terminated
+    observation, _ = env.reset(seed=1)
+    ends = []
+    for _ in range(7):  # from way point to way point
+        x, y = observation[5:7]
+        env.unwrapped.robot.write_base_pose(np.array([[x, y, 0.0]]), np.array([[1.0, 0.0, 0.0, 0.0]]))
+        observation, _, terminated, _, info = env.step(np.zeros(2, np.float32))
+        ends.append((terminated, bool(info["is_success"])))
+    assert ends == [(False, False)] * 6 + [(True, True)]
+    env.close()
