@@ -30,7 +30,7 @@ CAPABILITIES: Mapping[str, str] = {
     "teleport": "joint states and poses can be written",
     "pause": "time stands still between two steps",
     "batched": "many environments are stepped in one call; approximate: few, as each is an engine",
-    "real_time": "steps take as long as they simulate",
+    "real_time": "the world moves on by itself, and a step waits for it: a paced simulator",
     "spawn": "the scene can change while it runs",
     "drive": "the drive law of the core, at the physics rate",
     "contacts": "contacts between named bodies, over the whole control step",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -44,6 +44,7 @@ class Parts:
     Attributes:
         robot: Handle of the first controlled robot.
         controller: Controller of its first joint group.
+        check_reset: Raises CapabilityError if the simulator does not support a reset with some options, given by name.
     """
 
     simulation: Simulation
@@ -56,15 +57,17 @@ class Parts:
     controller: Controller
     control_timestep: float
     decimation: int
+    check_reset: Callable[[Collection[str]], None]
     randomization: Randomization | None = None
 
 
-def compose(config: EnvConfig, num_envs: int) -> Parts:
+def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
     """Build and bind the parts of an environment.
 
     Args:
         config: The environment's keywords.
         num_envs: ≥ 1.
+        same_step: Whether new episodes begin in the step that ends the last ones.
 
     Raises:
         UnknownNameError: No plugin offers one of the names.
@@ -82,7 +85,9 @@ def compose(config: EnvConfig, num_envs: int) -> Parts:
     chosen = {name: robot.controllers(descriptions[name]) for name, robot in robots.items()}
     records = [record for of_robot in chosen.values() for record, _ in of_robot.values()]
 
-    needs: dict[str, Mapping[str, Level]] = {f"task '{task.name}'": task.needs}
+    _check_pace(simulator, num_envs, same_step)
+    the_task: Task = build(f"task '{task.name}'", task.load(), config.task_parameters, KEYWORDS)
+    needs = needs_of_task(task, the_task)
     needs |= {f"controller '{record.name}'": record.needs for record in records}
     needed = physical_parameters() if settings is not None else {}
     for name in () if settings is None else dict.fromkeys(item.parameter for item in settings.items):
@@ -90,7 +95,6 @@ def compose(config: EnvConfig, num_envs: int) -> Parts:
             needs[f"randomize.{name}"] = {needed[name]: Level.APPROXIMATE}
     needs |= needed_capabilities(observed)
     check_capabilities(simulator.name, simulator.capabilities, needs)
-    the_task: Task = build(f"task '{task.name}'", task.load(), config.task_parameters, KEYWORDS)
     controllers: dict[str, dict[str, Controller]] = {
         name: {
             group: build(f"controller '{record.name}'", record.load(), keywords)
@@ -162,8 +166,37 @@ def compose(config: EnvConfig, num_envs: int) -> Parts:
         controller,
         control,
         decimation,
+        lambda options: check_capabilities(
+            simulator.name, simulator.capabilities, needs_of_task(task, the_task, options)
+        ),
         randomization,
     )
+
+
+def needs_of_task(record: TaskRecord, task: Task, options: Collection[str] = ()) -> dict[str, Mapping[str, Level]]:
+    """Return what a task needs of a simulator, under its name for error messages.
+
+    Args:
+        record: Of the task.
+        task: Built from it, with the keywords that users gave.
+        options: Names of the options that the caller of ``reset`` gave.
+    """
+    who = f"task '{record.name}'" + (f", reset with {' and '.join(options)}" if options else "")
+    return {who: {**record.needs, **task.reset_needs(options)}}
+
+
+def _check_pace(simulator: SimulatorRecord, num_envs: int, same_step: bool) -> None:
+    """Check that a paced simulator has one environment, and resets it between two steps.
+
+    Raises:
+        ParameterValueError: There are several environments, or a step contains resets.
+    """
+    if simulator.is_paced and num_envs > 1:
+        rule = f"1 on simulator '{simulator.name}', which is paced: it has one environment"
+        raise ParameterValueError("num_envs", num_envs, rule)
+    if simulator.is_paced and same_step:
+        rule = f"'NextStep' or 'Disabled' on simulator '{simulator.name}', which is paced: a reset drives home"
+        raise ParameterValueError("autoreset_mode", "SameStep", rule)
 
 
 def _place(config: RobotConfig, robot: Robot, controllers: Mapping[str, Controller], pose: Pose) -> Placement:

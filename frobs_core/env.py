@@ -43,6 +43,7 @@ class Loop:
         self.randomization = randomization = parts.randomization
         self.decimation, self.num_envs = parts.decimation, num_envs
         self.context, self.rng = parts.context, parts.context.rng
+        self._check_reset = parts.check_reset
         self.discrete = not isinstance(parts.control.action_space, gym.spaces.Box)
         # Optional parts of a step are resolved here, so that a step neither asks for them nor calls empty methods.
         self._robots = [(name, robot.robot) for name, robot in parts.control.robots.items()]
@@ -58,6 +59,8 @@ class Loop:
         self._reports: list[tuple[Any, Callable[[Any], Any], _Keys]] = [
             (parts.task, methodcaller("reward_terms"), _Keys("frobs/reward/"))
         ]
+        if parts.simulation.pacer is not None:
+            self._reports.append((parts.simulation.pacer, methodcaller("info"), _Keys("frobs/")))
         controllers = parts.control.controllers
         for name, controller in controllers.items():
             if _overrides(controller, Controller, "info"):
@@ -67,6 +70,18 @@ class Loop:
     def _observe_vectors(self) -> Observation:
         # Rounded to float32 once; concatenating with a dtype takes twice as long.
         return np.concatenate([read() for read in self._reads], axis=1).astype(np.float32)
+
+    def batch_options(self, options: Mapping[str, Any] | None) -> Mapping[str, Floats]:
+        """Check the options of a reset and repeat them for every environment.
+
+        Raises:
+            UnknownParameterError: The task has no such option.
+            ConfigurationError: A value cannot be used.
+            CapabilityError: The simulator does not support what a reset with these options needs.
+        """
+        batched = batch_options(options, self.task.reset_options, self.num_envs)
+        self._check_reset(batched)
+        return batched
 
     def begin(self, mask: Mask | None, options: Mapping[str, Any]) -> Observation:
         """Begin an episode in the environments of ``mask``, and observe all environments."""
@@ -171,7 +186,8 @@ class RobotEnv(gym.Env[Any, Any]):
     """One robot with one task.
 
     ``info`` holds ``is_success`` (0.0 or 1.0) and ``frobs/reward/<term>`` in every step, what the controller reports
-    (``frobs/…``), and ``frobs/diverged`` if the engine failed; the episode is then truncated.
+    (``frobs/…``), and ``frobs/diverged`` if the engine failed; the episode is then truncated. A paced simulator adds
+    ``frobs/missed_deadlines``, how many since the reset, and ``frobs/lateness``, how late the actions were in total [s].
 
     Args:
         keywords: Those of :class:`frobs_core.config.EnvConfig`; others are keywords of the task.
@@ -229,7 +245,7 @@ class RobotEnv(gym.Env[Any, Any]):
             UnknownParameterError: The task has no such option.
             ConfigurationError: An option cannot be used.
         """
-        batched = batch_options(options, self.task.reset_options, 1)
+        batched = self._loop.batch_options(options)
         super().reset(seed=seed)
         if seed is not None or not self._seeded:
             self._loop.rng.seed([self.np_random_seed])

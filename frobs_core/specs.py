@@ -53,6 +53,11 @@ class SimulatorRecord(Record):
 
     capabilities: Mapping[str, Level]
 
+    @property
+    def is_paced(self) -> bool:
+        """Whether the world moves on by itself and ``step`` waits for it: the simulator has the ability ``real_time``."""
+        return bool(self.capabilities.get("real_time", Level.UNSUPPORTED))
+
 
 @dataclass(frozen=True, kw_only=True)
 class RobotRecord(Record):

@@ -20,7 +20,7 @@ from frobs_core.compose import compose
 from frobs_core.config import RENDER_MODES, EnvConfig
 from frobs_core.env import Loop
 from frobs_core.errors import ParameterValueError, ResetNeededError, ResetOptionError
-from frobs_core.inputs import as_numbers, batch_options, invalid_action, option_mapping
+from frobs_core.inputs import as_numbers, invalid_action, option_mapping
 from frobs_core.interfaces import Snapshot
 from frobs_core.observation import Observation
 from frobs_core.validation import whole_number
@@ -60,7 +60,8 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         **keywords: Any,
     ) -> None:
         self.config = config = EnvConfig.from_dict(keywords)
-        parts = compose(config, num_envs)
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        parts = compose(config, num_envs, self.autoreset_mode is AutoresetMode.SAME_STEP)
         self._loop = Loop(parts, num_envs)
         self.step_context = parts.context
         self.simulation, self.control, self.task = parts.simulation, parts.control, parts.task
@@ -74,7 +75,6 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.render_mode = config.render_mode
-        self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {
             "render_modes": list(RENDER_MODES),
             "render_fps": round(1.0 / parts.control_timestep),
@@ -113,7 +113,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         mask = given.pop("reset_mask", None)
         if mask is not None:
             mask = self._reset_mask(mask)
-        batched = batch_options(given, self.task.reset_options, self.num_envs)
+        batched = self._loop.batch_options(given)
         self._seed(seed, mask)
         observation = self._loop.begin(mask, batched)
         rows = slice(None) if mask is None else mask
@@ -187,7 +187,13 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
             which = np.flatnonzero(waiting).tolist()
             raise ResetNeededError(f"no episode is running in environments {which[:8]}; call reset() first.")
         # Invalid actions raise before anything has changed, the random numbers included.
-        observation, rewards, ends, diverged, infos = self._loop.step(self._checked(actions))
+        checked = self._checked(actions)
+        if waiting is not None and waiting.all():  # next-step autoreset: no action counts, so no robot moves
+            observation = self._loop.begin(None, {})
+            self._elapsed[:], self._ended = 0, self._none.copy()
+            none, zeros = self._none.copy(), np.zeros(self.num_envs)
+            return observation, zeros, none, none.copy(), {"is_success": zeros.copy(), "_is_success": none.copy()}
+        observation, rewards, ends, diverged, infos = self._loop.step(checked)
         self._elapsed += 1
         reward = rewards.copy()
         terminated = self._none.copy() if ends is None else ends.copy()

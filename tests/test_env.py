@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import closing
+from dataclasses import replace
 
 import gymnasium as gym
 import numpy as np
@@ -94,9 +95,36 @@ def test_a_simulator_that_lacks_something_is_refused_with_a_table(monkeypatch):
         frobs_core.plugins, "get_record", lambda kind, name: poor if name == "poor" else known(kind, name)
     )
     with pytest.raises(CapabilityError) as caught:
-        RobotEnv(**PARTS, simulator="poor")
+        RobotEnv(**PARTS, simulator="poor", initial="random")
     assert caught.value.missing == (("task 'reach'", "teleport", "approximate", "unsupported"),)
     assert "needed by" in str(caught.value)
+
+
+@pytest.fixture
+def rooted(monkeypatch):
+    """MuJoCo with a record that does not claim ``teleport``."""
+    mujoco = frobs_core.plugins.get_record("simulator", "mujoco")
+    return replace(mujoco, name="rooted", capabilities={**mujoco.capabilities, "teleport": Level.UNSUPPORTED})
+
+
+def test_reaching_needs_teleporting_only_where_it_does_not_start_from_home(rooted):
+    env = RobotEnv(**PARTS, simulator=rooted)
+    first, _ = env.reset(seed=0)
+    with pytest.raises(CapabilityError, match="task 'reach', reset with joint_positions  teleport"):
+        env.reset(seed=5, options={"joint_positions": np.zeros(6)})
+    env.reset(options={"goal": (0.3, 0.1, 0.4)})
+    assert np.array_equal(first, env.reset(seed=0)[0])
+    env.close()
+    with pytest.raises(CapabilityError, match="task 'reach'  teleport"):
+        RobotEnv(**PARTS, simulator=rooted, initial="random")
+
+
+def test_a_vector_refuses_a_reset_that_needs_teleporting(rooted):
+    env = RobotVectorEnv(2, **PARTS, simulator=rooted)
+    env.reset(seed=0)
+    with pytest.raises(CapabilityError, match="reset with joint_positions"):
+        env.reset(options={"joint_positions": np.zeros(6)})
+    env.close()
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.contacts import ContactState
 from frobs_core.interfaces.controller import Controller, ControllerWrapper
 from frobs_core.interfaces.joint_group import JointGroup, JointSubset
+from frobs_core.interfaces.pacing import Pacer
 from frobs_core.interfaces.parameters import WrittenParameters
 from frobs_core.interfaces.robot import ALL, DifferentialDrive, DriveGains, EndEffector, Robot
 from frobs_core.interfaces.robot_handle import RobotHandle, active_gains
@@ -55,6 +56,7 @@ __all__ = [
     "Marker",
     "Observation",
     "Overlap",
+    "Pacer",
     "Placement",
     "Prop",
     "ResetOptions",

@@ -18,6 +18,7 @@ from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import CapabilityError, UnknownNameError
 from frobs_core.interfaces.body_handle import BodyHandle
 from frobs_core.interfaces.contacts import ContactState
+from frobs_core.interfaces.pacing import Pacer
 from frobs_core.interfaces.robot_handle import RobotHandle
 from frobs_core.interfaces.scene import Marker, Placement, Scene
 from frobs_core.interfaces.translation import Overlap, Translation
@@ -65,6 +66,7 @@ class Simulation(ABC):
         robots: A handle for each robot.
         bodies: A handle for each body of the scene.
         contacts: The contacts that the scene declares; None: the simulator has none.
+        pacer: The clock of a paced simulator, which has the ability ``real_time``; None: time passes in ``step`` alone.
         render_modalities: What ``render`` can draw.
         wrenches: Those that act in the next ``step``; simulators with the ability ``wrench`` keep a list of them.
     """
@@ -77,6 +79,7 @@ class Simulation(ABC):
     robots: Mapping[str, RobotHandle]
     bodies: Mapping[str, BodyHandle]
     contacts: ContactState | None = None
+    pacer: Pacer | None = None
 
     @abstractmethod
     def __init__(
@@ -120,7 +123,11 @@ class Simulation(ABC):
     def reset(self, mask: Mask | None = None) -> None:
         """Go back to the scene as it was built: robots at home and at rest, drives holding, time 0.
 
-        Physical parameters that were written stay.
+        Physical parameters that were written stay. A paced simulator drives the robots home, and returns when they are
+        there and at rest; bodies stay where they are.
+
+        Raises:
+            SimulationError: The robots of a paced simulator did not get home in time.
         """
 
     def step_with(self, decimation: int, update: Callable[[], None]) -> None:
@@ -149,7 +156,8 @@ class Simulation(ABC):
     def step(self, decimation: int) -> None:
         """Advance every environment by ``decimation`` physics steps. What is read afterwards is current.
 
-        An environment that diverges stops where it is and shows in :attr:`diverged`; the others go on.
+        An environment that diverges stops where it is and shows in :attr:`diverged`; the others go on. A paced simulator
+        waits with its :attr:`pacer` until the world has moved on.
 
         Raises:
             SimulationError: The engine failed as a whole.

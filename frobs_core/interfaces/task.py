@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, ClassVar, TypedDict
 
 from frobs_core.arrays import Floats, Mask
+from frobs_core.capabilities import Level
 from frobs_core.interfaces.controller import Controller
 from frobs_core.interfaces.scene import Marker, Scene
 from frobs_core.interfaces.simulation import Simulation, Snapshot
@@ -59,6 +60,20 @@ class Task(ABC):
     def scene(self) -> Scene:
         """Return everything that is not the robot."""
         return Scene()
+
+    def reset_needs(self, options: Collection[str] = ()) -> Mapping[str, Level]:
+        """Return what a reset needs of the simulator, beside the needs of the task's record.
+
+        A task that starts from home needs nothing, and one that places the robot elsewhere needs ``teleport``. The
+        environment asks before it builds the simulator, without options, and in each call of its ``reset``.
+
+        Args:
+            options: Names of the options that the caller of ``reset`` gave.
+
+        Returns:
+            Lowest level of each ability, by its name.
+        """
+        return {}
 
     @abstractmethod
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:

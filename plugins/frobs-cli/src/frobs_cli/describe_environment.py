@@ -16,6 +16,8 @@ from frobs_cli.parameters import parameters
 from frobs_cli.providers import providers
 from frobs_core import plugins, registry
 from frobs_core.capabilities import Level, check_capabilities
+from frobs_core.compose import build, needs_of_task
+from frobs_core.config import EnvConfig
 from frobs_core.errors import CapabilityError, FrobsError
 from frobs_core.specs import AlgorithmRecord, ControllerRecord, EnvironmentRecord, SimulatorRecord, TaskRecord
 
@@ -108,6 +110,9 @@ def _with_defaults(rows: list[dict[str, Any]], chosen: Mapping[str, Any]) -> lis
 def _simulators(task: TaskRecord, environment: EnvironmentRecord) -> list[dict[str, Any]]:
     """Return for each installed simulator whether it can run the environment, and what it lacks."""
     needs: dict[str, Mapping[str, Level]] = {f"task '{task.name}'": task.needs}
+    with contextlib.suppress(FrobsError):
+        config = EnvConfig.from_dict({"task": task.name, "robot": environment.robot, **environment.parameters})
+        needs = needs_of_task(task, build(f"task '{task.name}'", task.load(), config.task_parameters))
     with contextlib.suppress(FrobsError):
         controller = plugins.get_record("controller", environment.controller)
         if isinstance(controller, ControllerRecord):

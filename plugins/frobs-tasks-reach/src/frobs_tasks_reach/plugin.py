@@ -2,12 +2,10 @@
 
 from dataclasses import dataclass
 
-from frobs_core.capabilities import Level
 from frobs_core.hookspecs import hookimpl
 from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-reach"
-_NEEDS = {"teleport": Level.APPROXIMATE}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +70,6 @@ def _task(name: str, cls: str, summary: str, *environments: EnvironmentRecord) -
         summary=summary,
         entry_point=f"frobs_tasks_reach.{cls}",
         install_hint=_INSTALL,
-        needs=_NEEDS,
         environments=environments,
     )
 

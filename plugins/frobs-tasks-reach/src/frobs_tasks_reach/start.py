@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
+from frobs_core.capabilities import Level
 from frobs_core.errors import ParameterValueError, UnsuitableRobotError
 from frobs_core.interfaces import RobotHandle, Task
 from frobs_core.models import longest_reach
@@ -46,6 +47,12 @@ class EpisodeStart(Task):
         if initial not in ("home", "random"):
             raise ParameterValueError("initial", initial, "'home' or 'random'")
         self.initial = initial
+        self._start: Floats | None = None  # where the robot starts if not at home, (dof,)
+
+    def reset_needs(self, options: Collection[str] = ()) -> Mapping[str, Level]:
+        """Return ``teleport`` if an episode does not start from the robot's home."""
+        from_home = self.initial == "home" and self._start is None and "joint_positions" not in options
+        return {} if from_home else {"teleport": Level.APPROXIMATE}
 
     def _bind_start(self, robot: RobotHandle) -> None:
         """Prepare for a robot.

@@ -12,12 +12,14 @@ import numpy as np
 from frobs_core import plugins
 from frobs_core.arrays import Floats
 from frobs_core.capabilities import Level, check_capabilities
+from frobs_core.compose import needs_of_task
 from frobs_core.env import RobotEnv
 from frobs_core.errors import CapabilityError, ConfigurationError, UnknownNameError, UnsuitableRobotError
-from frobs_core.interfaces import Body, CommandMode, Placement, RobotHandle, Scene, Simulation
+from frobs_core.interfaces import Body, CommandMode, Placement, RobotHandle, Scene, Simulation, Task
 from frobs_core.models import JointLimits, JointType
 from frobs_core.registry import find_spec
-from frobs_core.specs import SimulatorRecord
+from frobs_core.robot_config import find_record
+from frobs_core.specs import ControllerRecord, SimulatorRecord, TaskRecord
 from frobs_train import make_env
 
 
@@ -154,7 +156,7 @@ def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping
                 physics_timestep=inner.simulation.physics_timestep,
                 decimation=inner.decimation,
                 max_episode_steps=spec.max_episode_steps or 100,
-                lacks=_lacks(name, record, names),
+                lacks=_lacks(name, record, names, inner.task),
             )
             for i, (name, record) in enumerate(zip(simulators, records, strict=True))
         ]
@@ -171,12 +173,11 @@ def _simulator(name: str) -> SimulatorRecord:
     return record
 
 
-def _lacks(name: str, record: SimulatorRecord, names: Mapping[str, Any]) -> str:
+def _lacks(name: str, record: SimulatorRecord, names: Mapping[str, Any], task: Task) -> str:
     """Return what the task or the controller needs and a simulator lacks."""
-    needs = {
-        f"{kind} '{names[kind]}'": plugins.get_record(kind, names[kind]).needs  # type: ignore[attr-defined]
-        for kind in ("task", "controller")
-    }
+    needs = needs_of_task(find_record(TaskRecord, "task", names["task"]), task)
+    controller = find_record(ControllerRecord, "controller", names["controller"])
+    needs[f"controller '{controller.name}'"] = controller.needs
     try:
         check_capabilities(name, record.capabilities, needs)
     except CapabilityError as error:
