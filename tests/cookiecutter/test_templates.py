@@ -50,6 +50,7 @@ def test_templates_use_public_modules_only(file: str) -> None:
             "interfaces",
             "models",
             "observation",
+            "plugins",
             "random",
             "rotations",
             "specs",
