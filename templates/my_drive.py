@@ -165,9 +165,11 @@ class MyDrive(Task):
 if __name__ == "__main__":  # python my_drive.py: does it keep the contract of a task?
     from my_rover import MY_ROVER
 
+    from frobs_core.capabilities import Level
     from frobs_core.specs import TaskRecord
     from frobs_devkit.testing import check_task, run_checks
 
-    record = TaskRecord(name="my_drive", summary="a wheeled robot drives", entry_point="__main__:MyDrive")
+    needs = {"teleport": Level.APPROXIMATE}  # each episode starts from another state
+    record = TaskRecord(name="my_drive", summary="a wheeled robot drives", entry_point="__main__:MyDrive", needs=needs)
     for result in run_checks(check_task(record, robot=MY_ROVER, controller="differential_drive")).results:
         print(result.status, result.name, result.message)

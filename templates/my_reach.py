@@ -183,9 +183,11 @@ class MyReach(Task):
 
 
 if __name__ == "__main__":  # python my_reach.py: does it keep the contract of a task?
+    from frobs_core.capabilities import Level
     from frobs_core.specs import TaskRecord
     from frobs_devkit.testing import check_task, run_checks
 
-    record = TaskRecord(name="my_reach", summary="an arm reaches", entry_point="__main__:MyReach")
+    needs = {"teleport": Level.APPROXIMATE}  # each episode starts from another state
+    record = TaskRecord(name="my_reach", summary="an arm reaches", entry_point="__main__:MyReach", needs=needs)
     for result in run_checks(check_task(record, robot="irb120", controller="joint_delta_position")).results:
         print(result.status, result.name, result.message)

@@ -28,7 +28,9 @@ RENDERED = {
 """What each file is rendered for, and as what."""
 
 
-@pytest.mark.parametrize("file", FILES)
+@pytest.mark.parametrize(
+    "file", [pytest.param(name, marks=[pytest.mark.slow] if name == "my_paced_simulator.py" else []) for name in FILES]
+)
 def test_a_template_checks_itself_when_it_is_run(file: str) -> None:
     command = [sys.executable, "-W", "error", TEMPLATES / file]
     done = subprocess.run(command, text=True, capture_output=True, timeout=300, cwd="/")

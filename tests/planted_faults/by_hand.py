@@ -18,6 +18,8 @@ _REACH, _GOAL, _SAMPLING = "frobs_tasks_reach.reach", "frobs_tasks_reach.goal", 
 _START, _MOTION = "frobs_tasks_reach.start", "frobs_tasks_reach.motion"
 _OBSERVATION = "frobs_core.observation"
 _VECTOR = "frobs_core.vector_env"
+_PACED, _PACER = "templates.my_paced_simulator", "frobs_core.interfaces.pacing"
+_WAIT = "self._pacer.wait(decimation * self.physics_timestep)"
 
 _TABLE = (
     # -- simulator --
@@ -77,6 +79,19 @@ _TABLE = (
     ("a snapshot that goes on changing", _COMMANDED, '{"target": self._target.copy()}', '{"target": self._target}'),
     ("a velocity beyond the limit", _VELOCITY, "np.minimum(velocity, self._upper, out=velocity)", "pass"),
     ("wheels beyond what was asked", _DRIVE, "np.minimum(wanted, self._ones, out=wanted)", "pass"),
+    # -- paced simulators --
+    ("a step that does not wait for the world", _PACED, _WAIT,
+     "self._pacer.time = self._pacer.time + decimation * self.physics_timestep"),
+    ("a reset that teleports", _PACED, "self._connection.send((engine, robots, scene, physics_timestep))",
+     "self._connection.send((engine, robots, scene, physics_timestep))\n"
+     "            self._drive_home = lambda: self._ask('__init__', engine, robots, scene, physics_timestep)"),
+    ("a reset that does not wait until the robot is home", _PACED, "while not self._is_home(targets):",
+     "if not self._is_home(targets):"),
+    ("a missed deadline that is forgotten", _PACED, _WAIT,
+     f"{_WAIT}\n        self._pacer.missed, self._pacer.lateness = 0, 0.0"),
+    ("a lateness that is not counted", _PACER, "self.lateness += max(0.0, late)", "pass"),
+    ("a clock that loses the steps that were missed", _PACER,
+     "self.time = self.time + (1 + missed) * duration", "self.time = self.time + duration"),
     # -- tasks --
     ("a seed ignored", _SAMPLING,
      "candidates = rng.uniform(stream", "candidates = RandomSource(self._robot.num_envs).uniform(stream"),
@@ -94,6 +109,8 @@ _TABLE = (
     ("an observation that is never measured", _REACH,
      '"""Measure where the tool is."""\n        self._measure()', '"""Measure where the tool is."""'),
     ("a given start ignored", _START, "if given is not None:\n            robot.write", "if False:\n            robot.write"),
+    ("a start that teleports and does not say so", _START,
+     'self._start is None and "joint_positions" not in options', "self._start is None"),
     ("a goal that the snapshot does not bring back", _REACH,
      'self._goal[:] = snapshot["goal"]', "pass"),
     ("shared observation memory", _ENV,

@@ -23,6 +23,7 @@ from types import FunctionType
 from frobs_devkit.testing import Check, check_controller, check_env, check_robot, check_simulator, check_task
 
 ROOT = Path(__file__).parents[2]
+sys.path.append(str(ROOT))  # for templates
 SECONDS = 300.0
 """After which a process is ended: a fault that makes a check hang is caught by it."""
 
@@ -53,7 +54,7 @@ def path_of(module: str) -> Path:
     """Return the file of a module, without importing it."""
     package, _, name = module.rpartition(".")
     top = package.partition(".")[0]
-    folder = "" if top == "frobs_core" else f"plugins/{top.replace('_', '-')}/src"
+    folder = "" if top in ("frobs_core", "templates") else f"plugins/{top.replace('_', '-')}/src"
     return ROOT / folder / package.replace(".", "/") / f"{name}.py"
 
 
@@ -69,6 +70,9 @@ def checks_for(module: str) -> Iterator[Check]:
     """Yield what the kit asks of what a module is part of: the quick first, and what needs no picture."""
     package, _, name = module.rpartition(".")
     name = "joint_delta_position" if name == "commanded_positions" else name  # its base class
+    if package == "templates" or name == "pacing":
+        yield from check_simulator(importlib.import_module("templates.my_paced_simulator").RECORD)
+        return
     if package in ("frobs_sim_mujoco", "frobs_core.interfaces"):
         yield from _without_pictures(check_simulator("mujoco"))
         yield from check_robot("irb120", ["mujoco"])
@@ -173,7 +177,10 @@ class _Planter(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         """Answer for that module alone."""
         if name != self._fault.module:
             return None
-        return importlib.util.spec_from_loader(name, self, origin=str(path_of(name)))
+        spec = importlib.util.spec_from_loader(name, self, origin=str(path_of(name)))
+        if spec is not None:
+            spec.has_location = True  # so that the module has a __file__
+        return spec
 
     def create_module(self, spec: importlib.machinery.ModuleSpec) -> None:
         """Leave it to Python."""

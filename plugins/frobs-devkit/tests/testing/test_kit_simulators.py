@@ -32,7 +32,16 @@ INSEPARABLE = {
     "capabilities_are_known": "it reads the record, which is no method: test_a_capability_that_does_not_exist_fails",
     "abilities_are_declared": "it compares the record with the class: test_abilities_are_what_the_record_declares",
     "time_stands_between_steps": "what moves by itself shows wherever the state is read twice",
-    "steps_take_their_time": "no simulator here claims real_time: test_a_claim_of_real_time_is_measured",
+    **dict.fromkeys(
+        (
+            "paced_worlds_are_single",
+            "steps_wait_for_the_world",
+            "the_world_moves_on_by_itself",
+            "missed_deadlines_are_reported",
+            "resets_drive_home",
+        ),
+        "MuJoCo is not paced: the faults are in templates/my_paced_simulator.py, see tests/planted_faults",
+    ),
     "spawning_is_seen": "the contract has no way yet to ask for it; it is always inconclusive",
 }
 """Checks that no fault can be caught by alone, each with the reason."""
@@ -761,10 +770,30 @@ def test_abilities_are_what_the_record_declares(monkeypatch: pytest.MonkeyPatch)
         check()
 
 
-def test_a_claim_of_real_time_is_measured() -> None:
-    check = next(c for c in check_simulator(record(real_time=Level.EXACT)) if c.name == "steps_take_their_time")
-    with pytest.raises(CheckFailure, match=r"how long 0\.2 s of simulation took"):
-        check.run()
+@pytest.mark.parametrize(
+    ("check", "says"),
+    [
+        ("paced_worlds_are_single", "'pacer' is None"),
+        ("steps_wait_for_the_world", r"steps of 0\.4 s returned after"),
+        ("the_world_moves_on_by_itself", r"in 0\.3 s without a step"),
+        ("missed_deadlines_are_reported", "'pacer' is None"),
+        ("resets_drive_home", r"the joints need 0\.\d+ s at their fastest"),
+    ],
+)
+def test_a_claim_of_real_time_is_checked(check: str, says: str) -> None:
+    (found,) = (c for c in check_simulator(record(real_time=Level.EXACT)) if c.name == check)
+    with pytest.raises(CheckFailure, match=says):
+        found.run()
+
+
+def test_a_paced_world_is_single_and_does_not_pause() -> None:
+    (found,) = (
+        c
+        for c in check_simulator(record(real_time=Level.EXACT, pause=Level.EXACT))
+        if c.name == "paced_worlds_are_single"
+    )
+    with pytest.raises(CheckFailure, match="claims both 'real_time' and 'pause'"):
+        found.run()
 
 
 def test_what_is_not_claimed_is_not_checked() -> None:

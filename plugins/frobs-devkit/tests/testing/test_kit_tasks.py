@@ -148,6 +148,7 @@ def looking_moves_the_goal(original: Any, self: Any) -> Any:
 OWN: dict[str, tuple[str, Callable[..., Any]]] = {
     "record_is_sound": ("__init__", lambda original, self, **keywords: original(self, **keywords)),
     "reward_types_work": ("reward", sparse_is_the_distance),
+    "reset_needs_are_stated": ("reset_needs", lambda original, self, options=(): {}),
     "batch_has_its_shapes": ("markers", marks_of_one),
     "observation_terms_are_sound": ("observation_terms", a_term_without_a_unit),
     "reading_changes_nothing": ("markers", looking_moves_the_goal),

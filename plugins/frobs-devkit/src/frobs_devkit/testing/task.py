@@ -20,6 +20,8 @@ from frobs_core.registry import COMPOSITIONAL_ID
 from frobs_core.specs import TaskRecord
 from frobs_devkit.testing.checks import (
     Check,
+    CheckFailure,
+    NotApplicable,
     checks_of,
     collect,
     expect,
@@ -67,6 +69,38 @@ def reward_types_work(subject: TaskUnderTest) -> None:
             )
     with expect_raises(ConfigurationError, "reward_type='no_such_reward_type'"):
         subject.make(reward_type="no_such_reward_type").close()
+
+
+def reset_needs_are_stated(subject: TaskUnderTest) -> None:
+    """A reset writes no state, not even for the option ``joint_positions``, unless the task says that it needs ``teleport``."""
+    with closing(subject.make()) as env:
+        task, robot = inside(env).task, inside(env).robot
+        ways: list[dict[str, Any]] = [{}]
+        if "joint_positions" in task.reset_options:
+            ways.append({"joint_positions": robot.home[0]})
+        silent = [options for options in ways if "teleport" not in {*subject.record.needs, *task.reset_needs(options)}]
+        if not silent:
+            raise NotApplicable("every reset of the task needs 'teleport'")
+        reset = task.reset
+        for options in silent:
+            task.reset = partial(_without_writes, reset, [robot, *inside(env).simulation.bodies.values()])
+            env.reset(seed=0, options=options)
+
+
+def _without_writes(reset: Any, handles: list[Any], *arguments: Any) -> None:
+    """Call the reset of a task with handles that refuse to be written to, as those of some simulators do."""
+    names = [(handle, name) for handle in handles for name in dir(handle) if name.startswith("write_")]
+    for handle, name in names:
+        setattr(handle, name, partial(_refuse, name))
+    try:
+        reset(*arguments)
+    finally:
+        for handle, name in names:
+            delattr(handle, name)
+
+
+def _refuse(name: str, *arguments: Any, **keywords: Any) -> None:
+    raise CheckFailure(f"a reset calls {name}, and neither the task's record nor its reset_needs() names 'teleport'.")
 
 
 def batch_has_its_shapes(subject: TaskUnderTest) -> None:
@@ -137,6 +171,7 @@ def _read_twice(env: Any, reward: Any) -> None:
 CHECKS = (
     record_is_sound,
     reward_types_work,
+    reset_needs_are_stated,
     batch_has_its_shapes,
     observation_terms_are_sound,
     reading_changes_nothing,

@@ -12,6 +12,7 @@ from frobs_devkit.testing.simulator import (
     drive,
     kinematics,
     model_files,
+    pacing,
     parameters,
     pictures,
     running,
@@ -21,7 +22,7 @@ from frobs_devkit.testing.simulator import (
 from frobs_devkit.testing.simulator.subject import SimulatorUnderTest
 
 CHECKS = checks_of(
-    contract, kinematics, model_files, drive, running, state, world, bodies, contacts, pictures, parameters
+    contract, kinematics, model_files, drive, running, pacing, state, world, bodies, contacts, pictures, parameters
 )
 """Every check of a simulator, in the order in which they run."""
 

@@ -33,7 +33,7 @@ def joints_are_the_files(subject: SimulatorUnderTest) -> None:
         }
         for name, row in wanted.items():
             expect_close(np.tile(row, (sim.num_envs, 1)), getattr(robot, name), 1e-12, name)
-        expect_close(robot.home, robot.joint_positions, 1e-12, "joint_positions after a reset, against home")
+        expect_close(robot.home, robot.joint_positions, subject.at_home, "joint_positions after a reset, against home")
         gains = [np.tile([ARM.gains.of(name)[i] for name in model.joint_names], (sim.num_envs, 1)) for i in (0, 1)]  # type: ignore[union-attr]
         for name, gain, found in zip(("Kp", "Kd"), gains, robot.drive_gains(), strict=True):
             expect_close(gain, found, 1e-9, f"drive_gains(): {name}")

@@ -50,6 +50,11 @@ class SimulatorUnderTest:
         return exact if self.level(capability) == Level.EXACT else approximate
 
     @property
+    def at_home(self) -> float:
+        """How far a joint may be from home after a reset [rad or m, rad/s or m/s]: a paced simulator drives there."""
+        return 0.05 if self.record.is_paced else 1e-12
+
+    @property
     def num_envs(self) -> int:
         """3, or 1 where it simulates one environment only."""
         return 3 if self.level("batched") else 1
