@@ -9,9 +9,11 @@ from typing import Any
 import gymnasium as gym
 from gymnasium.vector import AutoresetMode
 
+from frobs_core import plugins
 from frobs_core.compose import check_num_envs
-from frobs_core.errors import FrobsError
+from frobs_core.errors import FrobsError, ParameterValueError
 from frobs_core.registry import find_spec
+from frobs_core.specs import SimulatorRecord
 from frobs_train.configuration.components import build_component, load_wrapper
 from frobs_train.configuration.config import ComponentConfig
 from frobs_train.errors import ComponentError, EnvironmentBuildError
@@ -22,7 +24,7 @@ def make_vector_env(
 ) -> gym.vector.VectorEnv[Any, Any, Any]:
     """Make a vector environment with same-step autoreset: the ID's own if it has one, else single environments in turn.
 
-    Wrappers of single environments are applied to each one, which rules out the ID's own vector environment; wrappers
+    A paced simulator has a single environment. Wrappers of single environments are applied to each one, which rules out the ID's own vector environment; wrappers
     of vector environments are applied to the whole.
     """
     check_num_envs(num_envs)
@@ -51,7 +53,10 @@ def _make_vec(
     kwargs: Mapping[str, Any],
     wrappers: Sequence[tuple[type[Any], ComponentConfig]],
 ) -> gym.vector.VectorEnv[Any, Any, Any]:
-    if spec.vector_entry_point is not None and not spec.additional_wrappers and not wrappers:
+    if is_paced({**spec.kwargs, **kwargs}.get("simulator")):
+        if num_envs > 1:
+            raise ParameterValueError("num_envs", num_envs, "1 on a simulator that is paced")
+    elif spec.vector_entry_point is not None and not spec.additional_wrappers and not wrappers:
         env = gym.make_vec(spec, num_envs, vectorization_mode="vector_entry_point", **kwargs)
         if env.metadata.get("autoreset_mode") == AutoresetMode.SAME_STEP:
             return env
@@ -64,6 +69,12 @@ def _make_vec(
         wrappers=[partial(_wrap, cls, component) for cls, component in wrappers],
         **kwargs,
     )
+
+
+def is_paced(simulator: str | SimulatorRecord | None) -> bool:
+    """Return whether a simulator, by name or record, is paced by the world; False for an unknown one."""
+    record = plugins.records("simulator").get(simulator) if isinstance(simulator, str) else simulator
+    return isinstance(record, SimulatorRecord) and record.is_paced
 
 
 def _wrap(cls: type[Any], component: ComponentConfig, env: gym.Env[Any, Any]) -> Any:

@@ -20,7 +20,7 @@ from frobs_core.registry import find_spec
 from frobs_core.specs import SimulatorRecord
 from frobs_core.validation import whole_number
 from frobs_train.configuration.config import RunConfig
-from frobs_train.environments import make_vector_env
+from frobs_train.environments import is_paced, make_vector_env
 from frobs_train.evaluation.playing import OctantResult, play_episodes
 from frobs_train.runs.policy import load_policy
 from frobs_train.runs.run import Run
@@ -147,8 +147,13 @@ def evaluate(
 
 
 def usual_num_envs(config: RunConfig, episodes: int, simulator: str | None = None) -> int:
-    """Return how many environments an evaluation steps together: few if each is a process or an engine of its own."""
+    """Return how many environments an evaluation steps together: few if each is a process or an engine of its own.
+
+    A paced simulator has one.
+    """
     name = simulator or config.environment_kwargs.get("simulator")
+    if is_paced(name):
+        return 1
     record = plugins.records("simulator").get(name) if name else None
     alone = isinstance(record, SimulatorRecord) and record.capabilities.get("batched", Level.EXACT) < Level.EXACT
     return min(episodes, 256 if find_spec(config.environment).vector_entry_point is not None and not alone else 16)
