@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from functools import wraps
 from typing import Any
 
-from frobs_devkit.testing.checks import Check, Inconclusive, checks_of, collect, only
+from frobs_core.errors import CapabilityError
+from frobs_devkit.testing.checks import Check, Inconclusive, NotApplicable, checks_of, collect, only
 from frobs_devkit.testing.environment import (
     api,
     data,
@@ -38,10 +41,27 @@ def check_env(id: str, **kwargs: Any) -> list[Check]:
         id: A Gymnasium ID, also in the self-importing form ``"frobs_core:frobs/Irb120Reach-v0"``.
         **kwargs: Keywords of the environment: ``simulator=``, ``controller=``, …
     """
-    checks = collect(EnvUnderTest(id, kwargs), CHECKS)
+    checks = collect(EnvUnderTest(id, kwargs), map(_if_able, CHECKS))
     if SKELETON.search(id):
         reason = Inconclusive(
             "the task is a stand-in that 'frobs migrate' made; complete it as MIGRATION.md says, and rename it"
         )
         checks += only("task_is_complete", "The task is the one that the ID names, not a skeleton.", reason)
     return checks
+
+
+def _if_able(function: Callable[[EnvUnderTest], None]) -> Callable[[EnvUnderTest], None]:
+    """Return a check that is not applicable where it asks for abilities that the simulator does not claim."""
+
+    @wraps(function)
+    def check(subject: EnvUnderTest) -> None:
+        try:
+            function(subject)
+        except CapabilityError as error:
+            claimed = subject.simulator.capabilities if subject.simulator else {}
+            lacking = [ability for _, ability, *_ in error.missing if not claimed.get(ability)]
+            if not lacking:
+                raise
+            raise NotApplicable(f"the simulator does not claim '{', '.join(lacking)}'") from error
+
+    return check

@@ -39,6 +39,7 @@ sys.stdout.buffer.write(b"observations:" + pickle.dumps(observations))
 @after("spaces_hold")
 def gymnasium_checker(subject: EnvUnderTest) -> None:
     """Gymnasium's own checker has nothing to say, not even a warning."""
+    subject.require_pause()
     with closing(subject.make()) as env:
         _without_a_warning(lambda: gymnasium_check_env(env.unwrapped, skip_render_check=True))
 
@@ -46,6 +47,7 @@ def gymnasium_checker(subject: EnvUnderTest) -> None:
 @after("spaces_hold")
 def stable_baselines3_checker(subject: EnvUnderTest) -> None:
     """The checker of stable-baselines3 has nothing to say, not even a warning."""
+    subject.require_pause()
     if importlib.util.find_spec("stable_baselines3") is None:
         raise Inconclusive("stable-baselines3 is not installed: pip install stable-baselines3")
     check = importlib.import_module("stable_baselines3.common.env_checker").check_env
@@ -56,6 +58,7 @@ def stable_baselines3_checker(subject: EnvUnderTest) -> None:
 @after("same_seed_repeats")
 def spec_pickles(subject: EnvUnderTest) -> None:
     """An environment's spec survives pickling, and makes the same environment again."""
+    subject.require_pause()
     with closing(subject.make()) as env:
         actions = draw_actions(env.action_space, 5, seed=3)
         expected = play(env, 3, actions)
@@ -90,6 +93,7 @@ def unknown_keyword_refused(subject: EnvUnderTest) -> None:
 @after("same_seed_repeats")
 def fresh_process(subject: EnvUnderTest) -> None:
     """A process that imported nothing but Gymnasium makes the environment, and it gives the same observations there."""
+    subject.require_pause()
     with closing(subject.make()) as env:
         actions = draw_actions(env.action_space, 5, seed=11)
         first, transitions = play(env, 11, actions)

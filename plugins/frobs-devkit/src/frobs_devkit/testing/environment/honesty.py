@@ -21,6 +21,7 @@ _FOREIGN = ("is_success", "episode", "final_obs", "final_info", "TimeLimit.trunc
 
 def step_shows_its_action(subject: EnvUnderTest) -> None:
     """Two opposite actions from one state give different observations, and different rewards, in that very step."""
+    subject.require_pause()
     with closing(subject.make()) as env:
         require_ours(env)
         if inside(env).randomization is not None:

@@ -21,6 +21,7 @@ _LONGEST = 400
 
 def time_advances(subject: EnvUnderTest) -> None:
     """Each step advances the time by exactly ``control_timestep``, and a reset sets it back to 0."""
+    subject.require_pause()
     with closing(subject.make()) as env:
         require_ours(env)
         simulation, dt = inside(env).simulation, inside(env).control_timestep
@@ -62,6 +63,7 @@ def step_needs_reset(subject: EnvUnderTest) -> None:
 
 def bad_actions_refused(subject: EnvUnderTest) -> None:
     """An action of the wrong shape, outside of a discrete space or not finite raises InvalidActionError and does nothing."""
+    subject.require_pause()
     with closing(subject.make()) as wrapped:
         require_ours(wrapped)
         env = wrapped.unwrapped

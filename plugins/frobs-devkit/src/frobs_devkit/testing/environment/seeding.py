@@ -19,6 +19,7 @@ _SEEDS = (0, 1, 2, 3, 10, 1234, 2**31)
 
 def same_seed_repeats(subject: EnvUnderTest) -> None:
     """The same seed and actions give the same numbers bit for bit, over several episodes, in a second environment too."""
+    subject.require_pause()
     with closing(subject.make()) as env, closing(subject.make()) as other:
         actions = draw_actions(env.action_space, 130, seed=5)
         expected = play(env, 42, actions)
@@ -46,6 +47,7 @@ def episodes_differ(subject: EnvUnderTest) -> None:
 @after("same_seed_repeats")
 def reset_forgets_history(subject: EnvUnderTest) -> None:
     """A reset with a seed equals a fresh environment, whatever happened before."""
+    subject.require_pause()
     with closing(subject.make()) as env:
         space = env.action_space
         actions = draw_actions(space, 40, seed=6)

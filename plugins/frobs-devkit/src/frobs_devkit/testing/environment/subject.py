@@ -12,7 +12,8 @@ import gymnasium as gym
 from gymnasium.envs.registration import EnvSpec, load_env_creator
 from gymnasium.vector import AutoresetMode
 
-from frobs_core import registry
+from frobs_core import plugins, registry
+from frobs_core.specs import SimulatorRecord
 from frobs_devkit.testing.checks import NotApplicable
 
 
@@ -42,6 +43,18 @@ class EnvUnderTest:
             importlib.import_module(module)
         return gym.spec(self.bare_id)
 
+    @property
+    def simulator(self) -> SimulatorRecord | None:
+        """The record of its simulator; None for another's environment, or an unknown simulator."""
+        chosen = {**self.spec.kwargs, **self.kwargs}.get("simulator")
+        record = plugins.records("simulator").get(chosen) if isinstance(chosen, str) else chosen
+        return record if isinstance(record, SimulatorRecord) else None
+
+    def require_pause(self) -> None:
+        """Raise NotApplicable in a check that repeats a motion bit for bit, if the simulator is paced."""
+        if self.simulator is not None and self.simulator.is_paced:
+            raise NotApplicable(f"simulator '{self.simulator.name}' is paced: its world does not move the same twice")
+
     def make(self, **kwargs: Any) -> gym.Env[Any, Any]:
         """Make the single environment as users do, time limit and all.
 
@@ -50,7 +63,13 @@ class EnvUnderTest:
         return gym.make(self.self_importing_id, disable_env_checker=True, **{**self.kwargs, **kwargs})
 
     def make_vec(self, num_envs: int, mode: AutoresetMode, **kwargs: Any) -> gym.vector.VectorEnv[Any, Any, Any]:
-        """Make the native batch, or Gymnasium's own vector of environments where there is none."""
+        """Make the native batch, or Gymnasium's own vector of environments where there is none.
+
+        Raises:
+            NotApplicable: The simulator is paced, so there is no batch.
+        """
+        if self.simulator is not None and self.simulator.is_paced:
+            raise NotApplicable(f"simulator '{self.simulator.name}' is paced: there is no batch")
         keywords: dict[str, Any] = {"vectorization_mode": "sync", "vector_kwargs": {"autoreset_mode": mode}}
         if self._has_batch():
             keywords = {"vectorization_mode": "vector_entry_point", "autoreset_mode": mode}
