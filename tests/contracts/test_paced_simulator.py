@@ -2,50 +2,30 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 import time
-from collections.abc import Iterator
-from pathlib import Path
-from types import ModuleType
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
+import paced_plugin
 import pytest
 from gymnasium.vector import AutoresetMode
 
 from frobs_core.env import RobotEnv
 from frobs_core.errors import CapabilityError, ParameterValueError, SimulationError
-from frobs_core.specs import SimulatorRecord
 from frobs_core.vector_env import RobotVectorEnv
+from frobs_devkit.testing import check_env, run_checks
+from frobs_train import evaluate, make_vector_env, open_pretrained
 
-FILE = Path(__file__).parents[2] / "templates" / "my_paced_simulator.py"
 PARTS = {"task": "reach", "robot": "irb120", "controller": "joint_delta_position"}
 LOW, HIGH = (-0.5, -0.5, 0.0), (0.5, 0.5, 1.0)
+ID = "frobs_core:frobs/Irb120Reach-v0"
 ACTION = np.array([1.0, -1.0, 1.0, 0.0, 0.0, 0.0])
 
 
 @pytest.fixture(scope="module")
-def module() -> Iterator[ModuleType]:
-    spec = importlib.util.spec_from_file_location(FILE.stem, FILE)
-    assert spec is not None
-    assert spec.loader is not None
-    module = sys.modules[FILE.stem] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    yield module
-    del sys.modules[FILE.stem]
-
-
-@pytest.fixture(scope="module")
-def record(module: ModuleType) -> SimulatorRecord:
-    found = module.RECORD
-    assert isinstance(found, SimulatorRecord)
-    return found
-
-
-@pytest.fixture(scope="module")
-def env(record: SimulatorRecord) -> Iterator[RobotEnv]:
-    env = RobotEnv(**PARTS, simulator=record, goal_low=LOW, goal_high=HIGH)
+def env() -> Iterator[RobotEnv]:
+    env = RobotEnv(**PARTS, simulator=paced_plugin.RECORD, goal_low=LOW, goal_high=HIGH)
     yield env
     env.close()
 
@@ -87,8 +67,10 @@ def test_a_reset_drives_home_and_returns_when_it_is_there(env: RobotEnv) -> None
     assert env.simulation.time[0] == 0.0
 
 
-def test_a_robot_that_does_not_get_home_is_an_error(module: ModuleType, record: SimulatorRecord) -> None:
-    slow = RobotEnv(**PARTS, simulator=record, simulator_kwargs={"homing_timeout": 0.1}, goal_low=LOW, goal_high=HIGH)
+def test_a_robot_that_does_not_get_home_is_an_error() -> None:
+    slow = RobotEnv(
+        **PARTS, simulator=paced_plugin.RECORD, simulator_kwargs={"homing_timeout": 0.1}, goal_low=LOW, goal_high=HIGH
+    )
     slow.reset(seed=0)
     for _ in range(10):
         slow.step(ACTION)
@@ -97,25 +79,25 @@ def test_a_robot_that_does_not_get_home_is_an_error(module: ModuleType, record: 
     slow.close()
 
 
-def test_what_needs_teleporting_or_a_snapshot_is_refused(env: RobotEnv, record: SimulatorRecord) -> None:
+def test_what_needs_teleporting_or_a_snapshot_is_refused(env: RobotEnv) -> None:
     with pytest.raises(CapabilityError, match="task 'reach', reset with joint_positions  teleport"):
         env.reset(options={"joint_positions": np.zeros(6)})
     with pytest.raises(CapabilityError, match="snapshot"):
         env.snapshot()
     with pytest.raises(CapabilityError, match="task 'reach'  teleport"):
-        RobotEnv(**PARTS, simulator=record, initial="random")
+        RobotEnv(**PARTS, simulator=paced_plugin.RECORD, initial="random")
 
 
-def test_there_is_one_environment_and_no_reset_within_a_step(record: SimulatorRecord) -> None:
+def test_there_is_one_environment_and_no_reset_within_a_step() -> None:
     with pytest.raises(ParameterValueError, match=r"num_envs is 2; it must be 1 on simulator 'my_paced_simulator'"):
-        RobotVectorEnv(2, **PARTS, simulator=record, autoreset_mode="NextStep")
+        RobotVectorEnv(2, **PARTS, simulator=paced_plugin.RECORD, autoreset_mode="NextStep")
     with pytest.raises(ParameterValueError, match="it must be 'NextStep' or 'Disabled'"):
-        RobotVectorEnv(1, **PARTS, simulator=record)
+        RobotVectorEnv(1, **PARTS, simulator=paced_plugin.RECORD)
 
 
-def test_the_step_that_begins_an_episode_moves_nothing(record: SimulatorRecord) -> None:
+def test_the_step_that_begins_an_episode_moves_nothing() -> None:
     env = RobotVectorEnv(
-        1, **PARTS, simulator=record, autoreset_mode=AutoresetMode.NEXT_STEP, max_episode_steps=10,
+        1, **PARTS, simulator=paced_plugin.RECORD, autoreset_mode=AutoresetMode.NEXT_STEP, max_episode_steps=10,
         goal_low=LOW, goal_high=HIGH,
     )  # fmt: skip
     env.reset(seed=0)
@@ -129,8 +111,8 @@ def test_the_step_that_begins_an_episode_moves_nothing(record: SimulatorRecord) 
     env.close()
 
 
-def test_a_world_that_ends_is_an_error(record: SimulatorRecord) -> None:
-    env = RobotEnv(**PARTS, simulator=record, goal_low=LOW, goal_high=HIGH)
+def test_a_world_that_ends_is_an_error() -> None:
+    env = RobotEnv(**PARTS, simulator=paced_plugin.RECORD, goal_low=LOW, goal_high=HIGH)
     env.reset(seed=0)
     simulation: Any = env.simulation
     simulation._process.kill()
@@ -139,3 +121,32 @@ def test_a_world_that_ends_is_an_error(record: SimulatorRecord) -> None:
         env.step(np.zeros(6))
     env.close()
     env.close()
+
+
+@pytest.mark.slow
+def test_the_shipped_policy_reaches_its_goals(isolated_plugins: Callable[..., object]) -> None:
+    isolated_plugins(installed=True, paced="paced_plugin")
+    found = evaluate(open_pretrained("frobs/Irb120Reach-v0"), episodes=10, simulator="my_paced_simulator")
+    assert found.success_rate is not None
+    assert found.success_rate >= 0.8  # 0.99 of 100 where it was measured
+
+
+def test_training_and_evaluation_have_one_environment(isolated_plugins: Callable[..., object]) -> None:
+    isolated_plugins(installed=True, paced="paced_plugin")
+    with pytest.raises(ParameterValueError, match="num_envs is 2; it must be 1"):
+        make_vector_env("frobs/Irb120Reach-v0", 2, {"simulator": "my_paced_simulator"})
+    env = make_vector_env("frobs/Irb120Reach-v0", 1, {"simulator": "my_paced_simulator"})
+    env.reset(seed=0)
+    *_, info = env.step(np.zeros((1, 6)))
+    assert info["frobs/missed_deadlines"].shape == (1,)
+    env.close()
+
+
+def test_the_kit_says_why_a_check_of_an_environment_is_not_applicable() -> None:
+    wanted = ("same_seed_repeats", "snapshot_continues", "info_keys_have_their_prefix")
+    checks = [check for check in check_env(ID, simulator=paced_plugin.RECORD) if check.name in wanted]
+    found = {result.name: (result.status, result.message) for result in run_checks(checks).results}
+    assert found["info_keys_have_their_prefix"][0] == "passed"
+    for name in ("same_seed_repeats", "snapshot_continues"):
+        assert found[name][0] == "not_applicable"
+        assert "is paced" in found[name][1]
