@@ -35,8 +35,12 @@ PAGES = {
 }
 """Each page of the reference, with what writes it."""
 
-INSERTS = {"architecture.svg": architecture.figure, "step-files.inc": step_files.fragment}
-"""Files that ``explanation/architecture.md`` includes, with what writes them."""
+INSERTS = {
+    "architecture.svg": architecture.figure,
+    "step-files.inc": step_files.fragment,
+    "unsupported-abilities.inc": capabilities.unsupported,
+}
+"""Files that other pages include, with what writes them."""
 
 
 def write_reference(folder: Path) -> None:
