@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
+from frobs_core.capabilities import Level
 from frobs_core.interfaces import Camera, Controller, Marker, Scene, Simulation, Snapshot, StepContext, Task
 from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
@@ -57,8 +58,16 @@ class ReachTogether(Task):
             "distance_weight": distance_weight,
             "precision_weight": precision_weight,
         }
-        Reach(**self._keywords)  # raises where a value is wrong
+        self._first = Reach(**self._keywords)  # raises where a value is wrong
+        self.parts = {}
         self.reward_type = self.reward_types[0]
+
+    def reset_needs(self, options: Collection[str] = ()) -> Mapping[str, Level]:
+        """Return what the reset of any robot needs."""
+        needs: dict[str, Level] = {}
+        for part in (self._first, *self.parts.values()):
+            needs |= part.reset_needs(options)
+        return needs
 
     def scene(self) -> Scene:
         """Return a floor, and a camera that sees two arms."""
