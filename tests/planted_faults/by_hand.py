@@ -114,11 +114,11 @@ _TABLE = (
     ("a goal that the snapshot does not bring back", _REACH,
      'self._goal[:] = snapshot["goal"]', "pass"),
     ("shared observation memory", _ENV,
-     "return np.concatenate([read() for read in self._reads], axis=1, dtype=np.float32)",
-     "values = np.concatenate([read() for read in self._reads], axis=1, dtype=np.float32)\n"
+     "return np.concatenate([read() for read in self._reads], axis=1).astype(np.float32)",
+     "values = np.concatenate([read() for read in self._reads], axis=1).astype(np.float32)\n"
      "        self._kept = getattr(self, '_kept', values.copy())\n"
      "        self._kept[...] = values\n        return self._kept"),
-    ("observations in double precision", _ENV, "axis=1, dtype=np.float32)", "axis=1)"),
+    ("observations in double precision", _ENV, "axis=1).astype(np.float32)", "axis=1)"),
     ("columns that overlap", _OBSERVATION, "slice(start, start + len(term.low))",
      "slice(max(start - 1, 0), start + len(term.low))"),
     ("a reward of goals that are not those of the step", _GOAL,
