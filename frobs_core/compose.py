@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import logging
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
@@ -29,6 +30,8 @@ from frobs_core.robot_config import RobotConfig, find_record
 from frobs_core.sensors.contacts import with_contacts
 from frobs_core.specs import SimulatorRecord, TaskRecord
 from frobs_core.validation import whole_number
+
+_log = logging.getLogger("frobs")
 
 MAX_NUM_ENVS = 100_000
 """Most environments that are stepped together: each takes 10 kB or more, so that these take a gigabyte."""
@@ -130,6 +133,8 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
         num_threads=config.num_threads,
         **config.simulator_kwargs,
     )
+    for placement in everything.values():
+        _log_losses(engine, placement)
     try:
         for of_robot in controllers.values():
             for controller in of_robot.values():
@@ -205,6 +210,18 @@ def _place(config: RobotConfig, robot: Robot, controllers: Mapping[str, Controll
     groups = joint_groups(robot, model)
     modes = {joint: controllers[group].command_mode for group in controllers for joint in groups[group]}
     return Placement(robot=robot, model=model, pose=config.base_pose(pose), command_mode=modes)
+
+
+def _log_losses(engine: type[Simulation], placement: Placement) -> None:
+    """Log what an MJCF file says about the motion of a robot and the simulator does not simulate."""
+    model = placement.model
+    if model.format != "mjcf":
+        return
+    lost = [f"{row.element.replace('_', ' ')} ({row.how})" for row in engine.translation(model) if row.changes_motion]
+    lost += [note.text for note in model.notes if note.rule == "physics-settings"]
+    if lost:
+        text = "robot '%s' moves differently than its file says: %s. 'frobs doctor robot %s' says more."
+        _log.warning(text, placement.robot.name, "; ".join(lost), model.path)
 
 
 def _check_apart(placements: Mapping[str, Placement]) -> None:

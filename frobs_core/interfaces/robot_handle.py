@@ -239,12 +239,13 @@ class RobotHandle(JointGroup):
         """
         jacobian = np.zeros((self.num_envs, 6, self.dof))
         for joint in joint_path(self.model, link):
-            if joint.type is JointType.FIXED:
+            leader = self.model.leader(joint)
+            if leader is None:
                 continue
             pos, quat = self.frame_pose(joint.child)
             axis = quat_rotate(quat, np.broadcast_to(np.array(joint.axis), pos.shape))
-            axis = axis * (joint.mimic.multiplier if joint.mimic else 1.0)
-            column = self.joint_names.index(joint.mimic.joint if joint.mimic else joint.name)
+            axis = axis * leader.multiplier
+            column = self.joint_names.index(leader.joint)
             if joint.type is JointType.PRISMATIC:
                 jacobian[:, :3, column] += axis
             else:

@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import yaml
 
-from frobs_core.models.elements import elements
+from frobs_core.models.elements import PHYSICAL, elements
 from frobs_core.models.model import RobotModel
 from frobs_core.models.notes import Treatment
 
@@ -33,6 +33,11 @@ class Translation:
     treatment: Treatment
     how: str = ""
     names: tuple[str, ...] = ()
+
+    @property
+    def changes_motion(self) -> bool:
+        """Whether the robot moves differently because the simulator drops the element."""
+        return self.treatment is Treatment.DROPPED and self.element in PHYSICAL
 
 
 @cache

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from frobs_core.arrays import Floats
 from frobs_core.errors import ParameterValueError, UnknownNameError
 from frobs_core.models.inertia import inertia_matrix
-from frobs_core.models.kinematics import MOVING, joint_path
-from frobs_core.models.model import Joint, JointType, Mimic, RobotModel
+from frobs_core.models.kinematics import joint_path
+from frobs_core.models.model import Joint, JointType, RobotModel
 from frobs_core.models.tree import outward
 from frobs_core.random import RandomSource
 from frobs_core.rotations import matrix_from_quat, quat_multiply, quat_rotate
@@ -188,9 +188,9 @@ def _inertias(model: RobotModel, joint_positions: Floats) -> Floats:
     result = np.zeros((n, len(model.actuated_joints)))
     columns = {name: i for i, name in enumerate(model.joint_names)}
     for joint in model.joints:
-        if joint.type not in MOVING:
+        leader = model.leader(joint)
+        if leader is None:
             continue
-        leader = joint.mimic or Mimic(joint.name)
         pos, quat = poses[joint.child]
         axis = quat_rotate(quat, np.array(joint.axis))  # the motion leaves it where it is
         if joint.type == JointType.PRISMATIC:
@@ -209,9 +209,9 @@ def _inertias(model: RobotModel, joint_positions: Floats) -> Floats:
 
 def _position(model: RobotModel, joint: Joint, joint_positions: Floats) -> Floats:
     """Return the position of one joint, (n, 1) [rad or m]; 0 for one that does not move."""
-    if joint.type not in MOVING:
+    leader = model.leader(joint)
+    if leader is None:
         return np.zeros((len(joint_positions), 1))
-    leader = joint.mimic or Mimic(joint.name)
     column = model.joint_names.index(leader.joint)
     return leader.multiplier * joint_positions[:, column : column + 1] + leader.offset
 

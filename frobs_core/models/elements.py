@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
+from frobs_core.models.mjcf_document import MjcfDocument
 from frobs_core.models.model import Geometry, JointType, Mesh, RobotModel
 from frobs_core.models.xmltree import Element, parse_xml
 
@@ -27,6 +28,7 @@ ELEMENTS: Mapping[str, str] = {
     "joint_friction": "dry friction of joints",
     "joint_springs": "springs of joints, and their rest positions",
     "armatures": "inertia of the motors behind the gears",
+    "gravity_compensation": "bodies that gravity pulls less",
     "mimic_joints": "joints that follow another",
     "safety_controllers": "soft limits that a controller should keep",
     "calibrations": "reference positions of joints",
@@ -48,6 +50,19 @@ ELEMENTS: Mapping[str, str] = {
     "unknown_elements": "elements that the format does not have",
 }
 """Every kind of element, with what it means; a file holds some of them."""
+
+PHYSICAL = frozenset(
+    [
+        "collision_shapes",
+        "collision_meshes",
+        "joint_springs",
+        "armatures",
+        "gravity_compensation",
+        "tendons",
+        "equalities",
+    ]
+)
+"""Kinds of elements without which a robot moves differently."""
 
 _BESIDE = {  # children of a URDF's <robot> that belong to no link or joint
     "transmission": "transmissions",
@@ -75,7 +90,10 @@ def elements(model: RobotModel) -> dict[str, tuple[str, ...]]:
     """
     found: dict[str, dict[str, None]] = {}
     root = parse_xml(model.xml, model.path, expanded=True)
-    pairs = [*_joints(model), *(_urdf(model, root) if model.format == "urdf" else _mjcf(root))]
+    pairs = [
+        *_joints(model),
+        *(_urdf(model, root) if model.format == "urdf" else _mjcf(MjcfDocument(root, model.path))),
+    ]
     for kind, name in pairs:
         found.setdefault(kind, {})[name] = None
     return {kind: tuple(found[kind]) for kind in ELEMENTS if kind in found}
@@ -141,12 +159,12 @@ def _link_extras(link: Element, name: str, textured: set[str | None]) -> Iterato
             yield "textures", name
 
 
-def _mjcf(root: Element) -> Iterator[tuple[str, str]]:
+def _mjcf(document: MjcfDocument) -> Iterator[tuple[str, str]]:
+    root = document.root
     for section, kind in _SECTIONS.items():
-        for parent in root.children(section):
-            for child in parent.children():
-                yield kind, child.get("name") or f"<{child.tag}>"
-    for equality in (child for parent in root.children("equality") for child in parent.children()):
+        for child in document.children(of=section):
+            yield kind, child.get("name") or f"<{child.tag}>"
+    for equality in document.children(of="equality"):
         if equality.tag != "joint":
             yield "equalities", equality.get("name") or f"<{equality.tag}>"
     for section in ("option", "size", "statistic", "visual"):
@@ -158,28 +176,36 @@ def _mjcf(root: Element) -> Iterator[tuple[str, str]]:
                 yield "world_geoms", child.get("name") or "<geom>"
             elif child.tag in _IN_BODIES:
                 yield _IN_BODIES[child.tag], child.get("name") or f"<{child.tag}>"
-            elif child.tag in ("body", "frame"):
-                yield from _body(child, child.get("name") or "<body>")
+        yield from _body(document, world, "<body>", None)
 
 
-def _body(body: Element, owner: str) -> Iterator[tuple[str, str]]:
+def _body(document: MjcfDocument, body: Element, owner: str, childclass: str | None) -> Iterator[tuple[str, str]]:
     """Yield what a body holds, bodies and frames in it included."""
+    childclass = body.get("childclass") or childclass
+    if body.number("gravcomp", "0"):
+        yield "gravity_compensation", owner
     for child in body.children():
-        match child.tag:
-            case "body" | "frame":
-                yield from _body(child, child.get("name") or owner if child.tag == "body" else owner)
-            case "inertial":
-                yield "inertias", owner
-            case "geom":
-                drawn = child.get("contype") == "0" and child.get("conaffinity") == "0"
-                shape = "meshes" if child.get("mesh") is not None else "shapes"
-                yield f"{'visual' if drawn else 'collision'}_{shape}", owner
-                if child.get("rgba"):
-                    yield "colours", owner
-            case "joint":
-                if child.get("stiffness", "0") != "0":
-                    yield "joint_springs", child.get("name") or owner
-                if child.get("armature", "0") != "0":
-                    yield "armatures", child.get("name") or owner
-            case _ if child.tag in _IN_BODIES:
-                yield _IN_BODIES[child.tag], owner
+        if child.tag in ("body", "frame"):
+            name = child.get("name") or owner if child.tag == "body" else owner
+            yield from _body(document, child, name, childclass)
+        elif body.tag != "worldbody":
+            yield from _in_body(document.with_defaults(child, childclass), owner)
+
+
+def _in_body(child: Element, owner: str) -> Iterator[tuple[str, str]]:
+    match child.tag:
+        case "inertial":
+            yield "inertias", owner
+        case "geom":
+            drawn = child.get("contype") == "0" and child.get("conaffinity") == "0"
+            shape = "meshes" if child.get("mesh") is not None else "shapes"
+            yield f"{'visual' if drawn else 'collision'}_{shape}", owner
+            if child.get("rgba"):
+                yield "colours", owner
+        case "joint":
+            if child.numbers("stiffness", default="0")[0]:
+                yield "joint_springs", child.get("name") or owner
+            if child.number("armature", "0"):
+                yield "armatures", child.get("name") or owner
+        case _ if child.tag in _IN_BODIES:
+            yield _IN_BODIES[child.tag], owner

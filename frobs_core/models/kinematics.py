@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import ParameterValueError, UnknownNameError
-from frobs_core.models.model import Joint, JointType, Mimic, Pose, RobotModel
+from frobs_core.models.model import Joint, JointType, Pose, RobotModel
 from frobs_core.rotations import matrix_from_quat, quat_conjugate, quat_from_matrix, quat_multiply, quat_rotate
 
 MOVING = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
@@ -50,7 +50,7 @@ _SWAP = np.array([1, 0, 2, 6, 5, 4, 3])  # which component a rotation about z mi
 def forward_kinematics(model: RobotModel, frame: str, joint_positions: npt.ArrayLike) -> tuple[Floats, Floats]:
     """Return where a link is, relative to the root link.
 
-    Joints that mimic others follow them; floating and planar joints stay at zero. Row *i* depends on row *i* of
+    Joints that mimic others follow them; floating, planar and passive joints stay at zero. Row *i* depends on row *i* of
     the joint positions alone, to the last bit, whatever n is.
 
     Args:
@@ -117,10 +117,10 @@ def make_chain(model: RobotModel, frame: str) -> Chain:
     state = _pack(Pose())  # what is fixed since the last moving joint
     for joint in joint_path(model, frame):
         state = compose(state, _pack(joint.origin))
-        if joint.type not in MOVING:
+        leader = model.leader(joint)
+        if leader is None:
             continue
         align = np.concatenate([np.zeros(3), _turn_z_to(np.array(joint.axis))])
-        leader = joint.mimic or Mimic(joint.name)
         columns.append(model.joint_names.index(leader.joint))
         multipliers.append(leader.multiplier)
         offsets.append(leader.offset)

@@ -1,4 +1,4 @@
-"""The MJCF reader: what the core needs of it, the kinematic tree. Geometry, contacts and the rest are the engine's.
+"""The MJCF reader: the kinematic tree, masses and shapes. MuJoCo itself reads the rest from the same file.
 
 In ``RobotModel.xml`` the includes are in place, file paths are absolute, and the world has one body, the root link, which
 has no joint but perhaps a free one: a single body of the world that is so already, else a new one named ``base``,
@@ -6,6 +6,8 @@ which holds the bodies of the world and its geoms other than planes.
 
 A body with several joints becomes a chain of links; those that the file does not have are named ``body__1``,
 ``body__2``, …, and weigh nothing.
+
+If the file has actuators that act on joints, the joints without one are passive: they have no drive.
 """
 
 from __future__ import annotations
@@ -19,8 +21,16 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.models.kinematics import compose
 from frobs_core.models.mjcf_document import MjcfDocument
-from frobs_core.models.mjcf_inertia import body_inertial
-from frobs_core.models.model import Joint, JointLimits, JointType, Link, Mimic, Pose, RobotModel
+from frobs_core.models.mjcf_geoms import (
+    Geom,
+    body_inertial,
+    body_link,
+    compiled_inertials,
+    read_geom,
+    unpacked,
+    weighed,
+)
+from frobs_core.models.model import Inertial, Joint, JointLimits, JointType, Link, Mimic, RobotModel
 from frobs_core.models.notes import Notes
 from frobs_core.models.tree import check_count, flatten_mimics
 from frobs_core.models.xmltree import Element, to_text
@@ -34,6 +44,37 @@ _UNREADABLE = (
     "model",
 )  # these make bodies and joints that the file does not name
 _LEFT_OUT = {"actuator": "actuators", "sensor": "sensor", "keyframe": "keyframes", "option": "engine-settings"}
+_PHYSICS = {
+    "gravity": "0 0 -9.81",
+    "density": "0",
+    "viscosity": "0",
+    "wind": "0 0 0",
+    "magnetic": "0 -0.5 0",
+    "impratio": "1",
+    "cone": "pyramidal",
+}
+"""Attributes of ``<option>`` that change how a robot moves, with MuJoCo's defaults."""
+_FLAGS = {
+    "override": "enable",
+    **dict.fromkeys(
+        [
+            "constraint",
+            "equality",
+            "frictionloss",
+            "limit",
+            "contact",
+            "passive",
+            "spring",
+            "damper",
+            "gravity",
+            "clampctrl",
+            "filterparent",
+            "actuation",
+        ],
+        "disable",
+    ),
+}
+"""Attributes of ``<flag>`` that change how a robot moves, with the value that MuJoCo's default is not."""
 _IDENTITY = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
@@ -54,6 +95,7 @@ class _MjcfReader:
         self.notes = Notes()
         self.names: dict[str, set[str]] = {"body": {"world"}, "joint": set()}
         self.references: dict[str, float] = {}  # position of each joint in the drawing [rad or m]
+        self.inertials: dict[str, Inertial | None] = {}
         self.efforts = self._actuator_efforts()
 
     def read(self) -> RobotModel:
@@ -70,18 +112,24 @@ class _MjcfReader:
         if list(top.children("joint", "freejoint")):
             self.notes.add("free-root", top, "the root has a free joint: say base='floating' or 'wheeled'")
         if not np.array_equal(document.pose(top), _IDENTITY):
-            self.notes.add("root-pose", top, "where the file puts the root is left to the scene")
+            self.notes.add(
+                "root-pose", top, "a base that moves starts at the file's root pose; a fixed one at the scene's"
+            )
         self._body(top, None, _IDENTITY, None)
+        inertials = compiled_inertials(document.compiler, self.inertials)
         self._mimics()
+        passive = self._passive_joints()
         self._note_what_is_left_out()
         return RobotModel(
             name=document.root.get("model") or document.path.stem,
             path=document.path,
             format="mjcf",
             xml=to_text(document.root),
-            links=tuple(self.links),
+            links=tuple(replace(link, inertial=inertials.get(link.name)) for link in self.links),
             joints=tuple(self.joints),
             notes=tuple(self.notes),
+            passive_joints=passive,
+            root_pose=unpacked(document.pose(top)),
         )
 
     def _note_what_is_left_out(self) -> None:
@@ -92,6 +140,22 @@ class _MjcfReader:
                 found = [element for element in self.document.root.children(section) if element.attrib]
             if found:
                 self.notes.add(rule, found[0], f"{len(found)} in <{section}>, left out")
+        for option in self.document.root.children("option"):
+            found = [
+                f"{name}={option.get(name)}"
+                for name in _PHYSICS
+                if name in option.attrib and self._unusual(option, name)
+            ]
+            for flag in option.children("flag"):
+                found += [f"{name}={value}" for name, value in flag.attrib.items() if value == _FLAGS.get(name)]
+            if found:
+                self.notes.add("physics-settings", option, f"{', '.join(found)}: left out")
+
+    def _unusual(self, option: Element, name: str) -> bool:
+        """Return whether an attribute of ``<option>`` differs from MuJoCo's default."""
+        if name == "cone":
+            return option.get(name) != _PHYSICS[name]
+        return option.numbers(name) != tuple(map(float, _PHYSICS[name].split()))
 
     def _claim(self, element: Element, kind: str) -> None:
         """Give an element a name if it has none, and remember it."""
@@ -144,12 +208,15 @@ class _MjcfReader:
             self._connect(body, name, parent, compose(frame, self.document.pose(body)), childclass)
             if body.attrib.pop("mocap", "false") == "true":
                 self.notes.add("mocap-body", body, "the mocap body is taken as fixed")
-        geoms: list[tuple[Element, Floats]] = []
+        geoms: list[Geom] = []
         bodies: list[tuple[Element, Floats, str | None]] = []
         self._contents(body, _IDENTITY, childclass, geoms, bodies)
-        self.links.append(Link(name, inertial=body_inertial(self.document, body, geoms)))
-        if any(geom.get("type") == "mesh" for geom, _ in geoms) and body.child("inertial") is None:
-            self.notes.add("mesh-mass", body, "its meshes are not weighed; default drive gains leave them out")
+        inertial = self.inertials[name] = body_inertial(self.document, body, geoms)
+        self.links.append(body_link(name, geoms))
+        if inertial is None and any(math.isnan(geom.mass) for geom in weighed(self.document, geoms)):
+            self.notes.add("mesh-mass", body, "only MuJoCo can weigh its shapes; default drive gains leave them out")
+        if any(geom.geometry is None and geom.collides for geom in geoms):
+            self.notes.add("mujoco-shape", body, "it collides by a shape that only MuJoCo has")
         for child, at, inner in bodies:
             self._body(child, name, at, inner)
 
@@ -158,13 +225,13 @@ class _MjcfReader:
         holder: Element,
         frame: Floats,
         childclass: str | None,
-        geoms: list[tuple[Element, Floats]],
+        geoms: list[Geom],
         bodies: list[tuple[Element, Floats, str | None]],
     ) -> None:
         """Collect what a body holds, also inside of ``<frame>``, in the file's order."""
         for child in holder.children():
             if child.tag == "geom":
-                geoms.append((self.document.with_defaults(child, childclass), frame))
+                geoms.append(read_geom(self.document, self.document.with_defaults(child, childclass), frame))
             elif child.tag == "body":
                 bodies.append((child, frame, childclass))
             elif child.tag == "frame":
@@ -197,7 +264,7 @@ class _MjcfReader:
             parent, pose, anchor = child, _IDENTITY, at
         if off_centre:
             origin = compose(pose, np.concatenate([-anchor, [1.0, 0.0, 0.0, 0.0]]))
-            self.joints.append(Joint(f"{name}__fixed", JointType.FIXED, parent, name, _pose(origin)))
+            self.joints.append(Joint(f"{name}__fixed", JointType.FIXED, parent, name, unpacked(origin)))
 
     def _joint(self, element: Element, joint: Element, parent: str, child: str, origin: Floats) -> Joint:
         name = element.required("name")
@@ -228,7 +295,7 @@ class _MjcfReader:
             type=(JointType.REVOLUTE if limited else JointType.CONTINUOUS) if hinge else JointType.PRISMATIC,
             parent=parent,
             child=child,
-            origin=_pose(origin),
+            origin=unpacked(origin),
             axis=(x, y, z),
             limits=JointLimits(lower * scale, upper * scale, effort=effort),
             damping=joint.numbers("damping", default="0")[0],
@@ -249,19 +316,55 @@ class _MjcfReader:
         return low, high
 
     def _actuator_efforts(self) -> dict[str, float]:
-        """Return the largest effort that the file's actuators give each joint, where it says so [N·m or N]."""
+        """Return the largest effort that the file's actuators give each joint they act on, or infinity [N·m or N]."""
         efforts: dict[str, float] = {}
+        tendons = {tendon.get("name"): tendon for tendon in self.document.children("fixed", of="tendon")}
         for plain in self.document.children(of="actuator"):
             element = self.document.with_defaults(plain, None, "actuator")
-            joint = element.get("joint")
-            if not joint:
-                continue
             gear = abs(element.numbers("gear", default="1")[0])
             low, high = self._range(element, "forcerange", "forcelimited")
             if plain.tag == "motor" and math.isinf(high):
                 low, high = self._range(element, "ctrlrange", "ctrllimited")
-            efforts[joint] = efforts.get(joint, 0.0) + gear * max(abs(low), abs(high))
+            joint = element.get("joint") or element.get("jointinparent")
+            shares = {joint: 1.0} if joint else {}
+            if tendon := tendons.get(element.get("tendon")):
+                shares = {each.required("joint"): abs(each.number("coef")) for each in tendon.children("joint")}
+            if not shares:
+                self.notes.add("actuator-lost", plain, "it acts on no joint, and drives only act on joints")
+            for name, share in shares.items():
+                if share * gear > 0.0:
+                    efforts[name] = efforts.get(name, 0.0) + share * gear * max(abs(low), abs(high))
         return efforts
+
+    def _passive_joints(self) -> tuple[str, ...]:
+        """Return the names of the joints without a drive, and note them; their position is 0 where the file draws them.
+
+        A joint is driven if an actuator acts on it, on the joint that it follows, or on one that follows it.
+        """
+        if not self.efforts:
+            return ()
+        leaders = {joint.name: joint.mimic.joint if joint.mimic else joint.name for joint in self.joints}
+        driven = {leaders[name] for name in self.efforts if name in leaders}
+        passive = [
+            joint.name
+            for joint in self.joints
+            if joint.type is not JointType.FIXED and leaders[joint.name] not in driven
+        ]
+        for i, joint in enumerate(self.joints):
+            if joint.name in passive and (rest := self.references[joint.name]):
+                origin = np.array([*joint.origin.pos, *joint.origin.quat_wxyz])
+                turns, axis = joint.type is not JointType.PRISMATIC, np.array(joint.axis)
+                pos, quat = (np.zeros(3), quat_from_axis_angle(axis, rest)) if turns else (rest * axis, _IDENTITY[3:])
+                lower, upper = joint.limits.lower - rest, joint.limits.upper - rest
+                self.joints[i] = replace(
+                    joint,
+                    origin=unpacked(compose(origin, np.concatenate([pos, quat]))),
+                    limits=replace(joint.limits, lower=lower, upper=upper),
+                )
+        if passive:
+            text = f"no actuator acts on {', '.join(passive)}: they have no drive and no action"
+            self.notes.add("passive-joints", self.document.root, text)
+        return tuple(passive)
 
     def _mimics(self) -> None:
         """Take equalities between two joints that are straight lines as mimic joints."""
@@ -283,8 +386,3 @@ class _MjcfReader:
             elements[follower], i = element, places[follower]
             self.joints[i] = replace(self.joints[i], mimic=Mimic(leader, multiplier, offset))
         self.joints = list(flatten_mimics(self.joints, elements))
-
-
-def _pose(packed: Floats) -> Pose:
-    x, y, z, w, i, j, k = packed.tolist()
-    return Pose((x, y, z), (w, i, j, k))

@@ -40,7 +40,7 @@ class MjcfDocument:
         self.path = path
         _include(root, path.parent, {path})
         check_numbers(root)
-        compiler: dict[str, str] = {}
+        compiler = self.compiler = dict[str, str]()
         for element in root.children("compiler"):
             compiler.update(element.attrib)
         self.degree = compiler.get("angle", "degree") != "radian"
@@ -51,6 +51,8 @@ class MjcfDocument:
             self._read_defaults(element, _MAIN)
             self._classes.setdefault(element.get("class", _MAIN), self._classes[_MAIN])
         self._resolve_files(compiler)
+        assets = (self.with_defaults(mesh, None) for mesh in self.children("mesh", of="asset"))
+        self.meshes = {mesh.get("name") or Path(mesh.get("file", "")).stem: mesh for mesh in assets}
 
     def children(self, *tags: str, of: str) -> Iterable[Element]:
         """Yield the children with these tags, of all sections of one name: ``of="actuator"``."""

@@ -243,6 +243,8 @@ class RobotModel:
         links: All links, in file order.
         joints: All joints, in file order.
         notes: What was changed or left out when the file was read.
+        passive_joints: Names of the joints that move and have no drive, because the file's actuators leave them out.
+        root_pose: Where the file puts the root link.
     """
 
     name: str
@@ -252,6 +254,8 @@ class RobotModel:
     links: tuple[Link, ...]
     joints: tuple[Joint, ...]
     notes: tuple[Note, ...] = ()
+    passive_joints: tuple[str, ...] = ()
+    root_pose: Pose = field(default_factory=Pose)
 
     @cached_property
     def root(self) -> str:
@@ -261,14 +265,19 @@ class RobotModel:
 
     @cached_property
     def actuated_joints(self) -> tuple[Joint, ...]:
-        """The revolute, continuous and prismatic joints that mimic no other, in file order."""
-        moving = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
-        return tuple(joint for joint in self.joints if joint.type in moving and joint.mimic is None)
+        """The revolute, continuous and prismatic joints that mimic no other and are not passive, in file order."""
+        return tuple(joint for joint in self.joints if joint.mimic is None and self.leader(joint) is not None)
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
         """Names of :attr:`actuated_joints`: the order of every joint array."""
         return tuple(joint.name for joint in self.actuated_joints)
+
+    def leader(self, joint: Joint) -> Mimic | None:
+        """Return the actuated joint that a joint follows, for an actuated one itself; None: it is fixed or passive."""
+        if joint.type not in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC):
+            return None
+        return None if joint.name in self.passive_joints else joint.mimic or Mimic(joint.name)
 
     @cached_property
     def _chains(self) -> dict[str, Chain]:

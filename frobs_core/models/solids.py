@@ -40,7 +40,7 @@ def solid_inertial(
     Raises:
         ModelFileError: A mesh cannot be read, or its surface is not closed, so that it has no volume.
     """
-    solids = [_solid(shape.geometry) for shape in shapes]
+    solids = [solid(shape.geometry) for shape in shapes]
     turns = [matrix_from_quat(np.array(shape.origin.quat_wxyz)) for shape in shapes]
     volumes = np.array([volume for volume, _, _ in solids])
     centers = np.array([shape.origin.pos for shape in shapes]) + [
@@ -57,7 +57,7 @@ def solid_inertial(
     return Inertial(total, Pose(tuple(center.tolist())), (ixx, ixy, ixz, iyy, iyz, izz))
 
 
-def _solid(geometry: Geometry) -> tuple[float, Floats, Floats]:
+def solid(geometry: Geometry) -> tuple[float, Floats, Floats]:
     """Return the volume [m³], its center (3,) [m], and the inertia about it for a mass of 1 kg, (3, 3) [m²]."""
     match geometry:
         case Box((x, y, z)):

@@ -128,8 +128,20 @@ def joints_below(model: RobotModel) -> dict[str, list[Joint]]:
     """Return the joints that hang from each link, by the link's name.
 
     Raises:
-        ModelFileError: A joint is floating or planar, which no engine simulates.
+        ModelFileError: A joint is floating or planar, which no engine simulates; or a joint is passive or a mass is not
+            known, which only MuJoCo simulates from the file.
     """
+    if model.passive_joints:
+        raise ModelFileError(
+            model.path,
+            f"the file's actuators do not drive {', '.join(model.passive_joints)}; only simulator='mujoco' simulates "
+            "passive joints.",
+        )
+    if unknown := [note.element for note in model.notes if note.rule == "mesh-mass"]:
+        raise ModelFileError(
+            model.path,
+            f"the mass of {', '.join(unknown)} follows from shapes that only simulator='mujoco' can weigh; give it an <inertial>.",
+        )
     below: dict[str, list[Joint]] = {}
     for joint in model.joints:
         if joint.type in (JointType.FLOATING, JointType.PLANAR):

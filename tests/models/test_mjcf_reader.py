@@ -132,7 +132,7 @@ def test_includes_and_assets_are_found_from_the_main_file(write, tmp_path):
     model = load_model(write(text + world('<body name="arm"><joint name="j"/><geom type="mesh" mesh="m"/></body>')))
     assert model.joints[0].limits.upper == pytest.approx(math.radians(10))
     assert mujoco.MjModel.from_xml_string(model.xml).nmesh == 1
-    assert "not weighed" in str(model.notes[0])
+    assert "only MuJoCo can weigh" in str(model.notes[0])
 
 
 def test_joint_equalities_become_mimic_joints(write):

@@ -19,7 +19,7 @@ ARM = """<mujoco><compiler angle="degree" autolimits="true"/>
     <body name="lower" pos="0 0 .35"><joint name="elbow" axis="0 1 0" range="-120 120"/>
       <geom type="capsule" fromto="0 0 .05 0 0 .25" size=".03"/>
       <body name="hand" pos="0 0 .3"/></body></body></body></worldbody>
-<actuator><motor joint="shoulder"/></actuator></mujoco>"""
+<actuator><motor joint="shoulder"/><motor joint="elbow"/></actuator></mujoco>"""
 
 
 @pytest.mark.parametrize("num_envs", [1, 3])

@@ -20,7 +20,7 @@ ARM = """<mujoco><compiler angle="degree" autolimits="true"/>
     <body name="lower" pos="0 0 .35" euler="0 0 30"><joint name="elbow" axis="0 1 0" range="-120 120"/>
       <geom type="capsule" fromto="0 0 .05 0 0 .25" size=".03"/>
       <body name="hand" pos="0 0 .3"/></body></body></body></worldbody>
-<actuator><motor joint="shoulder"/></actuator></mujoco>"""
+<actuator><motor joint="shoulder"/><motor joint="elbow"/></actuator></mujoco>"""
 
 
 def test_an_mjcf_arm_moves_as_in_mujoco(tmp_path: Path) -> None:

@@ -206,11 +206,11 @@ def _reach(kinematics: Kinematics) -> Floats:
         radius, name, total = float(max(radii)), link.name, np.zeros(len(reach))
         while name in above:
             joint = above[name]
-            leader = joint.name if joint.mimic is None else joint.mimic.joint
-            if leader in robot.joint_names:
+            leader = robot.leader(joint)
+            if leader is not None:
                 slides = joint.type is JointType.PRISMATIC
-                share = 1.0 if joint.mimic is None else abs(joint.mimic.multiplier)
-                total[robot.joint_names.index(leader)] += share * (1.0 if slides else radius)
+                share = abs(leader.multiplier)
+                total[robot.joint_names.index(leader.joint)] += share * (1.0 if slides else radius)
                 travel = max(abs(joint.limits.lower), abs(joint.limits.upper)) if slides else 0.0
                 radius += travel if math.isfinite(travel) else 0.0
             radius += float(np.linalg.norm(joint.origin.pos))

@@ -36,14 +36,14 @@ class Kinematics:
         for joint in outward(robot):
             parent, placement = self.links[joint.parent]
             placement = placement * se3(joint.origin)
-            if joint.type in _ANGULAR or joint.type is JointType.PRISMATIC:
+            leader = robot.leader(joint)
+            if leader is not None:
                 kind = pin.JointModelRevoluteUnaligned if joint.type in _ANGULAR else pin.JointModelPrismaticUnaligned
                 parent = self.model.addJoint(parent, kind(np.array(joint.axis, float)), placement, joint.name)
                 placement = pin.SE3.Identity()
-                leader = joint.name if joint.mimic is None else joint.mimic.joint
-                columns.append(robot.joint_names.index(leader))
-                multipliers.append(1.0 if joint.mimic is None else joint.mimic.multiplier)
-                offsets.append(0.0 if joint.mimic is None else joint.mimic.offset)
+                columns.append(robot.joint_names.index(leader.joint))
+                multipliers.append(leader.multiplier)
+                offsets.append(leader.offset)
             self.links[joint.child] = parent, placement
         self._columns = np.array(columns, np.intp)
         self._multipliers, self._offsets = np.array(multipliers, float), np.array(offsets, float)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
@@ -18,6 +19,8 @@ _JOINT_TYPES = {
     JointType.CONTINUOUS: mujoco.mjtJoint.mjJNT_HINGE,
     JointType.PRISMATIC: mujoco.mjtJoint.mjJNT_SLIDE,
 }
+_OF_THE_SIMULATION = ("option", "size", "statistic", "visual")
+"""Sections of an MJCF file that the environment decides about."""
 HARD = (0.99, 0.999, 0.001, 0.5, 2.0)
 """Impedance of what holds joints, with a time constant of two timesteps: as hard as MuJoCo allows. Its default is a spring
 of 20 ms, which a strong drive pushes in by degrees, and behind which a finger that follows another lags."""
@@ -118,8 +121,14 @@ def add_drives(spec: mujoco.MjSpec, robot: str, placement: Placement) -> None:
 def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int) -> None:
     """Attach a robot from its own MJCF file, with the core's names and without its actuators."""
     model = placement.model
+    document = ElementTree.fromstring(model.xml)  # names filled in, one root body, absolute paths
+    for section in _OF_THE_SIMULATION:
+        for element in document.findall(section):
+            document.remove(element)
     try:
-        robot = mujoco.MjSpec.from_string(model.xml)  # names filled in, one root body, absolute paths
+        robot = mujoco.MjSpec.from_string(ElementTree.tostring(document, encoding="unicode"))
+        if robot.compiler.settotalmass > 0.0:
+            _fix_masses(robot)
     except ValueError as error:
         raise ModelFileError(model.path, f"MuJoCo refuses the file: {' '.join(str(error).split())}") from error
     for unwanted in (*robot.actuators, *robot.sensors, *robot.keys):
@@ -143,6 +152,24 @@ def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int
         root.mocap = True
     else:
         root.add_freejoint(name=f"{name}/base")
+
+
+def _fix_masses(robot: mujoco.MjSpec) -> None:
+    """Give each body its mass as compiled: MuJoCo applies ``settotalmass`` to a whole model, not to an attached part.
+
+    Raises:
+        ValueError: MuJoCo cannot compile the robot.
+    """
+    total, robot.compiler.settotalmass = robot.compiler.settotalmass, -1.0
+    compiled = robot.compile()
+    share = total / compiled.body_subtreemass[0]
+    robot.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+    for body in robot.bodies[1:]:
+        i = body.id
+        body.explicitinertial, body.mass = True, share * compiled.body_mass[i]
+        body.ipos, body.iquat = compiled.body_ipos[i], compiled.body_iquat[i]
+        body.inertia = share * compiled.body_inertia[i]
+        body.fullinertia = [np.nan, 0.0, 0.0, 0.0, 0.0, 0.0]  # undefined
 
 
 def _children(body: mujoco.MjsBody) -> Iterator[mujoco.MjsBody]:

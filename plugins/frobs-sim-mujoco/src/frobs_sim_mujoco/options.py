@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
 import mujoco
 
-from frobs_core.validation import choice, non_negative, positive, whole_number
+from frobs_core.validation import choice, non_negative, number_list, positive, whole_number
 
 _SOLVERS = {"pgs": mujoco.mjtSolver.mjSOL_PGS, "cg": mujoco.mjtSolver.mjSOL_CG, "newton": mujoco.mjtSolver.mjSOL_NEWTON}
 _CONES = {"pyramidal": mujoco.mjtCone.mjCONE_PYRAMIDAL, "elliptic": mujoco.mjtCone.mjCONE_ELLIPTIC}
@@ -17,6 +17,9 @@ _CHECKS: Mapping[str, Callable[[str, Any], Any]] = {
     "solver": lambda name, value: int(_SOLVERS[choice(name, value, _SOLVERS)]),
     "cone": lambda name, value: int(_CONES[choice(name, value, _CONES)]),
     "impratio": positive,
+    "density": non_negative,
+    "viscosity": non_negative,
+    "wind": partial(number_list, count=3),
     "iterations": partial(whole_number, lowest=1),
     "tolerance": non_negative,
     "ls_iterations": partial(whole_number, lowest=1),
@@ -27,7 +30,7 @@ _CHECKS: Mapping[str, Callable[[str, Any], Any]] = {
     "ccd_tolerance": non_negative,
 }
 
-Options = Mapping[str, int | float]
+Options = Mapping[str, int | float | Sequence[float]]
 """Values for fields of ``mjOption``, by name."""
 
 

@@ -197,7 +197,13 @@ class MujocoRobot(RobotHandle):
         return np.maximum(distances, lidar.range_min)
 
     def _body(self, frame: str) -> int:
-        return self._simulation.model.body(f"{self.name}/{self.frame_name(frame)}").id
+        link = self.frame_name(frame)
+        try:
+            return self._simulation.model.body(f"{self.name}/{link}").id
+        except KeyError as error:
+            raise SimulationError(
+                f"link '{link}' is between the joints of one MJCF body, where MuJoCo has no frame."
+            ) from error
 
     def _moved_by(self, frame: str) -> Floats | None:
         """Return 1 for each joint that moves a link and 0 for the others, (dof,); None: all do."""

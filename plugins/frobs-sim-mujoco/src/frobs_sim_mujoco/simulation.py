@@ -122,6 +122,9 @@ class MujocoSimulation(Simulation):
         solver: Constraint solver: ``"newton"``, ``"cg"`` or ``"pgs"``.
         cone: Friction cone: ``"pyramidal"`` or ``"elliptic"``.
         impratio: Ratio of frictional to normal constraint impedance, > 0; for elliptic cones.
+        density: Of the medium around everything [kg/m³], ≥ 0: 1.2 for air, 1000 for water.
+        viscosity: Of the medium [Pa·s], ≥ 0.
+        wind: Velocity of the medium in the world, three numbers [m/s].
         iterations: Most iterations of the solver in a physics step, ≥ 1.
         tolerance: Improvement at which the solver stops, ≥ 0.
         ls_iterations: Most iterations of the solver's line search, ≥ 1.
@@ -147,6 +150,9 @@ class MujocoSimulation(Simulation):
         solver: str | None = None,
         cone: str | None = None,
         impratio: float | None = None,
+        density: float | None = None,
+        viscosity: float | None = None,
+        wind: Sequence[float] | None = None,
         iterations: int | None = None,
         tolerance: float | None = None,
         ls_iterations: int | None = None,

@@ -182,6 +182,14 @@ def _print_verdict(report: RobotReport) -> None:
     words = [_count(counts[s], str(s)) for s in Severity if counts[s]]
     said = f": {', '.join(words)}" if words else ", and nothing is odd about it"
     text = "this robot can be used" if report.usable else "this robot cannot be used"
+    tried = [simulator for simulator in report.simulators if simulator.builds is not None]
+    if report.usable and not all(simulator.complete for simulator in tried):
+        words_for = (
+            ("on", [s.name for s in tried if s.complete]),
+            ("with limits on", [s.name for s in tried if s.builds and not s.complete]),
+            ("but not on", [s.name for s in tried if not s.builds]),
+        )
+        text += " " + ", ".join(f"{word} {' and '.join(names)}" for word, names in words_for if names)
     print_line()
     style = "bold green" if report.usable else "bold red"
     console().print(Text(f"{'✓' if report.usable else '✗'} {text}{said}", style=style), soft_wrap=True)

@@ -181,12 +181,14 @@ class TranslatedElement:
         names: The links or joints that have it, and that this holds for.
         treatment: ``kept``, ``approximated``, ``dropped``, or ``not told`` by the simulator.
         how: What it becomes, or what is lost.
+        changes_motion: Whether the robot moves differently because of it.
     """
 
     element: str
     names: tuple[str, ...]
     treatment: str
     how: str
+    changes_motion: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -210,6 +212,11 @@ class SimulatorFacts:
     reason: str
     overlaps: tuple[dict[str, Any], ...] | None
     elements: tuple[TranslatedElement, ...]
+
+    @property
+    def complete(self) -> bool:
+        """Whether it simulates the robot, and everything in the file that changes the motion."""
+        return bool(self.builds) and not any(row.changes_motion for row in self.elements)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -74,7 +74,13 @@ def _elements(cls: type[Simulation], model: RobotModel) -> tuple[TranslatedEleme
     for kind, names in elements(model).items():
         known = [row for row in told if row.element == kind]
         rows += [
-            TranslatedElement(element=kind, names=r.names or names, treatment=r.treatment.value, how=r.how)
+            TranslatedElement(
+                element=kind,
+                names=r.names or names,
+                treatment=r.treatment.value,
+                how=r.how,
+                changes_motion=r.changes_motion,
+            )
             for r in known
         ]
         if not known:
@@ -111,6 +117,16 @@ def simulator_findings(model: RobotModel, facts: Sequence[SimulatorFacts]) -> It
                 problem=f"it cannot simulate the robot: {simulator.reason}",
                 advice="mend what it names" if nowhere else "mend what it names, or use another simulator",
             )
+        else:
+            for row in simulator.elements:
+                if row.changes_motion:
+                    names = ", ".join(row.names[:3]) + (", …" if len(row.names) > 3 else "")
+                    yield warning(
+                        "motion-differs",
+                        f"simulator '{simulator.name}'",
+                        f"the robot moves differently without its {row.element.replace('_', ' ')} ({names}): {row.how}",
+                        "use a simulator that simulates them, or remove them from the file",
+                    )
     yield from _overlaps(tried)
 
 

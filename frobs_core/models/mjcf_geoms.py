@@ -1,0 +1,224 @@
+"""Shapes and masses of MJCF bodies: what collides, what is only drawn, and what a body weighs, as MuJoCo computes it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.models.inertia import inertia_matrix, parallel_axis
+from frobs_core.models.kinematics import compose
+from frobs_core.models.limits import MAX_MASS
+from frobs_core.models.mjcf_document import MjcfDocument, shortest_from_z
+from frobs_core.models.model import (
+    Box,
+    Capsule,
+    Collision,
+    Cylinder,
+    Geometry,
+    Inertial,
+    Link,
+    Mesh,
+    Pose,
+    Sphere,
+    Visual,
+)
+from frobs_core.models.solids import solid
+from frobs_core.models.xmltree import Element
+from frobs_core.rotations import matrix_from_quat
+
+_SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
+
+
+@dataclass(frozen=True, eq=False)
+class Geom:
+    """A geom of a body.
+
+    Attributes:
+        geometry: Its shape; None: one that only MuJoCo has, such as an ellipsoid or a height field.
+        pose: (7,) in the body's frame.
+        collides: Whether it touches anything.
+        rgba: Its color, or None.
+        group: Number of its group.
+        mass: [kg]; NaN: only MuJoCo can compute it.
+        inertia: (3, 3) about its center in its own axes, for a mass of 1 kg [m²].
+    """
+
+    geometry: Geometry | None
+    pose: Floats
+    collides: bool
+    rgba: tuple[float, float, float, float] | None
+    group: int
+    mass: float
+    inertia: Floats
+
+
+def read_geom(document: MjcfDocument, geom: Element, frame: Floats) -> Geom:
+    """Read a geom.
+
+    Args:
+        document: Its document.
+        geom: The element, with the attributes of its defaults.
+        frame: (7,) of the ``<frame>`` that holds it, in the body.
+
+    Raises:
+        ModelFileError: Its size is missing.
+    """
+    kind = geom.get("type", "mesh" if "mesh" in geom.attrib else "sphere")
+    pose, size = _placed(document, geom, kind)
+    geometry = _geometry(document, geom, kind, size)
+    volume, inertia = math.nan, np.zeros((3, 3))
+    if kind == "ellipsoid" and len(size) == 3:
+        a, b, c = np.square(size).tolist()
+        volume, inertia = 4 / 3 * math.pi * math.prod(size), np.diag([b + c, a + c, a + b]) / 5
+    elif geometry is not None and not isinstance(geometry, Mesh) and geom.get("shellinertia", "false") != "true":
+        volume, _, inertia = solid(geometry)
+    if kind in ("plane", "hfield"):
+        mass = 0.0
+    elif "mass" in geom.attrib:
+        mass = geom.number("mass")
+        if mass and math.isnan(volume):
+            mass = math.nan  # where it is, is unknown
+    else:
+        density = geom.number("density", "1000")
+        mass = density * volume if density else 0.0
+    collides = geom.get("contype", "1") != "0" or geom.get("conaffinity", "1") != "0"
+    rgba = geom.numbers("rgba", 4) if "rgba" in geom.attrib else None
+    return Geom(geometry, compose(frame, pose), collides, rgba, int(geom.number("group", "0")), mass, inertia)
+
+
+def _placed(document: MjcfDocument, geom: Element, kind: str) -> tuple[Floats, list[float]]:
+    """Return where a geom is in what holds it, (7,), and its sizes."""
+    size = list(geom.numbers("size")) if "size" in geom.attrib else []
+    pose = document.pose(geom)
+    if kind not in _SIZES or "mesh" in geom.attrib:
+        return pose, size
+    if "fromto" in geom.attrib and kind != "sphere":
+        ends = np.array(geom.numbers("fromto", 6)).reshape(2, 3)
+        span = ends[0] - ends[1]  # as MuJoCo does: z points at the first end
+        length = math.sqrt(float(span @ span))
+        if length == 0.0:
+            geom.refuse("the two points of fromto are the same.")
+        pose = np.concatenate([ends.mean(axis=0), shortest_from_z(span / length)])
+        size = size[:1] * (_SIZES[kind] - 1) + [0.5 * length]
+    if len(size) < _SIZES[kind]:
+        geom.refuse(f"size needs {_SIZES[kind]} numbers for a {kind}.")
+    return pose, size[: _SIZES[kind]]
+
+
+def _geometry(document: MjcfDocument, geom: Element, kind: str, size: Sequence[float]) -> Geometry | None:
+    if kind == "mesh":
+        asset = document.meshes.get(geom.get("mesh", ""))
+        if asset is None or not asset.get("file") or "refpos" in asset.attrib or "refquat" in asset.attrib:
+            return None
+        x, y, z = asset.numbers("scale", 3, "1 1 1")
+        return Mesh(Path(asset.required("file")), (x, y, z))
+    if "mesh" in geom.attrib:
+        return None  # a primitive that MuJoCo fits to a mesh
+    match kind:
+        case "box":
+            x, y, z = size
+            return Box((2.0 * x, 2.0 * y, 2.0 * z))
+        case "sphere":
+            return Sphere(size[0])
+        case "capsule":
+            return Capsule(size[0], 2.0 * size[1])
+        case "cylinder":
+            return Cylinder(size[0], 2.0 * size[1])
+    return None
+
+
+def body_link(name: str, geoms: Sequence[Geom]) -> Link:
+    """Return the link of a body, without its mass."""
+    visuals, collisions = [], []
+    for geom in geoms:
+        if geom.geometry is not None:
+            if geom.collides:
+                collisions.append(Collision(geom.geometry, unpacked(geom.pose)))
+            else:
+                visuals.append(Visual(geom.geometry, unpacked(geom.pose), geom.rgba))
+    return Link(name, visuals=tuple(visuals), collisions=tuple(collisions))
+
+
+def body_inertial(document: MjcfDocument, body: Element, geoms: Sequence[Geom]) -> Inertial | None:
+    """Return what a body weighs, None for nothing: its ``<inertial>`` or the sum of its geoms, as the file's compiler says."""
+    source = document.compiler.get("inertiafromgeom", "auto")
+    element = body.child("inertial")
+    if element is not None and source != "true":
+        return _read_inertial(document, element)
+    if source == "false":
+        return None
+    heavy = weighed(document, geoms)
+    mass = sum(geom.mass for geom in heavy)
+    if mass > MAX_MASS:
+        body.refuse(f"its shapes weigh {mass:g} kg; the limit is {MAX_MASS:g} kg.")
+    if not mass > 0.0:  # nothing, or unknown
+        return None
+    center = sum((geom.mass * geom.pose[:3] for geom in heavy), np.zeros(3)) / mass
+    inertia = np.zeros((3, 3))
+    for geom in heavy:
+        turn = matrix_from_quat(geom.pose[3:])
+        inertia += turn @ (geom.mass * geom.inertia) @ turn.T + parallel_axis(geom.mass, geom.pose[:3] - center)
+    x, y, z = center.tolist()
+    return Inertial(mass, Pose((x, y, z)), _six(inertia))
+
+
+def weighed(document: MjcfDocument, geoms: Sequence[Geom]) -> list[Geom]:
+    """Return the geoms that give a body its mass."""
+    low, high = (int(word) for word in document.compiler.get("inertiagrouprange", "0 5").split())
+    return [geom for geom in geoms if low <= geom.group <= high and geom.mass]
+
+
+def _read_inertial(document: MjcfDocument, element: Element) -> Inertial:
+    mass = element.number("mass")
+    if mass < 0.0:
+        element.refuse(f"a mass of {mass:g} kg.")
+    if "fullinertia" in element.attrib:
+        xx, yy, zz, xy, xz, yz = element.numbers("fullinertia", 6)
+    else:
+        (xx, yy, zz), xy, xz, yz = element.numbers("diaginertia", 3, "0 0 0"), 0.0, 0.0, 0.0
+    return Inertial(mass, unpacked(document.pose(element)), (xx, xy, xz, yy, yz, zz))
+
+
+def compiled_inertials(
+    compiler: Mapping[str, str], inertials: Mapping[str, Inertial | None]
+) -> dict[str, Inertial | None]:
+    """Return the masses of all bodies after the compiler settings that change them: bounds, balance and total."""
+    least_mass, least_moment, total = (
+        float(compiler.get(name, "0")) for name in ("boundmass", "boundinertia", "settotalmass")
+    )
+    balanced = compiler.get("balanceinertia", "false") == "true"
+    changed = dict(inertials)
+    if least_mass > 0.0 or least_moment > 0.0 or balanced:
+        for name, inertial in inertials.items():
+            inertial = inertial or Inertial(0.0, Pose(), (0.0,) * 6)
+            moments, axes = np.linalg.eigh(inertia_matrix(inertial))
+            moments = np.maximum(moments, least_moment)
+            if balanced and moments[0] + moments[1] < moments[2]:
+                moments = np.full(3, moments.mean())
+            mass = max(inertial.mass, least_mass)
+            if mass > 0.0:
+                six = _six(axes @ np.diag(moments) @ axes.T)
+                changed[name] = Inertial(mass, Pose(inertial.origin.pos), six)
+    if total > 0.0:
+        share = total / sum(inertial.mass for inertial in changed.values() if inertial is not None)
+        for name, inertial in changed.items():
+            if inertial is not None:
+                xx, xy, xz, yy, yz, zz = (share * moment for moment in inertial.inertia)
+                changed[name] = replace(inertial, mass=share * inertial.mass, inertia=(xx, xy, xz, yy, yz, zz))
+    return changed
+
+
+def unpacked(pose: Floats) -> Pose:
+    """Return a pose (7,) as a record."""
+    x, y, z, w, i, j, k = pose.tolist()
+    return Pose((x, y, z), (w, i, j, k))
+
+
+def _six(inertia: Floats) -> tuple[float, float, float, float, float, float]:
+    (ixx, ixy, ixz), (_, iyy, iyz), (_, _, izz) = inertia.tolist()
+    return ixx, ixy, ixz, iyy, iyz, izz
