@@ -21,8 +21,8 @@ from frobs_core.errors import (
     ParameterValueError,
     UnknownParameterError,
 )
-from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Simulation, StepContext, Task
-from frobs_core.models import Pose, load_model
+from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Scene, Simulation, StepContext, Task
+from frobs_core.models import load_model
 from frobs_core.observation import Observations
 from frobs_core.random import RandomSource
 from frobs_core.randomization import Randomization, physical_parameters, read_settings
@@ -115,10 +115,7 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
     decimation = count_physics_steps(control, physics)
 
     scene = the_task.scene()
-    placements = {
-        name: _place(robots[name], descriptions[name], controllers[name], scene.robot_poses.get(name, scene.robot_pose))
-        for name in robots
-    }
+    placements = {name: _place(robots[name], descriptions[name], controllers[name], scene, name) for name in robots}
     _check_apart(placements)
     everything = scene.all_robots(placements)
     if simulator.capabilities.get("contacts", Level.UNSUPPORTED) != Level.UNSUPPORTED:
@@ -204,12 +201,16 @@ def _check_pace(simulator: SimulatorRecord, num_envs: int, same_step: bool) -> N
         raise ParameterValueError("autoreset_mode", "SameStep", rule)
 
 
-def _place(config: RobotConfig, robot: Robot, controllers: Mapping[str, Controller], pose: Pose) -> Placement:
+def _place(
+    config: RobotConfig, robot: Robot, controllers: Mapping[str, Controller], scene: Scene, name: str
+) -> Placement:
     """Return where a robot stands and what its joints follow."""
     model = load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)
     groups = joint_groups(robot, model)
     modes = {joint: controllers[group].command_mode for group in controllers for joint in groups[group]}
-    return Placement(robot=robot, model=model, pose=config.base_pose(pose), command_mode=modes)
+    pose = scene.robot_poses.get(name, scene.robot_pose)
+    robot, pose = config.place(robot, model, pose, on_floor=scene.floor)
+    return Placement(robot=robot, model=model, pose=pose, command_mode=modes)
 
 
 def _log_losses(engine: type[Simulation], placement: Placement) -> None:

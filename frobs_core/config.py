@@ -29,7 +29,10 @@ MAX_THREADS = 1_024
 MAX_SIDE = 16_384
 """Largest height and width of a rendered image [pixels]; more than graphics cards can draw."""
 
-_OF_A_ROBOT = ("robot", "controller", "controller_kwargs", "robot_args", "package_paths", "home", "tcp", "sensors")
+_OF_A_ROBOT = (
+    *("robot", "controller", "controller_kwargs", "robot_args", "package_paths", "home", "tcp", "sensors"),
+    *("base", "differential_drive"),
+)
 """Fields that hold for a single robot."""
 
 _MAPPINGS = (
@@ -73,6 +76,9 @@ class EnvConfig:
         tcp: Link that is the tool center point; None: the robot's own.
         sensors: Sensor overrides, by name: ``{"lidar": {"rays": 36, "noise": 0.01}}``; see
             :mod:`frobs_core.sensors`.
+        base: ``"fixed"``, ``"floating"`` or ``"wheeled"``: whether the root link moves, and by wheels; None: the robot's own.
+        differential_drive: Wheels of a robot that names none: ``{"left": ["wheel_l"], "right": ["wheel_r"], "separation": 0.3,
+            "wheel_radius": 0.05, "max_linear_velocity": 0.5, "max_angular_velocity": 2.0}`` [m, m/s, rad/s].
         observations: Terms that are added to those of the task, by name: ``{"joints": {"type": "joint_efforts"}, "wrist":
             {"camera": "overview", "size": [84, 84]}}``; see :mod:`frobs_core.added_terms`. None drops a term of the task,
             and ``{"*": None}`` all of them.
@@ -102,6 +108,8 @@ class EnvConfig:
     home: Mapping[str, float] = field(default_factory=dict)
     tcp: str | None = None
     sensors: Mapping[str, Any] | None = None
+    base: str | None = None
+    differential_drive: Mapping[str, Any] | None = None
     observations: Mapping[str, Any] = field(default_factory=dict)
     num_threads: int = 0
     randomize: Mapping[str, Any] | None = None
@@ -115,14 +123,14 @@ class EnvConfig:
         _check(self, (str, Robot), "a name, the path of a model file or a Robot", "robot")
         _check(self, (str, ControllerRecord, Mapping), "a name, a ControllerRecord or a mapping of names", "controller")
         _check(self, (str, SimulatorRecord), "a name or a SimulatorRecord", "simulator")
-        _check(self, (str, type(None)), "a name or None", "reward_type", "camera", "tcp")
+        _check(self, (str, type(None)), "a name or None", "reward_type", "camera", "tcp", "base")
         _check(self, (Real, type(None)), "a number of seconds or None", "control_timestep", "physics_timestep")
-        _check(self, (Mapping, type(None)), "a mapping or None", "sensors", "randomize", "robots")
+        _check(self, (Mapping, type(None)), "a mapping or None", "sensors", "randomize", "robots", "differential_drive")
         _check(self, Mapping, "a mapping", *_MAPPINGS)
         whole_number("num_threads", self.num_threads, highest=MAX_THREADS)
         if self.render_mode is not None:
             choice("render_mode", self.render_mode, RENDER_MODES)
-        for name in (*_MAPPINGS, "sensors", "randomize", "robots"):
+        for name in (*_MAPPINGS, "sensors", "randomize", "robots", "differential_drive"):
             if not all(isinstance(key, str) for key in getattr(self, name) or ()):
                 raise ParameterValueError(name, getattr(self, name), "a mapping with texts as its keys")
         for joint, position in self.home.items():

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
+
 from frobs_core import plugins
 from frobs_core.errors import (
     MissingSettingError,
@@ -14,15 +16,20 @@ from frobs_core.errors import (
     UnknownNameError,
     UnknownParameterError,
 )
-from frobs_core.interfaces import ALL, Robot
-from frobs_core.models import Pose
+from frobs_core.interfaces import ALL, DifferentialDrive, Robot
+from frobs_core.models import Pose, RobotModel, compose, home_positions, lowest_points
 from frobs_core.rotations import quat_from_rpy
 from frobs_core.sensors.settings import apply_settings
 from frobs_core.specs import ControllerRecord, Record
-from frobs_core.validation import number_list
+from frobs_core.validation import choice, number_list, positive
 
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 
+BASES = ("fixed", "floating", "wheeled")
+
+_ACCELERATIONS = ("max_linear_acceleration", "max_angular_acceleration")
+_NEAR = 0.005  # [m] above the lowest point: what is lower stands on the floor
+_TOUCHING = 1e-3  # [m] from the floor: what is nearer stays where it is
 _MODEL_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
 
 
@@ -40,6 +47,10 @@ class RobotConfig:
         home: Rest position by joint name [rad or m]; joints you omit keep the robot's own.
         tcp: Link that is the tool center point; None: the robot's own.
         sensors: Sensor overrides, by name; see :mod:`frobs_core.sensors`.
+        base: ``"fixed"``, ``"floating"`` or ``"wheeled"``; None: the robot's own.
+        differential_drive: Wheels of a robot whose description names none, with the fields of
+            :class:`~frobs_core.interfaces.DifferentialDrive`. The base is then wheeled, and links other than the wheels that
+            stand on the floor glide without friction.
         pose: Base pose in the world: ``{"pos": [x, y, z], "rpy": [roll, pitch, yaw]}`` [m, rad]; None: the task's.
     """
 
@@ -51,6 +62,8 @@ class RobotConfig:
     home: Mapping[str, float] = field(default_factory=dict)
     tcp: str | None = None
     sensors: Mapping[str, Any] | None = None
+    base: str | None = None
+    differential_drive: Mapping[str, Any] | None = None
     pose: Mapping[str, Any] | None = None
 
     @classmethod
@@ -93,9 +106,62 @@ class RobotConfig:
         ):
             if given:
                 changes[item] = {**getattr(description, item), **given}
+        if self.differential_drive is not None:
+            changes |= {"differential_drive": self._drive(), "base": "wheeled"}
+        if self.base is not None:
+            changes["base"] = choice("base", self.base, BASES)
         if self.sensors:
             changes["sensors"] = apply_settings(description.sensors, self.sensors)
         return replace(description, **changes)
+
+    def _drive(self) -> DifferentialDrive:
+        given, known = self.differential_drive or {}, [item.name for item in fields(DifferentialDrive)]
+        for key in given:
+            if key not in known:
+                raise UnknownParameterError("differential_drive", str(key), known)
+        missing = [key for key in known[: -len(_ACCELERATIONS)] if key not in given]
+        if missing:
+            raise MissingSettingError("differential_drive", ", ".join(missing), f"give all of {', '.join(known)}")
+        wheels = {
+            side: tuple([given[side]] if isinstance(given[side], str) else given[side]) for side in ("left", "right")
+        }
+        numbers = {key: positive(f"differential_drive.{key}", given[key]) for key in given if key not in wheels}
+        return DifferentialDrive(**wheels, **numbers)
+
+    def place(self, robot: Robot, model: RobotModel, pose: Pose, *, on_floor: bool) -> tuple[Robot, Pose]:
+        """Return the description of the robot as it stands in the scene, and the base pose in the world.
+
+        Without ``pose``, a base that moves keeps the root pose of its file, and its lowest point is put on the floor.
+
+        Args:
+            robot: The description.
+            model: Its model.
+            pose: Base pose of the task.
+            on_floor: Whether there is a floor at z = 0.
+
+        Raises:
+            UnknownParameterError: ``pose`` has a key other than ``pos`` and ``rpy``.
+            ParameterValueError: They are not three finite numbers each.
+        """
+        pose = self.base_pose(pose)
+        if robot.base == "fixed":
+            return robot, pose
+        if self.pose is None:
+            packed = [np.array([*each.pos, *each.quat_wxyz]) for each in (pose, model.root_pose)]
+            x, y, z, a, b, c, d = compose(*packed).tolist()
+            if model.root_pose != Pose():
+                pose = Pose((x, y, z), (a, b, c, d))
+        heights = lowest_points(model, home_positions(model, robot.home), pose.quat_wxyz)
+        if self.differential_drive is not None and robot.differential_drive is not None:
+            driven = {*robot.differential_drive.left, *robot.differential_drive.right}
+            wheels = [joint.child for joint in model.joints if joint.name in driven]
+            gliding = {
+                link: 0.0 for link, z in heights.items() if z < min(heights.values()) + _NEAR and link not in wheels
+            }
+            robot = replace(robot, friction=gliding | dict(robot.friction))
+        if self.pose is None and on_floor and heights and abs(pose.pos[2] + min(heights.values())) > _TOUCHING:
+            pose = replace(pose, pos=(*pose.pos[:2], -min(heights.values())))
+        return robot, pose
 
     def controllers(self, robot: Robot) -> dict[str, tuple[ControllerRecord, Mapping[str, Any]]]:
         """Return the controller of each joint group with its keywords, in the order of the groups.

@@ -1,6 +1,6 @@
 """Robot model files, read without an engine."""
 
-from frobs_core.models.bounds import drawn_points, link_bounds, robot_bounds, shape_points
+from frobs_core.models.bounds import drawn_points, link_bounds, lowest_points, robot_bounds, shape_points
 from frobs_core.models.defaults import (
     BANDWIDTH,
     TOOL_NAMES,
@@ -13,7 +13,7 @@ from frobs_core.models.defaults import (
 from frobs_core.models.elements import ELEMENTS, elements
 from frobs_core.models.fingerprint import fingerprint
 from frobs_core.models.inertia import inertia_matrix, parallel_axis
-from frobs_core.models.kinematics import MOVING, compose, forward_kinematics, joint_path, longest_reach
+from frobs_core.models.kinematics import MOVING, compose, forward_kinematics, joint_path, longest_reach, moved
 from frobs_core.models.load import ENDINGS, load_model, open_document, read_document
 from frobs_core.models.meshes import MeshPart, Rgba, bounding_box, joined, read_mesh, scaled, write_stl
 from frobs_core.models.model import (
@@ -95,6 +95,8 @@ __all__ = [
     "link_bounds",
     "load_model",
     "longest_reach",
+    "lowest_points",
+    "moved",
     "open_document",
     "outward",
     "package_name",

@@ -136,3 +136,22 @@ def robot_bounds(model: RobotModel, joint_positions: npt.ArrayLike) -> Bounds:
     points = drawn_points(model, np.asarray(joint_positions, float)[None])
     every = np.concatenate([found[0] for found in points.values()])
     return every.min(axis=0), every.max(axis=0)
+
+
+def lowest_points(model: RobotModel, joint_positions: npt.ArrayLike, quat_wxyz: npt.ArrayLike) -> dict[str, float]:
+    """Return the height of the lowest point of each link that collides [m], relative to the root link's origin.
+
+    Args:
+        model: The robot.
+        joint_positions: (dof,) [rad or m]
+        quat_wxyz: (4,) orientation of the root link in the world, scalar first.
+    """
+    upward = matrix_from_quat(np.asarray(quat_wxyz, float))[2]  # of the world, in the root's frame
+    positions = np.asarray(joint_positions, float)[None]
+    found = {}
+    for link in model.links:
+        points = shapes_points(link.collisions)
+        if len(points):
+            (pos,), (quat,) = model.frame_pose(link.name, positions)
+            found[link.name] = float((upward @ pos + points @ (matrix_from_quat(quat).T @ upward)).min())
+    return found

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from frobs_core.arrays import Floats
 from frobs_core.errors import ParameterValueError, UnknownNameError
 from frobs_core.models.inertia import inertia_matrix
-from frobs_core.models.kinematics import joint_path
+from frobs_core.models.kinematics import joint_path, moved
 from frobs_core.models.model import Joint, JointType, RobotModel
 from frobs_core.models.tree import outward
 from frobs_core.random import RandomSource
@@ -166,7 +166,7 @@ def _inertias(model: RobotModel, joint_positions: Floats) -> Floats:
     joints = outward(model)
     poses = {model.root: (np.zeros((n, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)))}
     for joint in joints:
-        poses[joint.child] = _moved(joint, *poses[joint.parent], _position(model, joint, joint_positions))
+        poses[joint.child] = moved(joint, *poses[joint.parent], _position(model, joint, joint_positions))
     # of all that hangs on a link, relative to the root: mass, mass times position, inertia about the root's origin
     mass = {link.name: 0.0 for link in model.links}
     moment = {link.name: np.zeros((n, 3)) for link in model.links}
@@ -214,17 +214,6 @@ def _position(model: RobotModel, joint: Joint, joint_positions: Floats) -> Float
         return np.zeros((len(joint_positions), 1))
     column = model.joint_names.index(leader.joint)
     return leader.multiplier * joint_positions[:, column : column + 1] + leader.offset
-
-
-def _moved(joint: Joint, pos: Floats, quat: Floats, position: Floats) -> tuple[Floats, Floats]:
-    """Return the pose (n, 3), (n, 4) of a joint's child from that of its parent."""
-    axis = np.array(joint.axis)
-    pos = pos + quat_rotate(quat, np.array(joint.origin.pos))
-    quat = quat_multiply(quat, np.array(joint.origin.quat_wxyz))
-    if joint.type == JointType.PRISMATIC:
-        return pos + quat_rotate(quat, axis * position), quat
-    turn = np.concatenate([np.cos(0.5 * position), np.sin(0.5 * position) * axis], axis=-1)
-    return pos, quat_multiply(quat, turn)
 
 
 def _about_origin(positions: Floats) -> Floats:

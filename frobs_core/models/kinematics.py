@@ -174,6 +174,27 @@ def joint_path(model: RobotModel, frame: str) -> list[Joint]:
     return path[::-1]
 
 
+def moved(joint: Joint, pos: Floats, quat: Floats, position: Floats) -> tuple[Floats, Floats]:
+    """Return the pose of a joint's child.
+
+    Args:
+        joint: A joint that moves, or is fixed and has the position 0.
+        pos: (n, 3) of its parent [m].
+        quat: (n, 4) of its parent, scalar first.
+        position: (n, 1) of the joint [rad or m].
+
+    Returns:
+        pos (n, 3) [m] and quat_wxyz (n, 4).
+    """
+    axis = np.array(joint.axis)
+    pos = pos + quat_rotate(quat, np.array(joint.origin.pos))
+    quat = quat_multiply(quat, np.array(joint.origin.quat_wxyz))
+    if joint.type == JointType.PRISMATIC:
+        return pos + quat_rotate(quat, axis * position), quat
+    turn = np.concatenate([np.cos(0.5 * position), np.sin(0.5 * position) * axis], axis=-1)
+    return pos, quat_multiply(quat, turn)
+
+
 def longest_reach(model: RobotModel, frame: str) -> float:
     """Return a distance [m] from the root that a link never exceeds: the lengths along its chain, added up.
 

@@ -102,7 +102,7 @@ def test_only_joints_with_an_actuator_of_the_file_get_a_drive(tmp_path):
     assert simulation.native.batch.bind("qpos")[0, 1] > 0.05  # the spring pulls the joint that has no drive
 
 
-def test_links_between_the_joints_of_one_body_are_no_frames(tmp_path):
+def test_links_between_the_joints_of_one_body_are_frames(tmp_path):
     path = tmp_path / "two.xml"
     joints = '<joint name="pan" axis="0 0 1"/><joint name="tilt" axis="0 1 0"/>'
     path.write_text(
@@ -113,8 +113,24 @@ def test_links_between_the_joints_of_one_body_are_no_frames(tmp_path):
     robot = simulation.robots["robot"]
     assert robot.joint_names == ("pan", "tilt")
     assert robot.frame_pose("head")[0][0] == pytest.approx([0.0, 0.0, 0.2])
+    robot.write_joint_state(np.array([[0.5, 0.3]]))
+    for link in ("head", "head__1"):
+        pos, quat = robot.frame_pose(link)
+        expected_pos, expected_quat = robot.planned_frame_pose(link, robot.joint_positions)
+        assert pos == pytest.approx(expected_pos, abs=1e-12)
+        assert quat == pytest.approx(expected_quat, abs=1e-12)
+    assert robot.frame_jacobian("head__1")[0, 3:] == pytest.approx(np.array([[0, 0], [0, 0], [1, 0]]), abs=1e-12)
     with pytest.raises(SimulationError, match="link 'head__1' is between the joints of one MJCF body"):
-        robot.frame_pose("head__1")
+        robot.frame_velocity("head__1")
+
+
+@pytest.mark.parametrize("name", ["half_cheetah", "humanoid", "swimmer", "walker2d_v5", "pusher"])
+def test_robots_of_gymnasium_whose_bodies_have_several_joints_make_an_environment(name):
+    path = Path(gym.__file__).parent / "envs" / "mujoco" / "assets" / f"{name}.xml"
+    env = gym.make("frobs/Reach-v0", robot=str(path), controller="joint_delta_position")
+    env.reset(seed=0)
+    env.unwrapped.step(env.action_space.sample())
+    env.close()
 
 
 def test_an_impossible_file_is_a_model_file_error(tmp_path):

@@ -39,6 +39,15 @@ Tcp = Annotated[
     typer.Option(metavar="LINK", show_default="the robot's own", help="The link that the task talks about."),
 ]
 
+Base = Annotated[
+    str | None,
+    typer.Option(
+        metavar="KIND",
+        show_default="the robot's own",
+        help="Whether the robot's root moves: fixed, floating or wheeled.",
+    ),
+]
+
 Simulator = Annotated[
     str | None,
     typer.Option(metavar="NAME", show_default="the environment's own", help="One of 'frobs list simulators'."),

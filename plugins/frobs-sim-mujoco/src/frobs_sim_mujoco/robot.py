@@ -10,6 +10,7 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import SimulationError
 from frobs_core.interfaces import CommandMode, Placement, RobotHandle
+from frobs_core.models import Joint, moved
 from frobs_sim_mujoco.body import put_free_twist
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, SCENE_GROUP
 
@@ -58,6 +59,8 @@ class MujocoRobot(RobotHandle):
         self._swap = np.broadcast_to(_SWAP, self._shift.shape).copy()
         self._poses: dict[str, tuple[Floats, Floats]] = {}
         self._motions: dict[str, tuple[Floats, Floats, Floats, Floats | None]] = {}
+        bodies = {mj.body(i).name for i in range(mj.nbody)}
+        self._between = {joint.child: joint for joint in model.joints if f"{name}/{joint.child}" not in bodies}
         self._positions = _view(self._qpos, self._q_columns)
         self._velocities = _view(self._qvel, self.dofs)
 
@@ -158,6 +161,8 @@ class MujocoRobot(RobotHandle):
             return self.planned_frame_pose(frame, joint_positions)
         found = self._poses.get(frame)
         if found is None:
+            if (link := self.frame_name(frame)) in self._between:
+                return self._pose_between(self._between[link])
             body, derived = self._body(frame), self._simulation.derived
             found = derived("xpos")[:, body], derived("xquat")[:, body]
             self._poses[frame] = found  # views of arrays that the batch refreshes
@@ -175,6 +180,8 @@ class MujocoRobot(RobotHandle):
 
     def frame_jacobian(self, frame: str) -> Floats:
         """Return (num_envs, 6, dof): rows 0–2 linear, rows 3–5 angular, in the world."""
+        if self.frame_name(frame) in self._between:
+            return super().frame_jacobian(frame)
         found = self._motions.get(frame)
         if found is None:
             # Views of arrays that the batch refreshes: what MuJoCo refers motions to, and each dof's, (num_envs, 6, nv).
@@ -196,13 +203,20 @@ class MujocoRobot(RobotHandle):
         distances = self._simulation.cast(origins, directions, lidar.range_max, others)
         return np.maximum(distances, lidar.range_min)
 
+    def _pose_between(self, joint: Joint) -> tuple[Floats, Floats]:
+        """Return where a link is that is no body of MuJoCo, because further joints of the same MJCF body move it."""
+        pos, quat = self.frame_pose(joint.parent)
+        element = self._simulation.model.joint(f"{self.name}/{joint.name}")
+        rest = self._simulation.model.qpos0[element.qposadr] if joint.name in self.model.passive_joints else 0.0
+        return moved(joint, pos, quat, self._qpos[:, element.qposadr] - rest)
+
     def _body(self, frame: str) -> int:
         link = self.frame_name(frame)
         try:
             return self._simulation.model.body(f"{self.name}/{link}").id
         except KeyError as error:
             raise SimulationError(
-                f"link '{link}' is between the joints of one MJCF body, where MuJoCo has no frame."
+                f"link '{link}' is between the joints of one MJCF body, where MuJoCo knows no velocity."
             ) from error
 
     def _moved_by(self, frame: str) -> Floats | None:

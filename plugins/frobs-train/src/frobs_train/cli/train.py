@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from frobs_cli.options import Algorithm, Controller, EnvId, Json, NumEnvs, Robot, Seed, Simulator, Tcp
+from frobs_cli.options import Algorithm, Base, Controller, EnvId, Json, NumEnvs, Robot, Seed, Simulator, Tcp
 from frobs_cli.output import only_json
 from frobs_train.cli.training_report import describe_training, report_training
 
@@ -21,6 +21,7 @@ def train(
     ] = None,
     robot: Robot = None,
     tcp: Tcp = None,
+    base: Base = None,
     simulator: Simulator = None,
     controller: Controller = None,
     num_envs: NumEnvs = None,
@@ -71,6 +72,7 @@ def train(
         "algorithm": algorithm,
         "robot": robot,
         "tcp": tcp,
+        "base": base,
         "simulator": simulator,
         "controller": controller,
         "num_envs": num_envs,

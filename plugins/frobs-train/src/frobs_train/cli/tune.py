@@ -11,7 +11,7 @@ import typer
 
 from frobs_cli.facts import print_facts, text
 from frobs_cli.formats import duration
-from frobs_cli.options import Algorithm, Controller, EnvId, Json, NumEnvs, Robot, Simulator, Tcp
+from frobs_cli.options import Algorithm, Base, Controller, EnvId, Json, NumEnvs, Robot, Simulator, Tcp
 from frobs_cli.output import console, only_json, print_json, print_note, print_table
 from frobs_train.cli.compare import Metric
 
@@ -64,6 +64,7 @@ def tune(
     ] = None,
     robot: Robot = None,
     tcp: Tcp = None,
+    base: Base = None,
     simulator: Simulator = None,
     controller: Controller = None,
     num_envs: NumEnvs = None,
@@ -119,6 +120,7 @@ def tune(
         "algorithm": algorithm,
         "robot": robot,
         "tcp": tcp,
+        "base": base,
         "simulator": simulator,
         "controller": controller,
         "num_envs": num_envs,

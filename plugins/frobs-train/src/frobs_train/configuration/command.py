@@ -10,7 +10,7 @@ from frobs_core.errors import FrobsError
 from frobs_train.configuration.config import RunConfig, differences
 from frobs_train.configuration.resolve import resolve_config
 
-_OF_THE_ENVIRONMENT = ("robot", "tcp", "simulator", "controller")
+_OF_THE_ENVIRONMENT = ("robot", "tcp", "base", "simulator", "controller")
 _FLAGS = ("num_envs", "steps")
 
 

@@ -41,7 +41,7 @@ def resolve_config(
         environment: Gymnasium ID; None: the file has it.
         file: A YAML file with the keys of :class:`RunConfig`.
         flags: Keys of :class:`RunConfig`, and those of ``environment_kwargs`` that have flags of their own: ``robot``,
-            ``tcp``, ``simulator`` and ``controller``; those that are None do not count.
+            ``tcp``, ``base``, ``simulator`` and ``controller``; those that are None do not count.
         settings: ``"algorithm_config.n_steps=16"``: a dotted key and a YAML value.
 
     Returns:
@@ -118,7 +118,7 @@ def _from_flags(environment: str | None, flags: Mapping[str, Any]) -> dict[str, 
         given["environment"] = environment
     if Path(str(given.get("robot", ""))).is_file():  # so that the run is found to be the same from any other folder
         given["robot"] = str(Path(given["robot"]).resolve())
-    for name in ("robot", "tcp", "simulator", "controller"):
+    for name in ("robot", "tcp", "base", "simulator", "controller"):
         if name in given:
             given["environment_kwargs"] = {**given.get("environment_kwargs", {}), name: given.pop(name)}
     return given
