@@ -95,6 +95,7 @@ class _MjcfReader:
         self.notes = Notes()
         self.names: dict[str, set[str]] = {"body": {"world"}, "joint": set()}
         self.references: dict[str, float] = {}  # position of each joint in the drawing [rad or m]
+        self.world_bodies: list[str] = []
         self.inertials: dict[str, Inertial | None] = {}
         self.efforts = self._actuator_efforts()
 
@@ -174,6 +175,7 @@ class _MjcfReader:
     def _root_body(self) -> Element:
         """Return the root link's body; make one where the world holds none that can be it."""
         worlds = list(self.document.root.children("worldbody"))
+        self.world_bodies = [body.required("name") for world in worlds for body in world.children("body")]
         if not [body for world in worlds for body in world.descendants("body")]:
             self.document.root.refuse("there is no <body> in <worldbody>.")
         held = [child for world in worlds for child in world.children("body", "frame")]
@@ -272,7 +274,13 @@ class _MjcfReader:
         if kind == "ball":
             element.refuse("ball joints are not supported: they have no single position; use three hinges.")
         if kind == "free":
-            element.refuse("a free body beside the robot or in it; objects belong into the scene of the task.")
+            others = [other for other in self.world_bodies if other != child]
+            if child in self.world_bodies and others:
+                element.refuse(
+                    f"'{child}' can only move freely if it is the only body of <worldbody>; remove {', '.join(others)} or the "
+                    "free joint. Objects belong into the scene of the task."
+                )
+            element.refuse(f"'{child}' moves freely inside the robot; only the body in <worldbody> can have a free joint.")
         if kind not in ("hinge", "slide"):
             element.refuse(f"no joint type is named '{kind}'; there are hinge, slide, ball and free.")
         axis = np.array(joint.numbers("axis", 3, "0 0 1"))

@@ -181,3 +181,29 @@ def test_a_machine_without_opengl_is_told_what_to_install(
     [line] = [line for line in result.stderr.splitlines() if line.startswith("error:")]
     assert "apt-get install libegl1 libgl1-mesa-dri" in line
     assert not (tmp_path / "irb120.png").exists()
+
+
+def test_a_registered_robot_is_examined_by_its_name(frobs: Frobs) -> None:
+    result = frobs("doctor", "robot", "irb120", "--simulator", "mujoco", "--json")
+    assert result.exit_code == 0, result.stderr
+    assert json.loads(result.stdout)["dof"] == 6
+
+
+def test_the_verdict_names_the_simulators_that_lack_something(frobs: Frobs, tmp_path: Path) -> None:
+    file = tmp_path / "arm.xml"
+    arm = '<body name="arm" gravcomp="1"><joint name="j"/><geom type="capsule" fromto="0 0 0 0 0 1" size=".1"/></body>'
+    file.write_text(f'<mujoco><worldbody><body name="base"><geom size=".1"/>{arm}</body></worldbody></mujoco>')
+    options = ("--simulator", "mujoco", "--simulator", "pybullet")
+    result = frobs("doctor", "robot", str(file), *options)
+    assert result.exit_code == 0, result.stderr
+    assert "this robot can be used on mujoco, with limits on pybullet" in result.stdout
+    assert "moves differently without its gravity compensation (arm)" in " ".join(result.stdout.split())
+    file.write_text(file.read_text().replace("</mujoco>", '<actuator><motor joint="j"/></actuator></mujoco>'))
+    file.write_text(
+        file.read_text().replace(
+            "</body></worldbody>", '<body name="b"><joint name="k"/><geom size=".1"/></body></body></worldbody>'
+        )
+    )
+    result = frobs("doctor", "robot", str(file), *options)
+    assert "this robot can be used on mujoco, but not on pybullet" in result.stdout
+    assert "only simulator='mujoco' simulates passive joints" in " ".join(result.stdout.split())

@@ -79,3 +79,24 @@ def test_bad_input_is_one_line_and_leaves_nothing(
     assert message in result.stderr
     assert result.stderr.count("\n") == 1
     assert [path.name for path in tmp_path.iterdir()] == ["wrong.json"]
+
+
+def test_parity_accepts_a_module_and_the_options_of_a_robots_file(frobs: Frobs, tmp_path: Path) -> None:
+    arm = "frobs_robots_ur:models/ur5.urdf.xacro"
+    options = ["--robot", arm, "--tcp", "wrist_3_link", "--package-path", f"nothing={tmp_path}"]
+    result = frobs(
+        *("parity", "frobs_core:frobs/Reach-v0", *options, "--controller", "joint_position"),
+        *("--simulators", "mujoco,mujoco", "--only", "forward_kinematics", "--out", str(tmp_path / "out")),
+    )
+    assert result.exit_code == 0, result.stderr
+    found = json.loads((tmp_path / "out" / "certificate.json").read_text())
+    assert found["id"] == "frobs/Reach-v0"
+    assert "6 joints" in found["facts"]["robot"]
+
+
+def test_bench_accepts_the_options_of_a_robots_file(frobs: Frobs, tmp_path: Path) -> None:
+    arm = "frobs_robots_ur:models/ur5.urdf.xacro"
+    options = ["--robot", arm, "--tcp", "wrist_3_link", "--package-path", f"nothing={tmp_path}"]
+    result = frobs("bench", "frobs/Reach-v0", *options, "--controller", "joint_position", "--steps", "10", "--json")
+    assert result.exit_code == 0, result.stderr
+    assert json.loads(result.stdout)["steps"] >= 10

@@ -249,3 +249,13 @@ def test_what_the_description_has_instead_is_noted(write):
         "keyframes": "1 in <keyframe>, left out",
         "engine-settings": "1 in <option>, left out",
     }
+
+
+def test_a_free_joint_is_rejected_with_its_cause(write):
+    free = '<body name="robot"><freejoint/><geom size=".1"/></body>'
+    with pytest.raises(
+        ModelFileError, match="'robot' can only move freely if it is the only body of <worldbody>; remove ball"
+    ):
+        load_model(write(f'<worldbody>{free}<body name="ball"><geom size=".1"/></body></worldbody>'))
+    with pytest.raises(ModelFileError, match="'robot' moves freely inside the robot"):
+        load_model(write(world(free)))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from frobs_core.errors import ConfigurationError, ModelFileError
+from frobs_core.errors import ConfigurationError, ModelFileError, UnsuitableRobotError
 from frobs_tasks_reach.sampling import box_of
 
 ID = "frobs_core:frobs/Reach-v0"
@@ -121,3 +121,8 @@ def test_package_paths_are_given_by_keyword(make, tmp_path, file):
     with pytest.raises(ModelFileError, match="the ROS package 'my_arm' is not found"):
         gym.make(ID, robot=str(file))
     make(ID, robot=str(file), package_paths={"my_arm": str(tmp_path / "elsewhere")})
+
+
+def test_a_robot_on_wheels_is_rejected() -> None:
+    with pytest.raises(UnsuitableRobotError, match="'kobuki' drives on wheels"):
+        gym.make("frobs/Reach-v0", robot="kobuki", controller="joint_velocity")

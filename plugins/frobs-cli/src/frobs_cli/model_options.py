@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -24,6 +24,19 @@ PackagePath = Annotated[
         help="Where a ROS package is that the file names, or a folder that holds such packages; repeatable.",
     ),
 ]
+
+
+def robot_keywords(
+    robot: str | None, tcp: str | None, args: Sequence[str] | None, package_path: Sequence[str] | None
+) -> dict[str, Any]:
+    """Return the keywords of an environment for the options ``--robot``, ``--tcp``, ``--args`` and ``--package-path``.
+
+    Raises:
+        CommandLineError: A text is no ``name:=value``, or there is no such folder.
+    """
+    paths = {name: str(folder) for name, folder in package_paths(package_path).items()}
+    keywords = {"robot": robot, "tcp": tcp, "robot_args": xacro_args(args), "package_paths": paths}
+    return {name: value for name, value in keywords.items() if value}
 
 
 def xacro_args(given: Sequence[str] | None) -> dict[str, str]:

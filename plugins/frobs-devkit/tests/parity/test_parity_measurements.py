@@ -12,7 +12,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_devkit.parity import TOLERANCES, ActionFile, Measurement, Status, Subject
+from frobs_devkit.parity import TOLERANCES, ActionFile, Measurement, Status, Subject, measure_parity
 from frobs_devkit.parity import policy as policy_module
 from frobs_devkit.parity.actions import smooth_actions
 from frobs_devkit.parity.gravity_drop import gravity_drop
@@ -254,3 +254,12 @@ def test_a_touch_between_two_actions_is_noticed(subjects: Compare) -> None:
     assert rollout.joints[:, 4].max() < upper  # whenever somebody looked
     assert 20 < free_steps(reference, rollout) < rollout.steps
     assert free_steps(reference, still) == 4
+
+
+def test_a_replay_without_a_free_step_is_inconclusive(monkeypatch):
+    monkeypatch.setattr("frobs_devkit.parity.replay.free_steps", lambda subject, rollout: 0)
+    certificate = measure_parity("frobs/Irb120Reach-v0", ["mujoco", "mujoco"], only=["replay"])
+    (measurement,) = certificate.measurements
+    first = measurement.comparisons[0]
+    assert first.status is Status.SKIPPED
+    assert "inconclusive" in first.reason

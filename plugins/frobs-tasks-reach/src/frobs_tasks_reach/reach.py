@@ -100,12 +100,15 @@ class Reach(EpisodeStart):
         """Prepare for a simulation.
 
         Raises:
-            ConfigurationError: The robot has no joints, or reaches nothing of the goal box.
+            ConfigurationError: The robot has no joints, drives on wheels, or reaches nothing of the goal box.
         """
         self._simulation = simulation
         self._robot: RobotHandle = simulation.robots[self.robot_name]
         if not self._robot.dof:
             raise UnsuitableRobotError(self._robot.robot.name, "has no actuated joint, so it cannot reach.")
+        if self._robot.robot.base == "wheeled":
+            text = "drives on wheels, and a goal for its tool does not move with it; use 'frobs/Navigate-v0', or base='fixed'."
+            raise UnsuitableRobotError(self._robot.robot.name, text)
         self._bind_start(self._robot)
         self._goal, self._tcp, self._offset, self._from_shoulder = np.zeros((4, self._robot.num_envs, 3))
         self._shoulder = first_moving_link(self._robot.model, self._robot.frame_name("tcp"))

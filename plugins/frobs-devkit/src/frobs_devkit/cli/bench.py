@@ -7,7 +7,8 @@ from typing import Annotated, Any
 import typer
 
 from frobs_cli.facts import print_facts
-from frobs_cli.options import Controller, EnvId, Json, Robot, Simulator
+from frobs_cli.model_options import PackagePath, XacroArgs, robot_keywords
+from frobs_cli.options import Controller, EnvId, Json, Robot, Simulator, Tcp
 from frobs_cli.output import console, only_json, print_json
 
 
@@ -16,6 +17,9 @@ def bench(
     num_envs: Annotated[int, typer.Option(metavar="N", min=1, help="Environments stepped together.")] = 1,
     steps: Annotated[int, typer.Option(metavar="N", min=10, help="Steps to measure.")] = 1000,
     robot: Robot = None,
+    tcp: Tcp = None,
+    args: XacroArgs = None,
+    package_path: PackagePath = None,
     simulator: Simulator = None,
     controller: Controller = None,
     json: Json = False,
@@ -27,14 +31,16 @@ def bench(
     Example:
         $ frobs bench frobs/Irb120Reach-v0
         $ frobs bench frobs/Irb120Reach-v0 --num-envs 1024 --steps 100
+        $ frobs bench frobs/Reach-v0 --robot arm.urdf --tcp tool0 --package-path ~/ros/src
     """
     from frobs_core.registry import find_spec
 
     find_spec(env_id)
     from frobs_devkit.bench import bench as measure
 
-    keywords: dict[str, Any] = {"robot": robot, "simulator": simulator, "controller": controller}
-    given = {key: value for key, value in keywords.items() if value is not None}
+    keywords: dict[str, Any] = {"simulator": simulator, "controller": controller}
+    given = robot_keywords(robot, tcp, args, package_path)
+    given |= {key: value for key, value in keywords.items() if value is not None}
     with only_json(json), console(stderr=True).status(f"measuring {steps:,} steps"):
         found = measure(env_id, num_envs=num_envs, steps=steps, **given)
     if json:

@@ -16,9 +16,9 @@ def robot(
     file: Annotated[
         str,
         typer.Argument(
-            metavar="FILE",
+            metavar="ROBOT",
             show_default=False,
-            help="A URDF, xacro or MJCF file, or 'package:path' in a Python package.",
+            help="A URDF, xacro or MJCF file, 'package:path' in a Python package, or one of 'frobs list robots'.",
         ),
     ],
     args: XacroArgs = None,
@@ -36,6 +36,7 @@ def robot(
 
     Example:
         $ frobs doctor robot arm.urdf
+        $ frobs doctor robot irb120
         $ frobs doctor robot arm.urdf.xacro --args gripper:=true
         $ frobs doctor robot arm.urdf --package-path ~/ros/src --json
     """

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from frobs_cli.options import Controller, EnvId, Json
+from frobs_cli.model_options import PackagePath, XacroArgs, robot_keywords
+from frobs_cli.options import Controller, EnvId, Json, Robot, Tcp
 from frobs_cli.output import console, only_json, print_json, print_line, print_note, print_table, print_title
 
 if TYPE_CHECKING:
@@ -44,6 +45,10 @@ def parity(
         str | None, typer.Option(metavar="NAME,NAME…", show_default="all", help="Make these measurements only.")
     ] = None,
     controller: Controller = None,
+    robot: Robot = None,
+    tcp: Tcp = None,
+    args: XacroArgs = None,
+    package_path: PackagePath = None,
     out: Annotated[
         Path | None,
         typer.Option(metavar="DIR", file_okay=False, show_default="parity/ID", help="Folder of the certificate."),
@@ -60,6 +65,7 @@ def parity(
         $ frobs parity frobs/Irb120Reach-v0 --simulators mujoco,pybullet
         $ frobs parity frobs/Irb120Reach-v0 --run runs/first --out certificate
         $ frobs parity frobs/Irb120Reach-v0 --only replay --actions actions.json --json
+        $ frobs parity frobs/Reach-v0 --robot arm.urdf --tcp tool0 --package-path ~/ros/src
     """
     from frobs_core.registry import bare_id, find_spec
 
@@ -69,7 +75,7 @@ def parity(
 
     names = _split(simulators) or _installed(str(spec.kwargs.get("simulator", "mujoco")))
     folder = out or Path("parity") / bare_id(env_id)
-    keywords: dict[str, Any] = {"controller": controller} if controller else {}
+    keywords = robot_keywords(robot, tcp, args, package_path) | ({"controller": controller} if controller else {})
     with only_json(json), console(stderr=True).status("comparing") as status:
         certificate = measure_parity(
             env_id,

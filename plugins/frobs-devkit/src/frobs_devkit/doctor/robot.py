@@ -6,6 +6,8 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from frobs_core import plugins
+from frobs_core.interfaces import Robot
 from frobs_core.models import RobotModel, Treatment, home_positions, robot_bounds
 from frobs_devkit.doctor.bodies import body_findings, link_facts
 from frobs_devkit.doctor.joints import joint_facts, joint_findings
@@ -33,22 +35,27 @@ def examine_robot(
     """Say what a robot's file holds, what is wrong with it, and what each simulator makes of it.
 
     Args:
-        path: A URDF, xacro or MJCF file, or ``"package:relative/path"`` inside an installed Python package.
+        path: A URDF, xacro or MJCF file, ``"package:relative/path"`` inside an installed Python package, or the name of a
+            registered robot.
         xacro_args: Arguments of a xacro file.
         package_paths: Folders of the ROS packages that the file names, by package name.
         simulators: Names of the simulators to ask; empty: all that are installed.
 
     Returns:
-        Facts and findings. The robot rests where a description that says nothing lets it: at 0, or in the middle of
-        the limits.
+        Facts and findings. The robot rests at its own home, or at 0 or in the middle of the limits.
 
     Raises:
         ModelFileError: The file cannot be read at all; the message names the line and what to do.
         UnknownNameError: A name is no simulator's.
     """
-    reading = read(path, xacro_args or {}, package_paths or {})
+    own = (
+        plugins.get_record("robot", str(path)).load()
+        if str(path) in plugins.records("robot")
+        else Robot(model=str(path))
+    )
+    reading = read(own.model, {**own.xacro_args, **(xacro_args or {})}, {**own.package_paths, **(package_paths or {})})
     model = reading.model
-    home = home_positions(model, {})
+    home = home_positions(model, own.home)
     joints, links, tools = joint_facts(model, home), link_facts(model), tool_candidates(model)
     asked = simulator_facts(model, simulators)
     findings = [
