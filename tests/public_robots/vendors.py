@@ -5,7 +5,7 @@
 
     python tests/public_robots/vendors.py FOLDER
 
-where FOLDER contains one folder ``owner+name`` for each repository.
+where FOLDER contains one folder ``owner+name`` for each repository. To examine a model again, remove it from the file.
 """
 
 from __future__ import annotations
@@ -110,10 +110,13 @@ def _shorten(reason: str) -> str:
 
 
 def main(folder: Path) -> None:
-    """Examine all models, each in its own process, and write what was found."""
-    with get_context("spawn").Pool(2, maxtasksperchild=1) as pool:
-        found = dict(pool.imap(examine, models(folder)))
-    FOUND.write_text(json.dumps(found, indent=1) + "\n", "utf-8")
+    """Examine all models that are not in the file of what was found, and write it after each."""
+    found = json.loads(FOUND.read_text("utf-8")) if FOUND.exists() else {}
+    waiting = [item for item in models(folder) if item[0] not in found]
+    with get_context("spawn").Pool(2, maxtasksperchild=10) as pool:
+        for name, what in pool.imap_unordered(examine, waiting):
+            found[name] = what
+            FOUND.write_text(json.dumps(dict(sorted(found.items())), indent=1) + "\n", "utf-8")
 
 
 if __name__ == "__main__":

@@ -126,3 +126,31 @@ def test_package_paths_are_given_by_keyword(make, tmp_path, file):
 def test_a_robot_on_wheels_is_rejected() -> None:
     with pytest.raises(UnsuitableRobotError, match="'kobuki' drives on wheels"):
         gym.make("frobs/Reach-v0", robot="kobuki", controller="joint_velocity")
+
+
+LOOSE = """<robot name="loose"><link name="base"/>
+<link name="slide"><inertial><mass value="5"/><inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="arm"><inertial><origin xyz="0 0 .3"/><mass value="5"/><inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="lift" type="prismatic"><parent link="base"/><child link="slide"/><origin xyz="0 0 .5"/><axis xyz="0 0 1"/>
+  <limit lower="-0.01" upper="0.01" effort="5000" velocity="5"/></joint>
+<joint name="turn" type="revolute"><parent link="slide"/><child link="arm"/><axis xyz="1 0 0"/>
+  <limit lower="-0.05" upper="0.05" effort="500" velocity="5"/></joint>
+<joint name="end" type="fixed"><parent link="arm"/><child link="tool0"/><origin xyz="0 0 .6"/></joint><link name="tool0"/></robot>"""
+
+
+@pytest.mark.parametrize("simulator", ["mujoco", "pybullet"])
+def test_observations_stay_inside_of_their_space_where_joints_go_beyond_their_limits(tmp_path, simulator):
+    path = tmp_path / "loose.urdf"
+    path.write_text(LOOSE)
+    env = gym.make("frobs/Reach-v0", robot=str(path), controller="joint_effort", simulator=simulator).unwrapped
+    robot, space = env.robot, env.observation_space
+    env.reset(seed=0)
+    robot.write_joint_state(robot.position_upper + 0.3)
+    term = env.task.observation_terms()["joint_positions"]
+    assert (robot.joint_positions > term.high).all()
+    assert (term.read() == term.high).all()
+    assert np.isinf(space.low[2:5]).all()  # of the tool's position, as its slide has no hard end
+    for _ in range(20):
+        observation, *_ = env.step(env.action_space.sample())
+        assert observation in space
+    env.close()

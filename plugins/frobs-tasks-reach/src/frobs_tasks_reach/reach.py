@@ -16,7 +16,9 @@ from frobs_core.validation import finite, positive
 from frobs_tasks_reach.sampling import first_moving_link
 from frobs_tasks_reach.start import EpisodeStart
 
-_LIMIT_MARGIN = 0.1  # share of a joint's range by which drives may overshoot its limits within the observation space
+_LIMIT_MARGIN = (
+    0.1  # share of a joint's range by which observed positions may be beyond its limits; farther ones are clipped
+)
 
 _T = TypeVar("_T", float, Floats)
 
@@ -127,15 +129,16 @@ class Reach(EpisodeStart):
         """
         robot = self._robot
         margin = _LIMIT_MARGIN * (robot.position_upper[0] - robot.position_lower[0])
+        lowest, highest = robot.position_lower[0] - margin, robot.position_upper[0] + margin
         low, high = self._reach_box()
         goal_low, goal_high = self._goal_bounds()
         goal_low, goal_high = goal_low - self._goal_excursion(), goal_high + self._goal_excursion()
         farthest = np.full(3, np.sqrt((np.maximum(goal_high - low, high - goal_low) ** 2).sum()))
         return {
             "joint_positions": ObservationTerm(
-                read=lambda: robot.joint_positions,
-                low=robot.position_lower[0] - margin,
-                high=robot.position_upper[0] + margin,
+                read=lambda: np.minimum(np.maximum(robot.joint_positions, lowest), highest),
+                low=lowest,
+                high=highest,
                 unit="rad or m",
             ),
             "tcp_position": ObservationTerm(read=lambda: self._tcp, low=low, high=high, unit="m", scale=2.0),

@@ -11,7 +11,7 @@ from frobs_core.arrays import Floats, Mask
 from frobs_core.capabilities import Level
 from frobs_core.errors import ParameterValueError, UnsuitableRobotError
 from frobs_core.interfaces import RobotHandle, Task
-from frobs_core.models import longest_reach
+from frobs_core.models import JointType, joint_path, longest_reach
 from frobs_core.random import RandomSource
 from frobs_core.validation import box, number_list, numbers
 from frobs_tasks_reach.keep_out import Foot
@@ -145,8 +145,9 @@ class EpisodeStart(Task):
         )
 
     def _reach_box(self) -> tuple[Floats, Floats]:
-        """Return corners (3,) [m] in the world that the tool never leaves; infinite if the base can move."""
-        if self._robot.robot.base != "fixed":
+        """Return corners (3,) [m] in the world that the tool never leaves; infinite if the base can move or a joint slides."""
+        path = joint_path(self._robot.model, self._robot.frame_name("tcp"))
+        if self._robot.robot.base != "fixed" or any(joint.type is JointType.PRISMATIC for joint in path):
             return np.full(3, -np.inf), np.full(3, np.inf)
         reach = 1.01 * longest_reach(self._robot.model, self._robot.frame_name("tcp"))
         base = self._robot.base_pose[0][0]
