@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from importlib.metadata import version
 from multiprocessing import get_context
@@ -13,10 +14,12 @@ from compare import TOLERANCE, Result, compare
 from corpus import files
 from free_motion import SECONDS, Motion, free_motion
 from free_motion import TOLERANCE as APART
+from vendors import FOUND
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "model-survey.md"
 PAIR = ("mujoco", "pybullet")
 """The simulators whose free motion is compared."""
+_VERDICTS = ("used", "limits", "rejected")
 PACKAGES = ("example-robot-data", "pybullet", "pin", "trimesh", "mujoco")
 
 
@@ -74,7 +77,45 @@ Written by `python tests/public_robots/page.py` with {versions}.
     text += _table(
         ["file", "reason"], [[f"`{name}`", _reason(found[simulators[0]])] for name, found in refused.items()]
     )
-    return text
+    return text + vendors_section()
+
+
+def vendors_section() -> str:
+    """Return the tables of the models of public repositories, from what ``vendors.py`` found."""
+    found = json.loads(FOUND.read_text("utf-8"))
+    counts = {verdict: sum(what["verdict"] == verdict for what in found.values()) for verdict in _VERDICTS}
+    text = f"""
+## Models of public repositories
+
+{len(found)} models of robot vendors and research groups, examined with `frobs doctor robot` on mujoco and pybullet. The
+list with repositories, commits and licenses is `tests/public_robots/vendors.yaml`. {counts["used"]} models work on both
+simulators, {counts["limits"]} with limits: one simulator rejects the model or leaves out a part of its physics, and
+`frobs doctor robot` reports which. {counts["rejected"]} are rejected with one line that says why. No model causes a traceback.
+
+*Beside MuJoCo* compares an MJCF robot with MuJoCo's own reading of the same file: the largest difference of masses and
+inertias (relative), of joint properties, and of joint positions after 0.5 s without drives [rad or m].
+
+"""
+    rows = []
+    for name, what in found.items():
+        beside = what["beside"] or {}
+        rows.append(
+            [
+                f"`{name}`",
+                what["verdict"],
+                str(what["joints"] or ""),
+                ", ".join(f"{code} × {count}" for code, count in (what["findings"] or {}).items()),
+                ", ".join(f"{value:.0e}" for value in beside.values()),
+            ]
+        )
+    text += _table(["model", "verdict", "joints", "errors and warnings", "beside MuJoCo"], rows)
+    text += "\n### Reasons of rejection\n\n"
+    reasons = [
+        [f"`{name}`", who, reason.replace("<", "&lt;").replace("|", "\\|")]
+        for name, what in found.items()
+        for who, reason in (what["rejected"] or {}).items()
+    ]
+    return text + _table(["model", "by", "reason"], reasons)
 
 
 def _row(name: str, result: Result) -> list[str]:

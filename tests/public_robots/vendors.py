@@ -37,7 +37,7 @@ class Found:
     """What became of one model.
 
     Attributes:
-        verdict: ``"used"``, ``"limits"`` if a simulator rejects it or lacks a part of its physics, or ``"rejected"``.
+        verdict: ``"used"``, ``"limits"`` if one simulator rejects it or lacks a part of its physics, or ``"rejected"``.
         joints: Actuated joints.
         links: Links.
         findings: How often the doctor reports each code that is an error or a warning.
@@ -65,6 +65,7 @@ def models(folder: Path) -> Iterator[tuple[str, Path, Path]]:
 
 def examine(item: tuple[str, Path, Path]) -> tuple[str, dict[str, Any]]:
     """Return the name of a model, and what became of it."""
+    import mujoco
     from bare_mujoco import beside_mujoco
 
     from frobs_core.errors import FrobsError
@@ -83,16 +84,25 @@ def examine(item: tuple[str, Path, Path]) -> tuple[str, dict[str, Any]]:
         return name, asdict(Found("rejected", unforeseen=(f"{type(error).__name__}: {error}",)))
     codes = [finding.code for finding in report.findings if finding.severity is not Severity.NOTE]
     rejected = {simulator.name: simulator.reason for simulator in report.simulators if not simulator.builds}
+    built = len(rejected) < len(SIMULATORS) and report.usable
+    for finding in report.findings:
+        if finding.severity is Severity.ERROR:
+            rejected.setdefault("frobs doctor", f"{finding.about}: {finding.problem}")
     unforeseen = [reason for reason in rejected.values() if _UNFORESEEN.match(reason)]
     beside = None
     if report.file_format == "mjcf" and "mujoco" not in rejected:
         try:
-            beside = asdict(beside_mujoco(file))
-        except Exception as error:
-            unforeseen.append(f"{type(error).__name__}: {error}")
+            mujoco.MjModel.from_xml_path(str(file))
+        except ValueError as error:
+            rejected["bare MuJoCo"] = str(error)
+        else:
+            try:
+                beside = asdict(beside_mujoco(file))
+            except Exception as error:
+                unforeseen.append(f"{type(error).__name__}: {error}")
     complete = report.usable and all(simulator.complete for simulator in report.simulators)
     found = Found(
-        "used" if complete else "limits" if len(rejected) < len(SIMULATORS) else "rejected",
+        "used" if complete else "limits" if built else "rejected",
         report.dof,
         len(report.links),
         {code: codes.count(code) for code in dict.fromkeys(codes)},
