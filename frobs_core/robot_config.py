@@ -122,11 +122,13 @@ class RobotConfig:
         missing = [key for key in known[: -len(_ACCELERATIONS)] if key not in given]
         if missing:
             raise MissingSettingError("differential_drive", ", ".join(missing), f"give all of {', '.join(known)}")
-        wheels = {
-            side: tuple([given[side]] if isinstance(given[side], str) else given[side]) for side in ("left", "right")
+        numbers: dict[str, Any] = {
+            key: positive(f"differential_drive.{key}", value)
+            for key, value in given.items()
+            if key not in ("left", "right")
         }
-        numbers = {key: positive(f"differential_drive.{key}", given[key]) for key in given if key not in wheels}
-        return DifferentialDrive(**wheels, **numbers)
+        left, right = ((side,) if isinstance(side, str) else tuple(side) for side in (given["left"], given["right"]))
+        return DifferentialDrive(left=left, right=right, **numbers)
 
     def place(self, robot: Robot, model: RobotModel, pose: Pose, *, on_floor: bool) -> tuple[Robot, Pose]:
         """Return the description of the robot as it stands in the scene, and the base pose in the world.

@@ -16,7 +16,7 @@ from frobs_core.models.kinematics import joint_path, moved
 from frobs_core.models.model import Joint, JointType, RobotModel
 from frobs_core.models.tree import outward
 from frobs_core.random import RandomSource
-from frobs_core.rotations import matrix_from_quat, quat_multiply, quat_rotate
+from frobs_core.rotations import matrix_from_quat, quat_rotate
 
 if TYPE_CHECKING:
     from frobs_core.interfaces.robot import DriveGains

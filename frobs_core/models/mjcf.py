@@ -142,15 +142,15 @@ class _MjcfReader:
             if found:
                 self.notes.add(rule, found[0], f"{len(found)} in <{section}>, left out")
         for option in self.document.root.children("option"):
-            found = [
+            physics = [
                 f"{name}={option.get(name)}"
                 for name in _PHYSICS
                 if name in option.attrib and self._unusual(option, name)
             ]
             for flag in option.children("flag"):
-                found += [f"{name}={value}" for name, value in flag.attrib.items() if value == _FLAGS.get(name)]
-            if found:
-                self.notes.add("physics-settings", option, f"{', '.join(found)}: left out")
+                physics += [f"{name}={value}" for name, value in flag.attrib.items() if value == _FLAGS.get(name)]
+            if physics:
+                self.notes.add("physics-settings", option, f"{', '.join(physics)}: left out")
 
     def _unusual(self, option: Element, name: str) -> bool:
         """Return whether an attribute of ``<option>`` differs from MuJoCo's default."""
@@ -278,9 +278,11 @@ class _MjcfReader:
             if child in self.world_bodies and others:
                 element.refuse(
                     f"'{child}' can only move freely if it is the only body of <worldbody>; remove {', '.join(others)} or the "
-                    "free joint. Objects belong into the scene of the task."
+                    "free joint; objects belong into the scene of the task."
                 )
-            element.refuse(f"'{child}' moves freely inside the robot; only the body in <worldbody> can have a free joint.")
+            element.refuse(
+                f"'{child}' moves freely inside the robot; only the body in <worldbody> can have a free joint."
+            )
         if kind not in ("hinge", "slide"):
             element.refuse(f"no joint type is named '{kind}'; there are hinge, slide, ball and free.")
         axis = np.array(joint.numbers("axis", 3, "0 0 1"))

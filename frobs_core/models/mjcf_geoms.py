@@ -87,7 +87,10 @@ def read_geom(document: MjcfDocument, geom: Element, frame: Floats) -> Geom:
         density = geom.number("density", "1000")
         mass = density * volume if density else 0.0
     collides = geom.get("contype", "1") != "0" or geom.get("conaffinity", "1") != "0"
-    rgba = geom.numbers("rgba", 4) if "rgba" in geom.attrib else None
+    rgba = None
+    if "rgba" in geom.attrib:
+        red, green, blue, alpha = geom.numbers("rgba", 4)
+        rgba = red, green, blue, alpha
     return Geom(geometry, compose(frame, pose), collides, rgba, int(geom.number("group", "0")), mass, inertia)
 
 
