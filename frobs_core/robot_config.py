@@ -127,8 +127,17 @@ class RobotConfig:
             for key, value in given.items()
             if key not in ("left", "right")
         }
-        left, right = ((side,) if isinstance(side, str) else tuple(side) for side in (given["left"], given["right"]))
-        return DifferentialDrive(left=left, right=right, **numbers)
+        wheels = {}
+        for side in ("left", "right"):
+            names = given[side]
+            wheels[side] = (
+                (names,) if isinstance(names, str) else tuple(names) if isinstance(names, list | tuple) else ()
+            )
+            if not wheels[side] or not all(isinstance(name, str) for name in wheels[side]):
+                raise ParameterValueError(
+                    f"differential_drive.{side}", names, "the name of a joint, or a list of names"
+                )
+        return DifferentialDrive(left=wheels["left"], right=wheels["right"], **numbers)
 
     def place(self, robot: Robot, model: RobotModel, pose: Pose, *, on_floor: bool) -> tuple[Robot, Pose]:
         """Return the description of the robot as it stands in the scene, and the base pose in the world.
@@ -144,6 +153,7 @@ class RobotConfig:
         Raises:
             UnknownParameterError: ``pose`` has a key other than ``pos`` and ``rpy``.
             ParameterValueError: They are not three finite numbers each.
+            UnknownNameError: A wheel is no actuated joint.
         """
         pose = self.base_pose(pose)
         if robot.base == "fixed":
@@ -156,6 +166,9 @@ class RobotConfig:
         heights = lowest_points(model, home_positions(model, robot.home), pose.quat_wxyz)
         if self.differential_drive is not None and robot.differential_drive is not None:
             driven = {*robot.differential_drive.left, *robot.differential_drive.right}
+            for wheel in driven:
+                if wheel not in model.joint_names:
+                    raise UnknownNameError(f"actuated joint of '{robot.name}'", wheel, model.joint_names)
             wheels = [joint.child for joint in model.joints if joint.name in driven]
             gliding = {
                 link: 0.0 for link, z in heights.items() if z < min(heights.values()) + _NEAR and link not in wheels

@@ -8,7 +8,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.errors import MissingSettingError, ParameterValueError, UnknownParameterError
+from frobs_core.errors import MissingSettingError, ParameterValueError, UnknownNameError, UnknownParameterError
 
 SIMULATORS = ("mujoco", "pybullet")
 WALKER = """<robot name="walker"><link name="trunk">
@@ -141,10 +141,26 @@ def test_a_differential_drive_can_be_stated_and_its_casters_glide(rover, simulat
     env.close()
 
 
+def test_wheels_and_bases_can_be_stated_on_the_command_line(rover):
+    from frobs_train.configuration.resolve import resolve_config
+
+    prefix = "environment_kwargs.differential_drive"
+    settings = [f"{prefix}.{key}={value}" for key, value in {**DRIVE, "left": "[left_joint]"}.items()]
+    flags = {"robot": rover, "base": "wheeled", "controller": "differential_drive"}
+    config = resolve_config("frobs/Navigate-v0", flags=flags, settings=settings)
+    assert config.environment_kwargs["differential_drive"] == DRIVE
+    assert config.environment_kwargs["base"] == "wheeled"
+
+
 def test_a_base_and_wheels_that_cannot_be_are_errors(walker, rover):
     with pytest.raises(ParameterValueError, match="base"):
         make(walker, base="flying", controller="joint_position")
     with pytest.raises(UnknownParameterError, match="differential_drive"):
         make(rover, differential_drive={"wheels": 4}, controller="joint_position")
+    for side in (5, [], [5], {"a": 1}):
+        with pytest.raises(ParameterValueError, match=r"differential_drive\.left"):
+            make(rover, differential_drive={**DRIVE, "left": side}, controller="joint_position")
+    with pytest.raises(UnknownNameError, match="left_joint"):
+        make(rover, differential_drive={**DRIVE, "left": "left_joind"}, controller="joint_position")
     with pytest.raises(MissingSettingError, match="differential_drive needs separation, wheel_radius"):
         make(rover, differential_drive={"left": "left_joint", "right": "right_joint"}, controller="joint_position")
