@@ -179,3 +179,25 @@ def test_a_robots_file_is_taken_over_with_all_that_it_names(frobs: Frobs, tiny_a
     description = (package / "robot.py").read_text()
     assert 'tcp="tool"' in description
     assert "``turn``: revolute, -2 to 2" in description
+
+
+def test_the_license_of_a_robots_file_is_its_own(frobs: Frobs, tiny_arm: Path) -> None:
+    package = Path("frobs-robots-tiny/src/frobs_robots_tiny")
+    done = frobs("new", "robot", "tiny", "--robot-file", str(tiny_arm), "--author", "Ada")
+    assert done.exit_code == 0, done.output
+    assert "No license was found" in (package / "MODEL_LICENSE").read_text()
+    own = Path("frobs-robots-tiny/LICENSE").read_text()
+    assert "Copyright (c) Ada" in own
+    assert "does not apply to the robot's model file" in " ".join(own.split())
+    assert "None was found" in Path("frobs-robots-tiny/README.md").read_text()
+
+
+def test_the_license_of_a_robots_file_is_copied(frobs: Frobs, tiny_arm: Path) -> None:
+    from frobs_devkit.scaffold.robot_file import find_license
+
+    (tiny_arm.parent / "package.xml").write_text("<package><license>BSD</license></package>")
+    assert "BSD" in find_license(tiny_arm)[1]
+    (tiny_arm.parent / "LICENSE.txt").write_text("Copyright of the vendor")
+    done = frobs("new", "robot", "tiny", "--robot-file", str(tiny_arm))
+    assert done.exit_code == 0, done.output
+    assert Path("frobs-robots-tiny/src/frobs_robots_tiny/MODEL_LICENSE").read_text() == "Copyright of the vendor"

@@ -16,7 +16,7 @@ def finish(folder: Path) -> None:
 
 
 def finish_robot(folder: Path, context: Mapping[str, Any]) -> None:
-    """Copy the model file of a robot that begins with one, and what it refers to, beside its description."""
+    """Copy the model file of a robot that begins with one, what it refers to and its license, beside its description."""
     if context["example"] != "file" or "robot" not in context["__kinds"].split():
         return
     from frobs_devkit.scaffold.robot_file import copy_model, facts_for
@@ -24,3 +24,4 @@ def finish_robot(folder: Path, context: Mapping[str, Any]) -> None:
     facts = facts_for(context)
     description = next(folder.rglob("src/*/robot.py"))
     copy_model(facts.model, description.with_name(facts.model_name))
+    description.with_name("MODEL_LICENSE").write_text(facts.license, "utf-8")

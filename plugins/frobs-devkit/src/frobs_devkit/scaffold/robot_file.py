@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import shutil
 import tempfile
 from collections.abc import Mapping
@@ -29,6 +30,8 @@ _CLEARANCE = 0.05  # [m] of the joints above the floor, where episodes begin
 _POSTURES = 2048
 _FATAL = ("model_has_joints", "tcp_moves")
 _SIMULATOR = "mujoco"
+_LICENSES = ("LICEN[CS]E*", "COPYING*", "COPYRIGHT*")
+_LICENSE_FOLDERS = 5  # from the file upward
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +46,8 @@ class RobotFacts:
         home: Where it rests, by joint [rad or m]; joints that rest at their default are left out.
         joints: The actuated joints, a line each.
         expected_failures: Why a check of the conformance kit fails, by its name.
-        report: What the doctor found, as Markdown.
+        report: What the doctor found and which license the file has, as Markdown.
+        license: Text of the license of the model file and its meshes, or what is known of it.
     """
 
     model: RobotModel
@@ -54,6 +58,7 @@ class RobotFacts:
     joints: tuple[str, ...]
     expected_failures: Mapping[str, str]
     report: str
+    license: str
 
 
 def facts_for(context: Mapping[str, Any]) -> RobotFacts:
@@ -110,6 +115,8 @@ def facts_of(*, robot_file: str, name: str, tcp: str = "", xacro_args: str = "",
     report = f"Taken from `{Path(robot_file).name}`: {found.dof} joints, {found.mass:.3g} kg, tool `{tool}`."
     if warnings:
         report += " The doctor (`frobs doctor robot`) said of it:\n\n" + "\n".join(warnings)
+    source, license = find_license(Path(robot_file))
+    report += f"\n\nThe license of the file and its meshes is not that of this package. {source}\n"
     return RobotFacts(
         model=model,
         model_name=model_name,
@@ -118,7 +125,41 @@ def facts_of(*, robot_file: str, name: str, tcp: str = "", xacro_args: str = "",
         home=home,
         joints=tuple(map(_describe, model.actuated_joints)),
         expected_failures={name: _shortened(message) for name, message in failures.items()},
-        report=f"{report}\n",
+        report=report,
+        license=license,
+    )
+
+
+def find_license(file: Path) -> tuple[str, str]:
+    """Return where the license of a model file was found, in one sentence, and its text.
+
+    Args:
+        file: The model file; a license is looked for beside it and in the folders above it, up to the root of a repository.
+    """
+    declared = ""
+    for folder in list(file.resolve().parents)[:_LICENSE_FOLDERS]:
+        found = sorted(path for pattern in _LICENSES for path in folder.glob(pattern) if path.is_file())
+        if found:
+            return f"It is in `MODEL_LICENSE`, a copy of `{found[0].name}`.", found[0].read_text(
+                "utf-8", errors="replace"
+            )
+        manifest = folder / "package.xml"
+        if not declared and manifest.is_file():
+            declared = ", ".join(
+                re.findall(r"<license\b[^>]*>([^<]*)</license>", manifest.read_text("utf-8", "replace"))
+            )
+        if (folder / ".git").exists():
+            break
+    if declared:
+        text = f"The ROS package of the model declares the license: {declared}. Replace this file by its text."
+        return f"The ROS package declares: {declared}. Put its text into `MODEL_LICENSE`.", f"{text}\n"
+    text = (
+        "No license was found beside the model file. Ask who made the model and its meshes for their license, and replace this\n"
+        "file by its text, before you pass the package on.\n"
+    )
+    return (
+        "**None was found beside it**: ask for it, and put it into `MODEL_LICENSE`, before you pass the package on.",
+        text,
     )
 
 
