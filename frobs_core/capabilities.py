@@ -36,6 +36,7 @@ CAPABILITIES: Mapping[str, str] = {
     "contacts": "contacts between named bodies, over the whole control step",
     "rays": "rays and lidar",
     "wrench": "forces and torques on bodies",
+    "force_torque": "force-torque sensors in joints of robots",
     "attachments": "bodies and links that are fixed to each other",
     "cameras": "pictures: rgb, depth, segmentation",
     "randomize_mass": "masses per environment",

@@ -23,7 +23,7 @@ from frobs_core.interfaces.scene import (
     Shape,
     Twist,
 )
-from frobs_core.interfaces.sensor import Bumper, Imu, Lidar, Sensor
+from frobs_core.interfaces.sensor import Bumper, ForceTorque, Imu, Lidar, Sensor
 from frobs_core.interfaces.simulation import BareEngine, Simulation, Snapshot, Wrench
 from frobs_core.interfaces.step_context import StepContext
 from frobs_core.interfaces.task import GoalTask, ResetOptions, Task
@@ -48,6 +48,7 @@ __all__ = [
     "DifferentialDrive",
     "DriveGains",
     "EndEffector",
+    "ForceTorque",
     "GoalTask",
     "Imu",
     "JointGroup",

@@ -279,5 +279,31 @@ class Imu(Sensor):
         return "angular velocity, specific force"
 
 
-SENSORS: tuple[type[Sensor], ...] = (Lidar, Bumper, Imu)
+@dataclass(frozen=True, kw_only=True)
+class ForceTorque(Sensor):
+    """A force-torque sensor: force [N] and torque [N·m], both (3,), that the robot exerts on ``frame`` from its base side.
+
+    The sensor is in the joint above ``frame``, and its axes and origin are those of ``frame``. A reading includes the
+    weight and inertia of ``frame`` and of everything beyond it; it is not tared. It is averaged over the physics steps of
+    the control step. After a reset it is 0 until the next step. If ``frame`` is fixed to its parent and carries no mass,
+    the sensor is in the next joint above that carries some. If a sample is lost, the last one is read again.
+    """
+
+    type_name: ClassVar[str] = "force_torque"
+    instrument: ClassVar[str] = "frobs_core.sensors.force_torque:ForceTorqueInstrument"
+    unit: ClassVar[str] = "N, N·m"
+    needs: ClassVar[str] = "force_torque"
+
+    @property
+    def width(self) -> int:
+        """Three of the force, three of the torque."""
+        return 6
+
+    @property
+    def summary(self) -> str:
+        """What it measures."""
+        return "force, torque"
+
+
+SENSORS: tuple[type[Sensor], ...] = (Lidar, Bumper, Imu, ForceTorque)
 """The types of sensors that there are."""

@@ -69,6 +69,8 @@ class Simulation(ABC):
         pacer: The clock of a paced simulator, which has the ability ``real_time``; None: time passes in ``step`` alone.
         render_modalities: What ``render`` can draw.
         wrenches: Those that act in the next ``step``; simulators with the ability ``wrench`` keep a list of them.
+        sensor_wrenches: Readings of the force-torque sensors, (num_envs, 6) each, by ``"robot/sensor"``, one for each of
+            :attr:`Placement.force_torque_sensors`; None: the simulator has none.
     """
 
     render_modalities: ClassVar[Sequence[str]] = ("rgb", "depth", "segmentation")
@@ -80,6 +82,7 @@ class Simulation(ABC):
     bodies: Mapping[str, BodyHandle]
     contacts: ContactState | None = None
     pacer: Pacer | None = None
+    sensor_wrenches: Mapping[str, Floats] | None = None
 
     @abstractmethod
     def __init__(
@@ -134,13 +137,15 @@ class Simulation(ABC):
         """Advance like :meth:`step`, with a function that is called before each physics step but the first.
 
         The function may read the state and command robots. Wrenches that were applied last through all physics steps, and
-        contacts are afterwards those of the whole control step.
+        contacts and force-torque sensors are afterwards those of the whole control step.
 
         Args:
             decimation: Physics steps.
             update: The function.
         """
         contacts, wrenches = [], list(self.wrenches)
+        sensed = self.sensor_wrenches or {}
+        means = {name: np.zeros_like(read) for name, read in sensed.items()}
         for i in range(decimation):
             if i:
                 update()
@@ -149,8 +154,12 @@ class Simulation(ABC):
             self.step(1)
             if self.contacts is not None:
                 contacts.append(self.contacts.snapshot())
+            for name, read in sensed.items():
+                means[name] += read / decimation
         if self.contacts is not None:
             self.contacts.merge(contacts)
+        for name, read in sensed.items():
+            read[:] = means[name]
 
     @abstractmethod
     def step(self, decimation: int) -> None:
@@ -200,6 +209,27 @@ class Simulation(ABC):
         if self.contacts is None:
             raise CapabilityError.lacking(self, "contacts")
         return self.contacts
+
+    def sensor_wrench(self, robot: str, sensor: str) -> Floats:
+        """Return what a force-torque sensor reads, (num_envs, 6): force [N] and torque [N·m] in the frame of the sensor.
+
+        It is the wrench that the parent exerts on the child, averaged over the physics steps of the last ``step``; 0 after
+        a reset. See :class:`~frobs_core.interfaces.ForceTorque`.
+
+        Args:
+            robot: Name of the robot in the simulation.
+            sensor: Name of the sensor.
+
+        Raises:
+            CapabilityError: The simulator lacks the ability ``force_torque``.
+            UnknownNameError: The robot has no such force-torque sensor.
+        """
+        if self.sensor_wrenches is None:
+            raise CapabilityError.lacking(self, "force_torque")
+        name = f"{robot}/{sensor}"
+        if name not in self.sensor_wrenches:
+            raise UnknownNameError("force-torque sensor", name, self.sensor_wrenches)
+        return read_only(self.sensor_wrenches[name])
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
         """Cast rays.

@@ -8,7 +8,7 @@ can change them with its keyword ``sensors``::
       bumper: null                      # the robot goes without it
       scan: {type: lidar, frame: base_link, rays: 8, range_min: 0.1, range_max: 5.0}    # a further one
 
-    sensors.py · timing.py · channel.py · instrument.py · lidar.py · bumper.py · imu.py · settings.py · contacts.py
+    sensors.py · timing.py · channel.py · instrument.py · lidar.py · bumper.py · imu.py · force_torque.py · settings.py · contacts.py
 """
 
 from frobs_core.sensors.contacts import with_contacts

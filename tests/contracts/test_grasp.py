@@ -2,20 +2,11 @@
 
 import numpy as np
 import pytest
-from arm_and_gripper import ARM, CUBE, CUBE_TASK, FINGERS
+from arm_and_gripper import ARM, CUBE, CUBE_TASK, FINGERS, go_to
 
 from frobs_core.env import RobotEnv
 
 HOLD = 2.0  # [s]
-
-
-def go_to(env, target, opening, steps):
-    """Move the tool to a point with the gripper at an opening; return the last tool position (3,) [m]."""
-    robot = env.robot
-    for _ in range(steps):
-        pos = robot.frame_pose("tcp")[0][0]
-        env.step(np.concatenate([np.clip(0.2 * (target - pos) / 0.02, -1.0, 1.0), np.zeros(3), [opening]]))
-    return robot.frame_pose("tcp")[0][0].copy()
 
 
 @pytest.mark.parametrize("simulator", ["mujoco", "pybullet"])

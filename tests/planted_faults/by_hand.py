@@ -8,8 +8,8 @@ from planting import Fault, replaced
 
 _ROBOT, _SIMULATION = "frobs_sim_mujoco.robot", "frobs_sim_mujoco.simulation"
 _BODY, _SCENERY = "frobs_sim_mujoco.body", "frobs_sim_mujoco.scenery"
+_WRENCHES, _BASE = "frobs_sim_mujoco.wrenches", "frobs_core.interfaces.simulation"
 _CONTACTS = "frobs_core.interfaces.contacts"
-_BODY, _SCENERY = "frobs_sim_mujoco.body", "frobs_sim_mujoco.scenery"
 _HANDLE, _COMMANDED = "frobs_core.interfaces.robot_handle", "frobs_controllers.commanded_positions"
 _ENV = "frobs_core.env"
 _DELTA = "frobs_controllers.joint_delta_position"
@@ -56,11 +56,33 @@ _TABLE = (
     ("a wrench that never ends", _SIMULATION, 'self.batch.bind("xfrc_applied")[:] = 0.0', "pass"),
     ("a snapshot that is the state itself", _SIMULATION, "self.batch.state.copy(), ", "self.batch.state, "),
     ("a snapshot without the physical parameters", _SIMULATION,
-     "return {**state, **self.contacts.snapshot(), **parameters.snapshot(self)}",
-     "return {**state, **{k: v for k, v in parameters.snapshot(self).items() if not k.startswith('parameter/')}}"),
+     "**sensed, **parameters.snapshot(self)}",
+     "**{k: v for k, v in parameters.snapshot(self).items() if not k.startswith('parameter/')}}"),
     ("rays that miss at distance 0", _SIMULATION,
      "np.where((distances < 0) | (distances > max_range), max_range, distances)",
      "np.where(distances > max_range, max_range, np.maximum(distances, 0.0))"),
+    ("the wrench of the child on the parent", _WRENCHES,
+     'return recorded["sensordata"][..., self._columns] + np', 'return -recorded["sensordata"][..., self._columns] - np'),
+    ("a wrench in the frame of the world", _WRENCHES,
+     "added = [(part[..., None] * turn).sum(axis=-2) for part in (force, torque)]",
+     'found = recorded["sensordata"][..., self._columns]\n'
+     "        wrench = [(turn * part[..., None, :]).sum(-1) for part in (found[..., :3], found[..., 3:])]\n"
+     "        return np.concatenate(wrench, axis=-1)\n"
+     "        added = [(part[..., None] * turn).sum(axis=-2) for part in (force, torque)]"),
+    ("a sensor that is tared at its first reading", _WRENCHES,
+     "return {name: sensor.read(recorded, difference).mean(axis=1) for name, sensor in self._sensors.items()}",
+     "read = {name: sensor.read(recorded, difference).mean(axis=1) for name, sensor in self._sensors.items()}\n"
+     "        self._tare = getattr(self, '_tare', read)\n"
+     "        return {name: value - self._tare[name] for name, value in read.items()}"),
+    ("a sensor that leaves out its own link", _WRENCHES,
+     'name, body = f"{robot}/{sensor}", spec.body(f"{robot}/{link}")',
+     'name, body = f"{robot}/{sensor}", next(iter(spec.body(f"{robot}/{link}").bodies), spec.body(f"{robot}/{link}"))'),
+    ("wrenches of another environment", _SIMULATION,
+     "self.sensor_wrenches[name][:] = wrench\n", "self.sensor_wrenches[name][:] = np.roll(wrench, 1, axis=0)\n"),
+    ("wrenches of explicit accelerations", _WRENCHES,
+     'self._timestep - recorded["qacc"]  # (num_envs, decimation, nv)', 'self._timestep * 0.0'),
+    ("wrenches that outlive a reset", _SIMULATION, "wrench[rows] = 0.0", "pass"),
+    ("wrenches of the last physics step only", _BASE, "means[name] += read / decimation", "means[name][:] = read / decimation"),
     # -- controllers --
     ("a body's twist at its center of mass", _BODY,
      'read_only(self._simulation.batch.bind("qvel")[:, dof : dof + 3])', "twist[:, 3:]"),

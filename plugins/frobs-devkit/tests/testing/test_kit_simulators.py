@@ -23,6 +23,7 @@ from frobs_sim_mujoco.body import MujocoBody
 from frobs_sim_mujoco.meshes import Meshes
 from frobs_sim_mujoco.robot import MujocoRobot
 from frobs_sim_mujoco.simulation import MujocoSimulation
+from frobs_sim_mujoco.wrenches import WrenchReader
 
 Patch = Callable[[pytest.MonkeyPatch], None]
 FAULTS: list[Any] = []
@@ -42,6 +43,7 @@ INSEPARABLE = {
         ),
         "MuJoCo is not paced: the faults are in templates/my_paced_simulator.py, see tests/planted_faults",
     ),
+    "undeclared_readings_refused": "MuJoCo declares both abilities: test_readings_that_are_not_declared_are_refused",
     "spawning_is_seen": "the contract has no way yet to ask for it; it is always inconclusive",
 }
 """Checks that no fault can be caught by alone, each with the reason."""
@@ -283,6 +285,22 @@ def contact_only_at_the_end(original: Any, self: Any, name: str) -> Any:
     return (
         original(self, name) & (self.bodies["ball"].pose[0][:, 2] < 0.06) if name == "landed" else original(self, name)
     )
+
+
+@wrong(MujocoSimulation, "sensor_wrench", "weights_are_measured")
+def torque_of_the_child_on_the_parent(original: Any, self: Any, robot: str, sensor: str) -> Any:
+    return original(self, robot, sensor) * [1.0, 1.0, 1.0, -1.0, -1.0, -1.0]
+
+
+@wrong(WrenchReader, "read", "inertia_is_measured")
+def explicit_accelerations(original: Any, self: Any, recorded: Any, qvel: Any) -> Any:
+    velocities = np.concatenate([qvel[:, None], recorded["qvel"]], axis=1)
+    return original(self, {**recorded, "qacc": np.diff(velocities, axis=1) / self._timestep}, qvel)
+
+
+@wrong(MujocoSimulation, "snapshot", "pushes_are_measured")
+def wrenches_not_in_the_snapshot(original: Any, self: Any) -> Any:
+    return {name: array for name, array in original(self).items() if not name.startswith("wrench/")}
 
 
 @wrong(MujocoSimulation, "apply_wrench", "wrenches_push", others=True)
@@ -794,6 +812,14 @@ def test_a_paced_world_is_single_and_does_not_pause() -> None:
     )
     with pytest.raises(CheckFailure, match="claims both 'real_time' and 'pause'"):
         found.run()
+
+
+@pytest.mark.parametrize("ability", ["force_torque", "contacts"])
+def test_readings_that_are_not_declared_are_refused(ability: str) -> None:
+    levels = plugins.get_record("simulator", "mujoco").capabilities
+    checks = check_simulator(record(**{**levels, ability: Level.UNSUPPORTED}))
+    with pytest.raises(CheckFailure, match=f"of a simulator without '{ability}'"):
+        next(c for c in checks if c.name == "undeclared_readings_refused").run()
 
 
 def test_what_is_not_claimed_is_not_checked() -> None:

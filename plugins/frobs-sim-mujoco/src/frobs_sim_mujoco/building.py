@@ -17,6 +17,7 @@ from frobs_sim_mujoco.meshes import Meshes
 from frobs_sim_mujoco.options import Options
 from frobs_sim_mujoco.overlaps import overlaps_at_home
 from frobs_sim_mujoco.scenery import add_attachment, add_body, add_camera, add_floor, light_up
+from frobs_sim_mujoco.wrenches import add_force_torque_sensors
 
 
 def build_model(
@@ -71,6 +72,7 @@ def build_model(
         for link, friction in placement.robot.friction.items():
             set_friction(spec, f"{name}/{link}", friction)
         add_drives(spec, name, placement)
+        add_force_torque_sensors(spec, name, placement)
         if not placement.robot.self_collision:
             bodies = [body for link in placement.model.links if spec.body(body := f"{name}/{link.name}")]
             for first, second in combinations(bodies, 2):  # the links between the joints of one MJCF body are no bodies

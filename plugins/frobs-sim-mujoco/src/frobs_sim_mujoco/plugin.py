@@ -9,8 +9,8 @@ from frobs_core.specs import SimulatorRecord
 def frobs_simulators() -> list[SimulatorRecord]:
     """Offer MuJoCo."""
     exact = (
-        "determinism snapshot teleport pause batched drive contacts rays wrench attachments cameras randomize_mass "
-        "randomize_friction randomize_gains randomize_joint_damping randomize_gravity randomize_size"
+        "determinism snapshot teleport pause batched drive contacts rays wrench force_torque attachments cameras "
+        "randomize_mass randomize_friction randomize_gains randomize_joint_damping randomize_gravity randomize_size"
     )
     return [
         SimulatorRecord(

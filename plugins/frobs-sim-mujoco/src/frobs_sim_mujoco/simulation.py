@@ -35,6 +35,7 @@ from frobs_sim_mujoco.options import read_options
 from frobs_sim_mujoco.overlaps import find_overlaps
 from frobs_sim_mujoco.rendering import Drawn, Renderer, Viewer
 from frobs_sim_mujoco.robot import MujocoRobot
+from frobs_sim_mujoco.wrenches import WrenchReader
 
 _VEL = int(mujoco.mjtStage.mjSTAGE_VEL)
 _NONE = int(mujoco.mjtStage.mjSTAGE_NONE)
@@ -182,6 +183,9 @@ class MujocoSimulation(Simulation):
         self._rows: Floats | None = None
         self._contact_reader = ContactReader(self.model, scene)
         self.contacts: ContactState = ContactState(scene, num_envs)
+        self._wrench_reader = WrenchReader(self.model, robots)
+        self.sensor_wrenches = {name: np.zeros((num_envs, 6)) for name in self._wrench_reader.names}
+        self._senses = bool(scene.contacts or self.sensor_wrenches)
         self._renderer: Renderer | None = None
         self.sizes: dict[str, Floats] = {}  # (num_envs,) of bodies whose size was written
         self._viewer: Viewer | None = None
@@ -229,6 +233,8 @@ class MujocoSimulation(Simulation):
         rows = slice(None) if ids is None else ids
         self.batch.state[rows] = self._initial[rows]
         self.contacts.clear(mask)
+        for wrench in self.sensor_wrenches.values():
+            wrench[rows] = 0.0
         for robot in self.robots.values():
             if robot.gains_written:  # the initial controls are those of the gains as built
                 robot.hold_home(rows)
@@ -238,7 +244,7 @@ class MujocoSimulation(Simulation):
         """Advance every environment by ``decimation`` physics steps."""
         if self._stale_constants is not None:
             self._set_constants()
-        if self._rows is None and not self.scene.contacts:
+        if self._rows is None and not self._senses:
             self.batch.step(nstep=decimation, stage=_VEL)
             self._stale = None
         else:
@@ -250,18 +256,23 @@ class MujocoSimulation(Simulation):
             self._viewer.sync()
 
     def _step_recorded(self, decimation: int) -> None:
-        """Step with a row of controls for each physics step, or with contacts watched in each."""
+        """Step with a row of controls for each physics step, or with contacts and forces read in each."""
         self._check_open()
         rows = self._rows
         if rows is not None and rows.shape[1] != decimation:
             raise ConfigurationError(f"a command has {rows.shape[1]} rows for {decimation} physics steps.")
-        record = ("sensordata",) if self.scene.contacts else ("qpos",)
+        record = ("sensordata",) if self._senses else ("qpos",)
+        if self.sensor_wrenches:
+            record, before = self._wrench_reader.fields, self.batch.bind("qvel").copy()
         recorded = self.batch.rollout(decimation, control=rows, control_spec=_CTRL, record=record)
         self._rows = None
         self.mark_stale(None)  # computed when it is read: a task may move bodies first
         if self.scene.contacts:
             data = recorded["sensordata"].reshape(self.num_envs, decimation, -1)
             self.contacts.reduce(*self._contact_reader.read(data))
+        if self.sensor_wrenches:
+            for name, wrench in self._wrench_reader.read(recorded, before).items():
+                self.sensor_wrenches[name][:] = wrench
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
         """Cast rays at everything that collides."""
@@ -313,7 +324,8 @@ class MujocoSimulation(Simulation):
     def snapshot(self) -> Snapshot:
         """Return the state rows, and the parameters that differ between environments."""
         state: Snapshot = {"state": self.batch.state.copy(), "warning": self.batch.warning.copy()}
-        return {**state, **self.contacts.snapshot(), **parameters.snapshot(self)}
+        sensed = {f"wrench/{name}": wrench.copy() for name, wrench in self.sensor_wrenches.items()}
+        return {**state, **self.contacts.snapshot(), **sensed, **parameters.snapshot(self)}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
@@ -321,6 +333,8 @@ class MujocoSimulation(Simulation):
         self.batch.state[:] = snapshot["state"]
         self.batch.warning[:] = snapshot["warning"]
         self.contacts.restore(snapshot)
+        for name, wrench in self.sensor_wrenches.items():
+            wrench[:] = snapshot.get(f"wrench/{name}", 0.0)
         self.mark_stale(None)
 
     def render(

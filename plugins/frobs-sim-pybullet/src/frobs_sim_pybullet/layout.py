@@ -30,6 +30,8 @@ def layout(robots: Mapping[str, Placement], scene: Scene) -> Layout:
         for field in ("command", "positions", "velocities", "efforts"):
             found[f"robots/{name}/{field}"] = (dof,), "f8"
         found[f"robots/{name}/gains"] = (3, dof), "f8"  # Kp and Kd in the present command mode, the joints' own damping
+        for sensor in placement.force_torque_sensors:
+            found[f"robots/{name}/wrench/{sensor}"] = (6,), "f8"
         for link in placement.model.links:
             found[f"robots/{name}/pose/{link.name}"] = (7,), "f8"  # position and quat_wxyz
             found[f"robots/{name}/twist/{link.name}"] = (6,), "f8"  # linear, angular
@@ -66,7 +68,7 @@ def row(whole: Arrays, env: int) -> Arrays:
 
 def state_names(names: Iterable[str]) -> list[str]:
     """Return the arrays that belong to the state, not only tell of it."""
-    return [name for name in names if not any(f"/{kind}" in name for kind in ("pose", "twist", "jacobian"))]
+    return [name for name in names if name.split("/")[2:3] not in (["pose"], ["twist"], ["jacobian"])]
 
 
 def _size(shape: tuple[int, ...], num_envs: int) -> int:

@@ -22,6 +22,8 @@ def frobs_simulators() -> list[SimulatorRecord]:
                 **dict.fromkeys(exact.split(), Level.EXACT),
                 # A constraint of the engine; the drives do not know what they carry by it.
                 "attachments": Level.APPROXIMATE,
+                # Exact at rest; in fast motion Bullet reports a few percent too little.
+                "force_torque": Level.APPROXIMATE,
                 # Each environment is an engine of its own, of some 30 MB.
                 "batched": Level.APPROXIMATE,
                 # Bullet multiplies the friction of two bodies, where MuJoCo takes the larger.

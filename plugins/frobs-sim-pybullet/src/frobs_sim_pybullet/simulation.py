@@ -103,6 +103,11 @@ class PybulletSimulation(Simulation):
         buffer = layout.allocate(fields, num_envs, CONTEXT if workers > 1 else None)
         self.arrays = layout.arrays(fields, num_envs, buffer)
         self.contacts: ContactState = ContactState(scene, num_envs, self.arrays)
+        self.sensor_wrenches = {
+            f"{name}/{sensor}": self.arrays[f"robots/{name}/wrench/{sensor}"]
+            for name, placement in robots.items()
+            for sensor in placement.force_torque_sensors
+        }
         self.robots = {name: PybulletRobot(self, name, placement) for name, placement in robots.items()}
         self.bodies = {name: PybulletBody(self, name, body) for name, body in scene.bodies.items()}
         self._backend: Block | Pool

@@ -25,6 +25,7 @@ from frobs_sim_pybullet.meshes import MeshFiles
 from frobs_sim_pybullet.options import Engine
 from frobs_sim_pybullet.shapes import add_body, is_plain, prepare
 from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector, compose, cross, from_pose, invert, rotate
+from frobs_sim_pybullet.wrenches import WrenchSensor
 
 ROBOT_GROUPS = tuple(1 << bit for bit in range(6, 30))
 """Bullet's collision group of each robot; lidars leave out their own robot's."""
@@ -127,6 +128,11 @@ class World:
         self._drives = {name: Drive(robot, self._h, self._scene.gravity) for name, robot in self.robots.items()}
         self._driven = [(name, drive, RobotRow.of(self._row, name)) for name, drive in self._drives.items()]
         self._contacts = [question(contact, sides) for contact in self._scene.contacts.values()]
+        self._wrenches = [
+            (WrenchSensor(self.robots[name], link, pose), self._row[f"robots/{name}/wrench/{sensor}"])
+            for name, placement in self._placements.items()
+            for sensor, (link, pose) in placement.force_torque_sensors.items()
+        ]
         self._rays = Rays(client, self._colliders())
         self._free = [number for name, number in self.bodies.items() if self._scene.bodies[name].is_free]
         self._steps, self._broken = 0, False
@@ -206,6 +212,8 @@ class World:
         self._row["diverged"][...] = False
         for _name, drive in self._drives.items():
             drive.efforts = [0.0] * len(drive.efforts)
+        for _, wrench in self._wrenches:
+            wrench[:] = 0.0
         self._stop_pushing()
         self._written()
 
@@ -227,6 +235,8 @@ class World:
             drives.append((drive, [own.command.tolist()] * decimation if given is None else given.tolist()))
         for name in ContactState.fields(self._scene) if self._contacts else ():
             self._row[name][...] = 0
+        for _, wrench in self._wrenches:
+            wrench[:] = 0.0
         for k in range(decimation):
             for drive, commands in drives:
                 if not drive(commands[k]):
@@ -240,6 +250,8 @@ class World:
             p.stepSimulation(client)
             if self._contacts:
                 self._watch_contacts(decimation)
+            for sensor, wrench in self._wrenches:
+                wrench += sensor.read() / decimation
         self._steps += decimation
         self._stop_pushing()
         for number in self._free:

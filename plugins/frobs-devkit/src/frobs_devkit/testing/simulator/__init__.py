@@ -10,6 +10,7 @@ from frobs_devkit.testing.simulator import (
     contacts,
     contract,
     drive,
+    forces,
     kinematics,
     model_files,
     pacing,
@@ -22,7 +23,19 @@ from frobs_devkit.testing.simulator import (
 from frobs_devkit.testing.simulator.subject import SimulatorUnderTest
 
 CHECKS = checks_of(
-    contract, kinematics, model_files, drive, running, pacing, state, world, bodies, contacts, pictures, parameters
+    contract,
+    kinematics,
+    model_files,
+    drive,
+    running,
+    pacing,
+    state,
+    world,
+    bodies,
+    contacts,
+    forces,
+    pictures,
+    parameters,
 )
 """Every check of a simulator, in the order in which they run."""
 

@@ -1,0 +1,136 @@
+"""Checks of force-torque sensors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import CapabilityError, UnknownNameError
+from frobs_core.interfaces import ForceTorque, RobotHandle, Simulation
+from frobs_core.rotations import quat_conjugate, quat_rotate
+from frobs_devkit.testing.checks import NotApplicable, expect, expect_raises
+from frobs_devkit.testing.compare import expect_array, expect_close
+from frobs_devkit.testing.simulator.robots import ARM
+from frobs_devkit.testing.simulator.subject import TILTED, TIMESTEP, SimulatorUnderTest, verifies
+
+_BEYOND = {"elbow": ("fore", "tool"), "wrist": ("tool",)}
+"""Links that each sensor carries."""
+
+_SENSING = replace(ARM, sensors={"elbow": ForceTorque(frame="fore"), "wrist": ForceTorque(frame="tool")})
+_GRAVITY = 9.81  # [m/s²]
+
+
+@verifies("force_torque")
+def weights_are_measured(subject: SimulatorUnderTest) -> None:
+    """A force-torque sensor reads the weight of all that it carries, about its origin and in its frame."""
+    with subject.build(_SENSING, pose=TILTED) as (sim, robot):
+        turned = np.array([[0.4, -0.7]]) * np.arange(sim.num_envs)[:, None]
+        robot.command(robot.home + turned)
+        sim.step(2000)  # until it is at rest
+        sim.step(5)
+        for sensor, frame in (("elbow", "fore"), ("wrist", "tool")):
+            read = sim.sensor_wrench("robot", sensor)
+            expect_array(read, (sim.num_envs, 6), np.float64, f"sensor_wrench('robot', '{sensor}')")
+            _expect_wrench(subject, _weight(robot, sensor, frame), read, f"force-torque sensor '{sensor}' at rest")
+        with expect_raises(UnknownNameError, "sensor_wrench('robot', 'no_such_sensor')"):
+            sim.sensor_wrench("robot", "no_such_sensor")
+
+
+@verifies("force_torque")
+def inertia_is_measured(subject: SimulatorUnderTest) -> None:
+    """The force that a sensor reads in motion is the change of momentum of what it carries, minus its weight."""
+    with subject.build(_SENSING, pose=TILTED) as (sim, robot):
+        robot.command(robot.home + np.array([[1.0, 0.4]]) * (1.0 + np.arange(sim.num_envs)[:, None]) / sim.num_envs)
+        sim.step(10)
+        weight = _weight(robot, "elbow", "fore")[:, :3]
+        before, turn = _momentum(robot, "elbow"), quat_conjugate(robot.frame_pose("fore")[1])
+        sim.step(1)
+        force = weight + quat_rotate(turn, (_momentum(robot, "elbow") - before) / TIMESTEP)
+        read = sim.sensor_wrench("robot", "elbow")[:, :3]
+        expect_close(force, read, 0.1 * np.abs(force).max(), "force-torque sensor in motion: the force [N]")
+
+
+@verifies("force_torque")
+def pushes_are_measured(subject: SimulatorUnderTest) -> None:
+    """A force-torque sensor reads what pushes the links that it carries, over all physics steps, until a reset."""
+    if not subject.level("wrench"):
+        raise NotApplicable("the simulator does not claim 'wrench'")
+    with subject.build(_SENSING, pose=TILTED, gravity=(0.0, 0.0, 0.0)) as (sim, robot):
+        n = sim.num_envs
+        force = np.array([[6.0, -3.0, 2.0]]) * (1.0 + np.arange(n))[:, None]
+        for _ in range(2):
+            sim.apply_wrench("robot/tool", force, np.zeros((n, 3)))
+            sim.step(1000)
+        held = _in_frame(robot, "tool", np.concatenate([-force, np.zeros((n, 3))], axis=1))
+        _expect_wrench(
+            subject, held, sim.sensor_wrench("robot", "wrist"), "force-torque sensor of a link that is pushed"
+        )
+        sim.apply_wrench("robot/tool", force, np.zeros((n, 3)))
+        sim.step_with(4, lambda: None)
+        _expect_wrench(subject, held, sim.sensor_wrench("robot", "wrist"), "force-torque sensor after step_with")
+        _expect_kept(subject, sim, held)
+        mask = np.arange(n) == 0
+        sim.reset(mask)
+        read = sim.sensor_wrench("robot", "wrist")
+        expect(not read[0].any(), "after a reset a force-torque sensor reads the force of the last episode.")
+        expect_close(held[1:], read[1:], 0.01 * np.abs(held).max(), "force-torque sensors of environments not reset")
+
+
+def undeclared_readings_refused(subject: SimulatorUnderTest) -> None:
+    """Contacts and force-torque sensors that the record does not declare raise CapabilityError."""
+    with subject.build(_SENSING) as (sim, _):
+        if not subject.level("force_torque"):
+            with expect_raises(CapabilityError, "sensor_wrench of a simulator without 'force_torque'"):
+                sim.sensor_wrench("robot", "wrist")
+        if not subject.level("contacts"):
+            with expect_raises(CapabilityError, "contact of a simulator without 'contacts'"):
+                sim.contact("any")
+
+
+def _weight(robot: RobotHandle, sensor: str, frame: str) -> Floats:
+    """Return the wrench that carries the links of a sensor at rest, (num_envs, 6), in its frame."""
+    links = {link.name: link for link in robot.model.links}
+    origin, wrench = robot.frame_pose(frame)[0], np.zeros((robot.num_envs, 6))
+    for name in _BEYOND[sensor]:
+        inertial = links[name].inertial
+        assert inertial is not None
+        pos, quat = robot.frame_pose(name)
+        center = pos + quat_rotate(quat, np.broadcast_to(np.array(inertial.origin.pos), pos.shape))
+        lift = np.broadcast_to(np.array([0.0, 0.0, _GRAVITY * inertial.mass]), pos.shape)
+        wrench += np.concatenate([lift, np.cross(center - origin, lift)], axis=1)
+    return _in_frame(robot, frame, wrench)
+
+
+def _momentum(robot: RobotHandle, sensor: str) -> Floats:
+    """Return the momentum of the links of a sensor, (num_envs, 3) [kg·m/s] in the world."""
+    total = np.zeros((robot.num_envs, 3))
+    for link in robot.model.links:
+        if link.name in _BEYOND[sensor] and link.inertial is not None:
+            linear, angular = robot.frame_velocity(link.name)
+            lever = quat_rotate(robot.frame_pose(link.name)[1], np.tile(link.inertial.origin.pos, (robot.num_envs, 1)))
+            total += link.inertial.mass * (linear + np.cross(angular, lever))
+    return total
+
+
+def _in_frame(robot: RobotHandle, frame: str, wrench: Floats) -> Floats:
+    """Return a wrench, (num_envs, 6) with the axes of the world, in those of a link."""
+    back = quat_conjugate(robot.frame_pose(frame)[1])
+    return np.concatenate([quat_rotate(back, wrench[:, :3]), quat_rotate(back, wrench[:, 3:])], axis=1)
+
+
+def _expect_wrench(subject: SimulatorUnderTest, expected: Floats, read: Floats, what: str) -> None:
+    share = subject.tolerance("force_torque", exact=0.01, approximate=0.1)
+    for part, unit in ((slice(0, 3), "force [N]"), (slice(3, 6), "torque [N·m]")):
+        tolerance = share * max(np.abs(expected[:, part]).max(), 0.01)
+        expect_close(expected[:, part], read[:, part], tolerance, f"{what}: the {unit}")
+
+
+def _expect_kept(subject: SimulatorUnderTest, sim: Simulation, held: Floats) -> None:
+    """Raise CheckFailure unless a snapshot has what the sensors read."""
+    if subject.level("snapshot"):
+        snapshot = sim.snapshot()
+        sim.step(100)
+        sim.restore(snapshot)
+        _expect_wrench(subject, held, sim.sensor_wrench("robot", "wrist"), "force-torque sensor after a restore")

@@ -1,0 +1,112 @@
+"""The force-torque sensors of robots, over a whole control step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import mujoco
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import UnsuitableRobotError
+from frobs_core.interfaces import Placement
+
+_HIDDEN = int(mujoco.mjNGROUP) - 1  # group of sites that are not drawn
+_TYPES = mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE
+
+
+def add_force_torque_sensors(spec: mujoco.MjSpec, robot: str, placement: Placement) -> None:
+    """Add a force and a torque sensor, and the site that they are at, for each force-torque sensor of a robot.
+
+    The site is on the body whose joint is measured, in the frame of the sensor. MuJoCo's force sensor reports the force of
+    the parent on the child.
+
+    Raises:
+        UnsuitableRobotError: A sensor is between two joints of one MJCF body.
+    """
+    for sensor, (link, pose) in placement.force_torque_sensors.items():
+        name, body = f"{robot}/{sensor}", spec.body(f"{robot}/{link}")
+        if body is None:
+            raise UnsuitableRobotError(robot, f"has no MJCF body '{link}' for the force-torque sensor '{sensor}'.")
+        body.add_site(name=name, pos=pose.pos, quat=pose.quat_wxyz, group=_HIDDEN)
+        for number, kind in enumerate(_TYPES):
+            spec.add_sensor(name=f"{name} {number}", type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=name)
+
+
+class WrenchReader:
+    """Reads the force-torque sensors of a model.
+
+    MuJoCo's sensors report the forces of explicit accelerations. Its integrator moves the joints by other accelerations,
+    because it takes the damping of drives as implicit. What both differ by is added: the inertia beyond the sensor times
+    the difference.
+
+    Args:
+        model: Compiled with the sensors.
+        robots: By name.
+
+    Attributes:
+        fields: Fields of MjData that are needed after each physics step.
+    """
+
+    def __init__(self, model: mujoco.MjModel, robots: Mapping[str, Placement]) -> None:
+        self._timestep = model.opt.timestep
+        self._sensors = {
+            f"{robot}/{sensor}": _Sensor(model, f"{robot}/{sensor}")
+            for robot, placement in robots.items()
+            for sensor in placement.force_torque_sensors
+        }
+        self.names = tuple(self._sensors)
+        self.fields = ("sensordata", "qvel", "qacc", "crb", "cdof", "subtree_com", "site_xpos", "site_xmat")
+
+    def read(self, recorded: Mapping[str, Floats], qvel: Floats) -> dict[str, Floats]:
+        """Return the mean reading of each sensor in a control step, (num_envs, 6) [N, N·m], by ``robot/sensor``.
+
+        Args:
+            recorded: (num_envs, decimation, …) :attr:`fields` after each physics step.
+            qvel: (num_envs, nv) before the first.
+        """
+        velocities = np.concatenate([qvel[:, None], recorded["qvel"]], axis=1)
+        difference = np.diff(velocities, axis=1) / self._timestep - recorded["qacc"]  # (num_envs, decimation, nv)
+        return {name: sensor.read(recorded, difference).mean(axis=1) for name, sensor in self._sensors.items()}
+
+
+class _Sensor:
+    """One force-torque sensor of a model.
+
+    Args:
+        model: Compiled with the sensor.
+        name: ``robot/sensor``.
+    """
+
+    def __init__(self, model: mujoco.MjModel, name: str) -> None:
+        starts = [int(model.sensor(f"{name} {number}").adr[0]) for number in range(len(_TYPES))]
+        self._columns = [start + axis for start in starts for axis in range(3)]
+        self._site = model.site(name).id
+        link = int(model.site_bodyid[self._site])
+        self._tree = int(model.body_rootid[link])
+        # What a degree of freedom moves beyond the sensor: all of it, or what hangs from a joint that is beyond it.
+        moved = {dof: link for dof in range(model.nv) if _hangs_from(model, link, int(model.dof_bodyid[dof]))}
+        beyond = {dof: int(body) for dof, body in enumerate(model.dof_bodyid) if _hangs_from(model, int(body), link)}
+        self._moved = beyond | moved
+
+    def read(self, recorded: Mapping[str, Floats], difference: Floats) -> Floats:
+        """Return the reading after each physics step, (num_envs, decimation, 6)."""
+        dofs, bodies = list(self._moved), list(self._moved.values())
+        motion = recorded["cdof"][:, :, dofs] * difference[:, :, dofs, None]  # (num_envs, decimation, dofs, 6)
+        inertia = recorded["crb"][:, :, bodies]  # about the center of mass of the tree, as the motion is
+        spin, acceleration, moment = motion[..., :3], motion[..., 3:], inertia[..., 6:9]
+        xx, yy, zz, xy, xz, yz = np.moveaxis(inertia[..., :6], -1, 0)
+        tensor = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(*xx.shape, 3, 3)
+        force = (inertia[..., 9:] * acceleration + np.cross(spin, moment)).sum(axis=2)
+        torque = ((tensor * spin[..., None, :]).sum(axis=-1) + np.cross(moment, acceleration)).sum(axis=2)
+        torque += np.cross(recorded["subtree_com"][:, :, self._tree] - recorded["site_xpos"][:, :, self._site], force)
+        turn = recorded["site_xmat"][:, :, self._site].reshape(*force.shape, 3)
+        added = [(part[..., None] * turn).sum(axis=-2) for part in (force, torque)]  # in the frame of the sensor
+        return recorded["sensordata"][..., self._columns] + np.concatenate(added, axis=-1)
+
+
+def _hangs_from(model: mujoco.MjModel, body: int, ancestor: int) -> bool:
+    """Return whether a body is an ancestor's descendant, or the ancestor itself."""
+    while body > ancestor:  # parents have smaller numbers
+        body = int(model.body_parentid[body])
+    return body == ancestor

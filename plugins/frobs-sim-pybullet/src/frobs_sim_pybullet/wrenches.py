@@ -1,0 +1,60 @@
+"""A force-torque sensor of a robot in one environment."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import UnsuitableRobotError
+from frobs_core.models import Pose, joints_below
+from frobs_sim_pybullet.articulation import Articulation
+from frobs_sim_pybullet.bullet import pybullet as p
+from frobs_sim_pybullet.bullet import quiet
+from frobs_sim_pybullet.transforms import compose, conjugate, cross, from_pose, rotate
+
+
+class WrenchSensor:
+    """Adds up what Bullet reports of the joints to the bodies that hang from a link.
+
+    There is one such joint, the link's own, unless the link is only a frame, which Bullet does not have.
+
+    Args:
+        robot: That carries it.
+        link: In whose joint it measures.
+        pose: Of the sensor in the link.
+
+    Raises:
+        UnsuitableRobotError: The link is the base of the robot in Bullet, which has no joint.
+    """
+
+    def __init__(self, robot: Articulation, link: str, pose: Pose) -> None:
+        self._robot, bones = robot, robot.bones
+        children, waiting, self._joints = joints_below(robot.placement.model), [link], list[int]()
+        while waiting:
+            name = waiting.pop()
+            if name in bones.bodies:
+                self._joints.append(robot.links[name])
+            else:
+                waiting += [joint.child for joint in children.get(name, ())]
+        if min(self._joints) < 0:
+            raise UnsuitableRobotError(robot.name, f"has '{link}' as its base in PyBullet, above which no joint is.")
+        with quiet():  # it remarks on a joint that another sensor has enabled
+            for joint in self._joints:
+                p.enableJointForceTorqueSensor(robot.body, joint, True, robot.client)
+        body, place = bones.frames[link]
+        self._body = robot.links[body]
+        self._place = compose(compose(robot.com_backs[self._body], place), from_pose(pose))
+
+    def read(self) -> Floats:
+        """Return force [N] and torque [N·m] in the last physics step, (6,), in the frame of the sensor."""
+        robot, total = self._robot, np.zeros(6)
+        origin, turn = compose(robot.com(self._body), self._place)
+        back = conjugate(turn)
+        for joint in self._joints:  # Bullet's wrench is about the child's center of mass, in its axes
+            wrench = p.getJointState(robot.body, joint, robot.client)[2]
+            center, axes = robot.com(joint)
+            force, torque = rotate(axes, wrench[:3]), rotate(axes, wrench[3:])
+            lever = cross((center[0] - origin[0], center[1] - origin[1], center[2] - origin[2]), force)
+            total[:3] += rotate(back, force)
+            total[3:] += rotate(back, (torque[0] + lever[0], torque[1] + lever[1], torque[2] + lever[2]))
+        return total
