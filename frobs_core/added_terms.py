@@ -26,7 +26,7 @@ TYPES: Mapping[str, frozenset[str]] = {
     "contact": frozenset({"contact"}),
     "sensor": frozenset({"sensor", "robot"}),
     "previous_action": frozenset(),
-    "camera": frozenset({"camera", "size", "modality"}),
+    "camera": frozenset({"camera", "size", "modality", "fast"}),
 }
 """Types of terms, with the settings of each."""
 
@@ -57,7 +57,7 @@ def read_settings(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         for key in settings.keys() - {"type"}:
             if key not in TYPES[kind]:
                 raise UnknownNameError(f"setting of the observation term '{name}'", str(key), TYPES[kind])
-        for key in TYPES[kind] - {"robot", "size", "modality"}:
+        for key in TYPES[kind] - {"robot", "size", "modality", "fast"}:
             if not isinstance(settings.get(key), str):
                 raise ObservationTermError(name, f"needs the setting '{key}', the name of a {key}.")
         if kind == "camera":
@@ -75,6 +75,8 @@ def _check_camera(name: str, settings: dict[str, Any]) -> None:
         )
     if settings.setdefault("modality", "rgb") not in MODALITIES:
         raise UnknownNameError(f"modality of the observation term '{name}'", str(settings["modality"]), MODALITIES)
+    if not isinstance(settings.setdefault("fast", True), bool):
+        raise ObservationTermError(name, f"has fast {settings['fast']!r}; write true or false.")
 
 
 def without_dropped(terms: Mapping[str, ObservationTerm], given: Mapping[str, Any]) -> dict[str, ObservationTerm]:
@@ -203,10 +205,10 @@ class AddedTerms:
 
     def _camera(self, name: str, term: Mapping[str, Any]) -> ObservationTerm:
         camera = _known(f"camera of the observation term '{name}'", term["camera"], self._scene.cameras)
-        size, modality = tuple(term["size"]), term["modality"]
+        size, modality, fast = tuple(term["size"]), term["modality"], term["fast"]
 
         def read() -> np.ndarray[Any, Any]:
-            return self._simulation.render(None, camera, size, modality)
+            return self._simulation.render(None, camera, size, modality, fast=fast)
 
         if modality == "rgb":
             black = np.zeros((*size, 3), np.uint8)

@@ -327,7 +327,8 @@ class Simulation(ABC):
             size: (height, width) [pixels]
             modality: ``"rgb"``, ``"depth"`` or ``"segmentation"``.
             markers: Drawn, nothing else.
-            fast: Whether to omit what only makes images pleasant, such as shadows and smooth edges. For observations.
+            fast: Whether to omit what only makes images pleasant, such as shadows and smooth edges; cameras among the
+                observation terms do.
 
         Returns:
             (k, h, w, c): rgb uint8 with c = 3; depth float32 [m] with c = 1; segmentation int32 with c = 1, the

@@ -95,6 +95,23 @@ def test_cameras_have_keys_of_their_own(simulator):
     env.close()
 
 
+@pytest.mark.parametrize(("quality", "fast"), [({}, True), ({"fast": False}, False)])
+def test_one_fast_call_draws_all_environments(quality, fast):
+    env = RobotVectorEnv(num_envs=3, **REACH, observations={"picture": {"camera": "overview", **quality}})
+    calls, draw = [], env.simulation.render
+
+    def render(*args, **keywords):
+        calls.append((args[0], keywords["fast"]))
+        return draw(*args, **keywords)
+
+    env.simulation.render = render
+    assert env.reset(seed=0)[0]["picture"].shape == (3, 84, 84, 3)
+    calls.clear()
+    env.step(np.zeros((3, 6)))
+    assert calls == [(None, fast)]
+    env.close()
+
+
 def test_added_terms_can_have_noise():
     noisy = {"observation_noise": {"speeds": {"normal": 0.1}}}
     env = RobotVectorEnv(num_envs=2, **REACH, observations=TERMS, randomize=noisy)
@@ -129,6 +146,7 @@ def test_noise_in_two_places_is_rejected():
         ({"camera": "overwiew"}, "Did you mean 'overview'"),
         ({"camera": "overview", "modality": "normals"}, "rgb"),
         ({"camera": "overview", "size": [0, 4]}, "height, width"),
+        ({"camera": "overview", "fast": "yes"}, "true or false"),
         ({"type": "body"}, "needs the setting 'body'"),
         ("joint_positions", "write a mapping"),
     ],

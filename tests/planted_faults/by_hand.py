@@ -57,7 +57,7 @@ _TABLE = (
     ("a snapshot that is the state itself", _SIMULATION, "self.batch.state.copy(), ", "self.batch.state, "),
     ("a snapshot without the physical parameters", _SIMULATION,
      "**sensed, **parameters.snapshot(self)}",
-     "**{k: v for k, v in parameters.snapshot(self).items() if not k.startswith('parameter/')}}"),
+     "**sensed, **{k: v for k, v in parameters.snapshot(self).items() if not k.startswith('parameter/')}}"),
     ("rays that miss at distance 0", _SIMULATION,
      "np.where((distances < 0) | (distances > max_range), max_range, distances)",
      "np.where(distances > max_range, max_range, np.maximum(distances, 0.0))"),

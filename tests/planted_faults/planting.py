@@ -186,4 +186,5 @@ class _Planter(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         """Leave it to Python."""
 
     def _execute(self, module: object) -> None:
+        vars(module)["__file__"] = str(path_of(self._fault.module))
         exec(compile(self._fault.source, f"{self._fault.module} (changed)", "exec"), vars(module))

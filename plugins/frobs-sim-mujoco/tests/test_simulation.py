@@ -55,6 +55,17 @@ def test_the_drive_law_holds_to_the_last_digit(tmp_path: Path, limit: float) -> 
     assert (saturated > 5) == (limit == 3.0)
 
 
+def test_fast_depth_is_that_of_full_quality(tmp_path: Path) -> None:
+    sim = simulate(tmp_path, "arm", num_envs=1)
+    try:
+        full, fast = (sim.render(size=(84, 84), modality="depth", fast=only_fast) for only_fast in (False, True))
+        assert np.mean(np.abs(fast - full) > 0.01) < 0.01  # silhouettes may differ by a pixel
+    except RenderingUnavailableError as error:
+        pytest.skip(str(error))
+    finally:
+        sim.close()
+
+
 def test_images_of_all_sizes_are_drawn_from_one_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     sim = simulate(tmp_path, "arm", num_envs=2)
     built: list[bool] = []

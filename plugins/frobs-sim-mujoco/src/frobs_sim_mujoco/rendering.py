@@ -27,6 +27,12 @@ _PROBE = (
     "mujoco.MjrContext(mujoco.MjModel.from_xml_string('<mujoco/>'), 100)\n"
 )
 
+_FAST = {"offsamples": 0, "shadowsize": 0, "numslices": 12, "numstacks": 8}
+"""Quality of fast images: hard edges, no shadows, and spheres and cylinders of few triangles."""
+
+_FLAT = np.array([100.0, 100.0, 1e-3])
+"""Half edges of what planes are in fast images [m]."""
+
 _MOST_CONTEXTS = 8  # that are kept, each with its textures and framebuffer
 
 
@@ -93,8 +99,7 @@ class Renderer:
         if os.environ.get("MUJOCO_GL", "").lower() not in ("egl", "osmesa", "glfw"):
             # MuJoCo chose when it was imported, before anyone asked for pictures; choose again.
             gl_context.GLContext = importlib.import_module(f"mujoco.{_choose_backend()}").GLContext
-        quality = self._model.vis.quality
-        self._full = quality.offsamples, quality.shadowsize
+        self._full = {name: getattr(self._model.vis.quality, name) for name in _FAST}
         self._renderers: dict[tuple[int, int, bool], mujoco.Renderer] = {}
         self._option = mujoco.MjvOption()
         for group in ROBOT_GROUPS:
@@ -108,7 +113,8 @@ class Renderer:
             self._renderers.pop(next(iter(self._renderers))).close()
         visual = self._model.vis  # read when a context is made
         visual.global_.offheight, visual.global_.offwidth = size
-        visual.quality.offsamples, visual.quality.shadowsize = (0, 0) if fast else self._full
+        for name, value in (_FAST if fast else self._full).items():
+            setattr(visual.quality, name, value)
         try:
             renderer = self._renderers[key] = mujoco.Renderer(self._model, *size)
         except (ImportError, RuntimeError, mujoco.FatalError) as error:
@@ -125,6 +131,8 @@ class Renderer:
         self._drawn.show(env)
         renderer = self._renderer(size, fast)
         renderer.update_scene(self._drawn.data, -1 if camera is None else camera, self._option)
+        if fast:
+            _flatten_planes(renderer.scene)
         match modality:
             case "rgb":
                 for marker in markers:
@@ -178,6 +186,14 @@ class Viewer:
     def close(self) -> None:
         """Close the window."""
         self._window.close()
+
+
+def _flatten_planes(scene: mujoco.MjvScene) -> None:
+    """Draw planes as large flat boxes, which software OpenGL draws twice as fast."""
+    for geom in scene.geoms[: scene.ngeom]:
+        if geom.type == mujoco.mjtGeom.mjGEOM_PLANE:
+            geom.type, geom.size = mujoco.mjtGeom.mjGEOM_BOX, _FLAT
+            geom.pos -= _FLAT[2] * geom.mat[:, 2]  # its upper face is the plane
 
 
 def _add_marker(scene: mujoco.MjvScene, marker: Marker, env: int) -> None:

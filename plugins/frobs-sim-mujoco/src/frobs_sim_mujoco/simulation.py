@@ -355,9 +355,11 @@ class MujocoSimulation(Simulation):
         name = camera or next(iter(self.scene.cameras), None)
         if self._renderer is None:
             self._renderer = Renderer(self._drawn())
-        chosen = range(self.num_envs) if mask is None else np.flatnonzero(mask).tolist()
+        chosen = list(range(self.num_envs)) if mask is None else np.flatnonzero(mask).tolist()
         height, width = size
-        return np.stack([self._renderer.draw(i, name, (height, width), modality, markers, fast) for i in chosen])
+        drawn = chosen or [0]  # which gives an empty result its shape and dtype
+        pictures = [self._renderer.draw(i, name, (height, width), modality, markers, fast) for i in drawn]
+        return np.stack(pictures)[: len(chosen)]
 
     def open_viewer(self) -> None:
         """Open a window on the first environment."""

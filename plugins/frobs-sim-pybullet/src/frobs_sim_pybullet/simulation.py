@@ -254,12 +254,12 @@ class PybulletSimulation(Simulation):
         self._watch_what_is_drawn()
         if self._renderer is None:
             self._renderer = Renderer(self.placements, self.scene)
-        chosen = range(self.num_envs) if mask is None else np.flatnonzero(mask).tolist()
+        chosen = list(range(self.num_envs)) if mask is None else np.flatnonzero(mask).tolist()
         pictures = [
             self._renderer.draw(self.arrays, i, name, self._frame(name, i), size, modality, markers, fast)
-            for i in chosen
+            for i in chosen or [0]  # which gives an empty result its shape and dtype
         ]
-        return np.stack(pictures) if pictures else np.zeros((0, *size, 3 if modality == "rgb" else 1))
+        return np.stack(pictures)[: len(chosen)]
 
     def open_viewer(self) -> None:
         """Open a window on the first environment."""

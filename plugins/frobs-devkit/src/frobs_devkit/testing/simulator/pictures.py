@@ -51,6 +51,7 @@ def fast_pictures_show_the_same(subject: SimulatorUnderTest) -> None:
             places[:, 2] -= 0.3 * np.arange(n)
             sim.bodies["red"].write_pose(places)
         try:
+            all_drawn = sim.render(None, "front", _SIZE, fast=True)
             for size in ((84, 84), (48, 64), (84, 84)):
                 full, fast = (sim.render(None, "front", size, fast=only_fast) for only_fast in (False, True))
                 expect_array(fast, (n, *size, 3), np.uint8, "render(fast=True)")
@@ -59,6 +60,12 @@ def fast_pictures_show_the_same(subject: SimulatorUnderTest) -> None:
                     shown, wanted = (np.argwhere(_red(one[i])).mean(axis=0) for one in (fast, full))
                     what = f"row and column of a red box in a fast {size} picture of environment {i}"
                     expect_close(wanted, shown, 2.0, what)
+            for mask in (np.arange(n) == n - 1, np.zeros(n, np.bool_)):
+                some = sim.render(mask, "front", _SIZE, fast=True)
+                expect_array(some, (int(mask.sum()), *_SIZE, 3), np.uint8, f"render of the mask {mask}")
+                for i, image in zip(np.flatnonzero(mask).tolist(), some, strict=True):
+                    shown, wanted = (np.argwhere(_red(one)).mean(axis=0) for one in (image, all_drawn[i]))
+                    expect_close(wanted, shown, 2.0, f"row and column of a red box in environment {i}, drawn alone")
         except RenderingUnavailableError as error:
             raise Inconclusive(str(error)) from error
 
