@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from robots import place
 
+from frobs_core import plugins
 from frobs_core.errors import RenderingUnavailableError
-from frobs_core.interfaces import CommandMode, Scene
+from frobs_core.interfaces import CommandMode, Contact, Scene
+from frobs_devkit.testing.simulator.subject import BALL, SimulatorUnderTest
 from frobs_sim_mujoco.simulation import MujocoSimulation
 
 
@@ -85,3 +87,22 @@ def test_images_of_all_sizes_are_drawn_from_one_model(tmp_path: Path, monkeypatc
         pytest.skip(str(error))
     finally:
         sim.close()
+
+
+def test_efforts_stay_those_of_the_last_step_when_poses_are_read_and_states_restored() -> None:
+    subject = SimulatorUnderTest(plugins.get_record("simulator", "mujoco"))
+    efforts = []
+    for contacts in ({}, {"ball": Contact(first="ball")}):  # with contacts, poses are computed when they are read
+        with subject.build(num_envs=3, bodies={"ball": BALL}, contacts=contacts, num_threads=1) as (sim, robot):
+            robot.command(robot.home + np.array([[0.1], [0.2], [0.3]]))
+            sim.step(5)
+            robot.frame_pose("tcp")
+            efforts.append(robot.joint_efforts.copy())
+            snapshot = sim.snapshot()
+            sim.step(5)
+            sim.restore(snapshot)
+            robot.frame_pose("tcp")
+            assert (robot.joint_efforts == efforts[-1]).all()
+            sim.reset()
+            assert not robot.joint_efforts.any()
+    assert (efforts[0] == efforts[1]).all()

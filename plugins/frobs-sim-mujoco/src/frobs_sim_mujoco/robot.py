@@ -43,7 +43,7 @@ class MujocoRobot(RobotHandle):
         actuators = [mj.actuator(f"{name}/{joint}").id for joint in self.joint_names]
         self.actuators = slice(actuators[0], actuators[0] + self.dof) if actuators else slice(0, 0)
         self._ctrl = self._batch.bind("ctrl")[:, self.actuators]  # a view of the state rows
-        self._efforts = self._batch.bind("actuator_force")[:, self.actuators]
+        self._efforts = read_only(simulation.efforts[:, self.actuators])
         self.gains_written = False
         self._mimics = [
             (mj.joint(f"{name}/{joint.name}").qposadr[0], self.joint_names.index(joint.mimic.joint), joint.mimic)

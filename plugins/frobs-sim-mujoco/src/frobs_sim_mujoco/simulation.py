@@ -181,6 +181,9 @@ class MujocoSimulation(Simulation):
         self._derived: dict[str, Floats] = {}
         self.wrenches: list[Wrench] = []
         self._rows: Floats | None = None
+        # What MuJoCo computes anew after a write, it computes without efforts: those of the last step are kept here.
+        self._actuator_force = self.batch.bind("actuator_force")
+        self.efforts = np.zeros((num_envs, self.model.nu))
         self._contact_reader = ContactReader(self.model, scene)
         self.contacts: ContactState = ContactState(scene, num_envs)
         self._wrench_reader = WrenchReader(self.model, robots)
@@ -233,6 +236,7 @@ class MujocoSimulation(Simulation):
         rows = slice(None) if ids is None else ids
         self.batch.state[rows] = self._initial[rows]
         self.contacts.clear(mask)
+        self.efforts[rows] = 0.0
         for wrench in self.sensor_wrenches.values():
             wrench[rows] = 0.0
         for robot in self.robots.values():
@@ -247,6 +251,7 @@ class MujocoSimulation(Simulation):
         if self._rows is None and not self._senses:
             self.batch.step(nstep=decimation, stage=_VEL)
             self._stale = None
+            self.efforts[:] = self._actuator_force
         else:
             self._step_recorded(decimation)
         if self.wrenches:
@@ -261,11 +266,12 @@ class MujocoSimulation(Simulation):
         rows = self._rows
         if rows is not None and rows.shape[1] != decimation:
             raise ConfigurationError(f"a command has {rows.shape[1]} rows for {decimation} physics steps.")
-        record = ("sensordata",) if self._senses else ("qpos",)
+        record, before = ("actuator_force", "sensordata"), self.batch.bind("qvel").copy()
         if self.sensor_wrenches:
-            record, before = self._wrench_reader.fields, self.batch.bind("qvel").copy()
+            record += self._wrench_reader.fields
         recorded = self.batch.rollout(decimation, control=rows, control_spec=_CTRL, record=record)
         self._rows = None
+        self.efforts[:] = recorded["actuator_force"][:, -1]
         self.mark_stale(None)  # computed when it is read: a task may move bodies first
         if self.scene.contacts:
             data = recorded["sensordata"].reshape(self.num_envs, decimation, -1)
@@ -324,6 +330,7 @@ class MujocoSimulation(Simulation):
     def snapshot(self) -> Snapshot:
         """Return the state rows, and the parameters that differ between environments."""
         state: Snapshot = {"state": self.batch.state.copy(), "warning": self.batch.warning.copy()}
+        state["efforts"] = self.efforts.copy()
         sensed = {f"wrench/{name}": wrench.copy() for name, wrench in self.sensor_wrenches.items()}
         return {**state, **self.contacts.snapshot(), **sensed, **parameters.snapshot(self)}
 
@@ -332,6 +339,7 @@ class MujocoSimulation(Simulation):
         parameters.restore(self, snapshot)
         self.batch.state[:] = snapshot["state"]
         self.batch.warning[:] = snapshot["warning"]
+        self.efforts[:] = snapshot.get("efforts", 0.0)
         self.contacts.restore(snapshot)
         for name, wrench in self.sensor_wrenches.items():
             wrench[:] = snapshot.get(f"wrench/{name}", 0.0)

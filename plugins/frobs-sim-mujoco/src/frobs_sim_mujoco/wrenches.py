@@ -45,7 +45,7 @@ class WrenchReader:
         robots: By name.
 
     Attributes:
-        fields: Fields of MjData that are needed after each physics step.
+        fields: Fields of MjData that are needed after each physics step, beside ``sensordata``.
     """
 
     def __init__(self, model: mujoco.MjModel, robots: Mapping[str, Placement]) -> None:
@@ -56,13 +56,13 @@ class WrenchReader:
             for sensor in placement.force_torque_sensors
         }
         self.names = tuple(self._sensors)
-        self.fields = ("sensordata", "qvel", "qacc", "crb", "cdof", "subtree_com", "site_xpos", "site_xmat")
+        self.fields = ("qvel", "qacc", "crb", "cdof", "subtree_com", "site_xpos", "site_xmat")
 
     def read(self, recorded: Mapping[str, Floats], qvel: Floats) -> dict[str, Floats]:
         """Return the mean reading of each sensor in a control step, (num_envs, 6) [N, N·m], by ``robot/sensor``.
 
         Args:
-            recorded: (num_envs, decimation, …) :attr:`fields` after each physics step.
+            recorded: (num_envs, decimation, …) ``sensordata`` and :attr:`fields` after each physics step.
             qvel: (num_envs, nv) before the first.
         """
         velocities = np.concatenate([qvel[:, None], recorded["qvel"]], axis=1)
