@@ -3,7 +3,7 @@ from typing import Any
 import pytest
 
 import frobs_core.plugins
-from frobs_core.errors import SceneError
+from frobs_core.errors import ParameterValueError, SceneError
 from frobs_core.interfaces import Attachment, Body, Scene, Shape
 from frobs_core.models import Box, Pose, Sphere
 from frobs_devkit.testing.simulator.subject import SimulatorUnderTest
@@ -18,12 +18,23 @@ MOMENTS = (0.1, 0.0, 0.0, 0.1, 0.0, 0.1)
         ({"geometry": Sphere(0.1), "shapes": (Shape(Sphere(0.1)),)}, "exactly one"),
         ({"geometry": Sphere(0.1), "mass": 1.0, "density": 1.0}, "one or the other"),
         ({"geometry": Sphere(0.1), "inertia": MOMENTS}, "no mass"),
+        (
+            {"geometry": Sphere(0.1), "mass": 1.0, "inertia": (-0.1, 0.0, 0.0, 0.1, 0.0, 0.1)},
+            "moments are -0.1, 0.1, 0.1",
+        ),
+        ({"geometry": Sphere(0.1), "mass": 1.0, "inertia": (0.1, 0.0, 0.0, 0.1, 0.0, 0.3)}, "sum of two"),
+        ({"geometry": Sphere(0.1), "mass": 1.0, "inertia": (0.1, 0.2, 0.0, 0.1, 0.0, 0.1)}, "no body can have"),
         ({"geometry": Sphere(0.1), "twist": ((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))}, "no mass"),
     ],
 )
 def test_a_body_that_contradicts_itself_is_refused(fields: dict[str, Any], message: str) -> None:
     with pytest.raises(SceneError, match=message):
         Body(**fields)
+
+
+def test_an_inertia_is_six_finite_numbers() -> None:
+    with pytest.raises(ParameterValueError, match="finite"):
+        Body(geometry=Sphere(0.1), mass=1.0, inertia=(float("nan"), 0.0, 0.0, 0.1, 0.0, 0.1))
 
 
 def test_a_body_weighs_what_collides_of_it_unless_it_says_otherwise() -> None:

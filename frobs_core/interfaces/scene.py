@@ -21,6 +21,7 @@ from frobs_core.models.kinematics import compose, joint_path
 from frobs_core.models.model import Collision, Geometry, Inertial, JointType, Pose, RobotModel, Vector3
 from frobs_core.models.solids import solid_inertial
 from frobs_core.rotations import quat_conjugate, quat_multiply, quat_rotate
+from frobs_core.validation import number_list
 
 Twist: TypeAlias = tuple[Vector3, Vector3]
 """Linear velocity [m/s] and angular velocity [rad/s]."""
@@ -70,7 +71,7 @@ class Body:
 
     Raises:
         ConfigurationError: It has both or neither of ``geometry`` and ``shapes``, or both mass and density, or an
-            inertia, a center of mass or a twist but no mass.
+            inertia, a center of mass or a twist but no mass, or an inertia that no body can have.
     """
 
     geometry: Geometry | None = None
@@ -96,6 +97,16 @@ class Body:
             raise SceneError("a scene body", "has a mass and a density; give one or the other.")
         if not self.is_free and (self.center_of_mass or self.inertia or self.twist != AT_REST):
             raise SceneError("a scene body", "has no mass, so it has no center_of_mass, inertia or twist.")
+        if self.inertia is not None:
+            ixx, ixy, ixz, iyy, iyz, izz = number_list("inertia", self.inertia, 6)
+            moments = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])  # ascending
+            if not (moments[0] > 0.0 and moments[0] + moments[1] >= moments[2] * (1.0 - 1e-9)):
+                text = ", ".join(f"{moment:.4g}" for moment in moments)
+                raise SceneError(
+                    "a scene body",
+                    f"has an inertia that no body can have: its principal moments are {text} kg·m². Each must be above 0, "
+                    "and the sum of two at least the third.",
+                )
 
     @property
     def is_free(self) -> bool:
