@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import sys
+import zipfile
 from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
+from hatchling.builders.wheel import WheelBuilder
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))
 
@@ -120,3 +122,15 @@ def test_optional_imports_are_still_used() -> None:
         if packages - third_party(distributions()[name])
     }
     assert stale == {}
+
+
+def test_every_package_ships_its_types(distribution: Distribution, tmp_path: Path) -> None:
+    if not distribution.packages:
+        pytest.skip("the meta-package has no code")
+    missing = [package.name for package in distribution.packages if not (package / "py.typed").is_file()]
+    assert not missing
+    wheel = next(
+        WheelBuilder(str(distribution.folder)).build(directory=str(tmp_path), versions=["standard"])
+    )  # in a moment, without pip
+    names = zipfile.ZipFile(wheel).namelist()
+    assert {f"{package.name}/py.typed" for package in distribution.packages} <= set(names)

@@ -11,7 +11,7 @@ test_{{ kinds }} = pytest_checks(check_{{ kinds }}("{{ cookiecutter.name }}"))
 {% if kinds != "algorithm" %}
 
 
-def test_an_arm_reaches_with_it():
+def test_an_arm_reaches_with_it() -> None:
     env = gym.make("frobs_core:frobs/Irb120Reach-v0", {{ kinds }}="{{ cookiecutter.name }}")
     env.reset(seed=0)
     for _ in range(10):

@@ -33,7 +33,7 @@ test_drive = pytest_checks(check_controller("differential_drive", robot="{{ cook
 {% elif cookiecutter.what == "robot" %}
 
 
-def test_it_can_reach():
+def test_it_can_reach() -> None:
     env = gym.make("frobs_core:frobs/Reach-v0", robot="{{ cookiecutter.name }}")
     observation, _ = env.reset(seed=0)
     for _ in range(10):

@@ -55,13 +55,14 @@ class Course:
     @property
     def left(self) -> Floats:
         """(num_envs,) way-points that are still to be reached."""
-        return self.last + 1.0 - self.index
+        return np.asarray(self.last + 1.0 - self.index, np.float64)
 
     def advance(self, reached: Mask) -> Mask:
         """Go on to the next way-point where one is reached; return where it was the last, (num_envs,) bool."""
         at_the_end = self.index == self.last
         self.index += reached & ~at_the_end
-        return reached & at_the_end
+        ended: Mask = reached & at_the_end
+        return ended
 
     def begin(
         self,

@@ -168,7 +168,7 @@ class Navigate(Task):
         self._yaw, self._bearing, self._distance = np.zeros((3, n))
         self._step = Step.none(n)
         self._success: Mask = np.zeros(n, np.bool_)
-        self._reward_terms: dict[str, Floats] = {}
+        self._reward_terms: dict[str, np.ndarray[Any, Any]] = {}
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
         """Place the robot and the boxes, and choose a route.

@@ -82,5 +82,6 @@ def depth(geometry: Geometry, up: Floats) -> Floats:
         case Cylinder(radius, length):
             return np.abs(up[:, 2]) * (length / 2) + np.hypot(up[:, 0], up[:, 1]) * radius
         case Box(size):
-            return (np.abs(up) * (np.array(size) / 2)).sum(axis=-1)
+            extent: Floats = (np.abs(up) * (np.array(size) / 2)).sum(axis=-1)
+            return extent
     return np.zeros(len(up))

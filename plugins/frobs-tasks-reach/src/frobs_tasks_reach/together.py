@@ -79,7 +79,8 @@ class ReachTogether(Task):
         Raises:
             ConfigurationError: A robot has no joints.
         """
-        others = {*simulation.scene.robots, *simulation.scene.props}
+        scene = self.scene()
+        others = {*scene.robots, *scene.props}
         parts: dict[str, Reach] = {}
         for name in simulation.robots:
             if name in others:
@@ -106,7 +107,8 @@ class ReachTogether(Task):
 
     def reward(self, context: StepContext) -> Floats:
         """Return the sum of the rewards, (num_envs,)."""
-        return np.sum([part.reward(context) for part in self.parts.values()], axis=0)
+        total: Floats = np.sum([part.reward(context) for part in self.parts.values()], axis=0)
+        return total
 
     def reward_terms(self) -> Mapping[str, Floats]:
         """Return the terms of every robot, (num_envs,) each."""
@@ -114,7 +116,8 @@ class ReachTogether(Task):
 
     def is_success(self) -> Mask:
         """Return where all tools are at their goals now, (num_envs,) bool."""
-        return np.logical_and.reduce([part.is_success() for part in self.parts.values()])
+        together: Mask = np.logical_and.reduce([part.is_success() for part in self.parts.values()])
+        return together
 
     def markers(self) -> Sequence[Marker]:
         """Return the goals and tools."""
