@@ -9,9 +9,14 @@ from planting import Fault, replaced
 _ROBOT, _SIMULATION = "frobs_sim_mujoco.robot", "frobs_sim_mujoco.simulation"
 _BODY, _SCENERY = "frobs_sim_mujoco.body", "frobs_sim_mujoco.scenery"
 _WRENCHES, _BASE = "frobs_sim_mujoco.wrenches", "frobs_core.interfaces.simulation"
-_CONTACTS = "frobs_core.interfaces.contacts"
+_CONTACTS, _SCENE = "frobs_core.interfaces.contacts", "frobs_core.interfaces.scene"
 _HANDLE, _COMMANDED = "frobs_core.interfaces.robot_handle", "frobs_controllers.commanded_positions"
 _ENV = "frobs_core.env"
+_CONTROL, _GROUP = "frobs_core.control", "frobs_core.interfaces.joint_group"
+_ATTACHMENT, _CONTEXT = "frobs_core.interfaces.attachment", "frobs_core.interfaces.step_context"
+_WRAPPER, _DISCRETE = "frobs_core.interfaces.controller", "frobs_controllers.discrete"
+_ARTICULATION, _RENDERING = "frobs_sim_mujoco.articulation", "frobs_sim_mujoco.rendering"
+_MUJOCO_CONTACTS = "frobs_sim_mujoco.contacts"
 _DELTA = "frobs_controllers.joint_delta_position"
 _VELOCITY, _DRIVE = "frobs_controllers.joint_velocity", "frobs_controllers.differential_drive"
 _REACH, _GOAL, _SAMPLING = "frobs_tasks_reach.reach", "frobs_tasks_reach.goal", "frobs_tasks_reach.sampling"
@@ -83,6 +88,76 @@ _TABLE = (
      'self._timestep - recorded["qacc"]  # (num_envs, decimation, nv)', 'self._timestep * 0.0'),
     ("wrenches that outlive a reset", _SIMULATION, "wrench[rows] = 0.0", "pass"),
     ("wrenches of the last physics step only", _BASE, "means[name] += read / decimation", "means[name][:] = read / decimation"),
+    # -- joint groups, several robots, wrapped controllers, the physics rate --
+    ("commands of all groups in the first columns", _CONTROL,
+     "whole[..., columns] = command", "whole[..., : command.shape[-1]] = command"),
+    ("joints without a controller sent to zero", _CONTROL, "whole[...] = robot.home[:1]", "whole[...] = 0.0"),
+    ("limits of the first joints for every group", _GROUP,
+     "getattr(whole, limit)[:, self.columns])", "getattr(whole, limit)[:, : len(numbers)])"),
+    ("positions of the first joints for every group", _GROUP,
+     "return self._whole.joint_positions[:, self.columns]", "return self._whole.joint_positions[:, : self.dof]"),
+    ("the first robot's action for all robots", _CONTROL,
+     "for robot, places in zip(self.robots.values(), self._places, strict=True)",
+     "for robot, places in zip(self.robots.values(), self._places[:1] * len(self._places), strict=True)"),
+    ("a snapshot of the first controller", _CONTROL,
+     "for name, controller in self.controllers.items()\n            for key",
+     "for name, controller in list(self.controllers.items())[:1]\n            for key"),
+    ("a reset of the first controller", _CONTROL,
+     "for controller in self.controllers.values():\n            controller.reset(mask)", "next(iter(self.controllers.values())).reset(mask)"),
+    ("a wrapper that does not reset", _WRAPPER, "self.inner.reset(mask)", "pass"),
+    ("a wrapper without a snapshot", _WRAPPER, "return self.inner.snapshot()", "return {}"),
+    ("a wrapper that does not restore", _WRAPPER, "self.inner.restore(snapshot)", "pass"),
+    ("an update before the first physics step", _BASE, "            if i:\n", "            if True:\n"),
+    ("wrenches in the first physics step only", _BASE,
+     "for wrench in wrenches:\n                    self.apply_wrench(*wrench)", "pass"),
+    ("contacts of the last physics step after an update", _BASE,
+     "self.contacts.merge(contacts)", "self.contacts.merge(contacts[-1:])"),
+    # -- end effectors --
+    ("a tool at the origin of its link", _ATTACHMENT, '"xyz": " ".join(map(repr, pos))', '"xyz": "0 0 0"'),
+    ("a home position without the tool's", _ATTACHMENT,
+     "home={**arm.home, **prefixed(tool.home)}", "home={**arm.home}"),
+    ("open and closed exchanged", _ATTACHMENT, "open=prefixed(described.open)", "open=prefixed(described.closed)"),
+    ("joints of the tool in reverse order", _ATTACHMENT,
+     "for joint in tool_model.joint_names)\n    title", "for joint in tool_model.joint_names[::-1])\n    title"),
+    # -- abilities --
+    ("an ability without its method", _SIMULATION,
+     "def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:",
+     "def cast_rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:"),
+    ("wrenches that are declared, not implemented", _SIMULATION, "    def apply_wrench(", "    def push("),
+    ("force-torque sensors that are declared, not implemented", _SIMULATION,
+     "self.sensor_wrenches = {name: np.zeros((num_envs, 6)) for name in self._wrench_reader.names}",
+     "self._unread = {name: np.zeros((num_envs, 6)) for name in self._wrench_reader.names}"),
+    # -- added terms --
+    ("an action of the episode before", _CONTEXT, "self.given_action[rows] = 0", "pass"),
+    ("an action that is never reported", _CONTEXT,
+     "return self.given_action if self._bounds is None else", "return 0 * self.given_action if True else"),
+    ("terms in reverse order", _OBSERVATION,
+     "[term.read for term in part.values()]", "[term.read for term in reversed(part.values())]"),
+    # -- scenes --
+    ("products of inertia exchanged", _ARTICULATION,
+     "inertia[0, 1], inertia[0, 2], inertia[1, 2]]", "inertia[0, 2], inertia[0, 1], inertia[1, 2]]"),
+    ("rolling friction without an effect", _SCENERY, "geom.condim = 6", "geom.condim = 4"),
+    ("the friction of a prop's joints ignored", _ARTICULATION, "damping=[joint.damping, 0, 0]", "damping=[0, 0, 0]"),
+    ("a prop that is not turned", _SCENE,
+     "model=model, pose=self.pose, command_mode=CommandMode.EFFORT",
+     "model=model, pose=Pose(self.pose.pos), command_mode=CommandMode.EFFORT"),
+    ("a prop at another place", _SCENE,
+     "pose=self.pose, command_mode=CommandMode.EFFORT",
+     "pose=Pose((self.pose.pos[1], self.pose.pos[0], 0.0)), command_mode=CommandMode.EFFORT"),
+    ("an attachment that is a soft spring", _SCENERY, "solref=(2.0 * spec.option.timestep, 1.0),\n        solimp=HARD,", "solref=(0.5, 1.0),"),
+    ("an attachment without the turn", _SCENERY, "*pose.pos, *pose.quat_wxyz, torque_scale", "*pose.pos, 0.5, 0.5, 0.5, 0.5, torque_scale"),
+    # -- contacts --
+    ("the force on the second side", _MUJOCO_CONTACTS, "= -data[..., at : at + 3]", "= data[..., at : at + 3]"),
+    ("a contact that needs two points", _MUJOCO_CONTACTS, "return counts > 0, np", "return counts > 1, np"),
+    ("what a contact ignores counted", _MUJOCO_CONTACTS, "counts[..., column] -= data[..., at]", "pass"),
+    ("contacts that outlive a reset", _CONTACTS, "array[slice(None) if mask is None else mask] = 0", "pass"),
+    # -- rendering --
+    ("images of the first environment for all", _RENDERING,
+     "self._drawn.show(env)", "self._drawn.show(0)"),
+    ("fast images of one size for all", _RENDERING, "key = (*size, fast)", "key = (0, 0, True) if fast else (*size, fast)"),
+    ("an image for each environment, whatever the mask", _SIMULATION,
+     "chosen = list(range(self.num_envs)) if mask is None else np.flatnonzero(mask).tolist()",
+     "chosen = list(range(self.num_envs))"),
     # -- controllers --
     ("a body's twist at its center of mass", _BODY,
      'read_only(self._simulation.batch.bind("qvel")[:, dof : dof + 3])', "twist[:, 3:]"),

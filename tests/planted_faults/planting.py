@@ -15,17 +15,70 @@ import select
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import FunctionType
+from typing import Any
 
+from frobs_core.interfaces import EndEffector, Robot
 from frobs_devkit.testing import Check, check_controller, check_env, check_robot, check_simulator, check_task
 
 ROOT = Path(__file__).parents[2]
 sys.path.append(str(ROOT))  # for templates
 SECONDS = 300.0
 """After which a process is ended: a fault that makes a check hang is caught by it."""
+
+
+TOOL = Robot(
+    model=str(ROOT / "tests" / "contracts" / "fingers.urdf"),
+    home={"left": 0.04, "right": 0.03},
+    end_effectors={
+        "fingers": EndEffector(tcp="tcp", open={"left": 0.04, "right": 0.04}, closed={"left": 0.0, "right": 0.0})
+    },
+)
+"""A gripper that the kit attaches to an arm."""
+
+_ARM = "frobs_robots_abb:models/irb120.urdf.xacro"
+GROUPED: Mapping[str, Any] = {
+    "robot": Robot(
+        model=_ARM,
+        home={"joint_5": 0.5},
+        tcp="tool0",
+        groups={
+            "arm": ("joint_1", "joint_2", "joint_3"),
+            "roll": ("joint_4",),
+            "free": ("joint_5",),
+            "wrist": ("joint_6",),
+        },
+    ),
+    "controller": {"arm": "joint_delta_position", "roll": "joint_velocity", "wrist": "joint_delta_position"},
+}
+"""Keywords of an environment whose robot has three controllers, and a joint without any."""
+
+TWO_ROBOTS: Mapping[str, Any] = {
+    "robots": {
+        "robot": {"robot": "irb120", "sensors": {"imu": {"type": "imu", "frame": "link_6", "noise": 0.01}}},
+        "other": {"robot": "irb140", "pose": {"pos": [1.5, 0.0, 0.0]}},
+    },
+    "controller": "joint_delta_position",
+    "observations": {
+        "last": {"type": "previous_action"},
+        "efforts": {"type": "joint_efforts", "robot": "other"},
+        "imu": {"type": "sensor", "sensor": "imu"},
+    },
+}
+"""Keywords of an environment with two robots and terms that the user adds."""
+
+_SHAPES = ("actions_move_their_joints", "terms_fill_their_columns")
+_PARTS: Mapping[str, Sequence[str]] = {
+    "control": (*_SHAPES, "snapshot_continues", "reset_forgets_history"),
+    "joint_group": _SHAPES,
+    "attachment": _SHAPES,
+    "observation": _SHAPES,
+    "step_context": (*_SHAPES, "reset_forgets_history", "observation_elements_vary"),
+}
+"""Checks of environments that look at the contract of a module of the core, by the name of the module."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +126,15 @@ def checks_for(module: str) -> Iterator[Check]:
     if package == "templates" or name == "pacing":
         yield from check_simulator(importlib.import_module("templates.my_paced_simulator").RECORD)
         return
-    if package in ("frobs_sim_mujoco", "frobs_core.interfaces"):
+    if name in _PARTS:
+        yield from check_controller("joint_delta_position")
+        yield from check_controller("joint_position")
+        yield from check_robot(TOOL, [])
+        for keywords in (GROUPED, TWO_ROBOTS):
+            yield from _only(_PARTS[name], check_env("frobs/Env-v0", task="reach", **keywords))
+    elif name in ("controller", "discrete"):
+        yield from check_controller("discrete")
+    elif package in ("frobs_sim_mujoco", "frobs_core.interfaces"):
         yield from _without_pictures(check_simulator("mujoco"))
         yield from check_robot("irb120", ["mujoco"])
     elif package == "frobs_controllers":
@@ -156,6 +217,10 @@ def _first_failure(checks: Iterator[Check]) -> str | None:
 def _without_pictures(checks: list[Check]) -> Iterator[Check]:
     slow = ("cameras_see", "pictures_are_true", "render_draws", "stable_baselines3_checker", "fresh_process")
     yield from (check for check in checks if check.name not in slow)
+
+
+def _only(names: Sequence[str], checks: list[Check]) -> Iterator[Check]:
+    yield from (check for check in checks if check.name in names)
 
 
 def _controller(package: str, name: str) -> dict[str, str]:

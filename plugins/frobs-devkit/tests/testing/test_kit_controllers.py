@@ -143,6 +143,11 @@ class MovesTheRobot(Step):
         return target
 
 
+class StepsByColumn(Step):
+    def apply(self, action: Any) -> Any:
+        return super().apply(np.clip(action, -1.0, 1.0) * np.linspace(0.5, 1.0, action.shape[-1]))
+
+
 class SharedByAll(Step):
     last: weakref.ref[Any] = weakref.ref(Controller)
 
@@ -229,6 +234,7 @@ SEPARATE = [
     (record(MatrixProduct), "rows_equal_singles"),
     (record(SharedByAll), "controllers_share_nothing"),
     (record(ForgetsTarget), "snapshots_continue"),
+    (record(StepsByColumn), "commands_have_the_order_of_the_group"),
 ]
 """Faults that one check catches, and no other."""
 

@@ -8,9 +8,10 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.capabilities import Level, abilities
+from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import CommandMode, Controller
 from frobs_devkit.testing.checks import NotApplicable, expect, expect_keyword_only
-from frobs_devkit.testing.compare import expect_rows, expect_same
+from frobs_devkit.testing.compare import expect_close, expect_rows, expect_same
 from frobs_devkit.testing.controller.subject import NUM_ENVS, ControllerUnderTest
 
 
@@ -31,6 +32,23 @@ def actions_are_normalized(subject: ControllerUnderTest) -> None:
         else:
             discrete = gym.spaces.Discrete | gym.spaces.MultiDiscrete | gym.spaces.MultiBinary
             expect(isinstance(space, discrete), f"{space} is neither a Box nor discrete.")
+
+
+def commands_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
+    """Bound to the same joints in reverse order, a controller commands the same joints the same, in that order."""
+    commands = []
+    for reverse in (False, True):
+        try:
+            with subject.bind(reverse=reverse) as bound:
+                if not isinstance(bound.controller.action_space, gym.spaces.Box):
+                    raise NotApplicable("each action of its own means one joint")
+                actions = [bound.constant(value) for value in (0.0, 1.0, -1.0)]
+                commands.append([np.array(bound.controller.apply(action)) for action in actions])
+        except ConfigurationError as error:
+            raise NotApplicable(f"it controls some groups only: {error}") from error
+    for straight, reversed_ in zip(*commands, strict=True):
+        tolerance = 1e-9 * max(1.0, float(np.abs(straight).max()))
+        expect_close(straight[..., ::-1], reversed_, tolerance, "command of a group in reverse order")
 
 
 def commands_have_their_shape(subject: ControllerUnderTest) -> None:

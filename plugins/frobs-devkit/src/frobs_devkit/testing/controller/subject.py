@@ -86,22 +86,26 @@ class ControllerUnderTest:
         return min(steps, max(3, round(steps * _CONTROL_TIMESTEP / self.control_timestep)))
 
     @contextmanager
-    def bind(self, num_envs: int = NUM_ENVS, gravity: tuple[float, float, float] = _WEIGHTLESS) -> Iterator[Bound]:
+    def bind(
+        self, num_envs: int = NUM_ENVS, gravity: tuple[float, float, float] = _WEIGHTLESS, *, reverse: bool = False
+    ) -> Iterator[Bound]:
         """Bind a new controller to a new simulation; it is closed at the end of the ``with`` block.
+
+        With ``reverse``, it is bound to a group of all joints in reverse order.
 
         Raises:
             ConfigurationError: It cannot control the robot.
         """
         try:
-            bound = self._bind(self.robot or ARM, num_envs, gravity)
+            bound = self._bind(self.robot or ARM, num_envs, gravity, reverse)
         except ConfigurationError:
             if self.robot is not None:
                 raise
-            bound = self._bind(ROVER, num_envs, gravity)
+            bound = self._bind(ROVER, num_envs, gravity, reverse)
         with closing(bound.simulation):
             yield bound
 
-    def _bind(self, robot: Robot, num_envs: int, gravity: tuple[float, float, float]) -> Bound:
+    def _bind(self, robot: Robot, num_envs: int, gravity: tuple[float, float, float], reverse: bool) -> Bound:
         controller: Controller = build(f"controller '{self.record.name}'", self.record.load(), self.kwargs)
         wheeled = robot.base == "wheeled"
         placement = Placement(
@@ -118,7 +122,8 @@ class ControllerUnderTest:
             handle = simulation.robots["robot"]
             decimation = count_physics_steps(self.control_timestep, _PHYSICS_TIMESTEP)
             controller.bind_scene(scene, simulation)
-            controller.bind(handle, self.control_timestep, decimation)
+            group = handle.group(handle.joint_names[::-1]) if reverse else handle
+            controller.bind(group, self.control_timestep, decimation)
         except BaseException:
             simulation.close()
             raise

@@ -14,6 +14,7 @@ from frobs_devkit.testing.environment import (
     data,
     honesty,
     life,
+    parts,
     pictures,
     randomization,
     rewards,
@@ -23,7 +24,7 @@ from frobs_devkit.testing.environment import (
 )
 from frobs_devkit.testing.environment.subject import EnvUnderTest
 
-CHECKS = checks_of(data, seeding, api, life, honesty, rewards, state, vector, randomization, pictures)
+CHECKS = checks_of(data, seeding, api, life, honesty, parts, rewards, state, vector, randomization, pictures)
 """Every check of an environment, in the order in which they run."""
 
 SKELETON = re.compile(r"Skeleton-v[0-9]+$")

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from frobs_core.interfaces import Robot
-from frobs_core.models import JointType, default_tcp, home_positions, inertia_matrix, joint_path, usual_rank
+from frobs_core.models import JointType, default_tcp, home_positions, inertia_matrix, joint_path, load_model, usual_rank
+from frobs_core.rotations import quat_rotate
 from frobs_devkit.doctor.joints import joint_facts, joint_findings
-from frobs_devkit.testing.checks import Inconclusive, expect
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
+from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.robot.subject import RobotUnderTest
+from frobs_devkit.testing.simulator.robots import ARM, model_of
 
 
 def model_has_joints(subject: RobotUnderTest) -> None:
@@ -126,3 +131,32 @@ def parts_exist(subject: RobotUnderTest) -> None:
         numbers = (drive.separation, drive.wheel_radius, drive.max_linear_velocity, drive.max_angular_velocity)
         accelerations = [a for a in (drive.max_linear_acceleration, drive.max_angular_acceleration) if a is not None]
         expect(min(*numbers, *accelerations) > 0, f"differential_drive has a number that is not positive: {drive}.")
+
+
+def end_effectors_attach(subject: RobotUnderTest) -> None:
+    """Attached to an arm, a tool keeps its masses, home, tool center point and open and closed positions."""
+    tool, model = subject.robot, subject.model
+    if not tool.end_effectors or tool.groups or model.format != "urdf":
+        raise NotApplicable("the robot is no tool that can be attached")
+    arm, at = replace(ARM, model=str(model_of(ARM.model).path)), (0.1, -0.2, 0.3)
+    whole = arm.attach("tool", tool, name="kit", pos=at)
+    joined = load_model(whole.model)
+    effector, described = whole.end_effectors["kit"], next(iter(tool.end_effectors.values()))
+    names = tuple(f"kit_{joint}" for joint in model.joint_names)
+    expect(whole.groups.get("kit", ()) == names, f"the group of the tool is {whole.groups.get('kit')}, not {names}.")
+    masses = [
+        sum(link.inertial.mass for link in m.links if link.inertial) for m in (joined, model, model_of(ARM.model))
+    ]
+    expect_close(masses[1] + masses[2], masses[0], 1e-9, "mass of an arm with the tool [kg]")
+    home = home_positions(joined, whole.home)
+    own = home_positions(model, tool.home)
+    places = [joined.joint_names.index(name) for name in names]
+    expect_close(own, home[places], 1e-12, "home position of the attached tool")
+    for state in ("open", "closed"):
+        wanted = {f"kit_{joint}": value for joint, value in getattr(described, state).items()}
+        found = getattr(effector, state)
+        expect(found == wanted, f"the {state} positions of the attached tool are {found}, not {wanted}.")
+    frames = {link: joined.frame_pose(link, home[None])[0][0] for link in ("tool", effector.tcp)}
+    turn = joined.frame_pose("tool", home[None])[1]
+    tip = quat_rotate(turn, (np.array(at) + model.frame_pose(described.tcp, own[None])[0][0])[None])[0]
+    expect_close(frames["tool"] + tip, frames[effector.tcp], 1e-9, "tool center point of the attached tool [m]")

@@ -13,9 +13,9 @@ from frobs_core.arrays import Floats
 from frobs_core.errors import SceneError, SimulationError
 from frobs_core.interfaces import AT_REST, Attachment, Body, Prop, Shape
 from frobs_core.models import Box, Mesh, MeshPart, Pose, Sphere, inertia_matrix, write_stl
-from frobs_core.rotations import matrix_from_quat, quat_conjugate, quat_rotate
+from frobs_core.rotations import matrix_from_quat, quat_conjugate, quat_multiply, quat_rotate
 from frobs_devkit.testing.checks import NotApplicable, expect, expect_raises
-from frobs_devkit.testing.compare import expect_close
+from frobs_devkit.testing.compare import expect_close, expect_same_pose
 from frobs_devkit.testing.simulator.robots import LIFT
 from frobs_devkit.testing.simulator.subject import BALL, BAR, TILTED, TIMESTEP, SimulatorUnderTest, verifies
 
@@ -119,23 +119,23 @@ def attachments_hold(subject: SimulatorUnderTest) -> None:
             "the box in the frame of the ball": (lambda: sim.bodies["ball"].pose, "box"),
         }
         held = _relative(robot.frame_pose("table"), sim.bodies["hammer"].pose)
-        expected = dict(zip(places, (held, np.tile([0.2, 0.0, 0.1], (n, 1))), strict=True))
+        fixed = np.tile([0.2, 0.0, 0.1], (n, 1)), np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
+        expected = dict(zip(places, (held, fixed), strict=True))
         robot.command(np.tile([0.1, 0.5], (n, 1)))
         for _ in range(2):
             sim.step(200)
             for what, (frame, body) in places.items():
                 found = _relative(frame(), sim.bodies[body].pose)
-                expect_close(
-                    expected[what], found, subject.tolerance("attachments", 1e-3, 0.01), f"position of {what} [m]"
-                )
+                expect_same_pose(expected[what], found, subject.tolerance("attachments", 1e-3, 0.01), what)
         expect((np.abs(robot.joint_positions[:, 1]) > 0.2).all(), "the table does not turn with what is fixed to it.")
         speed = np.linalg.norm(sim.bodies["ball"].twist[0], axis=1)
         expect((speed > 0.05).all(), f"a ball that is fixed to a flying box moves at {speed} m/s.")
 
 
-def _relative(frame: tuple[Floats, Floats], pose: tuple[Floats, Floats]) -> Floats:
-    """Return the position of a pose in a frame, (n, 3) [m]."""
-    return quat_rotate(quat_conjugate(frame[1]), pose[0] - frame[0])
+def _relative(frame: tuple[Floats, Floats], pose: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    """Return the position (n, 3) [m] and quat_wxyz (n, 4) of a pose in a frame."""
+    back = quat_conjugate(frame[1])
+    return quat_rotate(back, pose[0] - frame[0]), quat_multiply(back, pose[1])
 
 
 @verifies("wrench")

@@ -60,6 +60,10 @@ def fast_pictures_show_the_same(subject: SimulatorUnderTest) -> None:
                     shown, wanted = (np.argwhere(_red(one[i])).mean(axis=0) for one in (fast, full))
                     what = f"row and column of a red box in a fast {size} picture of environment {i}"
                     expect_close(wanted, shown, 2.0, what)
+            if subject.level("teleport"):
+                rows = [np.argwhere(_red(one))[:, 0].mean() for one in all_drawn]
+                lower = np.diff(rows) > 2.0  # each box is lower than that of the environment before
+                expect(lower.all(), f"red boxes at different heights are drawn at the rows {rows}.")
             for mask in (np.arange(n) == n - 1, np.zeros(n, np.bool_)):
                 some = sim.render(mask, "front", _SIZE, fast=True)
                 expect_array(some, (int(mask.sum()), *_SIZE, 3), np.uint8, f"render of the mask {mask}")
