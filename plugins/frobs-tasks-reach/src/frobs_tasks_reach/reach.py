@@ -128,17 +128,23 @@ class Reach(EpisodeStart):
         the other joints have to do looks the same whichever way that link has turned.
         """
         robot = self._robot
-        margin = _LIMIT_MARGIN * (robot.position_upper[0] - robot.position_lower[0])
-        lowest, highest = robot.position_lower[0] - margin, robot.position_upper[0] + margin
+        margin = _LIMIT_MARGIN * (robot.position_upper - robot.position_lower)
+        lowest, highest = robot.position_lower - margin, robot.position_upper + margin
+        held = np.empty_like(lowest)
+
+        def joint_positions() -> Floats:
+            np.maximum(robot.joint_positions, lowest, out=held)
+            return np.minimum(held, highest, out=held)
+
         low, high = self._reach_box()
         goal_low, goal_high = self._goal_bounds()
         goal_low, goal_high = goal_low - self._goal_excursion(), goal_high + self._goal_excursion()
         farthest = np.full(3, np.sqrt((np.maximum(goal_high - low, high - goal_low) ** 2).sum()))
         return {
             "joint_positions": ObservationTerm(
-                read=lambda: np.minimum(np.maximum(robot.joint_positions, lowest), highest),
-                low=lowest,
-                high=highest,
+                read=joint_positions,
+                low=lowest[0],
+                high=highest[0],
                 unit="rad or m",
             ),
             "tcp_position": ObservationTerm(read=lambda: self._tcp, low=low, high=high, unit="m", scale=2.0),
