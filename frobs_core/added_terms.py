@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +12,7 @@ from frobs_core.arrays import Floats, Mask
 from frobs_core.capabilities import Level
 from frobs_core.control import Control
 from frobs_core.errors import ObservationTermError, UnknownNameError
-from frobs_core.interfaces import RobotHandle, Scene, Sensor, Simulation, Snapshot, StepContext
+from frobs_core.interfaces import Marker, RobotHandle, Scene, Sensor, Simulation, Snapshot, StepContext
 from frobs_core.observation import VECTORS, ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.sensors import Sensors
@@ -26,7 +26,7 @@ TYPES: Mapping[str, frozenset[str]] = {
     "contact": frozenset({"contact"}),
     "sensor": frozenset({"sensor", "robot"}),
     "previous_action": frozenset(),
-    "camera": frozenset({"camera", "size", "modality", "fast"}),
+    "camera": frozenset({"camera", "size", "modality", "fast", "markers"}),
 }
 """Types of terms, with the settings of each."""
 
@@ -57,7 +57,7 @@ def read_settings(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         for key in settings.keys() - {"type"}:
             if key not in TYPES[kind]:
                 raise UnknownNameError(f"setting of the observation term '{name}'", str(key), TYPES[kind])
-        for key in TYPES[kind] - {"robot", "size", "modality", "fast"}:
+        for key in TYPES[kind] - {"robot", "size", "modality", "fast", "markers"}:
             if not isinstance(settings.get(key), str):
                 raise ObservationTermError(name, f"needs the setting '{key}', the name of a {key}.")
         if kind == "camera":
@@ -75,8 +75,9 @@ def _check_camera(name: str, settings: dict[str, Any]) -> None:
         )
     if settings.setdefault("modality", "rgb") not in MODALITIES:
         raise UnknownNameError(f"modality of the observation term '{name}'", str(settings["modality"]), MODALITIES)
-    if not isinstance(settings.setdefault("fast", True), bool):
-        raise ObservationTermError(name, f"has fast {settings['fast']!r}; write true or false.")
+    for key, default in {"fast": True, "markers": False}.items():
+        if not isinstance(settings.setdefault(key, default), bool):
+            raise ObservationTermError(name, f"has {key} {settings[key]!r}; write true or false.")
 
 
 def without_dropped(terms: Mapping[str, ObservationTerm], given: Mapping[str, Any]) -> dict[str, ObservationTerm]:
@@ -114,6 +115,7 @@ class AddedTerms:
         scene: Its scene.
         control: All controllers.
         context: Of the environment's steps.
+        markers: Returns the markers of the task.
         control_timestep: [s]
 
     Attributes:
@@ -131,9 +133,10 @@ class AddedTerms:
         scene: Scene,
         control: Control,
         context: StepContext,
+        markers: Callable[[], Sequence[Marker]],
         control_timestep: float,
     ) -> None:
-        self._simulation, self._scene, self._control = simulation, scene, control
+        self._simulation, self._scene, self._control, self._markers = simulation, scene, control, markers
         self._sensors: dict[str, Sensors] = {}
         self.terms: dict[str, ObservationTerm] = {}
         for name, term in settings.items():
@@ -205,10 +208,11 @@ class AddedTerms:
 
     def _camera(self, name: str, term: Mapping[str, Any]) -> ObservationTerm:
         camera = _known(f"camera of the observation term '{name}'", term["camera"], self._scene.cameras)
-        size, modality, fast = tuple(term["size"]), term["modality"], term["fast"]
+        size, modality, fast, with_markers = tuple(term["size"]), term["modality"], term["fast"], term["markers"]
 
         def read() -> np.ndarray[Any, Any]:
-            return self._simulation.render(None, camera, size, modality, fast=fast)
+            markers = self._markers() if with_markers else ()
+            return self._simulation.render(None, camera, size, modality, markers, fast=fast)
 
         if modality == "rgb":
             black = np.zeros((*size, 3), np.uint8)

@@ -147,7 +147,7 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
         the_task.bind(simulation, controller, control)
         commands = {name: robot.robot.home for name, robot in joined.robots.items()}
         context = StepContext(RandomSource(num_envs), joined.action_space, commands)
-        added = AddedTerms(observed, simulation, scene, joined, context, control)
+        added = AddedTerms(observed, simulation, scene, joined, context, the_task.markers, control)
         terms = without_dropped(the_task.observation_terms(), config.observations)
         for name in added.terms:
             if name in terms:

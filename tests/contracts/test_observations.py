@@ -112,6 +112,18 @@ def test_one_fast_call_draws_all_environments(quality, fast):
     env.close()
 
 
+def test_markers_are_drawn_where_they_are_asked_for(simulator):
+    goal = [0.35, 0.0, 0.4]
+    eye = {"camera": "overview", "size": [48, 64]}
+    env = RobotEnv(
+        **REACH, simulator=simulator, tolerance=0.1, observations={"plain": eye, "marked": {**eye, "markers": True}}
+    )
+    observation, _ = env.reset(seed=0, options={"goal": goal})
+    changed = (observation["plain"] != observation["marked"]).any(axis=-1)
+    assert 10 < changed.sum() < changed.size / 3
+    env.close()
+
+
 def test_added_terms_can_have_noise():
     noisy = {"observation_noise": {"speeds": {"normal": 0.1}}}
     env = RobotVectorEnv(num_envs=2, **REACH, observations=TERMS, randomize=noisy)
@@ -146,6 +158,7 @@ def test_noise_in_two_places_is_rejected():
         ({"camera": "overwiew"}, "Did you mean 'overview'"),
         ({"camera": "overview", "modality": "normals"}, "rgb"),
         ({"camera": "overview", "size": [0, 4]}, "height, width"),
+        ({"camera": "overview", "markers": 1}, "true or false"),
         ({"camera": "overview", "fast": "yes"}, "true or false"),
         ({"type": "body"}, "needs the setting 'body'"),
         ("joint_positions", "write a mapping"),
