@@ -60,16 +60,32 @@ def extended(tmp_path: Path, process: Run) -> Run:
     return lambda *args, **env: process(*args, env={**os.environ, "PYTHONPATH": path, **env})
 
 
-ATTEMPTS = 5  # on a busy machine, other processes empty the caches: the same code then costs more CPU time
+TYPER = """
+import sys, typer
+sys.argv = ["two", "--help"]
+app = typer.Typer()
+app.command("one")(lambda: None)
+app.command("two")(lambda: None)
+app()
+"""
+"""A program of two commands that prints its help."""
+
+FROBS = "import sys, frobs_cli; sys.argv = ['frobs', *{arguments}]; sys.stdout = sys.__stdout__; frobs_cli.main()"
+
+
+END = """
+import atexit, resource, sys
+def report():
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    sys.stderr.write(str(used.ru_utime + used.ru_stime))
+atexit.register(report)
+"""
 
 
 def cpu_seconds(code: str, **env: str) -> float:
-    """Return the least CPU time of eight processes [s], their start included: other load can only add to it."""
-    end = "import resource, sys; u = resource.getrusage(resource.RUSAGE_SELF); sys.stderr.write(str(u.ru_utime + u.ru_stime))"
-    program = f"try:\n    {code}\nexcept SystemExit: pass\n{end}"
-    command = [sys.executable, "-c", program]
-    runs = [subprocess.run(command, capture_output=True, text=True, env={**os.environ, **env}) for _ in range(8)]
-    return min(float(run.stderr) for run in runs)
+    """Return the CPU time of a process [s], its start included."""
+    command = [sys.executable, "-c", END + code]
+    return float(subprocess.run(command, capture_output=True, text=True, env={**os.environ, **env}).stderr)
 
 
 def test_a_distribution_adds_commands_groups_and_members_of_groups(extended: Run) -> None:
@@ -124,8 +140,15 @@ def test_help_and_completion_import_nothing_heavy(process: Run) -> None:
 
 
 @pytest.mark.slow
-def test_help_and_completion_cost_at_most_300_ms_of_cpu_time() -> None:
-    main = "import sys, frobs_cli; sys.argv = ['frobs', '--help']; sys.stdout = sys.__stdout__; frobs_cli.main()"
-    assert any(cpu_seconds(main) <= 0.3 for _ in range(ATTEMPTS))
+def test_help_and_completion_cost_little_more_than_typer_itself() -> None:
     completing = {"_FROBS_COMPLETE": "complete_bash", "COMP_WORDS": "frobs train frobs/Irb", "COMP_CWORD": "2"}
-    assert any(cpu_seconds(main.replace(", '--help'", ""), **completing) <= 0.3 for _ in range(ATTEMPTS))
+    asked = {
+        "typer": (TYPER, {}),
+        "help": (FROBS.format(arguments=["--help"]), {}),
+        "complete": (FROBS.format(arguments=[]), completing),
+    }
+    # Other processes make the same code cost more CPU time. So the least of several runs in turn is compared.
+    runs = [{name: cpu_seconds(code, **env) for name, (code, env) in asked.items()} for _ in range(10)]
+    least = {name: min(run[name] for run in runs) for name in asked}
+    assert least["help"] <= 1.8 * least["typer"]
+    assert least["complete"] <= 2.3 * least["typer"]
