@@ -71,6 +71,7 @@ def test_a_plugin_is_checked_with_its_parts_and_ids() -> None:
     assert names[0] == "loads"
     assert "task:reach.record_is_sound" in names
     assert "task:reach.spaces_hold" not in names  # its ID has it
+    assert "task:reach_together.robot_is_given" in names  # it has no ID, which would name a robot
     assert "frobs/Irb120Reach-v0.spaces_hold" in names
     assert len(names) == len(set(names))
 

@@ -52,8 +52,8 @@ def run(robot: Robot, name: str) -> None:
 
 
 def test_a_sound_robot_passes(sound: Robot) -> None:
-    for check in check_robot(sound):
-        check.run()
+    for result in run_checks(check_robot(sound)).results:
+        assert result.status in ("passed", "not_applicable"), result
 
 
 test_the_irb120_passes = pytest_checks(check_robot("irb120"), allow_inconclusive=False)

@@ -833,6 +833,7 @@ def test_one_environment_at_a_time_is_enough_without_batched() -> None:
     claims = dict.fromkeys(
         ("drive", "teleport", "rays", "contacts", "wrench", "snapshot", "randomize_friction"), Level.EXACT
     )
-    checks = [check for check in check_simulator(record(**claims)) if check.name != "abilities_are_declared"]
+    of_the_record = ("abilities_are_declared", "undeclared_readings_refused")
+    checks = [check for check in check_simulator(record(**claims)) if check.name not in of_the_record]
     for result in run_checks(checks).results:
         assert result.status in ("passed", "not_applicable"), result

@@ -160,7 +160,14 @@ def _of(
     if kind == "algorithm":
         training: dict[str, Any] = {} if steps is None else {"steps": steps}
         return check_algorithm(name, settings, **training)
-    return check_controller(name, **given) if kind == "controller" else check_task(name, **given)
+    if kind == "controller":
+        return check_controller(name, **given)
+    record = plugins.get_record("task", name)
+    assert isinstance(record, TaskRecord)
+    if not record.environments and not {"robot", "controller"} <= given.keys():
+        reason = Inconclusive("the task registers no ID; name a robot with --robot, and --set controller=NAME")
+        return only("robot_is_given", "There is a robot to try it with.", reason)
+    return check_task(name, **given)
 
 
 def _of_plugin(report: PluginReport, **options: Any) -> list[Check]:

@@ -14,7 +14,7 @@ from frobs_core.errors import SceneError, SimulationError
 from frobs_core.interfaces import AT_REST, Attachment, Body, Prop, Shape
 from frobs_core.models import Box, Mesh, MeshPart, Pose, Sphere, inertia_matrix, write_stl
 from frobs_core.rotations import matrix_from_quat, quat_conjugate, quat_multiply, quat_rotate
-from frobs_devkit.testing.checks import NotApplicable, expect, expect_raises
+from frobs_devkit.testing.checks import NotApplicable, after, expect, expect_raises
 from frobs_devkit.testing.compare import expect_close, expect_same_pose
 from frobs_devkit.testing.simulator.robots import LIFT
 from frobs_devkit.testing.simulator.subject import BALL, BAR, TILTED, TIMESTEP, SimulatorUnderTest, verifies
@@ -72,6 +72,7 @@ def bodies_are_thrown(subject: SimulatorUnderTest) -> None:
 
 
 @verifies("wrench")
+@after("wrenches_push")
 def compound_bodies_move(subject: SimulatorUnderTest) -> None:
     """A body of two shapes turns about its center of mass; its pose and its twist are those of its origin."""
     inertial = _HAMMER.inertial

@@ -10,7 +10,7 @@ from frobs_core.arrays import Floats
 from frobs_core.errors import CapabilityError, UnknownNameError
 from frobs_core.interfaces import ForceTorque, RobotHandle, Simulation
 from frobs_core.rotations import quat_conjugate, quat_rotate
-from frobs_devkit.testing.checks import NotApplicable, expect, expect_raises
+from frobs_devkit.testing.checks import NotApplicable, after, expect, expect_raises
 from frobs_devkit.testing.compare import expect_array, expect_close
 from frobs_devkit.testing.simulator.robots import ARM
 from frobs_devkit.testing.simulator.subject import TILTED, TIMESTEP, SimulatorUnderTest, verifies
@@ -23,6 +23,7 @@ _GRAVITY = 9.81  # [m/s²]
 
 
 @verifies("force_torque")
+@after("frames_are_current")
 def weights_are_measured(subject: SimulatorUnderTest) -> None:
     """A force-torque sensor reads the weight of all that it carries, about its origin and in its frame."""
     with subject.build(_SENSING, pose=TILTED) as (sim, robot):
@@ -39,6 +40,7 @@ def weights_are_measured(subject: SimulatorUnderTest) -> None:
 
 
 @verifies("force_torque")
+@after("frames_are_current", "frame_velocity_is_current")
 def inertia_is_measured(subject: SimulatorUnderTest) -> None:
     """The force that a sensor reads in motion is the change of momentum of what it carries, minus its weight."""
     with subject.build(_SENSING, pose=TILTED) as (sim, robot):
@@ -53,6 +55,7 @@ def inertia_is_measured(subject: SimulatorUnderTest) -> None:
 
 
 @verifies("force_torque")
+@after("contacts_are_those_of_all_steps")
 def pushes_are_measured(subject: SimulatorUnderTest) -> None:
     """A force-torque sensor reads what pushes the links that it carries, over all physics steps, until a reset."""
     if not subject.level("wrench"):

@@ -10,7 +10,7 @@ from frobs_core.arrays import Floats
 from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.interfaces import Body, CommandMode, Shape, Simulation
 from frobs_core.models import Box, Pose, Sphere
-from frobs_devkit.testing.checks import expect, expect_raises
+from frobs_devkit.testing.checks import after, expect, expect_raises
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import GRIPPER, LIFT, LIFT_INERTIA
 from frobs_devkit.testing.simulator.subject import BALL, TIMESTEP, SimulatorUnderTest, verifies
@@ -35,6 +35,7 @@ def gravity_shows(subject: SimulatorUnderTest) -> None:
 
 
 @verifies("randomize_mass")
+@after("wrenches_push")
 def mass_shows(subject: SimulatorUnderTest) -> None:
     """A push moves and a torque turns a body by the mass of its own environment: its inertia goes with it."""
     if not subject.level("wrench"):
@@ -120,6 +121,7 @@ def friction_shows(subject: SimulatorUnderTest) -> None:
 
 
 @verifies("randomize_size")
+@after("wrenches_push", "gravity_shows")
 def sizes_show(subject: SimulatorUnderTest) -> None:
     """A body rests and turns as large as it is in its own environment, and keeps its mass."""
     pillar = Body(

@@ -10,7 +10,7 @@ from frobs_core.arrays import Mask
 from frobs_core.errors import RenderingUnavailableError
 from frobs_core.interfaces import Body, Camera
 from frobs_core.models import Box, Pose
-from frobs_devkit.testing.checks import Inconclusive, expect
+from frobs_devkit.testing.checks import Inconclusive, after, expect
 from frobs_devkit.testing.compare import expect_array, expect_close
 from frobs_devkit.testing.simulator.subject import WALL, SimulatorUnderTest, verifies
 
@@ -42,6 +42,7 @@ def pictures_are_true(subject: SimulatorUnderTest) -> None:
 
 
 @verifies("cameras")
+@after("pictures_are_true")
 def fast_pictures_show_the_same(subject: SimulatorUnderTest) -> None:
     """A fast picture shows the same things in the same places as a full one, in any size, in each environment."""
     with subject.build(bodies={"wall": WALL, "red": _RED}, cameras={"front": _CAMERA}) as (sim, _):
