@@ -127,8 +127,8 @@ class CrossEntropy(Algorithm):
             told = json.loads((folder / "algorithm.json").read_text("utf-8"))
             if told["format"] != FORMAT:
                 raise CheckpointError(f"{folder} has format {told['format']}, and {FORMAT} is needed.")
-            spaces = [_space_from_json(told[name]) for name in ("observation_space", "action_space")]
-            self._build(*spaces, _settings(told["config"]))
+            observed, acted = _space_from_json(told["observation_space"]), _space_from_json(told["action_space"])
+            self._build(observed, acted, _settings(told["config"]))
             self._env, self._steps = env, told["steps"]
             self._rng = np.random.default_rng()
             self._rng.bit_generator.state = told["generator"]
@@ -151,8 +151,8 @@ class CrossEntropy(Algorithm):
                 self.name, action_space, f"needs actions with bounds, and these are {action_space}."
             )
         self.observation_space, self.action_space, self._config = observation_space, action_space, config
-        discrete = isinstance(action_space, gym.spaces.Discrete)
-        outputs = int(action_space.n) if discrete else int(np.prod(action_space.shape))
+        choices = action_space.n if isinstance(action_space, gym.spaces.Discrete) else None
+        outputs = int(np.prod(action_space.shape or ()) if choices is None else choices)
         widths = [observation_space.shape[0], *([config.hidden] if config.hidden else []), outputs]
         self._layers = [(above + 1, below) for above, below in pairwise(widths)]  # + 1: the bias
         self._num_weights = sum(rows * columns for rows, columns in self._layers)
@@ -178,7 +178,8 @@ class CrossEntropy(Algorithm):
             count = int(done.sum())
             playing[done] = np.arange(begun, begun + count)
             begun, ended = begun + count, ended + count
-        return rewards.reshape(len(draws), -1).mean(axis=1)
+        means: np.ndarray[Any, Any] = rewards.reshape(len(draws), -1).mean(axis=1)
+        return means
 
     def _learn(self, draws: np.ndarray[Any, Any], rewards: np.ndarray[Any, Any], progress: float) -> dict[str, float]:
         """Move the distribution to the elite, and return what is worth a line in the log."""
@@ -199,7 +200,7 @@ class CrossEntropy(Algorithm):
             layer = weights[:, start : start + rows * columns].reshape(-1, rows, columns)
             values = np.einsum("nk,nkm->nm", np.tanh(values) if index else values, layer[:, :-1]) + layer[:, -1]
             start += rows * columns
-        space = self.action_space
+        space: Any = self.action_space
         if isinstance(space, gym.spaces.Discrete):
             return space.start + values.argmax(axis=1)  # (n,)
         middle, half = (space.high + space.low) / 2.0, (space.high - space.low) / 2.0
@@ -211,7 +212,7 @@ def _settings(config: Mapping[str, Any]) -> CrossEntropyConfig:
     return validate(CrossEntropyConfig, config, f"algorithm '{CrossEntropy.name}'")
 
 
-def _space_to_json(space: gym.Space[Any]) -> dict[str, Any]:
+def _space_to_json(space: Any) -> dict[str, Any]:
     if isinstance(space, gym.spaces.Discrete):
         return {"n": int(space.n), "start": int(space.start)}
     return {"low": space.low.tolist(), "high": space.high.tolist(), "dtype": str(space.dtype)}

@@ -276,7 +276,8 @@ class MySimulator(Simulation):
     def reset(self, mask: Mask | None = None) -> None:
         """Go back to the scene as it was built."""
         rows = _rows(mask)
-        for part in (*self._robots.values(), *self._bodies.values()):
+        parts: list[JointRobot | FreeBody] = [*self._robots.values(), *self._bodies.values()]
+        for part in parts:
             part.reset(rows)
         self._time[rows], self._diverged[rows] = 0.0, False
 
@@ -285,7 +286,7 @@ class MySimulator(Simulation):
         for robot in self._robots.values():
             before = robot.joint_positions.copy()
             robot.step(self.physics_timestep, decimation, self._gravity)
-            lost = ~np.isfinite(robot.joint_positions + robot.joint_velocities).all(axis=-1)
+            lost = np.asarray(~np.isfinite(robot.joint_positions + robot.joint_velocities).all(axis=-1))
             robot.write_joint_state(before[lost], 0.0, lost)
             self._diverged |= lost
         for body in self._bodies.values():
