@@ -38,7 +38,7 @@ def test_observation_is_joints_tool_goal_and_offset(make):
     np.testing.assert_allclose(observation[:6], robot.joint_positions[0], atol=1e-6)
     np.testing.assert_allclose(observation[6:9], robot.frame_pose("tcp")[0][0], atol=1e-6)
     env.unwrapped.robot.write_joint_state(np.array([[np.pi / 2, 0.2, 0.2, 0.0, 1.0, 0.0]]))
-    task.advance(env.unwrapped._loop.rng)
+    task.advance(env.unwrapped.step_context)
     x, y, z = task.goal[0] - robot.frame_pose("tcp")[0][0]
     np.testing.assert_allclose(env.unwrapped.observations.observe()[0, 12:], [x, y, z, y, -x, z], atol=1e-6)
     assert env.unwrapped.observations.scale.tolist() == [1.0] * 6 + [2.0] * 9 + [5.0] * 3

@@ -18,7 +18,6 @@ from frobs_core.arrays import Floats
 from frobs_core.env import RobotEnv
 from frobs_core.errors import ConfigurationError, ParameterValueError
 from frobs_core.interfaces import CommandMode, Lidar, Robot
-from frobs_core.random import RandomSource
 from frobs_core.sensors import Instrument
 from frobs_deploy import Bundle
 
@@ -117,8 +116,6 @@ class Mirror:
         handle = self.env.robot
         self.lidars: Mapping[str, Any] = handle.robot.lidars
         self._speed = speed
-        self._rng = RandomSource(1)
-        self._rng.seed([0])
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -143,14 +140,14 @@ class Mirror:
         """
         self._follow(state)  # lidars are read in the reset
         self.env.reset(seed=0, options=dict(options or {}))
-        self._rng.begin_episode()
         self._follow(state)
 
     def observe(self, state: State) -> Any:
         """Return what the policy is to see: the observation of its task, at what the robot measures."""
-        self._rng.clock += 1
+        context = self.env.step_context
+        context.rng.clock += 1
         self._follow(state)
-        self.env.task.advance(self._rng)
+        self.env.task.advance(context)
         observation = self.env.observations.observe()
         if isinstance(observation, dict):
             return {key: values[0] for key, values in observation.items()}
