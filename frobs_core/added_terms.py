@@ -30,6 +30,8 @@ TYPES: Mapping[str, frozenset[str]] = {
 }
 """Types of terms, with the settings of each."""
 
+_OPTIONAL = frozenset({"robot", "size", "modality", "fast", "markers"})
+
 MODALITIES = ("rgb", "depth")
 
 MAX_SIDE = 4_096
@@ -57,7 +59,7 @@ def read_settings(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         for key in settings.keys() - {"type"}:
             if key not in TYPES[kind]:
                 raise UnknownNameError(f"setting of the observation term '{name}'", str(key), TYPES[kind])
-        for key in TYPES[kind] - {"robot", "size", "modality", "fast", "markers"}:
+        for key in TYPES[kind] - _OPTIONAL:
             if not isinstance(settings.get(key), str):
                 raise ObservationTermError(name, f"needs the setting '{key}', the name of a {key}.")
         if kind == "camera":
@@ -87,12 +89,12 @@ def without_dropped(terms: Mapping[str, ObservationTerm], given: Mapping[str, An
         UnknownNameError: The task has no such term.
         ConfigurationError: A goal is dropped.
     """
-    dropped = [name for name, value in given.items() if value is None]
-    if "*" in dropped:
-        dropped = [name for name, term in terms.items() if term.key == VECTORS]
-    for name in dropped:
+    dropped = {name for name, value in given.items() if value is None}
+    for name in dropped - {"*"}:
         if terms[_known("term of the task", name, terms)].key != VECTORS:
             raise ObservationTermError(name, "is a goal, which a goal-conditioned task needs; it cannot be dropped.")
+    if "*" in dropped:
+        return {name: term for name, term in terms.items() if term.key != VECTORS}
     return {name: term for name, term in terms.items() if name not in dropped}
 
 

@@ -158,20 +158,20 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
         simulation.close()
         raise
     return Parts(
-        simulation,
-        joined,
-        the_task,
-        observations,
-        added,
-        context,
-        first.robot,
-        controller,
-        control,
-        decimation,
-        lambda options: check_capabilities(
+        simulation=simulation,
+        control=joined,
+        task=the_task,
+        observations=observations,
+        added_terms=added,
+        context=context,
+        robot=first.robot,
+        controller=controller,
+        control_timestep=control,
+        decimation=decimation,
+        check_reset=lambda options: check_capabilities(
             simulator.name, simulator.capabilities, needs_of_task(task, the_task, options)
         ),
-        randomization,
+        randomization=randomization,
     )
 
 

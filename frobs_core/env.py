@@ -146,8 +146,13 @@ class Loop:
             part.restore({key.removeprefix(start): array for key, array in snapshot.items() if key.startswith(start)})
 
     def _stateful(self) -> dict[str, Any]:
-        parts = {"simulation": self.simulation, "task": self.task, "controller": self.control, "random": self.rng}
-        parts["context"] = self.context
+        parts = {
+            "simulation": self.simulation,
+            "task": self.task,
+            "controller": self.control,
+            "context": self.context,
+            "random": self.rng,
+        }
         if self.added_terms.stateful:
             parts["terms"] = self.added_terms
         return parts if self.randomization is None else {**parts, "randomization": self.randomization}

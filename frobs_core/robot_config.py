@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
-
-import numpy as np
 
 from frobs_core import plugins
 from frobs_core.errors import (
@@ -17,7 +16,7 @@ from frobs_core.errors import (
     UnknownParameterError,
 )
 from frobs_core.interfaces import ALL, DifferentialDrive, Robot
-from frobs_core.models import Pose, RobotModel, compose, home_positions, lowest_points
+from frobs_core.models import Pose, RobotModel, compose, home_positions, lowest_points, pose_array, pose_from_array
 from frobs_core.rotations import quat_from_rpy
 from frobs_core.sensors.settings import apply_settings
 from frobs_core.specs import ControllerRecord, Record
@@ -27,7 +26,6 @@ AnyRecord = TypeVar("AnyRecord", bound=Record)
 
 BASES = ("fixed", "floating", "wheeled")
 
-_ACCELERATIONS = ("max_linear_acceleration", "max_angular_acceleration")
 _NEAR = 0.005  # [m] above the lowest point: what is lower stands on the floor
 _TOUCHING = 1e-3  # [m] from the floor: what is nearer stays where it is
 _MODEL_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
@@ -116,10 +114,11 @@ class RobotConfig:
 
     def _drive(self) -> DifferentialDrive:
         given, known = self.differential_drive or {}, [item.name for item in fields(DifferentialDrive)]
+        required = [item.name for item in fields(DifferentialDrive) if item.default is MISSING]
         for key in given:
             if key not in known:
                 raise UnknownParameterError("differential_drive", str(key), known)
-        missing = [key for key in known[: -len(_ACCELERATIONS)] if key not in given]
+        missing = [key for key in required if key not in given]
         if missing:
             raise MissingSettingError("differential_drive", ", ".join(missing), f"give all of {', '.join(known)}")
         numbers: dict[str, Any] = {
@@ -158,24 +157,17 @@ class RobotConfig:
         pose = self.base_pose(pose)
         if robot.base == "fixed":
             return robot, pose
-        if self.pose is None:
-            packed = [np.array([*each.pos, *each.quat_wxyz]) for each in (pose, model.root_pose)]
-            x, y, z, a, b, c, d = compose(*packed).tolist()
-            if model.root_pose != Pose():
-                pose = Pose((x, y, z), (a, b, c, d))
+        if self.pose is None and model.root_pose != Pose():
+            pose = pose_from_array(compose(pose_array(pose), pose_array(model.root_pose)))
         heights = lowest_points(model, home_positions(model, robot.home), pose.quat_wxyz)
+        lowest = min(heights.values(), default=math.inf)
         if self.differential_drive is not None and robot.differential_drive is not None:
-            driven = {*robot.differential_drive.left, *robot.differential_drive.right}
-            for wheel in driven:
-                if wheel not in model.joint_names:
-                    raise UnknownNameError(f"actuated joint of '{robot.name}'", wheel, model.joint_names)
-            wheels = [joint.child for joint in model.joints if joint.name in driven]
-            gliding = {
-                link: 0.0 for link, z in heights.items() if z < min(heights.values()) + _NEAR and link not in wheels
-            }
+            wheels = _links_of_wheels(robot.name, robot.differential_drive, model)
+            standing = [link for link, height in heights.items() if height < lowest + _NEAR]
+            gliding = {link: 0.0 for link in standing if link not in wheels}
             robot = replace(robot, friction=gliding | dict(robot.friction))
-        if self.pose is None and on_floor and heights and abs(pose.pos[2] + min(heights.values())) > _TOUCHING:
-            pose = replace(pose, pos=(*pose.pos[:2], -min(heights.values())))
+        if self.pose is None and on_floor and heights and abs(pose.pos[2] + lowest) > _TOUCHING:
+            pose = replace(pose, pos=(*pose.pos[:2], -lowest))
         return robot, pose
 
     def controllers(self, robot: Robot) -> dict[str, tuple[ControllerRecord, Mapping[str, Any]]]:
@@ -241,6 +233,14 @@ def _look_up(robot: str | Robot) -> Robot:
         return Robot(model=robot, name=Path(robot).name.partition(".")[0])
     found: Robot = plugins.get_record("robot", robot).load()
     return found
+
+
+def _links_of_wheels(robot: str, drive: DifferentialDrive, model: RobotModel) -> list[str]:
+    driven = {*drive.left, *drive.right}
+    for wheel in driven:
+        if wheel not in model.joint_names:
+            raise UnknownNameError(f"actuated joint of '{robot}'", wheel, model.joint_names)
+    return [joint.child for joint in model.joints if joint.name in driven]
 
 
 def find_record(cls: type[AnyRecord], kind: str, part: str | Record) -> AnyRecord:

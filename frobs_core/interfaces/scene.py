@@ -17,7 +17,7 @@ from frobs_core.interfaces.robot import DriveGains, Robot
 from frobs_core.interfaces.sensor import ForceTorque
 from frobs_core.models import load_model
 from frobs_core.models.defaults import default_gains, home_positions
-from frobs_core.models.kinematics import compose, joint_path
+from frobs_core.models.kinematics import compose, joint_path, pose_array, pose_from_array
 from frobs_core.models.model import Collision, Geometry, Inertial, JointType, Pose, RobotModel, Vector3
 from frobs_core.models.solids import solid_inertial
 from frobs_core.rotations import quat_conjugate, quat_multiply, quat_rotate
@@ -241,29 +241,30 @@ class Placement:
         """Return the pose of a link in the world at reset, (7,): position [m] and quat_wxyz."""
         home = home_positions(self.model, self.robot.home)
         pos, quat = self.model.frame_pose(link, home[None])
-        base = np.array([*self.pose.pos, *self.pose.quat_wxyz])
-        return compose(base, np.concatenate([pos[0], quat[0]]))
+        return compose(pose_array(self.pose), np.concatenate([pos[0], quat[0]]))
 
-    @property
+    @cached_property
     def force_torque_sensors(self) -> dict[str, tuple[str, Pose]]:
         """Link in whose joint each force-torque sensor measures, and pose of the sensor in this link, by sensor.
 
         Raises:
             UnsuitableRobotError: No joint is above a sensor.
         """
+        sensors = {name: each for name, each in self.robot.sensors.items() if isinstance(each, ForceTorque)}
+        if not sensors:
+            return {}
         above = {joint.child: joint for joint in self.model.joints}
         heavy = [link.name for link in self.model.links if link.inertial is not None and link.inertial.mass > 0.0]
         carry = {*heavy, *(joint.parent for name in heavy for joint in joint_path(self.model, name))}
         found = {}
-        for name, sensor in self.robot.sensors.items():
-            if isinstance(sensor, ForceTorque):
-                link = sensor.frame
-                while link not in carry and link in above and above[link].type is JointType.FIXED:
-                    link = above[link].parent
-                if link not in above:
-                    reason = f"has no joint above '{link}' that the force-torque sensor '{name}' can measure in."
-                    raise UnsuitableRobotError(self.robot.name, reason)
-                found[name] = link, _relative_pose(self.start_pose(link), self.start_pose(sensor.frame))
+        for name, sensor in sensors.items():
+            link = sensor.frame
+            while link not in carry and link in above and above[link].type is JointType.FIXED:
+                link = above[link].parent
+            if link not in above:
+                reason = f"has no joint above '{link}' that the force-torque sensor '{name}' can measure in."
+                raise UnsuitableRobotError(self.robot.name, reason)
+            found[name] = link, _relative_pose(self.start_pose(link), self.start_pose(sensor.frame))
         return found
 
 
@@ -271,7 +272,7 @@ def _relative_pose(first: Floats, second: Floats) -> Pose:
     """Return the second pose in the frame of the first, both (7,)."""
     back = quat_conjugate(first[3:])
     pos, quat = quat_rotate(back, second[:3] - first[:3]), quat_multiply(back, second[3:])
-    return Pose(tuple(pos.tolist()), tuple(quat.tolist()))
+    return pose_from_array(np.concatenate([pos, quat]))
 
 
 @dataclass(frozen=True)
@@ -408,7 +409,7 @@ class Scene:
     def _start(self, side: str, robots: Mapping[str, Placement]) -> Floats:
         """Return where a body or link is at reset, (7,)."""
         if side in self.bodies:
-            return np.array([*self.bodies[side].pose.pos, *self.bodies[side].pose.quat_wxyz])
+            return pose_array(self.bodies[side].pose)
         robot, _, link = side.partition("/")
         return robots[robot].start_pose(link)
 

@@ -42,12 +42,14 @@ class StepContext:
     @property
     def action(self) -> Action:
         """The action, (num_envs, …) in the action space: float64 for a Box, clipped to it; else int64."""
-        return self.given_action if self._bounds is None else np.clip(self.given_action, *self._bounds)
+        return self._clipped(self.given_action)
 
     @property
     def previous_action(self) -> Action:
         """The action of the step before, like :attr:`action`."""
-        given = self.previous_given_action
+        return self._clipped(self.previous_given_action)
+
+    def _clipped(self, given: Action) -> Action:
         return given if self._bounds is None else np.clip(given, *self._bounds)
 
     def reset(self, mask: Mask | None) -> None:

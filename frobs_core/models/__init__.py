@@ -13,7 +13,16 @@ from frobs_core.models.defaults import (
 from frobs_core.models.elements import ELEMENTS, elements
 from frobs_core.models.fingerprint import fingerprint
 from frobs_core.models.inertia import inertia_matrix, parallel_axis
-from frobs_core.models.kinematics import MOVING, compose, forward_kinematics, joint_path, longest_reach, moved
+from frobs_core.models.kinematics import (
+    MOVING,
+    compose,
+    forward_kinematics,
+    joint_path,
+    longest_reach,
+    moved,
+    pose_array,
+    pose_from_array,
+)
 from frobs_core.models.load import ENDINGS, load_model, open_document, read_document
 from frobs_core.models.meshes import MeshPart, Rgba, bounding_box, joined, read_mesh, scaled, write_stl
 from frobs_core.models.model import (
@@ -104,6 +113,8 @@ __all__ = [
     "parallel_axis",
     "parse_xml",
     "path_folders",
+    "pose_array",
+    "pose_from_array",
     "read_bytes",
     "read_document",
     "read_joint",

@@ -114,9 +114,9 @@ def make_chain(model: RobotModel, frame: str) -> Chain:
     if frame not in links:
         raise UnknownNameError("link", frame, links)
     columns, multipliers, offsets, slides, frames, origins = [], [], [], [], [], []
-    state = _pack(Pose())  # what is fixed since the last moving joint
+    state = pose_array(Pose())  # what is fixed since the last moving joint
     for joint in joint_path(model, frame):
-        state = compose(state, _pack(joint.origin))
+        state = compose(state, pose_array(joint.origin))
         leader = model.leader(joint)
         if leader is None:
             continue
@@ -145,9 +145,15 @@ def make_chain(model: RobotModel, frame: str) -> Chain:
     )
 
 
-def _pack(pose: Pose) -> Floats:
-    """Return (7,): position and quaternion."""
+def pose_array(pose: Pose) -> Floats:
+    """Return position [m] and quat_wxyz, (7,)."""
     return np.array([*pose.pos, *pose.quat_wxyz])
+
+
+def pose_from_array(array: Floats) -> Pose:
+    """Return the pose that :func:`pose_array` makes an array of."""
+    x, y, z, w, i, j, k = array.tolist()
+    return Pose((x, y, z), (w, i, j, k))
 
 
 def compose(outer: Floats, inner: Floats) -> Floats:

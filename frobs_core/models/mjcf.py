@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.models.kinematics import compose
+from frobs_core.models.kinematics import compose, pose_array, pose_from_array
 from frobs_core.models.mjcf_document import MjcfDocument
 from frobs_core.models.mjcf_geoms import (
     Geom,
@@ -27,7 +27,6 @@ from frobs_core.models.mjcf_geoms import (
     body_link,
     compiled_inertials,
     read_geom,
-    unpacked,
     weighed,
 )
 from frobs_core.models.model import Inertial, Joint, JointLimits, JointType, Link, Mimic, RobotModel
@@ -130,7 +129,7 @@ class _MjcfReader:
             joints=tuple(self.joints),
             notes=tuple(self.notes),
             passive_joints=passive,
-            root_pose=unpacked(document.pose(top)),
+            root_pose=pose_from_array(document.pose(top)),
         )
 
     def _note_what_is_left_out(self) -> None:
@@ -266,7 +265,7 @@ class _MjcfReader:
             parent, pose, anchor = child, _IDENTITY, at
         if off_centre:
             origin = compose(pose, np.concatenate([-anchor, [1.0, 0.0, 0.0, 0.0]]))
-            self.joints.append(Joint(f"{name}__fixed", JointType.FIXED, parent, name, unpacked(origin)))
+            self.joints.append(Joint(f"{name}__fixed", JointType.FIXED, parent, name, pose_from_array(origin)))
 
     def _joint(self, element: Element, joint: Element, parent: str, child: str, origin: Floats) -> Joint:
         name = element.required("name")
@@ -305,7 +304,7 @@ class _MjcfReader:
             type=(JointType.REVOLUTE if limited else JointType.CONTINUOUS) if hinge else JointType.PRISMATIC,
             parent=parent,
             child=child,
-            origin=unpacked(origin),
+            origin=pose_from_array(origin),
             axis=(x, y, z),
             limits=JointLimits(lower * scale, upper * scale, effort=effort),
             damping=joint.numbers("damping", default="0")[0],
@@ -362,13 +361,13 @@ class _MjcfReader:
         ]
         for i, joint in enumerate(self.joints):
             if joint.name in passive and (rest := self.references[joint.name]):
-                origin = np.array([*joint.origin.pos, *joint.origin.quat_wxyz])
+                origin = pose_array(joint.origin)
                 turns, axis = joint.type is not JointType.PRISMATIC, np.array(joint.axis)
                 pos, quat = (np.zeros(3), quat_from_axis_angle(axis, rest)) if turns else (rest * axis, _IDENTITY[3:])
                 lower, upper = joint.limits.lower - rest, joint.limits.upper - rest
                 self.joints[i] = replace(
                     joint,
-                    origin=unpacked(compose(origin, np.concatenate([pos, quat]))),
+                    origin=pose_from_array(compose(origin, np.concatenate([pos, quat]))),
                     limits=replace(joint.limits, lower=lower, upper=upper),
                 )
         if passive:

@@ -11,7 +11,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.models.inertia import inertia_matrix, parallel_axis
-from frobs_core.models.kinematics import compose
+from frobs_core.models.kinematics import compose, pose_from_array
 from frobs_core.models.limits import MAX_MASS
 from frobs_core.models.mjcf_document import MjcfDocument, shortest_from_z
 from frobs_core.models.model import (
@@ -141,9 +141,9 @@ def body_link(name: str, geoms: Sequence[Geom]) -> Link:
     for geom in geoms:
         if geom.geometry is not None:
             if geom.collides:
-                collisions.append(Collision(geom.geometry, unpacked(geom.pose)))
+                collisions.append(Collision(geom.geometry, pose_from_array(geom.pose)))
             else:
-                visuals.append(Visual(geom.geometry, unpacked(geom.pose), geom.rgba))
+                visuals.append(Visual(geom.geometry, pose_from_array(geom.pose), geom.rgba))
     return Link(name, visuals=tuple(visuals), collisions=tuple(collisions))
 
 
@@ -184,7 +184,7 @@ def _read_inertial(document: MjcfDocument, element: Element) -> Inertial:
         xx, yy, zz, xy, xz, yz = element.numbers("fullinertia", 6)
     else:
         (xx, yy, zz), xy, xz, yz = element.numbers("diaginertia", 3, "0 0 0"), 0.0, 0.0, 0.0
-    return Inertial(mass, unpacked(document.pose(element)), (xx, xy, xz, yy, yz, zz))
+    return Inertial(mass, pose_from_array(document.pose(element)), (xx, xy, xz, yy, yz, zz))
 
 
 def compiled_inertials(
@@ -214,12 +214,6 @@ def compiled_inertials(
                 xx, xy, xz, yy, yz, zz = (share * moment for moment in inertial.inertia)
                 changed[name] = replace(inertial, mass=share * inertial.mass, inertia=(xx, xy, xz, yy, yz, zz))
     return changed
-
-
-def unpacked(pose: Floats) -> Pose:
-    """Return a pose (7,) as a record."""
-    x, y, z, w, i, j, k = pose.tolist()
-    return Pose((x, y, z), (w, i, j, k))
 
 
 def _six(inertia: Floats) -> tuple[float, float, float, float, float, float]:

@@ -182,8 +182,9 @@ def test_none_drops_terms_of_the_task():
     env = RobotEnv(**REACH, observations={"*": None, "eye": {"camera": "overview", "size": [8, 8]}})
     assert list(env.observation_space) == ["eye"]
     env.close()
-    with pytest.raises(UnknownNameError, match="Did you mean 'goal_offset'"):
-        RobotEnv(**REACH, observations={"goal_offse": None})
+    for others in ({}, {"*": None}):
+        with pytest.raises(UnknownNameError, match="Did you mean 'goal_offset'"):
+            RobotEnv(**REACH, observations={**others, "goal_offse": None})
 
 
 def test_goals_of_a_goal_conditioned_task_stay():

@@ -65,6 +65,7 @@ def test_a_snapshot_holds_the_sizes() -> None:
 
 def test_images_show_the_size() -> None:
     with closing(simulate(Scene(bodies={"body": dumbbell(1.0)}, cameras={"eye": CAMERA}), num_envs=2)) as sim:
+        as_built = sim.snapshot()
         sim.write_parameter("size", "body", np.array([1.0, 2.0]))
         try:
             images = sim.render(camera="eye", size=(64, 64), modality="segmentation")
@@ -72,6 +73,9 @@ def test_images_show_the_size() -> None:
             pytest.skip(str(error))
         small, large = (images == sim.model.body("body").id).sum(axis=(1, 2, 3))
         assert large > 2.5 * small
+        sim.restore(as_built)
+        restored = sim.render(camera="eye", size=(64, 64), modality="segmentation")
+        assert (restored[1] == restored[0]).all()
 
 
 @pytest.fixture

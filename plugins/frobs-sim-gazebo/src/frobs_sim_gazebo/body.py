@@ -10,8 +10,8 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import SimulationError
 from frobs_core.interfaces import Body, BodyHandle
+from frobs_core.models import pose_array
 from frobs_core.rotations import quat_rotate
-from frobs_sim_gazebo.skeleton import pose_array
 
 if TYPE_CHECKING:
     from frobs_sim_gazebo.simulation import GazeboSimulation

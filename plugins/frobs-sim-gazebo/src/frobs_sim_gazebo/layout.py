@@ -10,11 +10,11 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.errors import SceneError
 from frobs_core.interfaces import Placement, Scene
-from frobs_core.models import home_positions
+from frobs_core.models import home_positions, pose_array
 from frobs_sim_gazebo import protocol
 from frobs_sim_gazebo.meshes import MeshFiles
 from frobs_sim_gazebo.sdf import LINK, body_sdf, floor_sdf, robot_sdf, safe_names
-from frobs_sim_gazebo.skeleton import Skeleton, pose_array
+from frobs_sim_gazebo.skeleton import Skeleton
 
 FLOOR = "floor"
 

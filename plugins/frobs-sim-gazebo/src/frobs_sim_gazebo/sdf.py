@@ -10,11 +10,11 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.errors import ModelFileError
 from frobs_core.interfaces import Body, Placement
-from frobs_core.models import Inertial, JointType, compose, inertia_matrix
+from frobs_core.models import Inertial, JointType, compose, inertia_matrix, pose_array
 from frobs_core.rotations import matrix_from_quat, quat_from_matrix
 from frobs_sim_gazebo.meshes import MeshFiles
 from frobs_sim_gazebo.shapes import elements, numbers
-from frobs_sim_gazebo.skeleton import Mass, Skeleton, pose_array
+from frobs_sim_gazebo.skeleton import Mass, Skeleton
 
 LINK = "link"
 """Name of the one link of a scene body's model."""

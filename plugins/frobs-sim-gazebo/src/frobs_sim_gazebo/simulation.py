@@ -21,7 +21,7 @@ from frobs_core.interfaces import (
     read_tables,
     translate,
 )
-from frobs_core.models import RobotModel
+from frobs_core.models import RobotModel, pose_array
 from frobs_sim_gazebo import protocol, snapshots
 from frobs_sim_gazebo.body import GazeboBody
 from frobs_sim_gazebo.fleet import Fleet, Message
@@ -33,7 +33,6 @@ from frobs_sim_gazebo.parameters import GazeboParameters, centre
 from frobs_sim_gazebo.protocol import Op
 from frobs_sim_gazebo.robot import GazeboRobot
 from frobs_sim_gazebo.server import Server
-from frobs_sim_gazebo.skeleton import pose_array
 
 TABLES = Path(__file__).with_name("translation.yaml")
 """What becomes of each kind of element of a model file."""

@@ -18,13 +18,9 @@ from frobs_core.models import (
     inertia_matrix,
     joints_below,
     parallel_axis,
+    pose_array,
 )
 from frobs_core.rotations import matrix_from_quat, quat_from_matrix
-
-
-def pose_array(pose: Pose) -> Floats:
-    """Return position and quat_wxyz, (7,)."""
-    return np.array([*pose.pos, *pose.quat_wxyz])
 
 
 @dataclass(frozen=True)

@@ -118,10 +118,9 @@ def snapshot(simulation: MujocoSimulation) -> Snapshot:
 def restore(simulation: MujocoSimulation, state: Snapshot) -> None:
     """Return to a snapshot; fields that it leaves out go back to the model's."""
     changed = False
-    prefix = "size/"
-    simulation.sizes = {
-        key.removeprefix(prefix): sizes.copy() for key, sizes in state.items() if key.startswith(prefix)
-    }
+    saved = {key.removeprefix("size/"): sizes for key, sizes in state.items() if key.startswith("size/")}
+    for name in {*simulation.sizes, *saved}:
+        simulation.sizes[name] = np.array(saved.get(name, np.ones(simulation.num_envs)))
     for field in _FIELDS:
         key = f"parameter/{field}"
         if key in state:

@@ -6,7 +6,7 @@ import importlib
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -63,17 +63,17 @@ class Drawn:
     Args:
         model: The batch's model, with what is only drawn.
         batch: The states.
-        sizes: Returns the sizes of bodies of the scene that differ from the model's, (num_envs,) by name.
+        sizes: Of the bodies of the scene whose size was written, (num_envs,) by name; may change later.
     """
 
-    def __init__(self, model: mujoco.MjModel, batch: Batch, sizes: Callable[[], Mapping[str, Floats]]) -> None:
+    def __init__(self, model: mujoco.MjModel, batch: Batch, sizes: Mapping[str, Floats]) -> None:
         self.model, self.data = model, mujoco.MjData(model)
         self._batch, self._sizes = batch, sizes
         self._nominal = {field: getattr(model, field).copy() for field in ("geom_size", "geom_pos", "geom_rbound")}
 
     def show(self, env: int) -> None:
         """Put what is drawn where an environment's bodies are."""
-        for name, sizes in self._sizes().items():
+        for name, sizes in self._sizes.items():
             geoms = self.model.geom_bodyid == self.model.body(name).id
             for field, nominal in self._nominal.items():
                 getattr(self.model, field)[geoms] = sizes[env] * nominal[geoms]

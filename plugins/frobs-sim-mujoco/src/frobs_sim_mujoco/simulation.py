@@ -399,7 +399,7 @@ class MujocoSimulation(Simulation):
         self._closed = True
 
     def _drawn(self) -> Drawn:
-        return Drawn(self._build_model(visuals=True), self.batch, lambda: self.sizes)
+        return Drawn(self._build_model(visuals=True), self.batch, self.sizes)
 
     def _build_model(self, *, visuals: bool = False, overlaps: bool = False) -> mujoco.MjModel:
         return build_model(

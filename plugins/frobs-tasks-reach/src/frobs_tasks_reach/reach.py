@@ -16,9 +16,8 @@ from frobs_core.validation import finite, positive
 from frobs_tasks_reach.sampling import first_moving_link
 from frobs_tasks_reach.start import EpisodeStart
 
-_LIMIT_MARGIN = (
-    0.1  # share of a joint's range by which observed positions may be beyond its limits; farther ones are clipped
-)
+_LIMIT_MARGIN = 0.1
+"""Share of a joint's range by which observed positions may exceed its limits; beyond that they are clipped."""
 
 _T = TypeVar("_T", float, Floats)
 

@@ -19,7 +19,7 @@ class ReachTogether(Task):
     """Every controlled robot of the environment does :class:`frobs_tasks_reach.reach.Reach` with a goal of its own.
 
     The terms of the observation and of the reward are those of ``Reach``, named ``robot/term``. The reward is the sum of
-    all robots' rewards. The goals are wherever a robot reaches.
+    all robots' rewards. Goals are drawn from all that a robot can reach.
 
     Args:
         tolerance: Distance that counts as reached [m].
