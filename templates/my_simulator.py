@@ -1,8 +1,8 @@
 """The simulator: how robots and bodies move. This one is NumPy alone: each joint moves by itself, and nothing touches.
 
 Its joints follow the drive law exactly, against gravity and with the inertia that they carry at home. The motion of one
-joint does not disturb the others, which is what ``drive: approximate`` in its record says. Bodies and floating bases fly.
-There are no contacts, rays, wrenches or pictures: :class:`frobs_core.interfaces.Simulation` refuses them.
+joint does not disturb the others, which is what ``drive: approximate`` in its record says. Bodies and floating bases
+fly. There are no contacts, rays, wrenches or pictures: :class:`frobs_core.interfaces.Simulation` refuses them.
 
 Arrays are batched: (num_envs, …).
 """

@@ -130,7 +130,7 @@ _TABLE = (
     # -- added terms --
     ("an action of the episode before", _CONTEXT, "self.given_action[rows] = 0", "pass"),
     ("an action that is never reported", _CONTEXT,
-     "return self.given_action if self._bounds is None else", "return 0 * self.given_action if True else"),
+     "return self._clipped(self.given_action)", "return 0 * self.given_action"),
     ("terms in reverse order", _OBSERVATION,
      "[term.read for term in part.values()]", "[term.read for term in reversed(part.values())]"),
     # -- scenes --
