@@ -9,10 +9,10 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats
 from frobs_core.interfaces import GoalTask, StepContext
 from frobs_core.observation import ObservationTerm
-from frobs_tasks_reach.reach import Reach, distance, inside, missed
+from frobs_tasks_reach.reach import Reach, distance, missed
 
 _FASTEST = 2.0
 """Times the velocity limit: what hits something may be thrown faster, and is seen at the edge of the space."""
@@ -101,12 +101,8 @@ class ReachGoal(Reach, GoalTask):
         """
         return self._reward(_goal_distance(achieved_goal, desired_goal))
 
-    def is_success(self) -> Mask:
-        """Return where the tool is within the tolerance now, (num_envs,) bool."""
-        return inside(self._distance, self.tolerance)
-
     def _reward(self, distance: Floats) -> Floats:
-        return missed(distance, self.tolerance) if self.reward_type == "sparse" else -distance
+        return missed(distance, self._tolerance) if self.reward_type == "sparse" else -distance
 
     def _compare(self) -> None:
         self._distance = _goal_distance(self._tcp.astype(np.float32), self._goal.astype(np.float32))

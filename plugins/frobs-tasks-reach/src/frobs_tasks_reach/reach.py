@@ -86,6 +86,9 @@ class Reach(EpisodeStart):
         self.tolerance = positive("tolerance", tolerance)
         self.distance_weight = finite("distance_weight", distance_weight)
         self.precision_weight = finite("precision_weight", precision_weight)
+        # Arrays, because NumPy takes three times as long to multiply by one of Python's floats.
+        self._tolerance, self._precision = np.array(self.tolerance), np.array(self.precision_weight)
+        self._approach, self._steepness = np.array(-self.distance_weight), np.array(-1.0 / (tolerance * tolerance))
         self.reward_type = self.reward_types[0]
 
     def scene(self) -> Scene:
@@ -159,11 +162,11 @@ class Reach(EpisodeStart):
     def reward(self, context: StepContext) -> Floats:
         """Return the reward, (num_envs,)."""
         if self.reward_type == "sparse":
-            outside = missed(self._distance, self.tolerance)
+            outside = missed(self._distance, self._tolerance)
             self._reward_terms = {"outside": outside}
             return outside
-        distance = self._distance * -self.distance_weight
-        precision = gaussian(self._distance, self.tolerance) * self.precision_weight
+        distance = self._distance * self._approach
+        precision = np.exp(self._distance * self._distance * self._steepness) * self._precision
         self._reward_terms = {self.distance_term: distance, "precision": precision}
         return distance + precision
 
@@ -173,7 +176,7 @@ class Reach(EpisodeStart):
 
     def is_success(self) -> Mask:
         """Return where the tool is within the tolerance now, (num_envs,) bool."""
-        return inside(self._distance, self.tolerance)
+        return self._distance <= self._tolerance
 
     @property
     def goal(self) -> Floats:
@@ -253,34 +256,11 @@ def _turned_back(w: _T, x: _T, y: _T, z: _T, a: _T, b: _T, c: _T) -> tuple[_T, _
     return a + (w * p + (q * z - r * y)), b + (w * q + (r * x - p * z)), c + (w * r + (p * y - q * x))
 
 
-def gaussian(distance: Floats, width: float) -> Floats:
-    """Return exp(−(distance / width)²), in (0, 1]: 1 at the goal, 0.37 at one width from it.
-
-    Args:
-        distance: (...) [m]
-        width: [m]
-    """
-    return np.exp(distance * distance * (-1.0 / (width * width)))
-
-
-def inside(distance: Floats, tolerance: float) -> Mask:
-    """Return where a distance is at most the tolerance.
-
-    Args:
-        distance: (...) [m]
-        tolerance: [m]
-
-    Returns:
-        (...) bool.
-    """
-    return distance <= tolerance
-
-
-def missed(distance: Floats, tolerance: float) -> Floats:
+def missed(distance: Floats, tolerance: Floats) -> Floats:
     """Return the sparse reward: 0 where a distance is at most the tolerance, else −1.
 
     Args:
         distance: (...) [m]
-        tolerance: [m]
+        tolerance: () [m]
     """
     return np.where(distance <= tolerance, 0.0, -1.0)
