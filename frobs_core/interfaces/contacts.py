@@ -60,7 +60,7 @@ class ContactState:
         """
         self.closed[:] = closed.any(axis=1)
         self.normal_force[:] = normal_force.max(axis=1)
-        self.resultant[:] = resultant.mean(axis=1)
+        np.divide(resultant.sum(axis=1), resultant.shape[1], out=self.resultant)
 
     def merge(self, steps: Sequence[Mapping[str, np.ndarray[Any, Any]]]) -> None:
         """Take the contacts of a control step from the snapshots of its physics steps."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from mujoco.batch import Batch
 
 from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import SimulationError
@@ -43,22 +43,22 @@ class MujocoBody(BodyHandle):
         if self._free is None:
             return twist[:, 3:], twist[:, :3]
         dof = self._free.dofadr[0]
-        return read_only(self._simulation.batch.bind("qvel")[:, dof : dof + 3]), twist[:, :3]
+        return read_only(self._simulation.states["qvel"][:, dof : dof + 3]), twist[:, :3]
 
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
         """Put the body somewhere at once."""
-        batch = self._simulation.batch
+        states = self._simulation.states
         rows = slice(None) if mask is None else np.flatnonzero(mask)
         if self.mocap >= 0:
-            batch.bind("mocap_pos")[rows, self.mocap] = pos
+            states["mocap_pos"][rows, self.mocap] = pos
             if quat_wxyz is not None:
-                batch.bind("mocap_quat")[rows, self.mocap] = quat_wxyz
+                states["mocap_quat"][rows, self.mocap] = quat_wxyz
         elif self._free is not None:
             at, dof = self._free.qposadr[0], self._free.dofadr[0]
-            batch.bind("qpos")[rows, at : at + 3] = pos
+            states["qpos"][rows, at : at + 3] = pos
             if quat_wxyz is not None:
-                batch.bind("qpos")[rows, at + 3 : at + 7] = quat_wxyz
-            batch.bind("qvel")[rows, dof : dof + 6] = 0.0
+                states["qpos"][rows, at + 3 : at + 7] = quat_wxyz
+            states["qvel"][rows, dof : dof + 6] = 0.0
         else:
             raise SimulationError(f"body '{self.name}' is static; make it kinematic, or give it a mass.")
         self._simulation.mark_stale(mask)
@@ -68,7 +68,7 @@ class MujocoBody(BodyHandle):
         if self._free is None:
             raise SimulationError(f"body '{self.name}' is not free, so it has no velocity; give it a mass.")
         rows = slice(None) if mask is None else np.flatnonzero(mask)
-        put_free_twist(self._simulation.batch, self._free, rows, lin_vel_world, ang_vel_world)
+        put_free_twist(self._simulation.states, self._free, rows, lin_vel_world, ang_vel_world)
         self._simulation.mark_stale(mask)
 
     def start(self) -> None:
@@ -78,12 +78,12 @@ class MujocoBody(BodyHandle):
 
 
 def put_free_twist(
-    batch: Batch, joint: Any, rows: slice | np.ndarray, lin_vel_world: Floats, ang_vel_world: Floats
+    states: Mapping[str, Floats], joint: Any, rows: slice | np.ndarray, lin_vel_world: Floats, ang_vel_world: Floats
 ) -> None:
     """Give what hangs on a free joint a velocity, (n, 3) both."""
     dof, at = joint.dofadr[0], joint.qposadr[0]
-    quat = batch.bind("qpos")[rows, at + 3 : at + 7] * np.array([1.0, -1.0, -1.0, -1.0])
-    qvel = batch.bind("qvel")
+    quat = states["qpos"][rows, at + 3 : at + 7] * np.array([1.0, -1.0, -1.0, -1.0])
+    qvel = states["qvel"]
     qvel[rows, dof : dof + 3] = lin_vel_world
     # MuJoCo keeps a free joint's angular velocity in the body's own frame.
     qvel[rows, dof + 3 : dof + 6] = quat_rotate(quat, np.broadcast_to(ang_vel_world, (len(quat), 3)))

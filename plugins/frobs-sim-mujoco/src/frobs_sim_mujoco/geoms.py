@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import mujoco
+import numpy as np
+import numpy.typing as npt
 
 from frobs_core.errors import ConfigurationError
 from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Pose, Sphere
@@ -14,6 +18,14 @@ VISUAL_GROUP = 1
 """Geom group of what is only drawn."""
 ROBOT_GROUPS = (2, 3, 4, 5)
 """Geom groups of what each robot collides with: seen by rays, and left out of the robot's own."""
+
+
+@cache
+def seen_except(group: int | None = None) -> npt.NDArray[np.uint8]:
+    """Return which geom groups a ray sees, (mjNGROUP,): all that collide, except one robot's."""
+    seen = np.zeros(int(mujoco.mjNGROUP), np.uint8)
+    seen[[other for other in (SCENE_GROUP, *ROBOT_GROUPS) if other != group]] = 1
+    return seen
 
 
 def add_shape(

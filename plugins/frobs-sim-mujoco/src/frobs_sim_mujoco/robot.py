@@ -12,7 +12,7 @@ from frobs_core.errors import SimulationError
 from frobs_core.interfaces import CommandMode, Placement, RobotHandle
 from frobs_core.models import Joint, moved
 from frobs_sim_mujoco.body import put_free_twist
-from frobs_sim_mujoco.geoms import ROBOT_GROUPS, SCENE_GROUP
+from frobs_sim_mujoco.geoms import seen_except
 
 if TYPE_CHECKING:
     from frobs_sim_mujoco.simulation import MujocoSimulation
@@ -32,17 +32,17 @@ class MujocoRobot(RobotHandle):
     def __init__(self, simulation: MujocoSimulation, name: str, placement: Placement, group: int) -> None:
         self._simulation = simulation
         self._batch = simulation.batch
-        self._group = group
+        self._seen = seen_except(group)  # by its lidars
         self.describe(name, placement, simulation.num_envs)
         model, mj, n = placement.model, simulation.model, simulation.num_envs
         joints = [mj.joint(f"{name}/{joint}").id for joint in self.joint_names]
         self.dofs = _columns([mj.jnt_dofadr[j] for j in joints])
-        self._qpos = self._batch.bind("qpos")
-        self._qvel = self._batch.bind("qvel")
+        self._states = states = simulation.states
+        self._qpos, self._qvel = states["qpos"], states["qvel"]
         self._q_columns = _columns([mj.jnt_qposadr[j] for j in joints])
         actuators = [mj.actuator(f"{name}/{joint}").id for joint in self.joint_names]
         self.actuators = slice(actuators[0], actuators[0] + self.dof) if actuators else slice(0, 0)
-        self._ctrl = self._batch.bind("ctrl")[:, self.actuators]  # a view of the state rows
+        self._ctrl = states["ctrl"][:, self.actuators]  # a view of the state rows
         self._efforts = read_only(simulation.efforts[:, self.actuators])
         self.gains_written = False
         self._mimics = [
@@ -140,8 +140,8 @@ class MujocoRobot(RobotHandle):
         """Put the root link somewhere at once."""
         rows = _rows(mask)
         if self._free is None:
-            self._batch.bind("mocap_pos")[rows, self._mocap] = pos
-            self._batch.bind("mocap_quat")[rows, self._mocap] = quat_wxyz
+            self._states["mocap_pos"][rows, self._mocap] = pos
+            self._states["mocap_quat"][rows, self._mocap] = quat_wxyz
         else:
             at = self._free.qposadr[0]
             self._qpos[rows, at : at + 3] = pos
@@ -152,7 +152,7 @@ class MujocoRobot(RobotHandle):
         """Give a free root link a velocity at once."""
         if self._free is None:
             raise SimulationError(f"robot '{self.name}' has a fixed base, which has no velocity.")
-        put_free_twist(self._batch, self._free, _rows(mask), lin_vel_world, ang_vel_world)
+        put_free_twist(self._states, self._free, _rows(mask), lin_vel_world, ang_vel_world)
         self._simulation.mark_stale(mask)
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
@@ -199,8 +199,7 @@ class MujocoRobot(RobotHandle):
     def lidar(self, name: str) -> Floats:
         """Return (num_envs, rays) [m] of a lidar of the robot."""
         lidar, origins, directions = self.lidar_rays(name)
-        others = [SCENE_GROUP, *(group for group in ROBOT_GROUPS if group != self._group)]
-        distances = self._simulation.cast(origins, directions, lidar.range_max, others)
+        distances = self._simulation.cast(origins, directions, lidar.range_max, self._seen)
         return np.maximum(distances, lidar.range_min)
 
     def _pose_between(self, joint: Joint) -> tuple[Floats, Floats]:

@@ -165,8 +165,8 @@ class Reach(EpisodeStart):
             outside = missed(self._distance, self._tolerance)
             self._reward_terms = {"outside": outside}
             return outside
-        distance = self._distance * self._approach
-        precision = np.exp(self._distance * self._distance * self._steepness) * self._precision
+        distance: Floats = self._distance * self._approach
+        precision: Floats = np.exp(self._distance * self._distance * self._steepness) * self._precision
         self._reward_terms = {self.distance_term: distance, "precision": precision}
         return distance + precision
 
