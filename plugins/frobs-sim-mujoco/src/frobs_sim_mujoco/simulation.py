@@ -189,6 +189,7 @@ class MujocoSimulation(Simulation):
         self.contacts: ContactState = ContactState(scene, num_envs)
         self._wrench_reader = WrenchReader(self.model, robots)
         self.sensor_wrenches = {name: np.zeros((num_envs, 6)) for name in self._wrench_reader.names}
+        self._records: dict[int, Any] = {}  # arrays of a rollout by its number of steps, for the next one
         self._senses = bool(scene.contacts or self.sensor_wrenches)
         self._renderer: Renderer | None = None
         self.sizes: dict[str, Floats] = {}  # (num_envs,) of bodies whose size was written
@@ -270,7 +271,9 @@ class MujocoSimulation(Simulation):
         record, before = ("actuator_force", "sensordata"), self.states["qvel"].copy()
         if self.sensor_wrenches:
             record += self._wrench_reader.fields
-        recorded = self.batch.rollout(decimation, control=rows, control_spec=_CTRL, record=record)
+        buffers = self._records.get(decimation)
+        recorded = self.batch.rollout(decimation, control=rows, control_spec=_CTRL, record=record, out=buffers)
+        self._records[decimation] = recorded
         self._rows = None
         self.efforts[:] = recorded["actuator_force"][:, -1]
         self.mark_stale(None)  # computed when it is read: a task may move bodies first
