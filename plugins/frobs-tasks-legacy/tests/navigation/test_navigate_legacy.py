@@ -100,6 +100,27 @@ def test_the_last_way_point_pays_what_the_others_pay(make):
     assert info["distance"] == 0.0
 
 
+def test_the_step_reward_is_paid_at_a_way_point_too(make):
+    env = make("frobs/KobukiMazeLegacy-v0", step_reward=-3.0)
+    env.reset(seed=0, options={"start": (-5.0, 7.5, 0.0), "goal": (-5.0, 7.5)})
+    info = info_after(env, (0.0, 0.0))
+    assert (info["reached"], info["step"]) == (10.0, -3.0)
+
+
+def test_a_floor_plan_replaces_that_of_the_world(make):
+    plan = {"start": {"pos": [0.0, 0.0]}, "routes": [[[1.0, 0.0], [2.0, 0.0]]]}
+    env = make("frobs/KobukiMazeLegacy-v0", floor_plan=plan)
+    observation, _ = env.reset(seed=0)
+    assert observation[0] == pytest.approx(1.0)
+    assert info_after(env, (0.0, 0.0))["way_points"] == -2.0
+
+
+def test_the_lidar_is_found_by_its_name(make):
+    scan = {"type": "lidar", "frame": "lidar_link", "rays": 5, "range_min": 0.1, "range_max": 30.0}
+    env = make("frobs/KobukiMazeLegacy-v0", lidar="scan", lidar_samples=5, sensors={"scan": scan})
+    assert env.reset(seed=0)[0].shape == (12,)
+
+
 def test_being_near_a_wall_costs_and_does_not_end(make):
     env = make("frobs/KobukiMazeLegacy-v0")
     env.reset(seed=0, options={"start": (-9.7, 7.5, np.pi), "goal": (-5.0, 7.5)})

@@ -203,6 +203,39 @@ def test_by_velocities_limits_cost_ten_from_afar_and_nothing_terminates(make):
     assert (reward, terminated, info["is_success"]) == (90.0, False, 1.0)
 
 
+@pytest.mark.parametrize(("limits", "paid"), [("reachable", -10.0), ("configured", 0.0)])
+def test_limits_are_watched_where_the_joints_end_or_as_they_are_configured(make, limits, paid):
+    env = make(VELOCITY, limits=limits)
+    joints = np.array([0.0, 0.0, 0.82, 0.0, 0.0, 0.0])  # joint 3 ends at 0.87 rad, and the configuration says 2.44 rad
+    env.reset(seed=0, options={"joint_positions": joints})
+    assert env.step(np.zeros(6, np.float32))[4]["frobs/reward/joint_limits"] == paid
+
+
+def test_the_margin_of_the_limits_can_be_given(make):
+    env = make(VELOCITY, limit_margin=0.3)
+    env.reset(seed=0, options={"joint_positions": np.array([0.0, 0.0, 0.0, 0.0, 2.0071 - 0.2, 0.0])})
+    assert env.step(np.zeros(6, np.float32))[4]["frobs/reward/joint_limits"] == -10.0
+
+
+def test_goals_fill_the_whole_box_and_episodes_begin_anywhere(make):
+    box = {"position_goal_min": (1.9, 1.9, 1.9), "position_goal_max": (2.0, 2.0, 2.0)}  # out of reach
+    with pytest.raises(ConfigurationError, match="reaches nothing"):
+        make(VELOCITY, **box)
+    low, high = (-0.5, -0.5, 0.0), (2.0, 2.0, 2.0)
+    env = make(VELOCITY, 64, position_goal_min=low, position_goal_max=high, goals="box", initial="random")
+    env.reset(seed=0)
+    goal = env.unwrapped.task.goal
+    assert ((goal >= low) & (goal <= high)).all()
+    assert (goal > 1.5).any(axis=0).all()
+    assert (np.ptp(env.unwrapped.robot.joint_positions, axis=0) > 1.0).all()
+
+
+@pytest.mark.parametrize("keyword", ["limits", "goals", "initial"])
+def test_a_choice_that_there_is_not_is_refused(keyword):
+    with pytest.raises(ConfigurationError, match=f"{keyword} is .*'"):
+        ReachLegacyVelocity(**{keyword: "other"})
+
+
 def test_joint_positions_of_another_arm_are_refused():
     with pytest.raises(
         ConfigurationError, match=r"min_joint_pos is .*; it must be 6 numbers, one for each joint of robot 'irb120'"

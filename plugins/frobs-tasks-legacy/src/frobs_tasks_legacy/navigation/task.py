@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -29,7 +29,7 @@ class NavigateLegacy(Navigate):
 
     Reward: at a way-point ``reached_midway_reward``, or in a world without routes ``reached_goal_reward``; in other steps
     −``multiplier_dist_reward`` · distance − ``angle_diff_reward_multiplier`` · min(b, π − b) +
-    ``not_reached_midway_reward`` · way-points that are left + ``step_reward``; and in any case ``collision_reward`` where
+    ``not_reached_midway_reward`` · way-points that are left; and in any case ``step_reward``, and ``collision_reward`` where
     the lidar's smallest range is below ``collision_distance_threshold``. b is the size of the bearing [rad].
 
     It wants to be looked at from far: discounted by 0.99 a step, waiting short of a way-point costs less than the way to the
@@ -41,10 +41,15 @@ class NavigateLegacy(Navigate):
         world: ``"maze"``, ``"dynamic"`` or ``"empty"``.
         config_file: FRobs_RL's task YAML, unchanged, with the root key ``kobuki_maze`` (or ``kobuki_dynamic``,
             ``kobuki_empty``); what it leaves out, or all if None, has FRobs_RL's own values, which the files in this
-            package list (``navigation/tasks``). The keywords that follow have the names of its keys, and go before it.
+            package list (``navigation/tasks``). The keywords from ``lidar_samples`` on have the names of its keys, and go
+            before it.
+        floor_plan: Walls, boxes, starts and way-points in place of the world's own: a YAML file or a mapping, as
+            :class:`frobs_tasks_navigation.Navigate` takes it; None: those of ``world``.
+        lidar: Name of the robot's lidar.
+        bumper: Name of the robot's bumper.
         lidar_samples: Rays that the robot's lidar must have.
         tolerance_goal_pos: Distance that counts as reached [m].
-        step_reward: Of each step that reaches no way-point.
+        step_reward: Of each step.
         multiplier_dist_reward: [1/m]
         angle_diff_reward_multiplier: [1/rad]
         reached_midway_reward: Of a step that reaches a way-point.
@@ -66,7 +71,7 @@ class NavigateLegacy(Navigate):
         "distance": "−multiplier_dist_reward for each metre to the way-point",
         "bearing": "−angle_diff_reward_multiplier for each radian to the way-point, seen ahead or behind",
         "way_points": "not_reached_midway_reward for each way-point that is left",
-        "step": "step_reward in every step that reaches nothing",
+        "step": "step_reward in every step",
         "collision": "collision_reward where the lidar's smallest range is below collision_distance_threshold",
     }
     area_ends: ClassVar[bool] = False
@@ -76,6 +81,9 @@ class NavigateLegacy(Navigate):
         *,
         world: str = "maze",
         config_file: str | Path | None = None,
+        floor_plan: str | Path | Mapping[str, Any] | None = None,
+        lidar: str = "lidar",
+        bumper: str = "bumper",
         lidar_samples: int | None = None,
         tolerance_goal_pos: float | None = None,
         step_reward: float | None = None,
@@ -89,9 +97,11 @@ class NavigateLegacy(Navigate):
     ) -> None:
         self.config = FILES.read(world, config_file, locals())
         super().__init__(
-            floor_plan=world,
+            floor_plan=world if floor_plan is None else floor_plan,
             tolerance=self.config["tolerance_goal_pos"],
             observation=_OBSERVED[world],
+            lidar=lidar,
+            bumper=bumper,
             collision_ends=False,
         )
 
@@ -123,7 +133,7 @@ class NavigateLegacy(Navigate):
             "distance": going * step.distance * -config["multiplier_dist_reward"],
             "bearing": going * np.minimum(bearing, np.pi - bearing) * -config["angle_diff_reward_multiplier"],
             "way_points": going * step.left * config["not_reached_midway_reward"],
-            "step": going * config["step_reward"],
+            "step": np.full(len(going), config["step_reward"]),
             "collision": self._too_near() * config["collision_reward"],
         }
         return np.asarray(sum(self._reward_terms.values()))

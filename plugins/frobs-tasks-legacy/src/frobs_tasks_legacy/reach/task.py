@@ -14,6 +14,7 @@ from frobs_core.errors import ConfigurationError, MissingSettingError, Parameter
 from frobs_core.interfaces import Controller, Simulation, Snapshot, StepContext
 from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
+from frobs_core.validation import non_negative
 from frobs_tasks_legacy.reach.config import FILES
 from frobs_tasks_reach import JointSampler, Oscillation, Reach, checked_goal, distance
 
@@ -54,6 +55,13 @@ class ReachLegacy(Reach):
         multiplier_dist_reward: [1/m]
         reached_goal_reward: Of a step that reaches the goal.
         joint_limits_reward: Of a step that ends at a joint limit.
+        limit_margin: How close to a limit a joint is at the limit [rad]; None: 1e-4, or by joint velocities 0.09.
+        limits: Which limits ``joint_limits_reward`` watches. ``"reachable"``: those between which the joints move, the
+            robot's or the configuration's, whichever are narrower. ``"configured"``: ``min_joint_pos`` and
+            ``max_joint_pos`` as they are.
+        goals: ``"reachable"``: places in the goal box to which random joint positions lead. ``"box"``: any place in the
+            goal box, evenly, reachable or not.
+        initial: Joint positions at reset: ``"home"``, or ``"random"`` between the limits.
 
     Raises:
         ConfigFileError: The file has an unknown key or an unusable value.
@@ -72,7 +80,7 @@ class ReachLegacy(Reach):
     control_timestep: ClassVar[float] = 0.5
     usual_profile: ClassVar[str] = "irb120"
     _sees_from_shoulder: ClassVar[bool] = False
-    limit_margin: ClassVar[float] = 1e-4  # [rad] FRobs_RL's: how near a limit a joint is at it
+    usual_limit_margin: ClassVar[float] = 1e-4  # [rad] FRobs_RL's: how near a limit a joint is at it
 
     def __init__(
         self,
@@ -91,13 +99,26 @@ class ReachLegacy(Reach):
         multiplier_dist_reward: float | None = None,
         reached_goal_reward: float | None = None,
         joint_limits_reward: float | None = None,
+        limit_margin: float | None = None,
+        limits: str = "reachable",
+        goals: str = "reachable",
+        initial: str = "home",
     ) -> None:
         self.config = FILES.read(self.usual_profile if profile is None else profile, config_file, locals())
         super().__init__(
             tolerance=self.config["tolerance_goal_pos"],
             goal_low=self.config["position_goal_min"],
             goal_high=self.config["position_goal_max"],
+            initial=initial,
         )
+        self.limit_margin = (
+            self.usual_limit_margin if limit_margin is None else non_negative("limit_margin", limit_margin)
+        )
+        if limits not in ("reachable", "configured"):
+            raise ParameterValueError("limits", limits, "'reachable' or 'configured'")
+        if goals not in ("reachable", "box"):
+            raise ParameterValueError("goals", goals, "'reachable' or 'box'")
+        self.limits, self.goals = limits, goals
 
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
         """Prepare for a simulation.
@@ -114,6 +135,9 @@ class ReachLegacy(Reach):
             max_phase=0.0,
         )
         super().bind(simulation, controller, control_timestep)
+        self._watched = self._sampler.lower, self._sampler.upper
+        if self.limits == "configured":
+            self._watched = np.array(self.config["min_joint_pos"]), np.array(self.config["max_joint_pos"])
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return direction to the goal, goal, and joint positions.
@@ -132,7 +156,7 @@ class ReachLegacy(Reach):
     def reward(self, context: StepContext) -> Floats:
         """Return the reward, (num_envs,)."""
         config, outside = self.config, ~self.is_success()
-        limited = at_limits(self._robot.joint_positions, self._sampler.lower, self._sampler.upper, self.limit_margin)
+        limited = at_limits(self._robot.joint_positions, *self._watched, self.limit_margin)
         self._reward_terms = {
             "reached_goal": ~outside * config["reached_goal_reward"],
             "distance": outside * self._distance * -config["multiplier_dist_reward"],
@@ -172,6 +196,11 @@ class ReachLegacy(Reach):
                 f"there remain {sampler.lower} to {sampler.upper}."
             )
         return sampler
+
+    def _draw_goals(self, mask: Mask | None, rng: RandomSource) -> Floats:
+        if self.goals == "box":
+            return rng.uniform("goal", self.goal_low, self.goal_high, (3,), mask)
+        return super()._draw_goals(mask, rng)
 
     def _goal_excursion(self) -> float:
         params = self.config["pos_dynamic_params"]

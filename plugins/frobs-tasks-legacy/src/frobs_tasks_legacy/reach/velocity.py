@@ -24,8 +24,8 @@ class ReachLegacyVelocity(ReachLegacy):
     - A step had no fixed duration; here the control timestep is 0.1 s.
     - Observation, (dof + 6) float32: joint positions, goal [m], unit vector from the tool to the goal.
     - Reward: ``reached_goal_reward`` where the tool is within the tolerance, else −``multiplier_dist_reward`` ·
-      distance; and in any case −``joint_limits_reward`` if a joint is within 0.09 rad of a limit, or beyond.
-      ``step_reward`` is never paid.
+      distance; and in any case −``joint_limits_reward`` if a joint is within ``limit_margin`` (0.09 rad) of a limit, or
+      beyond. ``step_reward`` is never paid.
     """
 
     success_rule: ClassVar[str] = (
@@ -34,11 +34,11 @@ class ReachLegacyVelocity(ReachLegacy):
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "reached_goal": "reached_goal_reward where the tool is within the tolerance, else 0",
         "distance": "−multiplier_dist_reward · d where it is not, d being the distance from tool to goal",
-        "joint_limits": "−joint_limits_reward where a joint is within 0.09 rad of one of its limits",
+        "joint_limits": "−joint_limits_reward where a joint is within limit_margin of one of its limits",
     }
     control_timestep: ClassVar[float] = 0.1
     usual_profile: ClassVar[str] = "irb140_velocity"
-    limit_margin: ClassVar[float] = 0.09
+    usual_limit_margin: ClassVar[float] = 0.09
 
     def reward(self, context: StepContext) -> Floats:
         """Return the reward, (num_envs,)."""
