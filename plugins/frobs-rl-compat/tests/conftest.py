@@ -23,6 +23,16 @@ sys.path.append(str(Path(frobs_rl_compat.__file__).parent / "overlay"))  # the g
 
 
 @pytest.fixture
+def sandbox(tmp_path):
+    """An environment that sees all that is installed here, and into which more can be installed."""
+    sys.path.insert(0, str(Path(__file__).parents[3] / "tests" / "cookiecutter"))
+    from sandbox import Sandbox
+
+    sys.path.pop(0)
+    return Sandbox(tmp_path / "venv")
+
+
+@pytest.fixture
 def legacy_run() -> list[str]:
     """The words of ``frobs legacy run``; skip where there is no ROS, or fail where FROBS_REQUIRE_ROS says so."""
     try:

@@ -35,9 +35,11 @@ def migrate(
 ) -> None:
     """Make a plugin of a package of FRobs_RL, or a run configuration of its YAML file.
 
-    The package is read, never imported. The plugin installs and trains as it is: the robot is the package's own, and the
-    task is a stand-in, so that its ID ends in Skeleton-v0. Spaces and numbers are in original.py. TODO marks where the old
-    methods are to be ported, and MIGRATION.md lists what was carried over and what was not. Nothing is overwritten.
+    The package is read, never imported. The plugin installs and trains as it is, with the package's own robot. If the
+    package's task is one of FRobs_RL's example tasks, with the same or other numbers, the plugin has the same task: its
+    observation, rewards, success, walls and way points. The task of any other package is a stand-in, and its ID ends in
+    Skeleton-v0: TODO marks where to port the old methods, and original.py has the old spaces and numbers. MIGRATION.md
+    lists what was carried over, what works in another way, and what was not carried over. Nothing is overwritten.
 
     Example:
         $ frobs migrate ~/catkin_ws/src/my_arm_rl --out plugins

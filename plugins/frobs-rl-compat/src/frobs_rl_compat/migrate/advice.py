@@ -22,8 +22,8 @@ _CONTROLLERS = (
 """Part of a type of ROS's controllers, and the controller that does the same here."""
 
 
-def note_what_is_left(package: OldPackage, made: Migration) -> None:
-    """Note all that the plugin does not have."""
+def note_the_task(package: OldPackage, made: Migration) -> None:
+    """Note what the task of a skeleton does not have."""
     for path, mapping in package.yaml.numbers.items():
         for root in mapping:
             if root in LEGACY_IDS:
@@ -44,6 +44,12 @@ def note_what_is_left(package: OldPackage, made: Migration) -> None:
         made.leave(launch.name, "nothing is launched; what its nodes computed belongs into the task")
     for world in sorted(package.folder.rglob("*.world")):
         made.leave(world.name, "describe it in the task's scene: bodies, floor, cameras")
+    if package.hook("_check_subs_and_pubs_connection") is not None:
+        made.leave("_check_subs_and_pubs_connection", "nothing: a simulation is ready when it is built")
+
+
+def note_what_is_left(package: OldPackage, made: Migration) -> None:
+    """Note what no plugin has."""
     for path, reason in {**package.python.unread, **package.yaml.unread}.items():
         made.leave(path.name, f"could not be read: {reason}")
     for id in package.others:
@@ -54,8 +60,6 @@ def note_what_is_left(package: OldPackage, made: Migration) -> None:
             "actions are in [−1, 1] already; for observations: wrappers: [{name: 'frobs_core.wrappers:"
             "NormalizeObservationWrapper'}] in train.yaml, once observation_space has finite bounds",
         )
-    if package.hook("_check_subs_and_pubs_connection") is not None:
-        made.leave("_check_subs_and_pubs_connection", "nothing: a simulation is ready when it is built")
 
 
 def _types(mapping: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -90,6 +90,8 @@ def read_package(folder: Path, id: str | None = None) -> OldPackage:
     found = python.registered(registration) if registration else None
     lineage = python.lineage(found) if found else max(map(python.lineage, environments), key=len)
     yaml = read_yaml_files(folder)
+    loaded = _loaded(lineage)
+    yaml.numbers = dict(sorted(yaml.numbers.items(), key=lambda item: item[0].name not in loaded))
     scripts = _scripts(python, registration.id if registration else "")
     others = dict.fromkeys(each.id for each in registered if each is not registration and not _is_base(each, python))
     return OldPackage(
@@ -126,6 +128,13 @@ def _scripts(python: PythonFiles, id: str) -> list[Path]:
         if any(isinstance(arg, ast.Constant) and arg.value == id for call in calls.get("make", []) for arg in call.args)
     ]
     return sorted(makes, key=lambda path: "train" not in python.calls[path])
+
+
+def _loaded(lineage: list[OldClass]) -> list[Any]:
+    """Return the names of the YAML files that the constructors load, whose values go before those of other files."""
+    calls = [node for old in lineage for node in ast.walk(old.node) if isinstance(node, ast.Call)
+             and ast.unparse(node.func).endswith("ros_load_yaml_from_pkg")]  # fmt: skip
+    return [argument.value for call in calls for argument in call.args[1:2] if isinstance(argument, ast.Constant)]
 
 
 def _package_name(folder: Path) -> str:

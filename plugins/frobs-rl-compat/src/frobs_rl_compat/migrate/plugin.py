@@ -13,8 +13,10 @@ from typing import Any
 from frobs_core.errors import ConfigurationError, TargetExistsError
 from frobs_core.interfaces import Lidar
 from frobs_devkit.scaffold import copy_model, render, resolve
-from frobs_rl_compat.migrate.advice import note_what_is_left
+from frobs_rl_compat.migrate.advice import note_the_task, note_what_is_left
 from frobs_rl_compat.migrate.comments import todo
+from frobs_rl_compat.migrate.example_files import write_example
+from frobs_rl_compat.migrate.examples import find_example
 from frobs_rl_compat.migrate.original import write_original
 from frobs_rl_compat.migrate.package import OldPackage, read_package
 from frobs_rl_compat.migrate.report import Migration
@@ -51,6 +53,7 @@ def migrate_package(
     """
     package = read_package(path, id)
     robot, problem = find_robot(package, package_paths or {})
+    example, reason = find_example(package, robot)
     made = Migration(package.name, out)
     context = resolve(_answers(package, robot, name, namespace))
     target = out / context["__folder"]
@@ -60,10 +63,15 @@ def migrate_package(
     with tempfile.TemporaryDirectory(dir=out, prefix=".frobs-migrate-") as aside:
         folder = render(context, Path(aside))
         sources = folder / "src" / context["__package"]
-        _edit_robot(package, robot, problem, sources, context["name"], made)
-        new_id = _edit_plugin(package, folder, sources, context, made)
-        edit_task(package, sources / "task.py", made)
-        write_original(package, sources, made)
+        _edit_robot(package, robot, problem, sources, context["name"], made, is_skeleton=example is None)
+        new_id = _edit_plugin(package, folder, sources, context, made, is_skeleton=example is None)
+        if example is not None:
+            write_example(example, package, folder, sources, context, made)
+        else:
+            made.leave("the task", reason)
+            edit_task(package, sources / "task.py", made)
+            write_original(package, sources, made)
+            note_the_task(package, made)
         _write_learning(package, folder, new_id, made)
         note_what_is_left(package, made)
         made.path = target
@@ -98,7 +106,14 @@ def _answers(package: OldPackage, robot: RobotSource | None, name: str | None, n
 
 
 def _edit_robot(
-    package: OldPackage, robot: RobotSource | None, problem: str, sources: Path, name: str, made: Migration
+    package: OldPackage,
+    robot: RobotSource | None,
+    problem: str,
+    sources: Path,
+    name: str,
+    made: Migration,
+    *,
+    is_skeleton: bool,
 ) -> None:
     file = sources / "robot.py"
     if robot is None:
@@ -123,14 +138,13 @@ def _edit_robot(
     wheels = robot.wheels
     copy_model(robot.model, sources / f"{name}.urdf")
     (sources / f"{name}.urdf.xacro").unlink()
-    links = [link.name for link in robot.model.links]
     text = file.read_text("utf-8").replace(f"{name}.urdf.xacro", f"{name}.urdf")
     for old, new in (
         (r'left=\("[^"]*",\)', f'left=("{wheels.left}",)'),
         (r'right=\("[^"]*",\)', f'right=("{wheels.right}",)'),
         (r"separation=[0-9.]+", f"separation={wheels.separation:g}"),
         (r"wheel_radius=[0-9.]+", f"wheel_radius={wheels.diameter / 2:g}"),
-        (r'tcp="base_link"', f'tcp="{"base_link" if "base_link" in links else links[0]}"'),
+        (r'tcp="base_link"', f'tcp="{robot.base_link}"'),
         (r"    friction=.*\n", _friction_text(robot.friction)),
         (r"    # sensors=.*\n", _lidars_text(robot.lidars)),
     ):  # fmt: skip
@@ -141,7 +155,8 @@ def _edit_robot(
     readme = sources.parent.parent / "README.md"
     readme.write_text(readme.read_text("utf-8").replace(f"{name}.urdf.xacro", f"{name}.urdf"), "utf-8")
     made.carry("wheels of the Gazebo plugin", "robot.py: differential_drive")
-    made.leave("the highest speeds", "robot.py: differential_drive has likely ones, of an action of 1")
+    if is_skeleton:
+        made.leave("the highest speeds", "robot.py: differential_drive has likely ones, of an action of 1")
     if robot.friction:
         made.carry(f"friction of {', '.join(robot.friction)}", "robot.py: friction")
     if robot.lidars:
@@ -166,21 +181,28 @@ def _lidars_text(lidars: Mapping[str, Lidar]) -> str:
     return f"{told}    sensors={{\n{rows}    }},\n" if rows else '    # sensors={"scan": Lidar(frame="base_link", …)}\n'
 
 
-def _edit_plugin(package: OldPackage, folder: Path, sources: Path, context: Mapping[str, Any], made: Migration) -> str:
+def _edit_plugin(
+    package: OldPackage, folder: Path, sources: Path, context: Mapping[str, Any], made: Migration, *, is_skeleton: bool
+) -> str:
     """Give the environment its ID and limit, and say what the old actions were; returns the ID."""
     old_id = package.registration.id if package.registration else context["__id"]
-    stem = re.sub(r"-v[0-9]+$", "", old_id.rpartition("/")[2])
-    new_id = f"{context['namespace']}/{stem}Skeleton-v0"
+    old_name = old_id.rpartition("/")[2]
+    stem = re.sub(r"-v[0-9]+$", "", old_name)
+    suffix = "Skeleton-v0" if is_skeleton else old_name.removeprefix(stem) or "-v0"
+    new_id = f"{context['namespace']}/{stem}{suffix}"
     for path in folder.rglob("*"):
         if path.is_file() and path.suffix in (".py", ".md", ".yaml", ".yml", ".toml"):
             text = path.read_text("utf-8")
             if context["__id"] in text:
                 path.write_text(text.replace(context["__id"], new_id), "utf-8")
-    made.leave(
-        f"ID {old_id}",
-        f"{new_id} has a stand-in for the old task; once task.py has its world, rewards and success, take 'Skeleton' out of "
-        "the ID",
-    )
+    if is_skeleton:
+        made.leave(
+            f"ID {old_id}",
+            f"{new_id} has a stand-in for the old task; once task.py has its world, rewards and success, take 'Skeleton' out "
+            "of the ID",
+        )
+    else:
+        made.carry(f"ID {old_id}", f"plugin.py: {new_id}")
     file = sources / "plugin.py"
     text = file.read_text("utf-8")
     registered = package.registration.max_episode_steps if package.registration else None
@@ -192,7 +214,7 @@ def _edit_plugin(package: OldPackage, folder: Path, sources: Path, context: Mapp
         )
         made.carry(f"limit of steps ({said})", f"plugin.py: max_episode_steps={min(limits)}")
     old = package.hook("_send_action")
-    if old is not None:
+    if old is not None and is_skeleton:
         advice = (
             f"choose the controller that does what {old.place('_send_action')} did; 'frobs list controllers' shows all."
         )

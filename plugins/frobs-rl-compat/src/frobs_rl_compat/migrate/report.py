@@ -14,19 +14,25 @@ class Migration:
     Attributes:
         path: The folder or file that was made.
         carried: What was carried over, and where it is now.
-        left: What was not, and what to do.
+        differs: What works in another way than before, and how.
+        left: What was not carried over, and what to do.
         next: Commands to go on with.
     """
 
     name: str
     path: Path
     carried: list[tuple[str, str]] = field(default_factory=list)
+    differs: list[tuple[str, str]] = field(default_factory=list)
     left: list[tuple[str, str]] = field(default_factory=list)
     next: list[str] = field(default_factory=list)
 
     def carry(self, what: str, where: str) -> None:
         """Note what was carried over."""
         self.carried.append((what, where))
+
+    def differ(self, what: str, how: str) -> None:
+        """Note what works in another way."""
+        self.differs.append((what, how))
 
     def leave(self, what: str, advice: str) -> None:
         """Note what was not."""
@@ -39,6 +45,7 @@ class Migration:
             "name": self.name,
             "made": str(self.path),
             "carried": [{"what": what, "where": where} for what, where in self.carried],
+            **({"differs": [{"what": what, "how": how} for what, how in self.differs]} if self.differs else {}),
             "left to do": [{"what": what, "advice": advice} for what, advice in self.left],
             "next": self.next,
         }
@@ -47,6 +54,9 @@ class Migration:
         """Return it as a page."""
         lines = [f"# {self.name}: what `frobs migrate` did", "", "## Carried over", "", "| what | where |", "|---|---|"]
         lines += [f"| {_cell(what)} | {_cell(where)} |" for what, where in self.carried]
+        if self.differs:
+            lines += ["", "## Different", "", "| what | how |", "|---|---|"]
+            lines += [f"| {_cell(what)} | {_cell(how)} |" for what, how in self.differs]
         lines += ["", "## Left to do", "", "| what | what to do |", "|---|---|"]
         lines += [f"| {_cell(what)} | {_cell(advice)} |" for what, advice in self.left]
         lines += ["", "The places in the files are marked `TODO`.", ""]

@@ -48,6 +48,7 @@ class RobotSource:
         package_paths: Folders of ROS packages that it may name.
         wheels: Where it drives on two wheels.
         friction: Sliding friction by link, of those for which the file says one.
+        lidar_topics: Name of the lidar that publishes a topic, by topic without a leading slash.
         lidar_problem: Why there is none, where the file has one that cannot be used.
     """
 
@@ -58,7 +59,14 @@ class RobotSource:
     wheels: Wheels | None
     friction: Mapping[str, float]
     lidars: Mapping[str, Lidar]
+    lidar_topics: Mapping[str, str]
     lidar_problem: str = ""
+
+    @property
+    def base_link(self) -> str:
+        """The link that stands for the whole robot: ``base_link``, or else the root."""
+        links = [link.name for link in self.model.links]
+        return "base_link" if "base_link" in links else links[0]
 
     @property
     def still_axes(self) -> str:
@@ -90,7 +98,12 @@ def find_robot(package: OldPackage, package_paths: Mapping[str, str | Path]) -> 
         lidars = read_lidars(elements)
     except FrobsError as error:
         problem = str(error)
-    return RobotSource(path, args, paths, model, _wheels(model), friction, lidars, problem), ""
+    topics = {
+        plugin.text("topicName").strip("/"): plugin.sensor
+        for plugin in read_plugins(elements)
+        if plugin.sensor in lidars
+    }
+    return RobotSource(path, args, paths, model, _wheels(model), friction, lidars, topics, problem), ""
 
 
 def _wheels(model: RobotModel) -> Wheels | None:

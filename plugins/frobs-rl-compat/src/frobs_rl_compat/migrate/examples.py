@@ -1,0 +1,183 @@
+"""The parameters with which a task of FRobs is the task of a recognized package."""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import dataclass, field
+from typing import Any
+
+from frobs_core.errors import FrobsError
+from frobs_rl_compat.migrate.package import OldPackage
+from frobs_rl_compat.migrate.recognition import factors, recognize
+from frobs_rl_compat.migrate.robot import RobotSource
+from frobs_rl_compat.migrate.values import UntranslatableError, bounds_of, value_of
+from frobs_rl_compat.migrate.world import STEP, read_floor_plan
+
+NEAREST_IDS = {
+    "maze": "frobs/KobukiMazeLegacy-v0",
+    "dynamic": "frobs/KobukiDynamicLegacy-v0",
+    "empty": "frobs/KobukiEmptyLegacy-v0",
+    "reach_velocity": "frobs/Irb140ReachVelocityLegacy-v0",
+}
+"""The environment with the original numbers, by name of the example task."""
+
+_NAVIGATION = {
+    "tolerance_goal_pos": "self.tol_goal_pos",
+    "step_reward": "self.step_reward",
+    "multiplier_dist_reward": "self.mult_dist_reward",
+    "reached_goal_reward": "self.reached_goal_reward",
+}
+_COLLISION = {"collision_reward": "self.collision_reward", "collision_distance_threshold": "self.collision_distance"}
+_MAZE = {
+    "angle_diff_reward_multiplier": "self.angle_diff_reward_multiplier",
+    "reached_midway_reward": "self.reached_midway_reward",
+    "not_reached_midway_reward": "self.not_reached_midway_reward",
+}
+_REACH = {
+    "min_joint_pos": "self.min_joint_values",
+    "max_joint_pos": "self.max_joint_values",
+    "position_goal_min": "self.position_goal_min",
+    "position_goal_max": "self.position_goal_max",
+    "tolerance_goal_pos": "self.tol_goal_ee",
+    "training": "self.training",
+    "pos_dynamic": "self.pos_dynamic",
+    "multiplier_dist_reward": "self.mult_dist_reward",
+    "reached_goal_reward": "self.reached_goal_reward",
+    "joint_limits_reward": "self.joint_limits_reward",
+}
+"""Keywords of FRobs's tasks, and the attributes of the original classes that hold their values."""
+
+
+@dataclass
+class Example:
+    """A task of FRobs with the numbers of a package.
+
+    Attributes:
+        task: Its name, such as ``"navigate_legacy"``.
+        controller: Name of the controller that takes the package's actions.
+        parameters: Keywords of the environment.
+        floor_plan: Walls, boxes, starts and goals as a floor plan of ``frobs-tasks-navigation``; empty for arms.
+        differences: What is not as in the package, and what it is instead.
+    """
+
+    task: str
+    controller: str
+    parameters: dict[str, Any]
+    floor_plan: dict[str, Any] = field(default_factory=dict)
+    differences: dict[str, str] = field(default_factory=dict)
+
+
+def find_example(package: OldPackage, robot: RobotSource | None) -> tuple[Example | None, str]:
+    """Return the task of FRobs that a package's task is.
+
+    Args:
+        package: The package.
+        robot: Its robot; None if its file could not be used.
+
+    Returns:
+        The task and an empty string; or None, and why the package cannot be translated.
+    """
+    found = recognize(package)
+    if found is None:
+        if any("moveit" in ast.unparse(old.node).lower() for old in package.lineage):
+            return (
+                None,
+                "MoveIt plans or steers its motions, which no task of FRobs reproduces: port it as the rows below say",
+            )
+        return None, "arbitrary code cannot be translated: port it as the rows below say"
+    original = f"it is the example that {NEAREST_IDS[found.name]} reproduces"
+    if found.differing:
+        return None, f"{original}, apart from {'; '.join(found.differing)}. Port the changes, or start from that ID"
+    if robot is None:
+        return None, f"{original}, but the robot's file could not be used"
+    try:
+        if package.constructed.parameters.get("step_mode", 1) != 1:
+            raise UntranslatableError("step_mode is not 1")
+        return _reach(package, robot) if found.name == "reach_velocity" else _navigation(found.name, package, robot), ""
+    except (FrobsError, UntranslatableError) as error:
+        return None, f"{original}, but {error}"
+
+
+def _reach(package: OldPackage, robot: RobotSource) -> Example:
+    speeds = value_of(package, "self.limit_joint_vel")
+    if len(set(speeds)) != 1:
+        raise UntranslatableError("limit_joint_vel differs between the joints")
+    margins = set(factors(package.lineage[0].methods["_get_reward"]))
+    if len(margins) != 1:
+        raise UntranslatableError("the margins of the lower and the upper joint limits differ")
+    if "ee_link" not in [link.name for link in robot.model.links]:
+        raise UntranslatableError("the robot has no link 'ee_link', which the task observes")
+    task = {key: value_of(package, name) for key, name in _REACH.items()}
+    if task["pos_dynamic"]:
+        names = [f"{axis}_max_{what}" for what in ("amplitude", "freq") for axis in "xyz"]
+        task["pos_dynamic_params"] = {key: _goal_parameter(package, key) for key in names}
+    return Example(
+        "reach_legacy_velocity",
+        "joint_velocity",
+        {
+            "tcp": "ee_link",
+            "controller_kwargs": {"max_velocity": speeds[0]},
+            "limit_margin": margins.pop(),
+            "limits": "configured",
+            "goals": "box",
+            "initial": "random",
+            **task,
+        },
+        differences={
+            "duration of a step": "0.1 s; it was not fixed (control_timestep= in plugin.py changes it)",
+            "actions at a limit": "a joint stops at its limit; FRobs_RL ignored actions within the margin before it",
+            "initial joint positions": "only those that the robot can have, with no part of it in the floor",
+            "direction to a goal that is reached exactly": "zero; it was NaN",
+        },
+    )
+
+
+def _goal_parameter(package: OldPackage, key: str) -> float:
+    """Return a parameter of the node that moves the goal."""
+    try:
+        return float(package.yaml.parameter(f"irb140/pos_dynamic_params/{key}"))
+    except (KeyError, TypeError, ValueError) as error:
+        raise UntranslatableError(f"irb140/pos_dynamic_params/{key} is in no YAML file") from error
+
+
+def _navigation(name: str, package: OldPackage, robot: RobotSource) -> Example:
+    if robot.wheels is None:
+        raise UntranslatableError("the robot's file has no plugin for two driven wheels")
+    low, high = bounds_of(package, "self.action_space")
+    if low != [-value for value in high]:
+        raise UntranslatableError(f"action_space is not symmetric: {low} to {high}")
+    task = {key: value_of(package, attribute) for key, attribute in _NAVIGATION.items()}
+    differences = {
+        "duration of a step": f"{STEP:g} s; it was not fixed, and boxes move by as much in each step as they did",
+        "observation_space": "the same numbers, but its bounds follow from floor_plan.yaml",
+    }
+    if name == "maze":
+        task |= {key: value_of(package, attribute) for key, attribute in _MAZE.items()}
+        differences["distance and bearing in the step after a way point"] = (
+            "those of the next way point; they were those of the way point before"
+        )
+    else:
+        differences["goals"] = "0.5 m away from boxes, and not at the start (clearance in floor_plan.yaml)"
+    if name == "dynamic":
+        task["angle_diff_reward_multiplier"] = next(iter(factors(package.lineage[0].methods["_get_reward"])), 0.0)
+    sensors = {"bumper": {"type": "bumper", "frame": robot.base_link}}
+    if name != "empty":
+        lidar = robot.lidar_topics.get("scan")
+        if lidar is None:
+            raise UntranslatableError(f"the robot's file has no lidar on the topic /scan {robot.lidar_problem}".strip())
+        rays, declared = robot.lidars[lidar].rays, value_of(package, "self.lidar_samples")
+        if rays != declared:
+            differences["lidar_samples"] = (
+                f"{rays}, the rays of the robot's lidar; {declared} in the YAML file, so that the observation did not fit "
+                "its space"
+            )
+        task |= {"lidar": lidar, "lidar_samples": rays}
+        task |= {key: value_of(package, attribute) for key, attribute in _COLLISION.items()}
+    speeds = {"max_linear_velocity": high[0], "max_angular_velocity": high[1]}
+    return Example(
+        "navigate_legacy",
+        "differential_drive",
+        {"world": name, "controller_kwargs": speeds, "sensors": sensors, **task},
+        read_floor_plan(name, package),
+        differences,
+    )

@@ -1,0 +1,49 @@
+"""Values of a recognized package, or the reason why its task cannot be translated."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from frobs_rl_compat.migrate.package import OldPackage
+
+
+class UntranslatableError(Exception):
+    """A value of a recognized package is unknown, or FRobs's task does not support it; the text is the reason."""
+
+
+def value_of(package: OldPackage, name: str) -> Any:
+    """Return what the constructor assigns to a name.
+
+    Raises:
+        UntranslatableError: It is unknown.
+    """
+    values = package.constructed.values
+    if name not in values:
+        expression, missing = package.constructed.unknown.get(name, ("it is not assigned", ""))
+        raise UntranslatableError(f"{name} is unknown: {missing or expression}")
+    return values[name]
+
+
+def bounds_of(package: OldPackage, name: str) -> tuple[list[float], list[float]]:
+    """Return the bounds of a ``Box`` that the constructor assigns to a name, without the rounding of float32.
+
+    Raises:
+        UntranslatableError: It is unknown.
+    """
+    space = value_of(package, name)
+    low, high = ([round(float(value), 6) for value in bound] for bound in (space.low, space.high))
+    return low, high
+
+
+def check_any_heading(low: float, high: float) -> None:
+    """Check that headings between two angles [rad] are all that there are.
+
+    Raises:
+        UntranslatableError: They are not.
+    """
+    if abs(low + np.pi) > 1e-3 or abs(high - np.pi) > 1e-3:
+        raise UntranslatableError(
+            f"episodes begin with headings between {low:g} and {high:g} rad; only −π to π is supported"
+        )

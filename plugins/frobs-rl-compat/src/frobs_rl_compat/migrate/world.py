@@ -1,0 +1,193 @@
+"""The world of a recognized Kobuki task as a floor plan: walls and boxes from SDF files, starts, and goals or routes."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from frobs_core.models import Element, Packages, parse_xml, read_bytes
+from frobs_rl_compat.migrate.package import OldPackage
+from frobs_rl_compat.migrate.values import UntranslatableError, bounds_of, check_any_heading, value_of
+
+STEP = 0.2
+"""[s] that a step of the navigation tasks lasts."""
+
+
+def read_floor_plan(name: str, package: OldPackage) -> dict[str, Any]:
+    """Return walls, boxes, start, and goals or routes."""
+    begin = package.lineage[0].methods["_set_episode_init_params"]
+    if name == "empty":
+        low, high = bounds_of(package, "self.robot_pos_space")
+        check_any_heading(low[2], high[2])
+        goal_low, goal_high = bounds_of(package, "self.goal_space")
+        return {"start": {"low": low[:2], "high": high[:2]}, "goals": {"low": goal_low, "high": goal_high}}
+    turned_low, turned_high = bounds_of(package, "self.angle_space")
+    check_any_heading(turned_low[0], turned_high[0])
+    placed = {_text(call.args[0]): _position(call) for call in _calls(begin, "gazebo_set_model_state")}
+    robot = package.constructed.parameters.get("model_name_in_gazebo")
+    if robot not in placed:
+        raise UntranslatableError(f"no episode places the robot '{robot}'")
+    x, y, _ = placed.pop(robot)
+    spawned = dict(_spawned(package))
+    plan: dict[str, Any] = {
+        "walls": {"pieces": [wall for name, (file, place) in spawned.items() if name not in placed
+                             for wall in _walls(file, place)]},
+        "boxes": _boxes(name, package, placed, {name: file for name, (file, _) in spawned.items()}),
+        "start": {"pos": [x, y]},
+    }  # fmt: skip
+    if name == "maze":
+        count = int(value_of(package, "self.traj_space").n)
+        plan["routes"] = [value_of(package, f"traj{number}").tolist() for number in range(1, count + 1)]
+    else:
+        sampled = next(ast.unparse(node.value) for node in ast.walk(begin) if isinstance(node, ast.Assign)
+                       and ast.unparse(node.targets[0]) == "self.goal_pos")  # fmt: skip
+        goal_low, goal_high = bounds_of(package, sampled.removesuffix(".sample()"))
+        plan["goals"] = {"low": goal_low, "high": goal_high}
+    return plan
+
+
+def _boxes(
+    name: str, package: OldPackage, placed: Mapping[str, tuple[float, float, float]], files: Mapping[str, Path]
+) -> list[dict[str, Any]]:
+    """Return the moving boxes.
+
+    Args:
+        name: Name of the example task.
+        package: The package.
+        placed: Where each box begins an episode [m].
+        files: The SDF file of each.
+    """
+    low, high = bounds_of(package, "self.boxes_vel_space")
+    if any(low) or len(high) != len(placed):
+        raise UntranslatableError("boxes_vel_space does not begin at 0, or has not one number for each box")
+    steps = float(value_of(package, "self.box_traj_num_steps"))
+    first = steps / 2.0 * STEP
+    boxes = []
+    for (box, (x, y, z)), speed in zip(placed.items(), high, strict=True):
+        shapes = list(_shapes(files[box], 0j, with_pose=False))
+        if len(shapes) != 1 or abs(shapes[0].centre) > 1e-9 or shapes[0].yaw:
+            raise UntranslatableError(f"{files[box]} is not one box around the origin of its model")
+        length, width, height = shapes[0].size
+        top = z + shapes[0].height + height / 2.0  # what is below the floor does not count
+        if top <= 0.0:
+            raise UntranslatableError(f"the box '{box}' is below the floor")
+        boxes.append(
+            {
+                "pos": [x, y],
+                "size": [length, width, top],
+                "max_speed": round(speed / STEP, 9),
+                "first_turn": first,
+                "turn_every": 2.0 * first if name == "maze" else first,
+            }
+        )
+    return boxes
+
+
+def _walls(file: Path, place: complex) -> Iterator[dict[str, Any]]:
+    """Yield the boxes of an SDF model that stand on the floor."""
+    for shape in _shapes(file, place):
+        length, thickness, height = shape.size
+        if abs(shape.height - height / 2.0) > 1e-3:
+            raise UntranslatableError(f"a wall of {file} does not stand on the floor")
+        yield {
+            "centre": [round(shape.centre.real, 6), round(shape.centre.imag, 6)],
+            "length": length,
+            "along": round(float(np.degrees(shape.yaw)), 6),
+            "thickness": thickness,
+            "height": height,
+        }
+
+
+@dataclass(frozen=True)
+class _Shape:
+    """A box of an SDF model.
+
+    Attributes:
+        centre: x + iy [m].
+        height: z of its center [m].
+        yaw: [rad]
+        size: x, y, z [m].
+    """
+
+    centre: complex
+    height: float
+    yaw: float
+    size: tuple[float, float, float]
+
+
+def _shapes(file: Path, place: complex, with_pose: bool = True) -> Iterator[_Shape]:
+    """Yield the collision shapes of an SDF model.
+
+    Args:
+        file: The SDF file.
+        place: x + iy of the spawn [m].
+        with_pose: Whether the model's own pose counts; it does not if an episode places the model.
+    """
+    model = parse_xml(read_bytes(file), file).child("model")
+    if model is None:
+        raise UntranslatableError(f"{file} has no <model>")
+    above = [model] if with_pose else []
+    for link in model.children("link"):
+        for collision in link.children("collision"):
+            centre, height, yaw = place, 0.0, 0.0
+            for element in (*above, link, collision):
+                x, y, z, roll, pitch, turn = _numbers(element, "pose", 6)
+                if abs(roll) > 1e-6 or abs(pitch) > 1e-6:
+                    raise UntranslatableError(f"a part of {file} is tilted")
+                centre += complex(x, y) * np.exp(1j * yaw)
+                height, yaw = height + z, yaw + turn
+            size = _numbers(collision, "geometry/box/size", 3)
+            if not all(size):
+                raise UntranslatableError(f"a part of {file} is no box")
+            yield _Shape(complex(centre), height, yaw, (size[0], size[1], size[2]))
+
+
+def _numbers(element: Element, path: str, count: int) -> list[float]:
+    words = (element.findtext(path) or "").split() or ["0"] * count
+    try:
+        values = [float(word) for word in words]
+    except ValueError:
+        values = []
+    if len(values) != count:
+        raise UntranslatableError(f"{element.file}: <{path}> has not {count} numbers")
+    return values
+
+
+def _spawned(package: OldPackage) -> Iterator[tuple[str, tuple[Path, complex]]]:
+    """Yield the models that the constructor spawns: the name, and the SDF file with x + iy of its pose [m]."""
+    files = {}
+    constructor = package.lineage[0].methods["__init__"]
+    for node in ast.walk(constructor):
+        if isinstance(node, ast.Assign) and (found := list(_calls(node, "urdf_parse_from_pkg"))):
+            name, file = (_text(argument) for argument in found[0].args[:2])
+            folder = next((_text(keyword.value) for keyword in found[0].keywords if keyword.arg == "folder"), "/urdf")
+            paths = Packages({package.name: package.folder}, package.folder.absolute() / "package.xml")
+            files[ast.unparse(node.targets[0])] = Path(paths.find(name)) / folder.strip("/") / file
+    for call in _calls(constructor, "gazebo_spawn_sdf_string"):
+        model = next((_text(keyword.value) for keyword in call.keywords if keyword.arg == "model_name"), "")
+        x, y, z = _position(call)
+        if z:
+            raise UntranslatableError(f"the model '{model}' is spawned above the floor")
+        yield model, (files[ast.unparse(call.args[0])], complex(x, y))
+
+
+def _calls(node: ast.AST, function: str) -> Iterator[ast.Call]:
+    found = [each for each in ast.walk(node) if isinstance(each, ast.Call)
+             and ast.unparse(each.func).rpartition(".")[2] == function]  # fmt: skip
+    return iter(sorted(found, key=lambda call: call.lineno))
+
+
+def _position(call: ast.Call) -> tuple[float, float, float]:
+    """Return the literal ``pos_x``, ``pos_y`` and ``pos_z`` [m] of a call."""
+    given = {keyword.arg: keyword.value for keyword in call.keywords}
+    x, y, z = (float(ast.literal_eval(given[key])) if key in given else 0.0 for key in ("pos_x", "pos_y", "pos_z"))
+    return x, y, z
+
+
+def _text(node: ast.expr) -> str:
+    return str(ast.literal_eval(node))
