@@ -148,11 +148,15 @@ def reason_of(folder: Path, id: str | None = None) -> str:
 def test_every_stored_fingerprint_is_that_of_an_original_method():
     classes = {}
     for package in (MAZE, REACHER):
-        for old in read_python_files(ORIGINALS / package).environments:
+        for old in read_python_files(ORIGINALS / package).classes:
             for name, function in old.methods.items():
                 classes.setdefault(name, set()).add(fingerprint(function))
     known = load_yaml(KNOWN_TASKS)
-    for methods in [*known["robots"].values(), *(task["methods"] for task in known["tasks"].values())]:
+    for methods in [
+        *known["robots"].values(),
+        *known["nodes"].values(),
+        *(task["methods"] for task in known["tasks"].values()),
+    ]:
         for name, stored in methods.items():
             assert set(stored) <= classes[name], name
 
@@ -244,6 +248,28 @@ def test_a_package_whose_code_was_changed_stays_a_skeleton_that_names_the_method
     assert "KobukiMazeEnv._get_reward (kobuki_maze.py" in left["the task"]
     assert "_check_if_done" not in left["the task"]
     assert (made.path / "src" / "frobs_kobuki_maze_rl" / "task.py").is_file()
+
+
+@needs_originals
+def test_the_node_that_moves_the_goal_must_be_the_original_one(originals):
+    folder = originals / REACHER / "src" / "abb_irb140_reacher" / "task_env"
+    change(folder / "pos_publisher.py", ("self.x_amplitude * np.sin", "self.x_amplitude * np.cos"))
+    assert "PosPublisher.spin (pos_publisher.py" in reason_of(originals / REACHER)
+    (folder / "pos_publisher.py").unlink()
+    assert "PosPublisher, which is missing" in reason_of(originals / REACHER)
+
+
+@needs_originals
+def test_a_world_file_with_models_is_not_translated(originals):
+    change(originals / REACHER / "worlds" / "no_collision.world", ("<wind/>", "<wind/><model name='table'/>"))
+    assert "the world no_collision.world holds table" in reason_of(originals / REACHER)
+
+
+@needs_originals
+def test_a_class_with_another_method_is_not_translated(originals):
+    file = originals / MAZE / "src" / "kobuki_maze_rl" / "robot_env" / "kobuki_lidar_env.py"
+    change(file, ("    def send_vel(", "    def step(self, action):\n        return None\n\n    def send_vel("))
+    assert "KobukiLIDAREnv.step (kobuki_lidar_env.py" in reason_of(originals / MAZE)
 
 
 @needs_originals

@@ -11,7 +11,7 @@ from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.recognition import factors, recognize
 from frobs_rl_compat.migrate.robot import RobotSource
 from frobs_rl_compat.migrate.values import UntranslatableError, bounds_of, value_of
-from frobs_rl_compat.migrate.world import STEP, read_floor_plan
+from frobs_rl_compat.migrate.world import STEP, check_world_is_empty, read_floor_plan
 
 NEAREST_IDS = {
     "maze": "frobs/KobukiMazeLegacy-v0",
@@ -82,7 +82,7 @@ def find_example(package: OldPackage, robot: RobotSource | None) -> tuple[Exampl
         if any("moveit" in ast.unparse(old.node).lower() for old in package.lineage):
             return (
                 None,
-                "MoveIt plans or steers its motions, which no task of FRobs reproduces: port it as the rows below say",
+                "MoveIt plans or steers its motions, which no task of FRobs does: port it as the rows below say",
             )
         return None, "arbitrary code cannot be translated: port it as the rows below say"
     original = f"it is the example that {NEAREST_IDS[found.name]} reproduces"
@@ -93,6 +93,7 @@ def find_example(package: OldPackage, robot: RobotSource | None) -> tuple[Exampl
     try:
         if package.constructed.parameters.get("step_mode", 1) != 1:
             raise UntranslatableError("step_mode is not 1")
+        check_world_is_empty(package)
         return _reach(package, robot) if found.name == "reach_velocity" else _navigation(found.name, package, robot), ""
     except (FrobsError, UntranslatableError) as error:
         return None, f"{original}, but {error}"

@@ -55,10 +55,17 @@ def recognize(package: OldPackage) -> Recognition | None:
     known = load_yaml(KNOWN_TASKS)
     found = []
     for name, task in known["tasks"].items():
-        own = _differing(package.lineage[:1], [task["methods"]])
-        if 2 * len(own) <= len(task["methods"]):
-            robot = _differing(package.lineage[1:], [known["robots"][task["robot"]]])
-            found.append(Recognition(name, own + robot))
+        differing = _differing(package.lineage[0], task["methods"])
+        if 2 * len(differing) > len(task["methods"]):
+            continue
+        if [len(old.bases) for old in package.lineage] == [1, 1]:
+            differing += _differing(package.lineage[1], known["robots"][task["robot"]])
+        else:
+            differing.append(f"the classes that {package.lineage[0].name} inherits")
+        for node in task.get("nodes", ()):
+            own = [old for old in package.python.classes if old.name == node]
+            differing += _differing(own[0], known["nodes"][node]) if own else [f"{node}, which is missing"]
+        found.append(Recognition(name, differing))
     return min(found, key=lambda each: len(each.differing), default=None)
 
 
@@ -75,17 +82,12 @@ def factors(method: ast.FunctionDef) -> list[float]:
     return [side.value for side in sorted(found, key=lambda side: (side.lineno, side.col_offset))]  # type: ignore[attr-defined]
 
 
-def _differing(classes: Sequence[OldClass], expected: Sequence[Mapping[str, Sequence[str]]]) -> list[str]:
-    """Return the places of methods that are new, missing or different, and of classes that inherit something else."""
-    if len(classes) != len(expected) or any(len(old.bases) != 1 for old in classes):
-        return [f"the classes that {old.name} inherits" for old in classes] or ["the robot's class is missing"]
-    found = []
-    for old, methods in zip(classes, expected, strict=True):
-        for name, method in old.methods.items():
-            if fingerprint(method) not in methods.get(name, ()):
-                found.append(old.place(name))
-        found += [f"{old.name}.{name} is missing" for name in methods if name not in old.methods]
-    return found
+def _differing(old: OldClass, known: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return the methods that are new, different or missing."""
+    changed = [
+        old.place(name) for name, method in old.methods.items() if fingerprint(method) not in known.get(name, ())
+    ]
+    return changed + [f"{old.name}.{name}, which is missing" for name in known if name not in old.methods]
 
 
 _ARITHMETIC = (ast.Add, ast.Sub, ast.Mult)

@@ -18,6 +18,26 @@ STEP = 0.2
 """[s] that a step of the navigation tasks lasts."""
 
 
+def check_world_is_empty(package: OldPackage) -> None:
+    """Check that the world files that are launched hold a ground plane and lights alone.
+
+    Raises:
+        UntranslatableError: One holds something else, or is not in the package.
+    """
+    launched = [keyword.value for call in package.calls("launch_Gazebo") for keyword in call.keywords
+                if keyword.arg == "custom_world_name"]  # fmt: skip
+    names = {_text(name) for name in launched} | {package.constructed.parameters.get("world_filename")} - {None}
+    for name in names:
+        files = sorted(package.folder.rglob(str(name)))
+        if not files:
+            raise UntranslatableError(f"the world {name} is not in the package")
+        root = parse_xml(read_bytes(files[0]), files[0])
+        held = {element.get("name", "") for element in root.iter("model")}
+        held |= {(element.findtext("uri") or "").rpartition("/")[2] for element in root.iter("include")}
+        if held - {"ground_plane", "sun"}:
+            raise UntranslatableError(f"the world {name} holds {', '.join(sorted(held - {'ground_plane', 'sun'}))}")
+
+
 def read_floor_plan(name: str, package: OldPackage) -> dict[str, Any]:
     """Return walls, boxes, start, and goals or routes."""
     begin = package.lineage[0].methods["_set_episode_init_params"]
