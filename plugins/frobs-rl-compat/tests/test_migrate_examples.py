@@ -15,7 +15,7 @@ from frobs_rl_compat.migrate.python_files import read_python_files
 from frobs_rl_compat.migrate.recognition import KNOWN_TASKS, factors, fingerprint, recognize
 from frobs_rl_compat.migrate.robot import find_robot
 from frobs_rl_compat.migrate.values import UntranslatableError
-from frobs_rl_compat.migrate.world import _walls
+from frobs_rl_compat.migrate.world import read_walls
 
 ORIGINALS = Path(__file__).parents[4] / "shared" / "frobs_rl" / "originals"
 MAZE = "frobs_rl_resources/kobuki_maze/kobuki_maze_rl"
@@ -85,7 +85,7 @@ def walls(tmp_path):
     def read(height: float = 1.25, roll: float = 0.0, geometry: str = BOX) -> list[dict]:
         file = tmp_path / "model.sdf"
         file.write_text(WALL.format(height=height, roll=roll, geometry=geometry))
-        return list(_walls(file, 10 - 20j))
+        return list(read_walls(file, 10 - 20j))
 
     return read
 
@@ -263,6 +263,11 @@ def test_the_node_that_moves_the_goal_must_be_the_original_one(originals):
 def test_a_world_file_with_models_is_not_translated(originals):
     change(originals / REACHER / "worlds" / "no_collision.world", ("<wind/>", "<wind/><model name='table'/>"))
     assert "the world no_collision.world holds table" in reason_of(originals / REACHER)
+    script = originals / REACHER / "src" / "train_model.py"
+    change(script, ("'no_collision.world'", "'elsewhere.world'"))
+    assert "the world elsewhere.world is not in the package" in reason_of(originals / REACHER)
+    change(script, ("'elsewhere.world'", "sys.argv[1]"))
+    assert "sys.argv[1] is not a literal" in reason_of(originals / REACHER)
 
 
 @needs_originals

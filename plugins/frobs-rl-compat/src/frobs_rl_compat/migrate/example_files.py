@@ -63,7 +63,7 @@ def write_example(
     _edit(
         folder / "README.md",
         (r"\| where episodes begin .*\n", f"| where episodes begin, and the goals | {where} |\n"),
-        (r"\| what the policy sees .*\n", "| rewards, tolerances | `PARAMETERS` |\n"),
+        (r"\| what the policy sees .*\n", f"| rewards, tolerances | `src/{sources.name}/plugin.py`, `PARAMETERS` |\n"),
         (r"\| (what is rewarded|when an episode ends|obstacles, cameras).*\n", ""),
         (r"\| the trained policy", rf"| what `PARAMETERS` mean | `frobs show {example.task}` |\n| the trained policy"),
     )

@@ -125,7 +125,7 @@ def _reach(package: OldPackage, robot: RobotSource) -> Example:
             **task,
         },
         differences={
-            "duration of a step": "0.1 s; it was not fixed (control_timestep= in plugin.py changes it)",
+            "duration of a step": "0.1 s; it was not fixed; set control_timestep in PARAMETERS to change it",
             "actions at a limit": "a joint stops at its limit; FRobs_RL ignored actions within the margin before it",
             "initial joint positions": "only those that the robot can have, with no part of it in the floor",
             "direction to a goal that is reached exactly": "zero; it was NaN",
@@ -158,7 +158,9 @@ def _navigation(name: str, package: OldPackage, robot: RobotSource) -> Example:
             "those of the next way point; they were those of the way point before"
         )
     else:
-        differences["goals"] = "0.5 m away from boxes, and not at the start (clearance in floor_plan.yaml)"
+        differences["goals"] = (
+            "0.5 m away from boxes, and not at the start; set clearance in floor_plan.yaml to change it"
+        )
     if name == "dynamic":
         task["angle_diff_reward_multiplier"] = next(iter(factors(package.lineage[0].methods["_get_reward"])), 0.0)
     sensors = {"bumper": {"type": "bumper", "frame": robot.base_link}}

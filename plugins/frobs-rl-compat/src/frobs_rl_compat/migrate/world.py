@@ -26,9 +26,9 @@ def check_world_is_empty(package: OldPackage) -> None:
     """
     launched = [keyword.value for call in package.calls("launch_Gazebo") for keyword in call.keywords
                 if keyword.arg == "custom_world_name"]  # fmt: skip
-    names = {_text(name) for name in launched} | {package.constructed.parameters.get("world_filename")} - {None}
-    for name in names:
-        files = sorted(package.folder.rglob(str(name)))
+    names = {_text(name) for name in launched} | {str(package.constructed.parameters.get("world_filename"))}
+    for name in names - {"None"}:
+        files = sorted(package.folder.rglob(name))
         if not files:
             raise UntranslatableError(f"the world {name} is not in the package")
         root = parse_xml(read_bytes(files[0]), files[0])
@@ -56,7 +56,7 @@ def read_floor_plan(name: str, package: OldPackage) -> dict[str, Any]:
     spawned = dict(_spawned(package))
     plan: dict[str, Any] = {
         "walls": {"pieces": [wall for name, (file, place) in spawned.items() if name not in placed
-                             for wall in _walls(file, place)]},
+                             for wall in read_walls(file, place)]},
         "boxes": _boxes(name, package, placed, {name: file for name, (file, _) in spawned.items()}),
         "start": {"pos": [x, y]},
     }  # fmt: skip
@@ -108,7 +108,7 @@ def _boxes(
     return boxes
 
 
-def _walls(file: Path, place: complex) -> Iterator[dict[str, Any]]:
+def read_walls(file: Path, place: complex) -> Iterator[dict[str, Any]]:
     """Yield the boxes of an SDF model that stand on the floor."""
     for shape in _shapes(file, place):
         length, thickness, height = shape.size
@@ -210,4 +210,7 @@ def _position(call: ast.Call) -> tuple[float, float, float]:
 
 
 def _text(node: ast.expr) -> str:
-    return str(ast.literal_eval(node))
+    try:
+        return str(ast.literal_eval(node))
+    except ValueError as error:
+        raise UntranslatableError(f"{ast.unparse(node)} is not a literal") from error
