@@ -216,6 +216,18 @@ def test_a_package_whose_numbers_were_changed_is_migrated_with_its_numbers(origi
 
 
 @needs_originals
+def test_a_package_under_other_names_is_migrated(originals):
+    package = originals / MAZE
+    expected = example_of(package)
+    for file in package.rglob("*"):
+        if file.suffix in (".py", ".xml", ".xacro"):
+            text = file.read_text().replace("kobuki_maze_rl", "my_maze").replace("KobukiMazeEnv", "MyMaze")
+            file.write_text(text.replace("KobukiLIDAREnv", "MyRobot"))
+    found = example_of(package)
+    assert (found.parameters, found.floor_plan) == (expected.parameters, expected.floor_plan)
+
+
+@needs_originals
 def test_the_reacher_is_migrated_with_the_numbers_in_its_code_too(originals):
     package = originals / REACHER
     file = package / "src" / "abb_irb140_reacher" / "task_env" / "abb_irb140_vel_reacher.py"
