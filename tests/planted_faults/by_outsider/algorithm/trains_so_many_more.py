@@ -1,0 +1,10 @@
+"""``train(steps)`` takes so many more steps: those before a load are not counted."""
+
+from __future__ import annotations
+
+from algorithm import CrossEntropy
+
+
+class Faulty(CrossEntropy):
+    def train(self, steps, monitor):
+        super().train(self._steps + steps, monitor)

@@ -1,0 +1,8 @@
+"""The rods lie along x, and their inertia is that of rods along z: the turn was given to shapes, not to the inertia."""
+
+from __future__ import annotations
+
+from edited import edited
+from my_arm import MY_ARM
+
+FAULTY = edited(MY_ARM, ('<origin xyz="${xyz}" rpy="${rpy}"/>\n      <mass', '<origin xyz="${xyz}"/>\n      <mass'))

@@ -1,0 +1,14 @@
+"""The sign of the progress is wrong: the reward grows as the robot drives away from the goal."""
+
+from __future__ import annotations
+
+import numpy as np
+from my_drive import MyDrive
+
+
+class Faulty(MyDrive):
+    def reward(self, context):
+        super().reward(context)
+        if "progress" in self._terms:
+            self._terms["progress"] = self.progress_weight * (self._distance - self._last_distance)
+        return np.asarray(sum(self._terms.values()))
