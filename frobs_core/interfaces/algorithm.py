@@ -96,7 +96,10 @@ class Algorithm(ABC):
         episode_start: Mask | None = None,
         deterministic: bool = True,
     ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
-        """Return actions for a batch of observations, and the state of a recurrent policy."""
+        """Return actions for a batch of observations, and the state of a recurrent policy.
+
+        A prediction, drawn or not, changes neither what was learned nor the generators of the training.
+        """
 
     @abstractmethod
     def save(self, folder: Path, previous: Path | None = None) -> None:

@@ -92,7 +92,25 @@ class SB3Algorithm(Algorithm):
         """Return actions for a batch of observations."""
         if self.normalizer is not None:
             observation = self.normalizer.normalize_obs(observation)
-        return self.model.predict(observation, state, episode_start, deterministic)
+        if deterministic:
+            return self.model.predict(observation, state, episode_start, deterministic)
+        return self._sample(observation, state, episode_start)
+
+    def _sample(
+        self,
+        observation: Observation,
+        last_state: tuple[np.ndarray[Any, Any], ...] | None,
+        episode_start: Mask | None,
+    ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
+        """Return drawn actions and the next state; the generators of the training are left alone."""
+        training = state.pause(self.model, at_start=False)
+        if self._sampling is not None:
+            state.resume(self.model, self._sampling)
+        try:
+            return self.model.predict(observation, last_state, episode_start, deterministic=False)
+        finally:
+            self._sampling = state.pause(self.model, at_start=False)
+            state.resume(self.model, training)
 
     def save(self, folder: Path, previous: Path | None = None) -> None:
         """Write what predicts, and what it takes to learn on beside it."""
@@ -177,6 +195,7 @@ class SB3Algorithm(Algorithm):
     ) -> None:
         self._config, self._seed, self._scale = config, seed, scale
         self._pause: state.Pause | None = None
+        self._sampling: state.Pause | None = None  # what predictions are drawn from
         self._callback: MonitorCallback | None = None
         self.observation_space, self.action_space = env.single_observation_space, env.single_action_space
         space_to_json(self.observation_space)  # refuses what could not be learned from

@@ -29,14 +29,15 @@ class _Impatient(Monitor):
 
 
 class _Curious(Monitor):
-    """Asks for predictions at each word of progress."""
+    """Asks for predictions at each word of progress, deterministic ones and others."""
 
     algorithm: Algorithm
     seen: Any
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
         """Ask, and go on."""
-        self.algorithm.predict(self.seen)
+        for deterministic in (True, False):
+            self.algorithm.predict(self.seen, deterministic=deterministic)
         return super().on_progress(steps, metrics)
 
 
@@ -111,9 +112,17 @@ def same_seed_repeats(subject: AlgorithmUnderTest) -> None:
         expect(difference(expected, other), "two seeds learn the same to the last bit.")
 
 
+def resets_without_a_seed(subject: AlgorithmUnderTest) -> None:
+    """The training gives its environment no seed, which the run has seeded: it would play the same episodes again."""
+    seeds = subject.trained[1].env.seeds
+    expect(not seeds, f"the training resets its environment with the seed {seeds[:1]}; call reset() without one.")
+
+
 @after("same_seed_repeats")
 def predicting_changes_nothing(subject: AlgorithmUnderTest) -> None:
-    """A training in which deterministic predictions are asked for learns the same: weights and generators are left alone."""
+    """A training in which predictions are asked for learns the same: weights and the generators of the training are left
+    alone.
+    """
     seen = subject.observations(8)
     with closing(subject.make_env()) as env:
         algorithm, monitor = subject.make(env), _Curious(env)

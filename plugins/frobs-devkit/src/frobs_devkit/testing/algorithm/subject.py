@@ -24,12 +24,19 @@ _NUM_ENVS = 2
 
 
 class Watched(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
-    """Counts the steps of every environment, and keeps the first actions that are not in the space."""
+    """Counts the steps of every environment, and keeps the first actions that are not in the space, and seeds of resets."""
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
         super().__init__(env)
         self.taken = 0
         self.outside: Any = None
+        self.seeds: list[Any] = []
+
+    def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Keep the seed, and reset."""
+        if seed is not None:
+            self.seeds.append(seed)
+        return super().reset(seed=seed, options=options)
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         """Count, compare, and step."""
@@ -79,10 +86,14 @@ class AlgorithmUnderTest:
         """Whether nobody chose the environment."""
         return self.id in ENVIRONMENTS.values()
 
-    def make_env(self) -> Watched:
+    def make_env(self, max_episode_steps: int | None = None) -> Watched:
         """Make the environment as a run does: same-step autoreset, seeded."""
         env = gym.make_vec(
-            self.id, _NUM_ENVS, vectorization_mode="sync", vector_kwargs={"autoreset_mode": AutoresetMode.SAME_STEP}
+            self.id,
+            _NUM_ENVS,
+            vectorization_mode="sync",
+            vector_kwargs={"autoreset_mode": AutoresetMode.SAME_STEP},
+            **({} if max_episode_steps is None else {"max_episode_steps": max_episode_steps}),
         )
         env.reset(seed=3)
         return Watched(env)
