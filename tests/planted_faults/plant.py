@@ -11,11 +11,13 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import by_hand
 import mutator
+import outsider
 import survivors
 from planting import ROOT, Fault, ask, source_of
 
 PAGE = ROOT / "docs" / "reference" / "planted-faults.md"
 SEED, DRAWN = 6, 45
+FOREIGN = "## Written without reading the kit"
 
 Row = tuple[Fault, str | None]
 
@@ -33,20 +35,22 @@ def measure(faults: Iterable[Fault]) -> list[Row]:
 def expect_sound(faults: Iterable[Fault]) -> None:
     """Plant nothing in a module of each package, and see that nothing is caught: else every fault would be."""
     modules = {fault.module.partition(".")[0]: fault.module for fault in faults}
-    for module in modules.values():
-        caught = ask(Fault("nothing", module, source_of(module), ""))
-        assert caught is None, f"{module}: '{caught}' fails without a fault"
+    foreign = outsider.sound() if modules.pop(outsider.PACKAGE, None) else ()
+    for nothing in (*foreign, *(Fault("nothing", module, source_of(module), "") for module in modules.values())):
+        caught = ask(nothing)
+        assert caught is None, f"{nothing.module}: '{caught}' fails without a fault"
 
 
-def page(hand: Sequence[Row], drawn: Sequence[Row]) -> str:
+def page(hand: Sequence[Row], drawn: Sequence[Row], foreign: Sequence[Row]) -> str:
     """Return the page."""
     rows = [*hand, *drawn]
     caught = sum(found is not None for _, found in rows)
     lines = [
         "# Planted faults",
         "",
-        "What the conformance kit is worth: faults are planted in the built-in simulator, controllers, tasks and "
-        "environments, and the kit is asked. `python tests/planted_faults/plant.py` writes this page.",
+        "How many mistakes does the conformance kit detect? Faults are planted in the built-in simulator, controllers, "
+        "tasks and environments and in copies of the templates, and the kit checks them. "
+        "`python tests/planted_faults/plant.py` writes this page.",
         "",
         f"**{caught} of {len(rows)} are caught ({caught / len(rows):.0%})**: "
         f"{sum(found is not None for _, found in hand)} of {len(hand)} that were written by hand, "
@@ -66,6 +70,7 @@ def page(hand: Sequence[Row], drawn: Sequence[Row]) -> str:
         "|---|---|---|",
         *(f"| {fault.where.replace('|', chr(92) + '|')} | `{fault.module}` | {_by(found)} |" for fault, found in drawn),
         "",
+        *foreign_lines(foreign),
         "## Survivors",
         "",
         "| change | module | why |",
@@ -77,6 +82,28 @@ def page(hand: Sequence[Row], drawn: Sequence[Row]) -> str:
         ),
     ]
     return "\n".join(lines) + "\n"
+
+
+def foreign_lines(rows: Sequence[Row]) -> list[str]:
+    """Return the section of the page about faults by an author who had not read the kit."""
+    caught = sum(found is not None for _, found in rows)
+    return [
+        FOREIGN,
+        "",
+        "An author who had read the templates and the interfaces, but not the kit, wrote eight faulty plugins of each kind. "
+        f"**{len(outsider.FIRST_TRY)} of {len(rows)}** were caught by checks that existed at that time. The kit was then "
+        f"improved; now **{caught} of {len(rows)}** are caught. Each plugin is one file in "
+        "`tests/planted_faults/by_outsider/`.",
+        "",
+        "| fault | file | at first | caught first by |",
+        "|---|---|---|---|",
+        *(
+            f"| {fault.name} | `{'/'.join(fault.module.split('.')[1:])}.py` | "
+            f"{'caught' if fault.where in outsider.FIRST_TRY else 'survived'} | {_by(found)} |"
+            for fault, found in rows
+        ),
+        "",
+    ]
 
 
 def _by(found: str | None) -> str:
@@ -93,14 +120,23 @@ def main() -> None:
     )
     parser.add_argument("--seed", type=int, default=SEED, help="of the faults that are drawn")
     parser.add_argument("--drawn", type=int, default=DRAWN, help="how many are drawn")
+    parser.add_argument("--foreign", action="store_true", help="measure and write that section of the page only")
     parser.add_argument("--quick", action="store_true", help="do not make sure first that sound modules pass")
     options = parser.parse_args()
     chosen = [[fault for fault in faults if options.only in f"{fault.module} {fault.name}"]
-              for faults in (by_hand.faults(), mutator.draw(options.drawn, options.seed))]  # fmt: skip
+              for faults in (() if options.foreign else by_hand.faults(),
+                             () if options.foreign else mutator.draw(options.drawn, options.seed),
+                             outsider.faults())]  # fmt: skip
     if not options.quick:
         expect_sound(fault for faults in chosen for fault in faults)
     rows = [measure(faults) for faults in chosen]
-    if not options.only:
+    if options.only:
+        return
+    if options.foreign:
+        before, _, after = PAGE.read_text("utf-8").partition(f"{FOREIGN}\n")
+        before, survivors = before.split("## Survivors") if not after else (before, after.split("## Survivors")[1])
+        PAGE.write_text(before + "\n".join(foreign_lines(rows[2])) + "\n## Survivors" + survivors, "utf-8")
+    else:
         PAGE.write_text(page(*rows), "utf-8")
 
 

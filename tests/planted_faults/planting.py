@@ -107,7 +107,11 @@ def path_of(module: str) -> Path:
     """Return the file of a module, without importing it."""
     package, _, name = module.rpartition(".")
     top = package.partition(".")[0]
-    folder = "" if top in ("frobs_core", "templates") else f"plugins/{top.replace('_', '-')}/src"
+    folder = f"plugins/{top.replace('_', '-')}/src"
+    if top in ("frobs_core", "templates"):
+        folder = ""
+    elif top == "by_outsider":
+        folder = "tests/planted_faults"
     return ROOT / folder / package.replace(".", "/") / f"{name}.py"
 
 
@@ -122,6 +126,11 @@ def replaced(name: str, module: str, old: str, new: str) -> Fault:
 def checks_for(module: str) -> Iterator[Check]:
     """Yield what the kit asks of what a module is part of: the quick first, and what needs no picture."""
     package, _, name = module.rpartition(".")
+    if package.startswith("by_outsider"):
+        import outsider  # which imports this module
+
+        yield from outsider.checks_for(module)
+        return
     name = "joint_delta_position" if name == "commanded_positions" else name  # its base class
     if package == "templates" or name == "pacing":
         yield from check_simulator(importlib.import_module("templates.my_paced_simulator").RECORD)

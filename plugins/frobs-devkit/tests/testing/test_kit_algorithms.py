@@ -43,7 +43,7 @@ class Drift(Algorithm):
             self.env.reset()
         while self.steps < steps:
             for _ in range(self.iteration // self.env.num_envs):
-                self.env.step(np.full(self.env.action_space.shape, self.action, np.float32))
+                self.see(*self.env.step(np.full(self.env.action_space.shape, self.action, np.float32)))
             self.velocity = 0.5 * self.velocity + self.config["rate"] * self.rng.normal(size=self.matrix.shape)
             self.matrix += self.velocity
             self.steps += self.iteration
@@ -51,6 +51,9 @@ class Drift(Algorithm):
             monitor.offer_checkpoint(self.steps, self.save)
             if not go_on:
                 return
+
+    def see(self, observation: Any, reward: Any, terminated: Any, truncated: Any, info: Any) -> None:
+        """Learn nothing from a step."""
 
     def predict(
         self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = True
@@ -234,6 +237,48 @@ class TellsTwice(Drift):
         return self
 
 
+class ResetsWithASeed(Drift):
+    def train(self, steps: int, monitor: Any) -> None:
+        if self.steps == 0:
+            self.env.reset(seed=7)
+        super().train(steps, monitor)
+
+
+class Discounts(Drift):
+    """Moves with the rewards and the final observations, discounted."""
+
+    @classmethod
+    def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
+        given = dict(config)
+        return {"gamma": given.pop("gamma", 0.9), **super().resolve_config(given)}
+
+    def see(self, observation: Any, reward: Any, terminated: Any, truncated: Any, info: Any) -> None:
+        self.velocity += 1e-3 * self.config["gamma"] * reward.sum()
+        self.see_ends(info)
+
+    def see_ends(self, info: Any) -> None:
+        for final in info.get("final_obs", ()):
+            if final is not None:
+                self.velocity += 1e-3 * np.asarray(final)[:, None]
+
+
+class DiscountsNothing(Discounts):
+    def see(self, observation: Any, reward: Any, terminated: Any, truncated: Any, info: Any) -> None:
+        self.see_ends(info)
+
+
+class ForgetsTheFinalObservation(Discounts):
+    def see_ends(self, info: Any) -> None:
+        pass
+
+
+class DrawsFromItsGenerator(Drift):
+    def predict(self, *arguments: Any, deterministic: bool = True, **keywords: Any) -> Any:
+        if not deterministic:
+            self.rng.normal()
+        return super().predict(*arguments, deterministic=deterministic, **keywords)
+
+
 class KeepsHalfOfThePolicy(Drift):
     def save_policy(self, folder: Path) -> None:
         (folder / "drift.json").write_text(json.dumps({"matrix": (self.matrix / 2).tolist()}))
@@ -321,6 +366,7 @@ def record(cls: type, **keywords: Any) -> AlgorithmRecord:
     return AlgorithmRecord(name="drift", summary="", entry_point=f"{__name__}:{cls.__name__}", **keywords)
 
 
+test_a_sound_algorithm_with_a_discount_passes = pytest_checks(check_algorithm(record(Discounts)))
 test_a_sound_algorithm_passes = pytest_checks(check_algorithm(record(Drift)), allow_inconclusive=False)
 
 
@@ -347,6 +393,7 @@ test_a_sound_algorithm_passes = pytest_checks(check_algorithm(record(Drift)), al
         (LeavesTheSpaceOnceTrained, "predicts_in_the_space", "is not in Box"),
         (LeavesTheSpaceFarOut, "predicts_in_the_space", "is not in Box"),
         (PredictsFromItsGenerator, "predicting_changes_nothing", "after a training in which"),
+        (DrawsFromItsGenerator, "predicting_changes_nothing", "after a training in which"),
         (LearnsFromPredictions, "predicting_changes_nothing", "after a training in which"),
         (SavesObjects, "files_execute_nothing", "an array of Python objects"),
         (Climbs, "training_does_not_harm", "takes the mean reward"),
@@ -373,7 +420,10 @@ SEPARATE = [
     (NeverStops, "stops_when_told"),
     (ActsOutside, "steps_count_every_environment"),
     (DependsOnTheBatch, "predicts_in_the_space"),
+    (ResetsWithASeed, "resets_without_a_seed"),
     (PredictsFromItsGenerator, "predicting_changes_nothing"),
+    (DiscountsNothing, "discount_counts"),
+    (ForgetsTheFinalObservation, "final_observations_count"),
     (Climbs, "training_does_not_harm"),
     (OneSeed, "same_seed_repeats"),
     (ForgetsWithAnEnvironment, "load_equals_save"),

@@ -148,6 +148,20 @@ class StepsByColumn(Step):
         return super().apply(np.clip(action, -1.0, 1.0) * np.linspace(0.5, 1.0, action.shape[-1]))
 
 
+class ByTheAlphabet(Step):
+    def apply(self, action: Any) -> Any:
+        ordered = np.empty_like(action)
+        ordered[:, np.argsort(self.robot.joint_names)] = action
+        return super().apply(ordered)
+
+
+class OneStepLate(Step):
+    def apply(self, action: Any) -> Any:
+        before = self.target
+        super().apply(action)
+        return before
+
+
 class SharedByAll(Step):
     last: weakref.ref[Any] = weakref.ref(Controller)
 
@@ -234,6 +248,8 @@ SEPARATE = [
     (record(MatrixProduct), "rows_equal_singles"),
     (record(SharedByAll), "controllers_share_nothing"),
     (record(ForgetsTarget), "snapshots_continue"),
+    (record(ByTheAlphabet), "actions_have_the_order_of_the_group"),
+    (record(OneStepLate), "actions_act_in_their_step"),
     (record(StepsByColumn), "commands_have_the_order_of_the_group"),
 ]
 """Faults that one check catches, and no other."""

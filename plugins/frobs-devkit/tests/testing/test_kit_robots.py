@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from frobs_core import plugins
 from frobs_core.errors import FrobsError
-from frobs_core.interfaces import Bumper, DriveGains, Imu, Lidar, Robot
+from frobs_core.interfaces import Bumper, DriveGains, EndEffector, Imu, Lidar, Robot
 from frobs_core.models import JointLimits
 from frobs_core.specs import RobotRecord
 from frobs_devkit.testing import check_robot, pytest_checks, run_checks
@@ -105,6 +106,29 @@ def test_the_kit_catches_a_model(tmp_path: Path, check: str, change: dict[str, A
         run(arm(tmp_path, **change), check)
 
 
+LINK_3 = LINK.format(name="link_3", mass=1.0, izz=0.01, x=0.1)
+FIXED = """<joint name="{child}_mount" type="fixed"><parent link="{parent}"/><child link="{child}"/>
+<origin xyz="0.2 0 0"/></joint>"""
+FINGER = """<link name="finger_{name}"><inertial><mass value="0.1"/>
+<inertia ixx="1e-4" ixy="0" ixz="0" iyy="1e-4" iyz="0" izz="1e-4"/></inertial></link>
+<joint name="{name}" type="prismatic"><parent link="link_3"/><child link="finger_{name}"/>
+<origin xyz="0.25 {y} 0"/><axis xyz="0 1 0"/><limit lower="-0.06" upper="0.06" velocity="1" effort="50"/></joint>"""
+DEGREES = Lidar(frame="link_3", rays=8, angle_min=-90.0, angle_max=90.0, range_min=0.01, range_max=5.0)
+
+
+def replaced(robot: Robot, old: str, new: str) -> Robot:
+    """Return a robot with another text in its model file."""
+    path = Path(robot.model)
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new))
+    return robot
+
+
+def added(robot: Robot, text: str) -> Robot:
+    """Return a robot with more links and joints in its model file."""
+    return replaced(robot, "</robot>", f"{text}</robot>")
+
+
 def separate(tmp_path: Path, patch: pytest.MonkeyPatch, check: str) -> Robot:
     """Return a robot with a fault, or a sound one in a simulator with one, that only a check catches."""
     sound = arm(tmp_path)
@@ -127,7 +151,24 @@ def separate(tmp_path: Path, patch: pytest.MonkeyPatch, check: str) -> Robot:
         command = MujocoRobot.command
         patch.setattr(MujocoRobot, "command", lambda self, values: command(self, values[..., ::-1]))
         return replace(sound, home={"joint_0": -0.3, "joint_2": -0.3})
+    if check == "tcp_is_the_tool":
+        return added(sound, '<link name="tool0"/>' + FIXED.format(parent="link_3", child="tool0"))
+    if check == "moving_links_touch":
+        return replaced(sound, LINK_3, LINK_3.replace("collision>", "visual>"))
+    if check == "masses_fit_shapes":
+        return replaced(sound, LINK_3, LINK_3.replace('<collision><origin xyz="0.1', '<collision><origin xyz="0.3'))
+    if check == "fingers_close":
+        fingers = "".join(FINGER.format(name=name, y=y) for name, y in (("left", 0.1), ("right", -0.1)))
+        wide, narrow = {"left": 0.05, "right": -0.05}, {"left": 0.0, "right": 0.0}
+        tool = EndEffector(tcp="link_3", group="hand", open=narrow, closed=wide)
+        groups = {"arm": ("joint_0", "joint_1", "joint_2"), "hand": ("left", "right")}
+        return replace(added(sound, fingers), groups=groups, end_effectors={"hand": tool})
+    if check == "mujoco.wheels_drive_as_described":
+        rover: Robot = plugins.get_record("robot", "kobuki").load()
+        assert rover.differential_drive is not None
+        return replace(rover, differential_drive=replace(rover.differential_drive, wheel_radius=0.07))
     changes: dict[str, dict[str, Any]] = {
+        "lidars_look_around_once": {"sensors": {"scan": DEGREES}},
         "tcp_moves": {"tcp": "link_0"},
         "gains_are_positive": {"gains": DriveGains(stiffness=300.0, damping={"joint_0": 30.0})},
         "parts_exist": {"base": "flying"},

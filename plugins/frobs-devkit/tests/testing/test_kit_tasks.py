@@ -107,6 +107,19 @@ def goal_ignored(original: Any, self: Any, mask: Any, rng: Any, options: Any) ->
     original(self, mask, rng, {name: value for name, value in options.items() if name != "goal"})
 
 
+@wrong("reset", "options_hold_by_row")
+def options_of_the_first_rows(original: Any, self: Any, mask: Any, rng: Any, options: Any) -> None:
+    if mask is not None:
+        order = np.argsort(np.argsort(~mask, kind="stable"), kind="stable")  # the row that each environment takes
+        options = {name: values[order] for name, values in options.items()}
+    original(self, mask, rng, options)
+
+
+@wrong("reward", "approaching_pays")
+def reward_for_leaving(original: Any, self: Any, context: Any) -> Any:
+    return -original(self, context)
+
+
 @wrong("scene", "record_is_sound")
 def contacts_undeclared(original: Any, self: Any) -> Any:
     return replace(original(self), contacts={"floor": Contact(first="robot", second="floor")})
@@ -145,6 +158,15 @@ def looking_moves_the_goal(original: Any, self: Any) -> Any:
     return original(self)
 
 
+def a_term_of_the_default_timestep(original: Any, self: Any) -> Any:
+    terms = dict(original(self))
+    joints = terms["joint_positions"].read
+    return {
+        **terms,
+        "joint_positions": replace(terms["joint_positions"], read=lambda: joints() + 1e-3 * self.control_timestep),
+    }
+
+
 OWN: dict[str, tuple[str, Callable[..., Any]]] = {
     "record_is_sound": ("__init__", lambda original, self, **keywords: original(self, **keywords)),
     "reward_types_work": ("reward", sparse_is_the_distance),
@@ -152,6 +174,7 @@ OWN: dict[str, tuple[str, Callable[..., Any]]] = {
     "batch_has_its_shapes": ("markers", marks_of_one),
     "observation_terms_are_sound": ("observation_terms", a_term_without_a_unit),
     "reading_changes_nothing": ("markers", looking_moves_the_goal),
+    "default_timestep_is_a_default": ("observation_terms", a_term_of_the_default_timestep),
 }
 """The checks of a task that are not an environment's, each with a fault that it alone catches."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from frobs_algos_sb3.td3 import TD3
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from algorithm import CrossEntropy
+
+from templates.algorithm import CrossEntropy
 
 
 class Faulty(CrossEntropy):

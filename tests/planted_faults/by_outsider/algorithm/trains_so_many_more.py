@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from algorithm import CrossEntropy
+from templates.algorithm import CrossEntropy
 
 
 class Faulty(CrossEntropy):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from my_controller import MyController
+from templates.my_controller import MyController
 
 
 class Faulty(MyController):

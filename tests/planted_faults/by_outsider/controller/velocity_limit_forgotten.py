@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from my_controller import MyController
+
+from templates.my_controller import MyController
 
 
 class Faulty(MyController):

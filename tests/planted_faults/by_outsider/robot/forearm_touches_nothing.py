@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from edited import edited
-from my_arm import MY_ARM
+from by_outsider.robot.edited import edited
+
+from templates.my_arm import MY_ARM
 
 FAULTY = edited(
     MY_ARM,

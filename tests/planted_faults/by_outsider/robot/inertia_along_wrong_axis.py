@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from edited import edited
-from my_arm import MY_ARM
+from by_outsider.robot.edited import edited
+
+from templates.my_arm import MY_ARM
 
 FAULTY = edited(MY_ARM, ('<origin xyz="${xyz}" rpy="${rpy}"/>\n      <mass', '<origin xyz="${xyz}"/>\n      <mass'))

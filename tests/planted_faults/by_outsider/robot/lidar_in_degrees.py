@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from my_rover import MY_ROVER
-
 from frobs_core.interfaces import Lidar
+from templates.my_rover import MY_ROVER
 
 FAULTY = replace(
     MY_ROVER,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from edited import edited
-from my_arm import MY_ARM
+from by_outsider.robot.edited import edited
+
+from templates.my_arm import MY_ARM
 
 FAULTY = edited(MY_ARM, ('lower="-1.3" upper="1.3"', 'lower="-75" upper="75"'))

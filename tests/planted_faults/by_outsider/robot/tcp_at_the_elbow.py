@@ -4,6 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from my_arm import MY_ARM
+from templates.my_arm import MY_ARM
 
 FAULTY = replace(MY_ARM, tcp="forearm")

@@ -4,6 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from my_rover import MY_ROVER
+from templates.my_rover import MY_ROVER
 
 FAULTY = replace(MY_ROVER, differential_drive=replace(MY_ROVER.differential_drive, wheel_radius=0.12))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from my_rover import MY_ROVER
+from templates.my_rover import MY_ROVER
 
 FAULTY = replace(
     MY_ROVER,

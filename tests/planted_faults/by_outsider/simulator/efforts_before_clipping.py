@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import my_simulator
 import numpy as np
+
+from templates import my_simulator
 
 EXACT = "determinism snapshot teleport pause batched"
 APPROXIMATE = "drive"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import my_paced_simulator
+from templates import my_paced_simulator
 
 EXACT = ""
 APPROXIMATE = "real_time drive"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from frobs_sim_mujoco.simulation import MujocoSimulation
 
 EXACT = "determinism snapshot teleport pause batched drive contacts rays wrench force_torque attachments cameras"

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import my_simulator
-
 from frobs_core.rotations import quat_conjugate, quat_rotate
+from templates import my_simulator
 
 EXACT = "determinism snapshot teleport pause batched"
 APPROXIMATE = "drive"

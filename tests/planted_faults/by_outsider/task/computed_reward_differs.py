@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from my_reach import MyReach, distance_to
-
 from frobs_core.interfaces import GoalTask
+from templates.my_reach import MyReach, distance_to
 
 
 class Faulty(MyReach, GoalTask):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from my_reach import MyReach
+from templates.my_reach import MyReach
 
 
 class Faulty(MyReach):

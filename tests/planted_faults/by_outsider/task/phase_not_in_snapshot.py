@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from my_reach import MyReach
+
+from templates.my_reach import MyReach
 
 
 class Faulty(MyReach):

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from my_drive import MyDrive
 
 from frobs_core.rotations import quat_from_axis_angle
+from templates.my_drive import MyDrive
 
 
 class Faulty(MyDrive):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from my_drive import MyDrive
+
+from templates.my_drive import MyDrive
 
 
 class Faulty(MyDrive):

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from my_reach import MyReach
 
 from frobs_core.observation import ObservationTerm
+from templates.my_reach import MyReach
 
 
 class Faulty(MyReach):

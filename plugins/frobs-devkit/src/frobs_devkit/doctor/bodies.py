@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 
@@ -26,6 +27,8 @@ from frobs_devkit.doctor.report import Finding, LinkFacts, Severity, warning
 DENSITIES = (1.0, 20_000.0)
 """[kg/m³] from a body of foam to one of tungsten, of the box around a link."""
 
+_AXES, _MOMENTS = "xyz", ("ixx", "iyy", "izz")
+_TURNED = 3.0  # ratio of two moments that a shape must not have the other way round
 _LEAST, _MOST = 0.02, 2.0  # of what a body in the box can have at most: below and above is absurd
 _SMALL = 1e-3  # [m]: a box is taken as at least so thick, as sheets have no volume
 _SHARE = 0.005  # of the robot's mass, or of its moments: what is less changes nothing that is seen
@@ -138,10 +141,21 @@ def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Itera
     squares = size**2
     most = inertial.mass * (squares.sum() - squares) / 4.0  # (3,) about x, y, z
     moments = np.diag(inertia_matrix(inertial))
+    for i, j in permutations(range(3), 2):
+        if most[i] > _TURNED * most[j] and moments[j] > _TURNED * moments[i]:
+            long, wrong = _AXES[int(np.argmax(size))], _AXES[int(np.argmin(moments))]
+            yield warning(
+                "turned-inertia",
+                f"link '{link.name}'",
+                f"its shape is longest along {long}, and its inertia is that of a body along {wrong}: {_MOMENTS[j]} is "
+                f"{moments[j]:.3g} and {_MOMENTS[i]} {moments[i]:.3g} kg·m²",
+                "turn the inertia, or the <origin rpy> of <inertial>, as the shape is turned",
+            )
+            return
     ratios = moments / most
     worst = int(np.argmax(np.abs(np.log(np.maximum(ratios, 1e-12)))))
     if ratios.max() > _MOST or ratios.max() < _LEAST:
-        name, solid = ("ixx", "iyy", "izz")[worst], most / 3.0
+        name, solid = _MOMENTS[worst], most / 3.0
         ratio = float(moments[worst] / solid[worst])
         times = f"{ratio:,.0f}" if ratio >= 10.0 else f"{ratio:.2g}"
         yield warning(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import closing
+from contextlib import closing, suppress
 from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import partial
@@ -14,7 +14,7 @@ from gymnasium.vector import AutoresetMode
 
 from frobs_core import plugins
 from frobs_core.capabilities import abilities
-from frobs_core.errors import ConfigurationError, MissingSettingError
+from frobs_core.errors import ConfigurationError, FrobsError, MissingSettingError
 from frobs_core.interfaces import Marker, Scene, Task
 from frobs_core.registry import COMPOSITIONAL_ID
 from frobs_core.specs import TaskRecord
@@ -30,8 +30,8 @@ from frobs_devkit.testing.checks import (
 )
 from frobs_devkit.testing.compare import expect_array, expect_same
 from frobs_devkit.testing.environment import api, data, honesty, life, rewards, seeding, state, vector
-from frobs_devkit.testing.environment.rollout import draw_actions
-from frobs_devkit.testing.environment.subject import EnvUnderTest, inside
+from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
+from frobs_devkit.testing.environment.subject import EnvUnderTest, achieved_goal, inside
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,18 +143,39 @@ def observation_terms_are_sound(subject: TaskUnderTest) -> None:
 
 
 def reading_changes_nothing(subject: TaskUnderTest) -> None:
-    """Reward, terms, ends, success and marks can be read again: the same numbers, and the episode goes on the same."""
+    """Reward, terms, ends, success and marks can be read again: the same numbers, and the episode goes on the same.
+
+    Also where the goal is what is achieved already.
+    """
+    for there in (False, True):
+        plays = []
+        for curious in (False, True):
+            with closing(subject.make_vec(3, AutoresetMode.SAME_STEP)) as env:
+                trace: list[Any] = [deepcopy(env.reset(seed=4)[0])]
+                if there:
+                    with suppress(FrobsError, ValueError):  # where it cannot be a goal
+                        trace.append(deepcopy(env.reset(seed=4, options={"goal": achieved_goal(env, trace[0])})[0]))
+                for action in draw_actions(env.action_space, 12, seed=4):
+                    trace.append(deepcopy(env.step(action)[:4]))
+                    if curious and not (trace[-1][2] | trace[-1][3]).any():
+                        _read_twice(inside(env), trace[-1][1])
+                plays.append(trace)
+        for k, (quiet, read) in enumerate(zip(*plays, strict=True)):
+            expect_same(quiet, read, f"step {k} where reward, ends and terms were read once more")
+
+
+def default_timestep_is_a_default(subject: TaskUnderTest) -> None:
+    """Once it is bound, a task computes with the ``control_timestep`` that ``bind`` was given, not with its class's."""
+    subject.require_pause()
     plays = []
-    for curious in (False, True):
-        with closing(subject.make_vec(3, AutoresetMode.SAME_STEP)) as env:
-            trace: list[Any] = [deepcopy(env.reset(seed=4)[0])]
-            for action in draw_actions(env.action_space, 12, seed=4):
-                trace.append(deepcopy(env.step(action)[:4]))
-                if curious and not (trace[-1][2] | trace[-1][3]).any():
-                    _read_twice(inside(env), trace[-1][1])
-            plays.append(trace)
-    for k, (quiet, read) in enumerate(zip(*plays, strict=True)):
-        expect_same(quiet, read, f"step {k} where reward, ends and terms were read once more")
+    for other in (False, True):
+        with closing(subject.make()) as env:
+            task = inside(env).task
+            if other and "control_timestep" not in vars(task):  # else it is the one that bind has kept
+                task.control_timestep = 2.0 * type(task).control_timestep
+            plays.append(play(env, 4, draw_actions(env.action_space, 12, seed=4)))
+    what = "where the class's control_timestep is another once the task is bound (use the argument of bind)"
+    expect_same_play(plays[0], plays[1], what)
 
 
 def _read_twice(env: Any, reward: Any) -> None:
@@ -175,9 +196,11 @@ CHECKS = (
     batch_has_its_shapes,
     observation_terms_are_sound,
     reading_changes_nothing,
+    default_timestep_is_a_default,
     api.unknown_keyword_refused,
     *checks_of(data, seeding, rewards, state),
     life.reset_options_hold,
+    life.options_hold_by_row,
     honesty.step_shows_its_action,
     honesty.ends_have_their_reason,
     vector.same_step_equals_single,

@@ -120,9 +120,7 @@ def resets_without_a_seed(subject: AlgorithmUnderTest) -> None:
 
 @after("same_seed_repeats")
 def predicting_changes_nothing(subject: AlgorithmUnderTest) -> None:
-    """A training in which predictions are asked for learns the same: weights and the generators of the training are left
-    alone.
-    """
+    """A training in which predictions are asked for learns the same: weights and generators of the training stay."""
     seen = subject.observations(8)
     with closing(subject.make_env()) as env:
         algorithm, monitor = subject.make(env), _Curious(env)

@@ -88,12 +88,13 @@ class AlgorithmUnderTest:
 
     def make_env(self, max_episode_steps: int | None = None) -> Watched:
         """Make the environment as a run does: same-step autoreset, seeded."""
+        limit: dict[str, Any] = {} if max_episode_steps is None else {"max_episode_steps": max_episode_steps}
         env = gym.make_vec(
             self.id,
             _NUM_ENVS,
             vectorization_mode="sync",
             vector_kwargs={"autoreset_mode": AutoresetMode.SAME_STEP},
-            **({} if max_episode_steps is None else {"max_episode_steps": max_episode_steps}),
+            **limit,
         )
         env.reset(seed=3)
         return Watched(env)

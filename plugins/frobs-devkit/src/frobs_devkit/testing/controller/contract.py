@@ -10,9 +10,10 @@ import numpy as np
 from frobs_core.capabilities import Level, abilities
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import CommandMode, Controller
+from frobs_core.models import JointType
 from frobs_devkit.testing.checks import NotApplicable, expect, expect_keyword_only
 from frobs_devkit.testing.compare import expect_close, expect_rows, expect_same
-from frobs_devkit.testing.controller.subject import NUM_ENVS, ControllerUnderTest
+from frobs_devkit.testing.controller.subject import NUM_ENVS, Bound, ControllerUnderTest
 
 
 def keywords_are_keyword_only(subject: ControllerUnderTest) -> None:
@@ -49,6 +50,36 @@ def commands_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
     for straight, reversed_ in zip(*commands, strict=True):
         tolerance = 1e-9 * max(1.0, float(np.abs(straight).max()))
         expect_close(straight[..., ::-1], reversed_, tolerance, "command of a group in reverse order")
+
+
+def actions_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
+    """If each number of an action moves one joint, number i moves joint i of the group, whatever the joints' names."""
+    for reverse in (False, True):
+        try:
+            with subject.bind(reverse=reverse) as bound:
+                space, names = bound.controller.action_space, bound.robot.joint_names[:: -1 if reverse else 1]
+                if not isinstance(space, gym.spaces.Box) or space.low.size != len(names):
+                    raise NotApplicable("the action is not one number for each joint")
+                if all(joint.type is JointType.PRISMATIC for joint in bound.robot.joints):
+                    raise NotApplicable("joints that slide may be the axes of a tool's motion")
+                moved = [_moved_columns(bound, number) for number in range(len(names))]
+        except ConfigurationError as error:
+            raise NotApplicable(f"it controls some groups only: {error}") from error
+        if sorted(moved) != [[column] for column in range(len(names))]:
+            raise NotApplicable("the numbers of an action do not move one joint each")
+        for number, [column] in enumerate(moved):
+            expect(
+                number == column,
+                f"number {number} of an action moves joint '{names[column]}' in the group {', '.join(names)}, not "
+                f"'{names[number]}'; keep the order of the group, JointGroup.joint_names.",
+            )
+
+
+def _moved_columns(bound: Bound, number: int) -> list[int]:
+    """Return the columns of the command that change with one number of an action."""
+    commands = [bound.controller.apply(action).copy() for action in bound.extremes(number)]
+    changed = (commands[0] != commands[1]).reshape(-1, bound.robot.dof).any(axis=0)
+    return np.flatnonzero(changed).tolist()
 
 
 def commands_have_their_shape(subject: ControllerUnderTest) -> None:

@@ -8,28 +8,18 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.interfaces import CommandMode
-from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
-from frobs_devkit.testing.compare import expect_close
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
+from frobs_devkit.testing.compare import difference, expect_close
 from frobs_devkit.testing.controller.subject import NUM_ENVS, Bound, ControllerUnderTest
-from frobs_devkit.testing.environment.rollout import draw_actions
 
 
 def actions_matter(subject: ControllerUnderTest) -> None:
     """Different actions give different commands, also where one number of them differs, and the robot moves."""
     with subject.bind() as bound:
         space = bound.controller.action_space
-        n = NUM_ENVS
-        if isinstance(space, gym.spaces.Box):
-            first, second = bound.constant(space.low), bound.constant(space.high)
-        else:
-            drawn = np.array(draw_actions(space, 30, seed=0))
-            different = [action for action in drawn if not np.array_equal(action, drawn[0])]
-            if not different:
-                raise Inconclusive("the action space holds one action")
-            first, second = (np.stack([action] * n) for action in (drawn[0], different[0]))
         start = bound.robot.joint_positions.copy()
         traces = []
-        for action in (first, second):
+        for action in bound.opposites():
             bound.begin()
             traces.append([bound.step(action) for _ in range(subject.count(10))])
         expect(not np.array_equal(traces[0], traces[1]), "the smallest and the largest action give the same commands.")
@@ -42,15 +32,23 @@ def actions_matter(subject: ControllerUnderTest) -> None:
 
 def _tells(bound: Bound, number: int) -> bool:
     """Return whether the smallest and the largest of one number of an action give different commands."""
-    space = bound.controller.action_space
-    assert isinstance(space, gym.spaces.Box)
-    traces = []
-    for bounds in (space.low, space.high):
-        action = (space.low.astype(np.float64) + space.high) / 2.0
-        action.flat[number] = bounds.flat[number]
-        bound.begin()
-        traces.append([bound.step(bound.constant(action)) for _ in range(2)])
+    traces = [[bound.step(action) for _ in range(2)] for action in bound.extremes(number)]
     return not np.array_equal(traces[0], traces[1])
+
+
+@after("actions_matter")
+def actions_act_in_their_step(subject: ControllerUnderTest) -> None:
+    """The command of a control step follows from the action of that very step; ``randomize`` adds delays."""
+    commands = []
+    with subject.bind() as bound:
+        for action in bound.opposites():
+            bound.begin()
+            commands.append((bound.step(action), bound.robot.joint_positions.copy()))  # which update() may have moved
+    expect(
+        difference(*commands) is not None,
+        "the first command of an episode is the same for opposite actions: it is that of the step before. Return the "
+        "command that the action of this call asks for.",
+    )
 
 
 def zero_action_rests(subject: ControllerUnderTest) -> None:

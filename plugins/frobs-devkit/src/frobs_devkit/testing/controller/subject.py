@@ -16,6 +16,7 @@ from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Scene, Simulation
 from frobs_core.models import Pose, RobotModel, load_model
 from frobs_core.specs import ControllerRecord, SimulatorRecord
+from frobs_devkit.testing.checks import Inconclusive
 from frobs_devkit.testing.environment.rollout import draw_actions
 from frobs_devkit.testing.simulator.robots import ARM, ROVER, model_of
 
@@ -65,6 +66,32 @@ class Bound:
         """Return an action of all environments, float64."""
         shape = (self.simulation.num_envs, *(self.controller.action_space.shape or ()))
         return np.broadcast_to(np.asarray(value, np.float64), shape).copy()
+
+    def extremes(self, number: int) -> Iterator[Floats]:
+        """Yield two actions that differ in one number, its smallest and its largest, each at the begin of an episode."""
+        space = self.controller.action_space
+        assert isinstance(space, gym.spaces.Box)
+        for bounds in (space.low, space.high):
+            action = (space.low.astype(np.float64) + space.high) / 2.0
+            action.flat[number] = bounds.flat[number]
+            self.begin()
+            yield self.constant(action)
+
+    def opposites(self) -> tuple[Floats, Floats]:
+        """Return two actions that differ: the smallest and the largest, or two that are drawn.
+
+        Raises:
+            Inconclusive: The action space holds one action.
+        """
+        space = self.controller.action_space
+        if isinstance(space, gym.spaces.Box):
+            return self.constant(space.low), self.constant(space.high)
+        drawn = np.array(draw_actions(space, 30, seed=0))
+        different = [action for action in drawn if not np.array_equal(action, drawn[0])]
+        if not different:
+            raise Inconclusive("the action space holds one action")
+        first, second = (np.stack([action] * self.simulation.num_envs) for action in (drawn[0], different[0]))
+        return first, second
 
 
 @dataclass(frozen=True)

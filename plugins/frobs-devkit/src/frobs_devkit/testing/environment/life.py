@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode
 
 from frobs_core.errors import FrobsError, InvalidActionError, ResetNeededError, UnknownParameterError
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect, expect_raises
-from frobs_devkit.testing.compare import difference, expect_close, expect_same
+from frobs_devkit.testing.compare import difference, expect_close, expect_same, row
 from frobs_devkit.testing.environment.rollout import draw_actions
 from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, observes_truly, require_ours
 
@@ -113,6 +113,45 @@ def reset_options_hold(subject: EnvUnderTest) -> None:
             seen = True
     if not seen:
         raise NotApplicable("the task understands neither 'joint_positions' nor 'goal'")
+
+
+def options_hold_by_row(subject: EnvUnderTest) -> None:
+    """If some environments of a batch are reset, each takes the row of an option that is its own."""
+    with closing(subject.make()) as single:
+        require_ours(single)
+        tried = {name: _two_values(single, name) for name in inside(single).task.reset_options}
+        given = {name: values for name, values in tried.items() if values is not None}
+        if not given:
+            raise Inconclusive("no value that was tried is accepted for any option of a reset")
+        with closing(subject.make_vec(3, AutoresetMode.DISABLED)) as batch:
+            for name, (one, other) in given.items():
+                batch.reset(seed=0)
+                mask = np.array([False, True, False])
+                found = batch.reset(options={name: np.stack([one, other, one]), "reset_mask": mask})[0]
+                single.reset(seed=1)
+                wanted = single.reset(options={name: other})[0]
+                what = f"environment 1 of 3, reset alone with options={{'{name}': …}}"
+                expect_same(wanted, row(found, 1), f"{what}, against a single one with row 1 of the option")
+
+
+def _two_values(env: Any, name: str) -> tuple[Any, Any] | None:
+    """Return two values of an option with which episodes begin differently; None: none that was tried is accepted."""
+    accepted: list[tuple[Any, Any]] = []
+    for seed in (1, 2):
+        goal, marks = _goal(env.reset(seed=seed)[0]), [mark.pos[0] for mark in inside(env).task.markers()]
+        robot = inside(env).robot
+        tool = robot.frame_pose("tcp")[0][0] + 0.01
+        joints = _some_joint_positions(robot) + (0.01 * seed if name == "joint_positions" else 0.0)
+        for value in deepcopy([*([] if goal is None else [goal]), *marks, tool, joints]):
+            try:
+                begun = deepcopy(env.reset(seed=0, options={name: value})[0])
+            except (FrobsError, ValueError):  # of another shape, or out of reach
+                continue
+            if all(np.shape(value) == np.shape(one) and difference(begun, seen) for one, seen in accepted):
+                accepted.append((value, begun))
+            if len(accepted) == 2:
+                return accepted[0][0], accepted[1][0]
+    return None
 
 
 def _changes_the_beginning(env: Any, name: str) -> bool | None:

@@ -11,9 +11,18 @@ from frobs_core.errors import FrobsError
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.environment.rollout import draw_actions
-from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, is_ours, observes_truly, require_ours
+from frobs_devkit.testing.environment.subject import (
+    EnvUnderTest,
+    achieved_goal,
+    inside,
+    is_ours,
+    observes_truly,
+    require_ours,
+)
 
 _STEPS = 120
+_NEAR_STEPS = 5  # beside a goal that is achieved at their beginning
+_WAYS, _WAY = 8, 25  # actions that are held, and for how many steps
 _TERM = "frobs/reward/"
 
 
@@ -38,9 +47,9 @@ def success_comes_and_goes(subject: EnvUnderTest) -> None:
         task, (observation, _) = inside(env).task, env.reset(seed=8)
         of_goals = isinstance(observation, dict) and "achieved_goal" in observation
         if 1.0 not in told and "goal" in task.reset_options and observes_truly(env, "achieved_goal", "desired_goal"):
-            reached = observation["achieved_goal"] if of_goals else inside(env).robot.frame_pose("tcp")[0][0]
+            reached = achieved_goal(env, observation)
             with suppress(FrobsError, ValueError):  # where it cannot be a goal
-                env.reset(seed=8, options={"goal": reached.copy()})
+                env.reset(seed=8, options={"goal": reached})
                 success = bool(task.is_success()[0])
                 expect(success or not of_goals, f"no success where the goal, {reached}, is what is achieved.")
                 told.add(float(success))
@@ -70,6 +79,8 @@ def compute_reward_equals_step(subject: EnvUnderTest) -> None:
         steps = _steps(env)
         if not isinstance(steps[0][0], dict) or "desired_goal" not in steps[0][0]:
             raise NotApplicable("not goal-conditioned")
+        with suppress(FrobsError, ValueError, TypeError):  # where what is achieved cannot be a goal
+            steps += _steps(env, {"goal": steps[-1][0]["achieved_goal"].astype(np.float64)}, _NEAR_STEPS)
         if not observes_truly(env, "achieved_goal", "desired_goal"):
             raise NotApplicable("the goals are observed with noise or late, and the reward is that of the true ones")
         compute = getattr(env.unwrapped, "compute_reward", None)
@@ -96,11 +107,75 @@ def compute_reward_equals_step(subject: EnvUnderTest) -> None:
             )
 
 
-def _steps(env: Any) -> list[tuple[Any, float, dict[str, Any]]]:
+def approaching_pays(subject: EnvUnderTest) -> None:
+    """On one and the same way, a goal that the robot reaches is worth more than one that it moves away from."""
+    subject.require_pause()
+    with closing(subject.make()) as env:
+        require_ours(env)
+        task = inside(env).task
+        if "goal" not in task.reset_options:
+            raise NotApplicable("no goal can be given")
+        ways = [_way(env, action) for action in draw_actions(env.action_space, _WAYS, seed=5)]
+        action, start, end = max(ways, key=lambda way: float(np.linalg.norm(way[2] - way[1])))
+        near = _rewards(env, action, end)
+        if near is None or not near[1]:
+            raise Inconclusive("the goal where a way ended is refused, or is not reached on the same way again")
+        for share in (1.0, 0.5, 0.25):
+            far = _rewards(env, action, start - share * (end - start))
+            if far is not None and not far[1]:
+                break
+        else:
+            raise Inconclusive("no goal behind the robot is accepted")
+    steps = min(len(near[0]), len(far[0]))
+    totals = sum(near[0][:steps]), sum(far[0][:steps])
+    expect(
+        totals[0] > totals[1],
+        f"{steps} steps that reach the goal are worth {totals[0]:.4g}, and the same steps away from a goal {totals[1]:.4g}; "
+        "check the signs of the reward's terms.",
+    )
+
+
+def _way(env: Any, action: Any) -> tuple[Any, Any, Any]:
+    """Return an action, and where the tool or the goal that is achieved is before and after it was held, (k,) each."""
+    observation, _ = env.reset(seed=5)
+    start = achieved_goal(env, observation)
+    for _ in range(_WAY):
+        observation, _, terminated, truncated, _ = env.step(action)
+        if terminated or truncated:
+            break
+    return action, start, achieved_goal(env, observation)
+
+
+def _rewards(env: Any, action: Any, goal: Any) -> tuple[list[float], bool] | None:
+    """Return the rewards on a way to a goal, and whether it was reached; None: the goal is refused."""
+    if not any(_accepts(env, part) for part in (goal, goal[:2])):  # in space, or on the floor
+        return None
+    rewards, reached = [], False
+    for _ in range(_WAY):
+        _, reward, terminated, truncated, info = env.step(action)
+        rewards.append(float(reward))
+        reached |= info.get("is_success") == 1.0
+        if reached or terminated or truncated:
+            break
+    return rewards, reached
+
+
+def _accepts(env: Any, goal: Any) -> bool:
+    """Begin an episode with a goal, and return whether the task accepts it."""
+    try:
+        env.reset(seed=5, options={"goal": goal})
+    except (FrobsError, ValueError):
+        return False
+    return True
+
+
+def _steps(
+    env: Any, options: dict[str, Any] | None = None, count: int = _STEPS
+) -> list[tuple[Any, float, dict[str, Any]]]:
     """Play random episodes; (observation, reward, info) of each step."""
-    env.reset(seed=8)
+    env.reset(seed=8, options=options)
     steps = []
-    for action in draw_actions(env.action_space, _STEPS, seed=8):
+    for action in draw_actions(env.action_space, count, seed=8):
         observation, reward, terminated, truncated, info = env.step(action)
         steps.append((observation, float(reward), dict(info)))
         if terminated or truncated:

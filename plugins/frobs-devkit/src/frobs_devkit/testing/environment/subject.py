@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import gymnasium as gym
+import numpy as np
 from gymnasium.envs.registration import EnvSpec, load_env_creator
 from gymnasium.vector import AutoresetMode
 
@@ -94,6 +95,14 @@ def observes_truly(env: Any, *keys: str) -> bool:
     """Whether neither noise nor delay changes some keys of a dictionary observation."""
     randomization = getattr(env.unwrapped, "randomization", None)
     return randomization is None or not randomization.observed_keys & set(keys)
+
+
+def achieved_goal(env: Any, observation: Any) -> Any:
+    """Return a goal that is reached now, (k,), or of a batch (num_envs, k): the achieved goal, or the tool's position [m]."""
+    if isinstance(observation, dict) and "achieved_goal" in observation:
+        return np.array(observation["achieved_goal"], np.float64)
+    tools = inside(env).robot.frame_pose("tcp")[0].copy()
+    return tools if isinstance(inside(env), gym.vector.VectorEnv) else tools[0]
 
 
 def is_ours(env: Any) -> bool:

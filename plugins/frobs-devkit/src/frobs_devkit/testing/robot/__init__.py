@@ -11,7 +11,7 @@ from frobs_devkit.testing.checks import Check, checks_of, collect
 from frobs_devkit.testing.robot import description, sensors, standing
 from frobs_devkit.testing.robot.subject import RobotUnderTest
 
-DESCRIPTION_CHECKS = (*checks_of(description), sensors.sensors_are_fixed)
+DESCRIPTION_CHECKS = (*checks_of(description), sensors.sensors_are_fixed, sensors.lidars_look_around_once)
 """Every check of a robot that needs no simulator."""
 
 SIMULATION_CHECKS = (*checks_of(standing), sensors.sensors_read)

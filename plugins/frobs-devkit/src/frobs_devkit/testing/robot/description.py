@@ -2,18 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
+from frobs_core.arrays import Floats
 from frobs_core.interfaces import Robot
-from frobs_core.models import JointType, default_tcp, home_positions, inertia_matrix, joint_path, load_model, usual_rank
+from frobs_core.models import (
+    JointType,
+    RobotModel,
+    default_tcp,
+    home_positions,
+    inertia_matrix,
+    joint_path,
+    link_bounds,
+    load_model,
+    usual_rank,
+)
 from frobs_core.rotations import quat_rotate
+from frobs_devkit.doctor.bodies import body_findings
 from frobs_devkit.doctor.joints import joint_facts, joint_findings
+from frobs_devkit.doctor.report import Finding, Severity
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.robot.subject import RobotUnderTest
 from frobs_devkit.testing.simulator.robots import ARM, model_of
+
+_LIGHT = 0.02  # of the robot's mass: a lighter link need not touch anything
+_NEAR = 0.01  # [m] a tcp as near as this to the tool is at the tool
 
 
 def model_has_joints(subject: RobotUnderTest) -> None:
@@ -43,8 +61,7 @@ def limits_are_stated(subject: RobotUnderTest) -> None:
 def limits_are_in_radians(subject: RobotUnderTest) -> None:
     """No joint turns so far that its limits must be in degrees; 'frobs doctor robot' says more about the numbers."""
     facts = joint_facts(subject.model, home_positions(subject.model, {}))
-    odd = [one for one in joint_findings(subject.model, facts) if one.code == "limits-in-degrees"]
-    expect(not odd, "; ".join(f"{one.about}: {one.problem}; {one.advice}" for one in odd) + ".")
+    _expect_none(joint_findings(subject.model, facts), "limits-in-degrees")
 
 
 def home_is_inside_limits(subject: RobotUnderTest) -> None:
@@ -79,6 +96,28 @@ def tcp_moves(subject: RobotUnderTest) -> None:
         )
 
 
+def tcp_is_the_tool(subject: RobotUnderTest) -> None:
+    """The tool center point is not a link that carries the link with a tool's name, fixed to it some way ahead."""
+    robot, model = subject.robot, subject.model
+    tcp = robot.tcp or default_tcp(model)
+    if usual_rank(tcp) or robot.base == "wheeled":
+        return
+    home = home_positions(model, robot.home)[None]
+    at = model.frame_pose(tcp, home)[0]
+    for link in model.links:
+        path = joint_path(model, link.name)
+        parents = [joint.parent for joint in path]
+        if not usual_rank(link.name) or tcp not in parents:
+            continue
+        distance = float(np.linalg.norm(model.frame_pose(link.name, home)[0] - at))
+        moves = any(joint.type is not JointType.FIXED for joint in path[parents.index(tcp) :])
+        expect(
+            moves or distance < _NEAR,
+            f"the tcp is '{tcp}', whose origin is {distance:.3g} m from that of the tool '{link.name}', which is fixed to "
+            f"it; set tcp='{link.name}', or name the link where the tool works.",
+        )
+
+
 def inertias_are_possible(subject: RobotUnderTest) -> None:
     """Masses are positive, and principal moments of inertia are positive and fulfil the triangle inequality."""
     for link in subject.model.links:
@@ -93,6 +132,26 @@ def inertias_are_possible(subject: RobotUnderTest) -> None:
             moments[0] + moments[1] >= moments[2] * (1 - 1e-6),
             f"link '{link.name}' has principal moments {text} kg·m²; no body has one larger than the other two together.",
         )
+
+
+def masses_fit_shapes(subject: RobotUnderTest) -> None:
+    """Bodies of the links' shapes can have their masses and inertias; 'frobs doctor robot' says more about them."""
+    _expect_none(body_findings(subject.model), "absurd-mass", "far-center", "too-large", "turned-inertia")
+
+
+def moving_links_touch(subject: RobotUnderTest) -> None:
+    """A link that moves, is drawn and weighs something has a collision shape; otherwise it goes through everything."""
+    inertials = {link.name: link.inertial for link in subject.model.links if link.inertial is not None}
+    light = _LIGHT * sum(inertial.mass for inertial in inertials.values())
+    heavy = {f"link '{name}'" for name, inertial in inertials.items() if inertial.mass > light}
+    findings = [one for one in body_findings(subject.model) if one.code == "no-collision" or one.about in heavy]
+    _expect_none(findings, "visual-only", "no-collision")
+
+
+def _expect_none(findings: Iterable[Finding], *codes: str) -> None:
+    """Raise CheckFailure if the doctor found something of these codes that changes how the robot behaves."""
+    odd = [one for one in findings if one.code in codes and one.severity is not Severity.NOTE]
+    expect(not odd, "; ".join(f"{one.about}: {one.problem}; {one.advice}" for one in odd) + ".")
 
 
 def notes_are_none(subject: RobotUnderTest) -> None:
@@ -131,6 +190,41 @@ def parts_exist(subject: RobotUnderTest) -> None:
         numbers = (drive.separation, drive.wheel_radius, drive.max_linear_velocity, drive.max_angular_velocity)
         accelerations = [a for a in (drive.max_linear_acceleration, drive.max_angular_acceleration) if a is not None]
         expect(min(*numbers, *accelerations) > 0, f"differential_drive has a number that is not positive: {drive}.")
+
+
+def fingers_close(subject: RobotUnderTest) -> None:
+    """The fingers of an end effector are nearer to each other where it is closed than where it is open."""
+    robot, model = subject.robot, subject.model
+    compared = False
+    for name, tool in robot.end_effectors.items():
+        joints = robot.groups.get(tool.group, () if tool.group else model.joint_names)
+        gaps = [_gap(model, joints, home_positions(model, {**robot.home, **at})) for at in (tool.closed, tool.open)]
+        if not tool.open or gaps[0] is None or gaps[1] is None or gaps[0] == gaps[1]:
+            continue
+        compared = True
+        expect(
+            gaps[0] < gaps[1],
+            f"the fingers of end effector '{name}' are {gaps[0]:.3g} m apart where it is closed, and {gaps[1]:.3g} m where "
+            "it is open; exchange the joint positions in open and closed.",
+        )
+    if not compared:
+        raise NotApplicable("the robot describes no end effector with two fingers")
+
+
+def _gap(model: RobotModel, joints: Sequence[str], positions: Floats) -> float | None:
+    """Return how far the parts that some joints move are from each other on average [m]; None: they are fewer than two."""
+    fingers: dict[str, list[Floats]] = {}  # the centers of the links beyond each joint
+    for link in model.links:
+        leaders = [(joint.name, model.leader(joint)) for joint in joint_path(model, link.name)]
+        first = next((name for name, leader in leaders if leader is not None and leader.joint in joints), None)
+        if first is not None:
+            bounds = link_bounds(link)
+            center = np.zeros(3) if bounds is None else np.mean(bounds, axis=0)
+            pos, quat = model.frame_pose(link.name, positions[None])
+            fingers.setdefault(first, []).append((pos + quat_rotate(quat, center[None]))[0])
+    centers = [np.mean(parts, axis=0) for parts in fingers.values()]
+    pairs = [float(np.linalg.norm(one - other)) for one, other in combinations(centers, 2)]
+    return sum(pairs) / len(pairs) if pairs else None
 
 
 def end_effectors_attach(subject: RobotUnderTest) -> None:

@@ -22,6 +22,16 @@ def sensors_are_fixed(subject: RobotUnderTest) -> None:
             expect(frame in links, f"sensor '{name}' is fixed to '{frame}', which is no link: {', '.join(links)}.")
 
 
+def lidars_look_around_once(subject: RobotUnderTest) -> None:
+    """The rays of a lidar go around once at most."""
+    for name, lidar in subject.robot.lidars.items():
+        turns = float(lidar.angles[-1] - lidar.angles[0]) / (2.0 * np.pi)
+        expect(
+            turns <= 1.0 + 1e-6,
+            f"the rays of lidar '{name}' go around {turns:.3g} times; angle_min and angle_max are in radians.",
+        )
+
+
 def sensors_read(subject: RobotUnderTest) -> None:
     """At home on an empty floor every sensor reads numbers of its range; no ray is blind, and no bumper is closed."""
     assert subject.simulator is not None

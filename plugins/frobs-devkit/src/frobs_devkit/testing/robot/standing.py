@@ -6,12 +6,15 @@ from itertools import combinations
 
 import numpy as np
 
+from frobs_core.arrays import Floats
 from frobs_core.capabilities import Level
-from frobs_core.interfaces import CommandMode, Contact, Scene
+from frobs_core.interfaces import CommandMode, Contact, RobotHandle, Scene
+from frobs_core.rotations import quat_rotate
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import expect_close, expect_same_pose, placed
 from frobs_devkit.testing.robot.subject import TIMESTEP, RobotUnderTest
 
+_SLIP, _SLIP_TURNING = 0.2, 0.45  # of its speed that a base may lose, ahead and where wheels are dragged sideways
 _SAG = 0.05  # [rad or m] that gravity may pull a robot off its home
 
 
@@ -71,6 +74,43 @@ def joints_follow(subject: RobotUnderTest) -> None:
                 continue
             expect_close(command[0, joint], robot.joint_positions[0, joint], _SAG,
                          f"joint '{name}' 1 s after it was commanded {step:+.2g} off home")  # fmt: skip
+
+
+def wheels_drive_as_described(subject: RobotUnderTest) -> None:
+    """Driven ahead and turned, a differential drive moves as its wheels, their separation and their radius say."""
+    drive = subject.robot.differential_drive
+    if drive is None:
+        raise NotApplicable("the robot has no differential drive")
+    advice = "compare left, right, separation and wheel_radius of differential_drive with the model file"
+    with subject.build() as (sim, robot):
+        robot.set_command_mode(CommandMode.VELOCITY)
+        left, right = ([robot.joint_names.index(name) for name in side] for side in (drive.left, drive.right))
+        fastest = float(robot.velocity_limit[0, [*left, *right]].min())  # [rad/s]
+        forward = min(0.5 * drive.max_linear_velocity, 0.5 * fastest * drive.wheel_radius)  # [m/s]
+        turning = min(0.5 * drive.max_angular_velocity, fastest * drive.wheel_radius / drive.separation)  # [rad/s]
+        for linear, angular in ((forward, 0.0), (0.0, turning)):
+            sim.reset()
+            command = np.zeros_like(robot.home)
+            command[:, left] = (linear - 0.5 * angular * drive.separation) / drive.wheel_radius
+            command[:, right] = (linear + 0.5 * angular * drive.separation) / drive.wheel_radius
+            robot.command(command)
+            sim.step(round(0.5 / TIMESTEP))  # to speed
+            pos, ahead = _pos_and_ahead(robot)
+            sim.step(round(1.0 / TIMESTEP))
+            pos_after, ahead_after = _pos_and_ahead(robot)
+            if linear:
+                expect_close(
+                    linear, float((pos_after - pos) @ ahead), _SLIP * linear, f"drive ahead in 1 s [m]; {advice}"
+                )
+            else:
+                turned = np.arctan2(np.cross(ahead, ahead_after)[2], ahead @ ahead_after)
+                expect_close(angular, turned, _SLIP_TURNING * angular, f"turn to the left in 1 s [rad]; {advice}")
+
+
+def _pos_and_ahead(robot: RobotHandle) -> tuple[Floats, Floats]:
+    """Return where the base is [m], and its x axis in the world, (3,) each."""
+    pos, quat = robot.base_pose
+    return pos[0].copy(), quat_rotate(quat, np.array([[1.0, 0.0, 0.0]]))[0]
 
 
 def home_is_free(subject: RobotUnderTest) -> None:

@@ -1,0 +1,128 @@
+"""Faults of an author who had read the templates and the interfaces, and not the kit: eight plugins of each kind."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from planting import ROOT, Fault, source_of
+
+from frobs_core.capabilities import Level
+from frobs_core.specs import AlgorithmRecord, ControllerRecord, SimulatorRecord, TaskRecord
+from frobs_devkit.testing import Check, check_algorithm, check_controller, check_robot, check_simulator, check_task
+
+sys.path.append(str(ROOT / "tests" / "contracts"))  # for the arm with a gripper
+
+PACKAGE = "by_outsider"
+KINDS = ("task", "controller", "robot", "simulator", "algorithm")
+
+FIRST_TRY = frozenset(
+    [
+        "last_action_survives_reset",
+        "phase_not_in_snapshot",
+        "stale_after_reset",
+        "action_change_per_second",
+        "integral_survives_reset",
+        "reset_of_all",
+        "snapshot_is_a_view",
+        "steps_from_measured",
+        "velocity_limit_forgotten",
+        "limits_in_degrees",
+        "contacts_one_step_late",
+        "efforts_before_clipping",
+        "first_row_is_held",
+        "paced_reads_before_it_waits",
+        "picture_upside_down",
+        "pose_written_to_first_rows",
+        "turning_in_own_frame",
+        "wrench_of_the_child",
+        "deviation_lost",
+        "environment_seeded_again",
+        "learns_from_the_worst",
+        "same_seed_for_all",
+        "trains_so_many_more",
+    ]
+)
+"""Faults that the kit caught when they were written; it was improved for the others."""
+
+SOUND: Mapping[str, str] = {
+    "task.reach": "from templates.my_reach import MyReach as Faulty",
+    "task.drive": "from templates.my_drive import MyDrive as Faulty",
+    "controller.sound": "from templates.my_controller import MyController as Faulty",
+    "robot.arm": "from templates.my_arm import MY_ARM as FAULTY",
+    "robot.rover": "from templates.my_rover import MY_ROVER as FAULTY",
+    "robot.gripper": "from arm_and_gripper import ARM, FINGERS\nFAULTY = ARM.attach('flange', FINGERS)",
+    "simulator.joints": (
+        "from templates.my_simulator import MySimulator as Faulty\n"
+        "EXACT, APPROXIMATE = 'determinism snapshot teleport pause batched', 'drive'"
+    ),
+    "simulator.paced": (
+        "from templates.my_paced_simulator import MyPacedSimulator as Faulty\n"
+        "EXACT, APPROXIMATE = '', 'real_time drive'"
+    ),
+    "algorithm.sound": "from templates.algorithm import CrossEntropy as Faulty",
+}
+"""Plugins without a fault, in which nothing may be caught: name of a module, and its source."""
+
+_SHORT: Mapping[str, Mapping[str, Any]] = {
+    "PPO": {"n_steps": 64, "batch_size": 32, "n_epochs": 2},
+    "TD3": {
+        "learning_starts": 60,
+        "batch_size": 16,
+        "buffer_size": 1000,
+        "policy_kwargs": {"net_arch": [64, 64]},
+    },
+}
+"""Settings with which a training of a few hundred steps has several iterations, by the class that was edited."""
+
+
+def faults() -> Iterator[Fault]:
+    """Yield the forty faults; the name of each is the first sentence of its module."""
+    folder = Path(__file__).with_name(PACKAGE)
+    for kind in KINDS:
+        for path in sorted((folder / kind).glob("*.py")):
+            if path.stem != "edited":
+                module = f"{PACKAGE}.{kind}.{path.stem}"
+                name = (ast.get_docstring(ast.parse(source_of(module))) or "").rstrip(".")
+                yield Fault(name, module, source_of(module), path.stem)
+
+
+def sound() -> Iterator[Fault]:
+    """Yield plugins without a fault."""
+    for name, source in SOUND.items():
+        yield Fault("nothing", f"{PACKAGE}.{name}", source, name)
+
+
+def checks_for(module: str) -> Iterator[Check]:
+    """Yield what ``frobs check`` asks of a plugin, on MuJoCo: the quick first."""
+    kind, planted = module.split(".")[1], importlib.import_module(module)
+    common = {"name": "planted", "summary": planted.__doc__ or "", "entry_point": f"{module}:Faulty"}
+    if kind == "robot":
+        yield from check_robot(planted.FAULTY, ["mujoco"])
+    elif kind == "controller":
+        controller = ControllerRecord(**common)
+        yield from check_controller(controller)
+        yield from check_controller(controller, robot="irb120")
+    elif kind == "simulator":
+        levels = {Level.EXACT: planted.EXACT, Level.APPROXIMATE: planted.APPROXIMATE}
+        capabilities = {name: level for level, names in levels.items() for name in names.split()}
+        yield from check_simulator(SimulatorRecord(capabilities=capabilities, **common))
+    elif kind == "task":
+        from templates.my_drive import MyDrive
+        from templates.my_rover import MY_ROVER
+
+        drives = issubclass(planted.Faulty, MyDrive)
+        task = TaskRecord(needs={"teleport": Level.APPROXIMATE}, **common)
+        yield from check_task(
+            task,
+            robot=MY_ROVER if drives else "irb120",
+            controller="differential_drive" if drives else "joint_delta_position",
+        )
+    else:
+        edited = next((name for name in (cls.__name__ for cls in planted.Faulty.__mro__) if name in _SHORT), "")
+        spaces = ("Box",) if edited else ("Box", "Discrete")
+        yield from check_algorithm(AlgorithmRecord(action_spaces=spaces, **common), _SHORT.get(edited))
