@@ -153,6 +153,7 @@ def tiny_arm(tmp_path: Path) -> Path:
     body = (
         '<inertial><origin xyz="0.1 0 0"/><mass value="1"/>'
         '<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial>'
+        '<collision><origin xyz="0.1 0 0"/><geometry><box size="0.2 0.05 0.05"/></geometry></collision>'
     )
     visual = '<visual><geometry><mesh filename="{}/shape.stl"/></geometry></visual>'
     file = tmp_path / "tiny.urdf"
@@ -179,6 +180,24 @@ def test_a_robots_file_is_taken_over_with_all_that_it_names(frobs: Frobs, tiny_a
     description = (package / "robot.py").read_text()
     assert 'tcp="tool"' in description
     assert "``turn``: revolute, -2 to 2" in description
+
+
+def test_a_file_on_which_the_kit_fails_is_rejected_before_anything_is_written(frobs: Frobs, tiny_arm: Path) -> None:
+    tiny_arm.write_text(tiny_arm.read_text().replace('lower="-2" upper="2"', 'lower="-114" upper="114"'))
+    done = frobs("new", "robot", "tiny", "--robot-file", str(tiny_arm))
+    assert done.exit_code == 2, done.output
+    assert len(done.stderr.splitlines()) == 1
+    assert "limits_are_in_radians: joint 'turn': its limits are -114 to 114 rad" in done.stderr
+    assert "--failing-checks expect" in done.stderr
+    assert list(Path().iterdir()) == []
+
+
+def test_failures_of_the_kit_can_be_accepted(frobs: Frobs, tiny_arm: Path) -> None:
+    tiny_arm.write_text(tiny_arm.read_text().replace('lower="-2" upper="2"', 'lower="-114" upper="114"'))
+    done = frobs("new", "robot", "tiny", "--robot-file", str(tiny_arm), "--failing-checks", "expect")
+    assert done.exit_code == 0, done.output
+    tests = [path.read_text() for path in Path("frobs-robots-tiny/tests").glob("*.py")]
+    assert any('"limits_are_in_radians": "joint' in text for text in tests)
 
 
 def test_the_license_of_a_robots_file_is_its_own(frobs: Frobs, tiny_arm: Path) -> None:

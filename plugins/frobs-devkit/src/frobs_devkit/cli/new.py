@@ -42,6 +42,14 @@ def new(
     ] = None,
     args: XacroArgs = None,
     package_path: PackagePath = None,
+    failing_checks: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            show_default="reject",
+            help="If the conformance kit fails on FILE: reject it, or expect the failures in the plugin's tests.",
+        ),
+    ] = None,
     robot: Annotated[
         str | None,
         typer.Option(metavar="NAME", show_default="irb120", help="The installed robot that a task alone is for."),
@@ -87,6 +95,7 @@ def new(
         "tcp": tcp,
         "xacro_args": " ".join(args) if args else None,
         "package_paths": os.pathsep.join(package_path) if package_path else None,
+        "failing_checks": failing_checks,
         "robot": robot,
         "namespace": namespace,
         "author": author,

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 CHOICES: Mapping[str, tuple[str, ...]] = {
     "what": ("pair", "both", "robot", "task", "simulator", "controller", "algorithm"),
     "example": ("arm", "wheeled", "file"),
+    "failing_checks": ("reject", "expect"),
     "license": ("MIT", "BSD-3-Clause", "none"),
     "ci": ("github", "none"),
 }
@@ -23,6 +24,7 @@ QUESTIONS = (
     "tcp",
     "xacro_args",
     "package_paths",
+    "failing_checks",
     "robot",
     "namespace",
     "author",
@@ -34,7 +36,7 @@ QUESTIONS = (
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 _NAMESPACE = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 _LONGEST = 40
-_FILE_QUESTIONS = ("robot_file", "tcp", "xacro_args", "package_paths")
+_FILE_QUESTIONS = ("robot_file", "tcp", "xacro_args", "package_paths", "failing_checks")
 
 
 def asked(answers: Mapping[str, str]) -> tuple[str, ...]:

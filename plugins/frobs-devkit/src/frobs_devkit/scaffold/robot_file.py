@@ -68,12 +68,20 @@ def facts_for(context: Mapping[str, Any]) -> RobotFacts:
         context: The answers; where cookiecutter made them, a relative path begins at its output folder.
     """
     file = Path(context.get("_output_dir", ""), Path(context["robot_file"]).expanduser())
-    keys = ("name", "tcp", "xacro_args", "package_paths")
+    keys = ("name", "tcp", "xacro_args", "package_paths", "failing_checks")
     return facts_of(robot_file=str(file), **{key: context[key] for key in keys})
 
 
 @lru_cache(maxsize=8)
-def facts_of(*, robot_file: str, name: str, tcp: str = "", xacro_args: str = "", package_paths: str = "") -> RobotFacts:
+def facts_of(
+    *,
+    robot_file: str,
+    name: str,
+    tcp: str = "",
+    xacro_args: str = "",
+    package_paths: str = "",
+    failing_checks: str = "reject",
+) -> RobotFacts:
     """Return what a robot's description takes from its file.
 
     Args:
@@ -83,9 +91,12 @@ def facts_of(*, robot_file: str, name: str, tcp: str = "", xacro_args: str = "",
         xacro_args: ``"a:=1 b:=2"``
         package_paths: ``"FOLDER"`` or ``"NAME=FOLDER"``, with the separator of paths between several.
 
+        failing_checks: What to do if the conformance kit fails on the robot: ``"reject"`` it, or ``"expect"`` the failures
+            in the tests of the plugin.
+
     Raises:
         ModelFileError: The file cannot be read.
-        ConfigurationError: The doctor finds something that keeps it from being used.
+        AnswerError: The doctor finds something that keeps it from being used, or the conformance kit fails on it.
         UnknownNameError: ``tcp`` is no link.
     """
     from frobs_cli import model_options
@@ -108,9 +119,12 @@ def facts_of(*, robot_file: str, name: str, tcp: str = "", xacro_args: str = "",
         copy_model(model, Path(folder) / model_name)
         checks = _check(Robot(model=str(Path(folder) / model_name), name=name, home=home, tcp=tool))
     failures = {result.name: result.message for result in checks.failed}
-    for check in _FATAL:
-        if check in failures:
-            raise AnswerError(f"{robot_file}: {failures[check]}")
+    if failures and (failing_checks == "reject" or failures.keys() & set(_FATAL)):
+        told = " ".join(f"{check}: {' '.join(message.split())}" for check, message in failures.items())
+        way_out = "" if failures.keys() & set(_FATAL) else ", or accept the failures with --failing-checks expect"
+        raise AnswerError(
+            f"{robot_file}: the conformance kit fails on the robot. {told} Fix the file as 'frobs doctor robot' says{way_out}."
+        )
     warnings = [f"- {f.about}: {f.problem}; {f.advice}" for f in found.findings if f.severity is Severity.WARNING]
     report = f"Taken from `{Path(robot_file).name}`: {found.dof} joints, {found.mass:.3g} kg, tool `{tool}`."
     if warnings:
