@@ -49,6 +49,21 @@ FIRST_TRY = frozenset(
 )
 """Faults that the kit caught when they were written; it was improved for the others."""
 
+NOTES: Mapping[str, str] = {
+    "action_change_per_second": (
+        "at first caught only because its commands also jump farther than the velocity limits allow; nothing checked "
+        "`max_action_change`"
+    ),
+    "last_action_survives_reset": (
+        "its penalty also changes the sparse reward, which the first check finds; `reading_changes_nothing` and "
+        "`same_seed_repeats` find the mistake itself"
+    ),
+    "environment_seeded_again": (
+        "at first caught by `continues_exactly` only, because a training that is loaded resets without the seed"
+    ),
+}
+"""Faults that were caught for another reason than the mistake that their author had in mind."""
+
 SOUND: Mapping[str, str] = {
     "task.reach": "from templates.my_reach import MyReach as Faulty",
     "task.drive": "from templates.my_drive import MyDrive as Faulty",

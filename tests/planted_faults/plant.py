@@ -103,6 +103,11 @@ def foreign_lines(rows: Sequence[Row]) -> list[str]:
             for fault, found in rows
         ),
         "",
+        "No plugin was caught because it crashed or could not be imported. Three were first caught for another reason than "
+        "the mistake that their author had in mind:",
+        "",
+        *(f"- `{file}`: {note}." for file, note in outsider.NOTES.items()),
+        "",
     ]
 
 

@@ -10,12 +10,15 @@ from pathlib import Path
 
 import by_hand
 import mutator
+import outsider
 import pytest
-from plant import DRAWN, PAGE, SEED
+from plant import DRAWN, FOREIGN, PAGE, SEED
 from planting import Fault, source_of
 
 MEASURE = Path(__file__).with_name("plant.py")
 BY_HAND = list(by_hand.faults())
+FOREIGN_FAULTS = list(outsider.faults())
+FOREIGN_SAMPLE = ("tcp_at_the_elbow", "joints_by_alphabet")
 SAMPLE = ("joints commanded in reverse order", "a joint limit ignored")
 """Caught within seconds, each by a check of another kind."""
 
@@ -64,6 +67,36 @@ def test_the_page_says_that_enough_are_caught() -> None:
     assert by_hand_caught + drawn_caught >= 0.9 * (hand + drawn)
     assert f"(seed {SEED})" in text
     assert "not looked at yet" not in text
+
+
+def test_the_page_lists_every_fault_that_was_written_without_reading_the_kit() -> None:
+    section = PAGE.read_text("utf-8").split(FOREIGN)[1].split("\n## ")[0]
+    first, total, caught, again = map(
+        int, re.search(r"\*\*(\d+) of (\d+)\*\* .* \*\*(\d+) of (\d+)\*\*", section).groups()
+    )
+    assert first == len(outsider.FIRST_TRY)
+    assert total == again == len(FOREIGN_FAULTS) == 40
+    assert caught >= 38
+    for fault in FOREIGN_FAULTS:
+        assert f"| {fault.name} |" in section
+
+
+def test_there_are_eight_foreign_faults_of_each_kind() -> None:
+    kinds = [fault.module.split(".")[1] for fault in FOREIGN_FAULTS]
+    assert {kind: kinds.count(kind) for kind in kinds} == dict.fromkeys(outsider.KINDS, 8)
+    assert {fault.where for fault in FOREIGN_FAULTS} >= outsider.FIRST_TRY
+
+
+@pytest.mark.parametrize("file", FOREIGN_SAMPLE)
+def test_a_foreign_fault_is_caught(file: str) -> None:
+    assert "SURVIVES" not in plant(file)
+
+
+@pytest.mark.slow
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("fault", FOREIGN_FAULTS, ids=[fault.where for fault in FOREIGN_FAULTS])
+def test_every_foreign_fault_is_caught(fault: Fault) -> None:
+    assert "SURVIVES" not in plant(fault.where)
 
 
 @pytest.mark.parametrize("name", SAMPLE)

@@ -13,6 +13,9 @@ from frobs_devkit.doctor import RobotReport, Severity
 Examine = Callable[..., RobotReport]
 
 
+ROD = '<collision><geometry><cylinder radius="0.03" length="0.35"/></geometry></collision>'  # along z
+
+
 def inertial(mass: float, moments: str = 'ixx="0.0042" iyy="0.0042" izz="0.0017"', xyz: str = "0 0 0") -> str:
     return f'<inertial><origin xyz="{xyz}"/><mass value="{mass}"/><inertia {moments}/></inertial>'
 
@@ -33,6 +36,7 @@ def test_nothing_is_wrong_with_a_plain_robot(examine: Examine) -> None:
     [
         ("absurd-inertia", "link 'arm'", with_arm(inertial(1.0, 'ixx="1" iyy="1" izz="1"') + SOLID)),
         ("absurd-inertia", "link 'arm'", with_arm(inertial(1.0, 'ixx="1e-7" iyy="1e-7" izz="1e-7"') + SOLID)),
+        ("turned-inertia", "link 'arm'", with_arm(inertial(1.0, 'ixx="0.001" iyy="0.01" izz="0.01"') + ROD)),
         ("absurd-mass", "link 'arm'", with_arm(inertial(1000.0, 'ixx="4" iyy="4" izz="2"') + SOLID)),
         ("far-center", "link 'arm'", with_arm(inertial(1.0, xyz="2 0 0") + SOLID)),
         ("visual-only", "link 'arm'", with_arm(INERTIAL + SOLID.replace("collision", "visual"))),

@@ -162,6 +162,23 @@ class OneStepLate(Step):
         return before
 
 
+class ChangePerSecond(Step):
+    """Goes where an action says, as fast as the joints can; and states how far an action may change in a second."""
+
+    def bind(self, robot: Any, control_timestep: float, decimation: int) -> None:
+        super().bind(robot, control_timestep, decimation)
+        self.fastest = robot.velocity_limit * control_timestep
+
+    def apply(self, action: Any) -> Any:
+        goal = self.robot.home + 0.3 + 0.5 * np.clip(action, -1.0, 1.0)
+        self.target = self.clip(self.target + np.clip(goal - self.target, -self.fastest, self.fastest))
+        return self.target
+
+    @property
+    def max_action_change(self) -> Any:
+        return self.robot.velocity_limit[0] / 0.5
+
+
 class SharedByAll(Step):
     last: weakref.ref[Any] = weakref.ref(Controller)
 
@@ -249,6 +266,7 @@ SEPARATE = [
     (record(SharedByAll), "controllers_share_nothing"),
     (record(ForgetsTarget), "snapshots_continue"),
     (record(ByTheAlphabet), "actions_have_the_order_of_the_group"),
+    (record(ChangePerSecond), "action_changes_are_followed"),
     (record(OneStepLate), "actions_act_in_their_step"),
     (record(StepsByColumn), "commands_have_the_order_of_the_group"),
 ]

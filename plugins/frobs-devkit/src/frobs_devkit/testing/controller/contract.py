@@ -125,6 +125,31 @@ def actions_are_clipped(subject: ControllerUnderTest) -> None:
     expect_same(commands[0], commands[1], "commands of actions five times too large, against the largest")
 
 
+def action_changes_are_followed(subject: ControllerUnderTest) -> None:
+    """An action that changes by ``max_action_change`` moves the command as far as the velocity limits allow in a step."""
+    with subject.bind() as bound:
+        change, space, robot = bound.controller.max_action_change, bound.controller.action_space, bound.robot
+        if change is None or not isinstance(space, gym.spaces.Box) or space.low.size != robot.dof:
+            raise NotApplicable("it states no max_action_change for its joints")
+        middle = (space.low.astype(np.float64) + space.high) / 2.0
+        before = bound.step(bound.constant(middle))
+        for _ in range(subject.count(100)):
+            before = bound.step(bound.constant(middle))
+        share = np.minimum(0.5, (space.high - middle) / change)  # of the change: what stays in the space
+        after = bound.step(bound.constant(middle + share * np.where(np.isfinite(change), change, 0.0)))
+        moved = (after - before).reshape(NUM_ENVS, -1, robot.dof)[:, -1]
+        allowed = robot.velocity_limit * subject.control_timestep
+        limited = np.isfinite(change) & np.isfinite(allowed[0])
+        wanted = np.where(limited, share * allowed, np.abs(moved))
+        expect_close(
+            wanted,
+            np.abs(moved),
+            1e-3 * float(allowed[:, limited].max(initial=1e-9)),
+            "command after an action that changed by half of max_action_change, against half of velocity_limit × "
+            "control_timestep",
+        )
+
+
 def apply_reads_only(subject: ControllerUnderTest) -> None:
     """``apply`` leaves the actions that it is given, and the simulation, as they are."""
     with subject.bind() as bound:

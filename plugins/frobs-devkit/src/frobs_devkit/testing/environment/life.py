@@ -117,6 +117,7 @@ def reset_options_hold(subject: EnvUnderTest) -> None:
 
 def options_hold_by_row(subject: EnvUnderTest) -> None:
     """If some environments of a batch are reset, each takes the row of an option that is its own."""
+    subject.require_pause()
     with closing(subject.make()) as single:
         require_ours(single)
         tried = {name: _two_values(single, name) for name in inside(single).task.reset_options}
