@@ -29,7 +29,7 @@ _WAIT = "self._pacer.wait(decimation * self.physics_timestep)"
 _TABLE = (
     # -- simulator --
     ("a quaternion written scalar last", _ROBOT,
-     '"mocap_quat")[rows, self._mocap] = quat_wxyz', '"mocap_quat")[rows, self._mocap] = np.roll(quat_wxyz, -1, -1)'),
+     '"mocap_quat"][rows, self._mocap] = quat_wxyz', '"mocap_quat"][rows, self._mocap] = np.roll(quat_wxyz, -1, -1)'),
     ("joints commanded in reverse order", _ROBOT,
      "np.multiply(self._factor, values, out=self._ctrl)", "np.multiply(self._factor, values[:, ::-1], out=self._ctrl)"),
     ("the effort limit not read", _HANDLE,
@@ -42,7 +42,7 @@ _TABLE = (
     ("an angular velocity in the body's frame", _BODY,
      "quat_rotate(quat, np.broadcast_to(ang_vel_world, (len(quat), 3)))", "ang_vel_world"),
     ("a lidar that sees its own robot", _ROBOT,
-     "*(group for group in ROBOT_GROUPS if group != self._group)", "*ROBOT_GROUPS"),
+     "seen_except(group)", "seen_except()"),
     ("joints that do not move a frame in its Jacobian", _ROBOT,
      "return jacobian if moved is None else jacobian * moved", "return jacobian"),
     ("given joints without the place of the base", _ROBOT,
@@ -58,7 +58,7 @@ _TABLE = (
     ("a reading that is not refreshed after a write", _SIMULATION,
      "self._stale = mask.copy()", "self._stale = None"),
     ("contacts of the last physics step only", _CONTACTS, "closed.any(axis=1)", "closed[:, -1]"),
-    ("a wrench that never ends", _SIMULATION, 'self.batch.bind("xfrc_applied")[:] = 0.0', "pass"),
+    ("a wrench that never ends", _SIMULATION, 'self.states["xfrc_applied"][:] = 0.0', "pass"),
     ("a snapshot that is the state itself", _SIMULATION, "self.batch.state.copy(), ", "self.batch.state, "),
     ("a snapshot without the physical parameters", _SIMULATION,
      "**sensed, **parameters.snapshot(self)}",
@@ -160,7 +160,7 @@ _TABLE = (
      "chosen = list(range(self.num_envs))"),
     # -- controllers --
     ("a body's twist at its center of mass", _BODY,
-     'read_only(self._simulation.batch.bind("qvel")[:, dof : dof + 3])', "twist[:, 3:]"),
+     'read_only(self._simulation.states["qvel"][:, dof : dof + 3])', "twist[:, 3:]"),
     ("a scene's twist forgotten at reset", _BODY, "if self._initial_twist != AT_REST:", "if False:"),
     ("all shapes of a body at its origin", _SCENERY, "part.geometry, part.pose, group", "part.geometry, body.pose, group"),
     ("an attachment where both origins are the same", _SCENERY, "*pose.pos, *pose", "*anchor, *pose"),
@@ -196,9 +196,9 @@ _TABLE = (
      "candidates = rng.uniform(stream, self.lower, self.upper, (count, dof), drawn_for)",
      "candidates = np.random.default_rng().uniform(self.lower, self.upper, (int(drawn_for.sum()), count, dof))"),
     ("a reward of the step before", _REACH,
-     "        distance = self._distance * -self.distance_weight\n",
+     "        distance: Floats = self._distance * self._approach\n",
      "        late, self._late = getattr(self, '_late', self._distance), self._distance.copy()\n"
-     "        distance = late * -self.distance_weight\n"),
+     "        distance = late * self._approach\n"),
     ("a reward in single precision", _REACH, "return distance + precision", "return (distance + precision).astype(np.float32)"),
     ("a reward term left out of the sum", _REACH, "return distance + precision", "return distance"),
     ("a statistic over the batch", _REACH,
