@@ -80,6 +80,7 @@ def test_an_exhaustive_run_selects_every_case(tmp_path):
     assert run(tmp_path, "--exhaustive")[0] == list(range(8))
 
 
+@pytest.mark.slow
 def test_all_workers_use_the_sample_of_the_controller(tmp_path):
     git = ["git", "-c", "user.name=a", "-c", "user.email=a@b", "-C", str(tmp_path)]
     subprocess.run([*git, "init", "-q"], check=True)

@@ -56,6 +56,7 @@ def test_it_learns_to_balance_a_pole_with_a_log_and_checkpoints(installed: Algor
     assert evaluate(run, episodes=20).mean_reward > 400
 
 
+@pytest.mark.slow
 def test_it_learns_to_come_closer_with_the_tool(installed: AlgorithmRecord, tmp_path: Path) -> None:
     config = resolve_config(
         "frobs/Irb120Reach-v0",

@@ -149,6 +149,7 @@ def test_the_values_of_dqn_choose_as_the_trainer_unless_they_tie(real: Real) -> 
         np.testing.assert_allclose(found["scores"], values, rtol=1e-4, atol=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("layers", [2, pytest.param(1, marks=SLOW)])
 def test_a_recurrent_policy_carries_its_state_as_the_trainer_does(layers: int, real: Real) -> None:
     kwargs = {"n_lstm_layers": layers, "lstm_hidden_size": 32, "net_arch": [16]}
@@ -190,7 +191,7 @@ MANY = spaces.Dict({"vector": BOX, "image": IMAGE, "choice": spaces.Discrete(3),
     [
         ("MultiInputPolicy", MANY, ACTION),
         pytest.param("CnnPolicy", IMAGE, spaces.Discrete(4), marks=SLOW),
-        ("MlpPolicy", spaces.Discrete(4), spaces.MultiDiscrete([2, 3, 4])),
+        pytest.param("MlpPolicy", spaces.Discrete(4), spaces.MultiDiscrete([2, 3, 4]), marks=SLOW),
         pytest.param("MlpPolicy", spaces.MultiDiscrete([4, 2]), spaces.MultiBinary(3), marks=SLOW),
         pytest.param("MlpPolicy", spaces.MultiBinary(6), ACTION, marks=SLOW),
         pytest.param("MlpPolicy", spaces.Box(-1, 1, (2, 3), np.float64), spaces.Box(-1, 1, (2, 2)), marks=SLOW),

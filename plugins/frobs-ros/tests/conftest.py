@@ -155,7 +155,7 @@ def own_master(rosmaster: str) -> Iterator[str]:
     processes.stop(processes.owned())
 
 
-@pytest.fixture(scope="module", params=["mujoco", "gazebo"])
+@pytest.fixture(scope="module", params=["mujoco", pytest.param("gazebo", marks=pytest.mark.slow)])
 def simulator(ros: None, request: pytest.FixtureRequest) -> str:
     """What computes behind the bridge: MuJoCo, and a real Gazebo 11."""
     if request.param == "gazebo":

@@ -147,6 +147,7 @@ def test_torn_requests_harm_nobody(bridge: Any) -> None:
     assert step(1) > 0.0
 
 
+@pytest.mark.slow
 def test_models_come_and_go_without_a_leak(bridge: Any) -> None:
     import rosgraph
     from gazebo_msgs.srv import DeleteModel, SpawnModel

@@ -271,6 +271,7 @@ except MasterError as error:
     assert run_alone(script).startswith(f"no ROS master answers at {lonely}")
 
 
+@pytest.mark.slow
 def test_an_environment_brings_its_own_simulation_and_roscore_may_die_in_mid_episode(
     lonely: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -120,6 +120,7 @@ def test_what_functions_start_listens_on_the_loopback_address_alone(
     assert_only_loopback(pids, listening, words + ["gzserver"] * (simulator == "gazebo"))
 
 
+@pytest.mark.slow
 def test_what_commands_start_listens_on_the_loopback_address_alone(
     session: Callable[..., list[int]], listening: Callable[[int], set[str]]
 ) -> None:

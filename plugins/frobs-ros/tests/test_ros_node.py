@@ -132,6 +132,7 @@ def test_a_master_of_somebody_else_is_not_killed(lonely: str, reasons: Callable[
         foreign.wait()
 
 
+@pytest.mark.slow
 def test_our_own_master_and_all_else_that_is_ours_is_killed(ros: None) -> None:
     script = """
 from frobs_ros import master, processes, ros_node

@@ -272,6 +272,7 @@ def test_frames_go_on_when_simulated_time_has_gone_back(start: Callable[..., Pub
         clock.unregister()
 
 
+@pytest.mark.slow
 def test_it_keeps_to_its_rate(start: Callable[..., Publisher]) -> None:
     import rospy
 

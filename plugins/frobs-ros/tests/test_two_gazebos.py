@@ -94,6 +94,7 @@ def fallen(height: float, steps: int) -> float:
     return height - 9.8 * 1e-6 * steps * (steps + 1) / 2.0
 
 
+@pytest.mark.slow
 def test_two_simulations_with_masters_of_their_own_do_not_meet(programs: Callable[..., Program]) -> None:
     first, second = programs("one", 10.0), programs("two", 20.0)
     assert first.hear() == second.hear() == "ready"

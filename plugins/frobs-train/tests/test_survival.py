@@ -106,6 +106,7 @@ def test_a_read_only_folder_is_told_and_evaluates(small_disk: Path, caplog: pyte
         subprocess.run(["mount", "-o", "remount,rw", str(small_disk)], check=True)
 
 
+@pytest.mark.slow
 def test_an_environment_that_raises_says_where_and_what_can_be_continued(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -51,6 +51,7 @@ def run(robot: Robot, name: str) -> None:
     next(check for check in check_robot(robot) if check.name == name).run()
 
 
+@pytest.mark.slow
 def test_a_sound_robot_passes(sound: Robot) -> None:
     for result in run_checks(check_robot(sound)).results:
         assert result.status in ("passed", "not_applicable"), result
