@@ -53,6 +53,7 @@ def test_it_acts_in_its_environment(id: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("id", SHIPPED)
 def test_it_is_as_good_as_it_says(id: str) -> None:
     longest = registry.environments()[id][1].max_episode_steps
