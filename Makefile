@@ -41,6 +41,7 @@ lint: $(VENV)/.installed-dev ## ruff check, ruff format and mypy
 
 docs: $(VENV)/.installed-dev ## the documentation, as site/index.html; a broken link is an error
 	@$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --nitpicky --quiet --doctree-dir build/doctrees docs site
+	@touch build/docs-built
 	@echo "The documentation is at site/index.html."
 
 benchmark: $(VENV)/.installed ## measure speed, tasks and neighbours anew, for docs/explanation; wants an idle machine (hours; BENCHMARKS=tasks)
