@@ -69,7 +69,10 @@ def run(folder: Path, *options: str, **environment: str) -> tuple[list[int], str
     return sorted(passed), done.stdout
 
 
-@pytest.mark.parametrize("options", [(), ("-n", "2")], ids=["one process", "two workers"])
+@pytest.mark.parametrize(
+    "options",
+    [pytest.param((), id="one process"), pytest.param(("-n", "2"), id="two workers", marks=pytest.mark.slow)],
+)
 def test_a_run_selects_its_sample_and_shows_how_to_repeat_it(tmp_path, options):
     cases, output = run(tmp_path, *options, FROBS_SAMPLE="1")
     assert cases == [3, 7]

@@ -154,7 +154,8 @@ def test_a_snapshot_continues_with_the_same_bits(gripping):
         assert all((env.step(a)[0] == b).all() for a, b in zip(actions[6:], first, strict=True))
 
 
-@pytest.mark.parametrize("simulator", ["mujoco", pytest.param("pybullet", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("simulator", SIMULATORS)
 def test_an_impedance_controller_yields_like_a_spring(gripping, simulator):
     """A force F at the tool moves it by F / K, and it returns when the force ends."""
     pytest.importorskip(simulator)

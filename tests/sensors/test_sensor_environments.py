@@ -59,7 +59,8 @@ def test_the_kit_passes_a_task_that_takes_bad_sensors() -> None:
     check("sensors_may_be_bad", "Seeing").run()
 
 
-@pytest.mark.parametrize("name", ["Careless", pytest.param("Forgetful", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["Forgetful", "Careless"])
 def test_the_kit_catches_a_task_that_is_right_with_ideal_sensors_only(name: str) -> None:
     with pytest.raises(CheckFailure):
         check("sensors_may_be_bad", name).run()

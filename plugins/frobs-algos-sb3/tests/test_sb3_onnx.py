@@ -134,6 +134,7 @@ def test_continuous_actions_are_the_trainers(name: str, real: Real) -> None:
         assert difference(model.action_space, expected, found, None) <= TOLERANCE
 
 
+@pytest.mark.slow
 def test_the_values_of_dqn_choose_as_the_trainer_unless_they_tie(real: Real) -> None:
     model = shaken(sb3.DQN("MlpPolicy", real.venvs["discrete"], device="cpu", seed=0, buffer_size=10))
     space = model.observation_space
@@ -217,6 +218,7 @@ def test_every_kind_of_space_is_taken(policy: str, observation_space: Any, actio
     np.testing.assert_allclose(single, found["action"][:1], atol=1e-5)
 
 
+@pytest.mark.slow
 def test_the_same_policy_is_the_same_bytes_without_a_word_and_without_a_trace_of_the_machine(
     capfd: pytest.CaptureFixture[str], make: Any
 ) -> None:

@@ -117,6 +117,7 @@ def test_robot_of_frobs_stands_with_controllers_and_transforms(simulator: str, b
         joints.close()
 
 
+@pytest.mark.slow
 def test_robot_on_wheels_drives_and_scans(
     simulator: str, bridges: Callable[..., Any], publish: Callable[[str, Any], None]
 ) -> None:

@@ -210,6 +210,7 @@ def test_without_the_world_that_a_script_asked_for_there_is_no_environment(
         ArmEnv()
 
 
+@pytest.mark.slow
 def test_an_error_in_the_constructor_leaves_nothing_running(world: None) -> None:
     before = processes.owned()
     with pytest.raises(RosError, match="no_controller"):

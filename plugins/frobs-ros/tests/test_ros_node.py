@@ -50,6 +50,7 @@ def test_a_python_node_runs_with_this_python_and_its_failure_is_logged(reasons: 
     assert "which_python.py ended by itself: exit code 1" in reasons()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("running")
 def test_all_our_nodes_are_killed_and_no_other() -> None:
     import rospy

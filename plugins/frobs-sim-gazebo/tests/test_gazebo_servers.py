@@ -141,6 +141,7 @@ def test_a_killed_server_cuts_its_episode_off_and_the_reset_brings_another(
         sim.close()
 
 
+@pytest.mark.slow
 def test_a_server_that_hangs_is_ended_and_said_so(gazebo: Installation, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("FROBS_GAZEBO_TIMEOUT", "1")
     server = Server(gazebo)

@@ -167,6 +167,7 @@ def test_forgetting_a_simulation_ends_its_workers(tmp_path: Path) -> None:
     assert [process.exitcode for process in found] == [0]
 
 
+@pytest.mark.slow
 def test_workers_end_with_a_process_that_is_killed(tmp_path: Path) -> None:
     place(tmp_path, "arm")
     script = tmp_path / "script.py"  # without a guard: a worker must not run it again

@@ -91,7 +91,7 @@ SDE = {"use_sde": True}
         pytest.param(
             {"num_envs": 1, "log_every": 40, "checkpoint_every": 48}, id="one environment", marks=pytest.mark.slow
         ),
-        pytest.param({"wrappers": [{"name": "components_to_name:Counting"}]}, id="wrapper"),
+        pytest.param({"wrappers": [{"name": "components_to_name:Counting"}]}, id="wrapper", marks=pytest.mark.slow),
         pytest.param({"evaluate_every": 48, "evaluation_episodes": 2}, id="evaluated", marks=pytest.mark.slow),
     ],
 )

@@ -200,6 +200,7 @@ def test_in_another_thread_signals_are_left_alone() -> None:
     assert found == [before]
 
 
+@pytest.mark.slow
 def test_one_process_trains_in_a_folder_and_the_others_are_told_which(tmp_path: Path) -> None:
     run = train(config(), tmp_path / "run")
     code = (
