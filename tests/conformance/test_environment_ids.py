@@ -25,6 +25,9 @@ WORKERS = ("same_step_equals_single", "threads_agree", "randomized_equals_single
 QUICK = ("frobs/Irb120Reach-v0", "frobs/KobukiDynamic-v0")
 """An arm and a mobile robot, which are checked in the quick tests."""
 
+LONG = ("same_step_equals_single", "disabled_equals_single", "randomized_equals_single", "randomized_state_is_complete")
+"""Checks that take seconds; in the quick tests only for the arm."""
+
 
 def named(prefix: str, id: str, only: tuple[str, ...] = (), **keywords: Any) -> Iterator[Check]:
     for check in check_env(id, **keywords):
@@ -60,9 +63,15 @@ def on_pybullet(ids: Iterable[str], only: tuple[str, ...] = ON_PYBULLET, **keywo
             yield from named(f"pybullet-{id}", id, only, **both)
 
 
+def is_long(check: Check) -> bool:
+    id, _, name = check.name.rpartition("-")
+    return id != QUICK[0] and name in LONG
+
+
 OTHERS = [id for id in ROBOTS if id not in QUICK]
 
-test_environment = pytest_checks(of(QUICK))
+test_environment = pytest_checks(check for check in of(QUICK) if not is_long(check))
+test_environment_at_length = pytest.mark.slow(pytest_checks(filter(is_long, of(QUICK))))
 test_all_other_environments = pytest.mark.slow(pytest.mark.exhaustive(pytest_checks(by_check(of(OTHERS)))))
 test_on_pybullet = pytest_checks(on_pybullet(QUICK, num_threads=1))
 test_workers_on_pybullet = pytest.mark.slow(pytest_checks(on_pybullet(QUICK[:1], WORKERS)))

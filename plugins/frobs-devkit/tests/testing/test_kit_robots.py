@@ -159,6 +159,8 @@ INSEPARABLE = {
 SEPARATE = [check.name for check in check_robot("irb120", ["mujoco"]) if check.name not in INSEPARABLE]
 
 
+@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("check", SEPARATE)
 def test_no_other_check_catches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check: str) -> None:
     report = run_checks(check_robot(separate(tmp_path, monkeypatch, check), ["mujoco"]))
