@@ -13,6 +13,9 @@ PROJECTS := pyproject.toml $(PLUGINS:%=%/pyproject.toml) constraints.txt
 PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip -qq --no-input
 PYTEST := $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal
 
+# Without bytecode, each of the many processes that tests start compiles FRobs again.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
@@ -41,6 +44,7 @@ lint: $(VENV)/.installed-dev ## ruff check, ruff format and mypy
 
 docs: $(VENV)/.installed-dev ## the documentation, as site/index.html; a broken link is an error
 	@$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --nitpicky --quiet --doctree-dir build/doctrees docs site
+	@touch build/docs-built
 	@echo "The documentation is at site/index.html."
 
 benchmark: $(VENV)/.installed ## measure speed, tasks and neighbours anew, for docs/explanation; wants an idle machine (hours; BENCHMARKS=tasks)

@@ -10,8 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 pytest_plugins = ["frobs_devkit.testing.fixtures"]
+
+# On a loaded machine generating an example may take long.
+settings.register_profile("frobs", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("frobs")
 
 QUARTERS = 4
 _SAMPLE = pytest.StashKey[int]()

@@ -33,6 +33,7 @@ def assert_learned(found: dict[str, object]) -> None:
     assert min(octant["success_rate"] for octant in found["success_by_octant"].values()) >= 0.85
 
 
+@pytest.mark.slow
 def test_tool_actions_are_learned_and_the_run_folder_is_complete(tmp_path: Path) -> None:
     found, run = learn(tmp_path, "--controller", "tcp_delta_position")
     assert_learned(found)
@@ -52,6 +53,7 @@ def test_tool_actions_are_learned_and_the_run_folder_is_complete(tmp_path: Path)
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 def test_joint_actions_are_learned_in_600_000_steps(tmp_path: Path) -> None:
     found, run = learn(tmp_path)
     assert_learned(found)

@@ -69,7 +69,10 @@ def run(folder: Path, *options: str, **environment: str) -> tuple[list[int], str
     return sorted(passed), done.stdout
 
 
-@pytest.mark.parametrize("options", [(), ("-n", "2")], ids=["one process", "two workers"])
+@pytest.mark.parametrize(
+    "options",
+    [pytest.param((), id="one process"), pytest.param(("-n", "2"), id="two workers", marks=pytest.mark.slow)],
+)
 def test_a_run_selects_its_sample_and_shows_how_to_repeat_it(tmp_path, options):
     cases, output = run(tmp_path, *options, FROBS_SAMPLE="1")
     assert cases == [3, 7]
@@ -80,6 +83,7 @@ def test_an_exhaustive_run_selects_every_case(tmp_path):
     assert run(tmp_path, "--exhaustive")[0] == list(range(8))
 
 
+@pytest.mark.slow
 def test_all_workers_use_the_sample_of_the_controller(tmp_path):
     git = ["git", "-c", "user.name=a", "-c", "user.email=a@b", "-C", str(tmp_path)]
     subprocess.run([*git, "init", "-q"], check=True)

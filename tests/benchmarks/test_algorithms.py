@@ -3,6 +3,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import pytest
+
 sys.path.insert(0, str(Path(__file__).parent))
 
 import algorithms
@@ -11,6 +13,7 @@ from tasks import Case, measure
 from frobs_core import plugins
 
 
+@pytest.mark.slow
 def test_the_page_says_what_each_seed_came_to(tmp_path: Path) -> None:
     case = Case("frobs/Irb120Reach-v0", "td3", controller="tcp_delta_position")
     row = measure(case, 0, episodes=4, steps=256, kept=tmp_path, other_simulator=None)

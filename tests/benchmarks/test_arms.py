@@ -3,11 +3,14 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import pytest
+
 sys.path.insert(0, str(Path(__file__).parent))
 
 import arms
 
 
+@pytest.mark.slow
 def test_the_page_says_what_was_measured() -> None:
     row = arms.measure("tcp_delta_position", "KUKA iiwa", episodes=4, steps=1024)
     known = {**row, "seconds": 30.0, "success_rate": 0.9, "success_interval": (0.8, 0.95)}

@@ -13,6 +13,7 @@ import behavior
 ID = "frobs/Irb120Reach-v0"
 
 
+@pytest.mark.slow
 def test_the_same_version_behaves_the_same(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, chosen = tmp_path / "behavior.json", ["--only", ID, "--simulator", "mujoco"]
     behavior.main(["record", str(file), *chosen])

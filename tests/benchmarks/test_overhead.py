@@ -3,6 +3,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import pytest
+
 sys.path.insert(0, str(Path(__file__).parent))
 
 import overhead
@@ -13,6 +15,7 @@ def test_both_are_measured() -> None:
     assert row["ratio"] == row["ours"] / row["plain"] > 0.0
 
 
+@pytest.mark.slow
 def test_a_race_ends_at_its_goal_and_the_page_tells_both_tables() -> None:
     found = overhead.race(num_envs=2, gradient_steps=1, seed=0, steps=2000)
     assert found["steps"] == 2000

@@ -10,6 +10,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import robustness
 
 
+@pytest.mark.slow
 def test_the_page_says_what_was_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(robustness, "GRID", {(1.0, 1.0): robustness.model_error(1.0, 1.0)})
     monkeypatch.setattr(robustness, "HARDER", {"actions late by 2 steps": {"action_delay": {"steps": 2}}})

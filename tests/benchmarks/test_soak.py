@@ -3,11 +3,14 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import pytest
+
 sys.path.insert(0, str(Path(__file__).parent))
 
 import soak
 
 
+@pytest.mark.slow
 def test_steps_and_lifetimes_are_sampled_and_reported() -> None:
     parts = [soak.steps("mujoco", 40), soak.lifetimes("mujoco", 2)]
     assert [item.count for item in parts[0].samples] == [*range(0, 41, 2)]

@@ -43,6 +43,7 @@ def test_what_cannot_be_opened_is_one_line(frobs: Frobs, args: tuple[str, ...], 
     assert says in " ".join(result.stderr.split())
 
 
+@pytest.mark.slow
 def test_a_policy_is_recorded(frobs: Frobs, tmp_path: Path) -> None:
     pytest.importorskip("imageio_ffmpeg")
     video = tmp_path / "reach.mp4"

@@ -87,7 +87,7 @@ def test_a_training_that_is_stopped_writes_a_checkpoint_and_says_how_to_go_on(
 ) -> None:
     run = tmp_path / "run"
     args = ["train", "CartPole-v1", "--steps", "10_000_000", "--run-dir", str(run)]
-    args += ["--num-envs", "4", "--set", "algorithm_config.n_steps=32"]
+    args += ["--num-envs", "4", "--set", "algorithm_config.n_steps=32", "--set", "log_every=1"]
     training = subprocess.Popen([*COMMAND, *args], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert training.stderr is not None
     try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from importlib.util import find_spec
 from typing import Any
@@ -17,16 +17,16 @@ SHORTER = {"control_timestep": 0.1}
 """Of the legacy IDs, whose control steps are long: the laws are the same in a fifth of the time."""
 
 ROBOTS = {id: record.robot for id, (_, record) in registry.environments().items()}
-FIRST = tuple({robot: id for id, robot in reversed(ROBOTS.items())}.values())
-"""The first ID of each robot: PyBullet steps one environment at a time, and all IDs of all robots take it long."""
-
-OWN = {(task.name, record.controller): id for id, (task, record) in reversed(registry.environments().items())}.values()
-"""The first ID of each task with a controller: what others have more are numbers."""
-
 BATCHES = ("same_step_equals_single", "snapshot_continues", "threads_agree", "spaces_hold")
 ON_PYBULLET = ("spaces_hold", "same_seed_repeats", "reset_forgets_history", "snapshot_continues", "render_draws")
 WORKERS = ("same_step_equals_single", "threads_agree", "randomized_equals_single")
 """Those that start worker processes on PyBullet, each for a few seconds: for one ID only."""
+
+QUICK = ("frobs/Irb120Reach-v0", "frobs/KobukiDynamic-v0")
+"""An arm and a mobile robot, which are checked in the quick tests."""
+
+LONG = ("same_step_equals_single", "disabled_equals_single", "randomized_equals_single", "randomized_state_is_complete")
+"""Checks that take seconds; in the quick tests only for the arm."""
 
 
 def named(prefix: str, id: str, only: tuple[str, ...] = (), **keywords: Any) -> Iterator[Check]:
@@ -46,26 +46,39 @@ def keywords_of(id: str, robot: str) -> dict[str, Any]:
     return {**standing_in, **(SHORTER if "Legacy" in id else {})}
 
 
-def on_pybullet(id: str, robot: str) -> Iterator[Check]:
+def by_check(checks: Iterable[Check]) -> list[Check]:
+    """Return the checks of several IDs, check after check: each quarter of them then has every check."""
+    return sorted(checks, key=lambda check: check.name.rpartition("-")[2])
+
+
+def of(ids: Iterable[str]) -> Iterator[Check]:
+    for id in ids:
+        yield from named(id, id, **keywords_of(id, ROBOTS[id]))
+
+
+def on_pybullet(ids: Iterable[str], only: tuple[str, ...] = ON_PYBULLET, **keywords: Any) -> Iterator[Check]:
     if find_spec("pybullet") is not None:  # which has no wheel for a Python above 3.11
-        keywords = {"simulator": "pybullet", **keywords_of(id, robot)}
-        yield from named(f"pybullet-{id}", id, ON_PYBULLET, num_threads=1, **keywords)
-        if id == "frobs/Irb120Reach-v0":
-            yield from named(f"pybullet-{id}", id, WORKERS, **keywords)
+        for id in ids:
+            both = {"simulator": "pybullet", **keywords_of(id, ROBOTS[id]), **keywords}
+            yield from named(f"pybullet-{id}", id, only, **both)
 
 
-test_environment = pytest_checks(
-    check for id in ROBOTS if id in OWN for check in named(id, id, **keywords_of(id, ROBOTS[id]))
-)
-test_all_other_environments = pytest.mark.slow(
-    pytest_checks(check for id in ROBOTS if id not in OWN for check in named(id, id, **keywords_of(id, ROBOTS[id])))
-)
-test_on_pybullet = pytest_checks(check for id in FIRST for check in on_pybullet(id, ROBOTS[id]))
+def is_long(check: Check) -> bool:
+    id, _, name = check.name.rpartition("-")
+    return id != QUICK[0] and name in LONG
+
+
+OTHERS = [id for id in ROBOTS if id not in QUICK]
+
+test_environment = pytest_checks(check for check in of(QUICK) if not is_long(check))
+test_environment_at_length = pytest.mark.slow(pytest_checks(filter(is_long, of(QUICK))))
+test_all_other_environments = pytest.mark.slow(pytest.mark.exhaustive(pytest_checks(by_check(of(OTHERS)))))
+test_on_pybullet = pytest_checks(on_pybullet(QUICK, num_threads=1))
+test_workers_on_pybullet = pytest.mark.slow(pytest_checks(on_pybullet(QUICK[:1], WORKERS)))
 test_all_others_on_pybullet = pytest.mark.slow(
-    pytest.mark.exhaustive(
-        pytest_checks(check for id in ROBOTS if id not in FIRST for check in on_pybullet(id, ROBOTS[id]))
-    )
+    pytest.mark.exhaustive(pytest_checks(by_check(on_pybullet(OTHERS, num_threads=1))))
 )
-test_composed_with_discrete_actions = pytest_checks(composed("discrete"))
+test_composed_with_discrete_actions = pytest_checks(composed("discrete", "spaces_hold", "snapshot_continues"))
+test_composed_with_discrete_actions_in_full = pytest.mark.slow(pytest_checks(composed("discrete")))
 test_composed_with_tool_actions = pytest_checks(composed("tcp_delta_pose", *BATCHES))
 test_composed_with_velocities = pytest_checks(composed("joint_velocity", *BATCHES))

@@ -7,6 +7,8 @@ from dataclasses import replace
 from importlib.util import find_spec
 from typing import Any
 
+import pytest
+
 from frobs_core import plugins, registry
 from frobs_devkit.testing import (
     Check,
@@ -31,6 +33,8 @@ SHORT: dict[str, dict[str, Any]] = {
 }
 """Settings with which a training of a few hundred steps has several iterations."""
 
+QUICK = ("dqn-", "ppo-", "td3-")
+"""Algorithms of the quick tests: on-policy, off-policy, and with discrete actions."""
 
 # PyBullet has no wheel for a Python above 3.11; what needs it cannot be checked there.
 MISSING = set() if find_spec("pybullet") else {"pybullet", "sim_pybullet"}
@@ -57,7 +61,11 @@ SIMULATORS = [name for name in plugins.records("simulator") if name not in MISSI
 test_robot = pytest_checks(every("robot", lambda name: check_robot(name, SIMULATORS)))
 test_controller = pytest_checks(every("controller", check_controller))
 test_task = pytest_checks(every("task", of_a_task_alone))
-test_algorithm = pytest_checks(every("algorithm", lambda name: check_algorithm(name, SHORT.get(name))))
+ALGORITHMS = list(every("algorithm", lambda name: check_algorithm(name, SHORT.get(name))))
+test_algorithm = pytest_checks(check for check in ALGORITHMS if check.name.startswith(QUICK))
+test_other_algorithm = pytest.mark.slow(
+    pytest_checks(check for check in ALGORITHMS if not check.name.startswith(QUICK))
+)
 test_plugin = pytest_checks(
     replace(check, name=f"{report.name}-{check.name}")
     for report in plugins.reports()

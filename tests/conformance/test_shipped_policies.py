@@ -12,6 +12,7 @@ from frobs_train.export.bundle_run import changes_since
 from frobs_train.export.pretrained import claimed_evaluation, describe_pretrained, read_pretrained
 
 SHIPPED = pretrained_ids()
+QUICK = {"frobs/Irb120Reach-v0", "frobs/KobukiDynamic-v0"}
 WITHOUT = {"frobs/Irb140ReachVelocityLegacy-v0", "frobs/Ur5ReachLegacy-v0"}
 
 
@@ -41,7 +42,7 @@ def test_it_is_of_the_robot_the_controller_and_the_task_as_they_are_now(id: str)
     assert changes_since(run) == [], f"train it anew: python tests/benchmarks/pretrained.py --only {id}"
 
 
-@pytest.mark.parametrize("id", SHIPPED)
+@pytest.mark.parametrize("id", [id if id in QUICK else pytest.param(id, marks=pytest.mark.slow) for id in SHIPPED])
 def test_it_acts_in_its_environment(id: str) -> None:
     found = evaluate(open_pretrained(id), 4)
     claimed = claimed_evaluation(read_pretrained(id))
@@ -53,6 +54,7 @@ def test_it_acts_in_its_environment(id: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("id", SHIPPED)
 def test_it_is_as_good_as_it_says(id: str) -> None:
     longest = registry.environments()[id][1].max_episode_steps

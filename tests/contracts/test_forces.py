@@ -15,7 +15,7 @@ from frobs_core.models import Pose, Sphere, load_model
 from frobs_core.rotations import quat_conjugate, quat_rotate
 
 GRAVITY, HAND, MASS = 9.81, 0.8, 0.5  # [m/s²], [kg] of the hand with both fingers, [kg] of the held ball
-ENGINES = pytest.mark.parametrize("simulator", ["mujoco", "pybullet"])
+ENGINES = pytest.mark.parametrize("simulator", ["mujoco", pytest.param("pybullet", marks=pytest.mark.slow)])
 ARM_WITH_HAND = ARM.attach("flange", FINGERS, name="hand")
 
 

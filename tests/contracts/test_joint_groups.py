@@ -154,6 +154,7 @@ def test_a_snapshot_continues_with_the_same_bits(gripping):
         assert all((env.step(a)[0] == b).all() for a, b in zip(actions[6:], first, strict=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_an_impedance_controller_yields_like_a_spring(gripping, simulator):
     """A force F at the tool moves it by F / K, and it returns when the force ends."""
@@ -162,15 +163,15 @@ def test_an_impedance_controller_yields_like_a_spring(gripping, simulator):
     kwargs = {"arm": {"stiffness": 500.0}}
     with closing(make(gripping, controller=controller, controller_kwargs=kwargs, simulator=simulator)) as env:
         env.reset(seed=0)
-        for _ in range(50):
+        for _ in range(25):
             env.step(np.zeros(3))
         rest = env.robot.frame_pose("tcp")[0][0].copy()
-        for _ in range(100):
+        for _ in range(40):
             env.simulation.apply_wrench("robot/hand_hand", np.array([[0.0, 10.0, 0.0]]), np.zeros((1, 3)))
             env.step(np.zeros(3))
         pushed = env.robot.frame_pose("tcp")[0][0] - rest
         assert pushed[1] == pytest.approx(10.0 / 500.0, rel=0.1)
-        for _ in range(100):
+        for _ in range(40):
             env.step(np.zeros(3))
         assert np.abs(env.robot.frame_pose("tcp")[0][0] - rest).max() < 2e-3
 

@@ -95,6 +95,7 @@ def test_there_is_one_environment_and_no_reset_within_a_step() -> None:
         RobotVectorEnv(1, **PARTS, simulator=paced_plugin.RECORD)
 
 
+@pytest.mark.slow
 def test_the_step_that_begins_an_episode_moves_nothing() -> None:
     env = RobotVectorEnv(
         1, **PARTS, simulator=paced_plugin.RECORD, autoreset_mode=AutoresetMode.NEXT_STEP, max_episode_steps=10,

@@ -29,7 +29,7 @@ def rover(isolated_plugins: Any) -> None:
     isolated_plugins(installed=True, my_rover="rover_plugin")
 
 
-FAST = ("pair arm", "both file", "task wheeled", "controller")
+FAST = ("pair arm", "task wheeled", "controller")
 """What of each is rendered in the quick tests, too."""
 
 

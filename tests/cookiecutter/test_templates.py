@@ -29,7 +29,7 @@ RENDERED = {
 
 
 @pytest.mark.parametrize(
-    "file", [pytest.param(name, marks=[pytest.mark.slow] if name == "my_paced_simulator.py" else []) for name in FILES]
+    "file", [pytest.param(name, marks=[] if name == "my_controller.py" else [pytest.mark.slow]) for name in FILES]
 )
 def test_a_template_checks_itself_when_it_is_run(file: str) -> None:
     command = [sys.executable, "-W", "error", TEMPLATES / file]

@@ -14,13 +14,15 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
-from pages import DOCS
+from pages import ROOT
 from test_commands_documented import COMMANDS
 from test_documented import DATACLASSES, ERRORS, HOOKS, short
 
 from frobs_core import capabilities, plugins, registry, specs
 
 pytest.importorskip("sphinx", reason="the documentation is built with Sphinx; see requirements-dev.txt")
+
+pytestmark = pytest.mark.slow
 
 
 class Page(HTMLParser):
@@ -44,21 +46,29 @@ class Page(HTMLParser):
             self.loads.append(given["href"])
 
 
+def is_current() -> bool:
+    """Return whether ``make docs`` succeeded after the last change of any file in the repository."""
+    built = ROOT / "build" / "docs-built"
+    listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    done = subprocess.run(listed, cwd=ROOT, text=True, capture_output=True)
+    files = [ROOT / file for file in done.stdout.split("\0") if file]
+    if not files or not built.exists():
+        return False
+    return built.stat().st_mtime > max(file.lstat().st_mtime for file in files if file.exists())
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Build the site, once for all workers."""
+    """Return the site that ``make docs`` has built; build it if it is out of date, once for all workers."""
     own = tmp_path_factory.getbasetemp()
     shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
-    folder = shared / "site"
     with (shared / "site.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (shared / "site.done").exists():
-            command = [sys.executable, "-m", "sphinx", "-b", "html", "-W", "--keep-going", "-n", "-q"]
-            done = subprocess.run([*command, "-d", shared / "doctrees", DOCS, folder], text=True, capture_output=True)
-            (shared / "site.done").write_text(done.stderr if done.returncode else "")
-    complaints = (shared / "site.done").read_text()
-    assert not complaints, complaints
-    return folder
+        if not is_current():
+            command = ["make", "-C", ROOT, "--no-print-directory", "-o", ".venv/.installed-dev", "docs"]
+            done = subprocess.run([*command, f"BIN={Path(sys.executable).parent}"], text=True, capture_output=True)
+            assert not done.returncode, done.stderr
+    return ROOT / "site"
 
 
 @pytest.fixture(scope="module")

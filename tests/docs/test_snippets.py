@@ -17,16 +17,14 @@ RUNNABLE = [page for page in PAGES if any(b.language in RUN and "skip" not in b.
 INSTALLING = [page for page in RUNNABLE if any("venv" in block.attributes for block in blocks(page))]
 """Pages that install something, and so are run in an environment of their own."""
 
-FIRST = ("README.md", "docs/tutorials/first-robot.md")
-"""Pages that are run in the fast tests although they train: what newcomers read."""
+QUICK = ("api-stability", "forces", "install", "many-environments", "model-files", "port-from-0.1", "ros", "scenes")
+"""Pages whose blocks take at most three seconds. The others are run in the slow tests."""
 
 
 def snippets() -> Iterator[Any]:
     for page in RUNNABLE:
         if page not in INSTALLING:
-            trains = any("train" in block.text or "tune" in block.text for block in blocks(page))
-            slow = trains and name(page) not in FIRST
-            yield pytest.param(page, id=name(page), marks=[pytest.mark.slow] if slow else [])
+            yield pytest.param(page, id=name(page), marks=[] if page.stem in QUICK else [pytest.mark.slow])
 
 
 @cache

@@ -150,6 +150,7 @@ def test_a_cache_that_cannot_be_written_costs_only_time(tmp_path, monkeypatch):
     assert len(read_mesh(two_objects(tmp_path))) == 2
 
 
+@pytest.mark.slow
 def test_several_processes_may_fill_the_cache_at_once(tmp_path, cache):
     path = two_objects(tmp_path)
     code = (

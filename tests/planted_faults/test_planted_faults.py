@@ -32,6 +32,7 @@ def test_there_are_faults_of_every_part_and_each_compiles() -> None:
         assert fault.source != source_of(fault.module)
 
 
+@pytest.mark.slow
 def test_the_same_seed_draws_the_same_and_changes_something() -> None:
     drawn, again, others = (list(mutator.draw(30, seed)) for seed in (1, 1, 2))
     assert drawn == again

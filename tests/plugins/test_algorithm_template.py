@@ -41,13 +41,16 @@ def cartpole(**changes: Any) -> RunConfig:
     return resolve_config("CartPole-v1", flags=flags)
 
 
-@pytest.mark.parametrize(("id", "hidden"), [("Pendulum-v1", 0), ("Pendulum-v1", 5), ("CartPole-v1", 0)])
+@pytest.mark.parametrize(
+    ("id", "hidden"), [pytest.param("Pendulum-v1", 0, marks=pytest.mark.slow), ("Pendulum-v1", 5), ("CartPole-v1", 0)]
+)
 def test_it_passes_the_kit(id: str, hidden: int, installed: AlgorithmRecord) -> None:
     report = run_checks(check_algorithm(installed, {**TINY, "hidden": hidden}, id=id))
     assert [(result.name, result.message) for result in report.failed] == []
     assert [(result.name, result.message) for result in report.inconclusive] == []
 
 
+@pytest.mark.slow
 def test_it_learns_to_balance_a_pole_with_a_log_and_checkpoints(installed: AlgorithmRecord, tmp_path: Path) -> None:
     run = train(cartpole(), tmp_path / "run")
     columns = read_progress(run.path / "progress.csv")
@@ -56,6 +59,7 @@ def test_it_learns_to_balance_a_pole_with_a_log_and_checkpoints(installed: Algor
     assert evaluate(run, episodes=20).mean_reward > 400
 
 
+@pytest.mark.slow
 def test_it_learns_to_come_closer_with_the_tool(installed: AlgorithmRecord, tmp_path: Path) -> None:
     config = resolve_config(
         "frobs/Irb120Reach-v0",

@@ -72,7 +72,7 @@ def test_a_disabled_plugin_is_not_imported(site):
     assert (done.stdout, done.stderr) == ("done\n", "")
 
 
-@pytest.mark.parametrize("method", ["spawn", "fork"])
+@pytest.mark.parametrize("method", ["spawn", pytest.param("fork", marks=pytest.mark.slow)])
 def test_workers_know_the_ids_by_their_self_importing_form_and_say_nothing_twice(site, method):
     site.add("broken-dist", {"broken.py": "1 / 0"})
     done = site.python(f"""

@@ -89,6 +89,7 @@ def test_deprecated_use_is_told_with_its_place(site, examine):
     assert "old.old is deprecated since frobs-core 0.1 and goes in 0.2; use new." in finding.problem
 
 
+@pytest.mark.slow
 def test_torch_threads_are_told(site, examine):
     pytest.importorskip("torch")
     site.add("torch-dist", {"threads.py": "import torch; torch.set_num_threads(3)" + GOOD}, requires=CORE)

@@ -32,7 +32,7 @@ ARMS = {
 }
 BENT = {"iiwa": {"lbr_iiwa_joint_2": 0.6, "lbr_iiwa_joint_4": -1.2, "lbr_iiwa_joint_6": 0.9}}
 EXHAUSTIVE = (pytest.mark.slow, pytest.mark.exhaustive)
-FAST = ("panda", "ur10", "so101")
+FAST = ("ur10",)
 STEP, SECONDS = 0.2, 2.0  # [rad], [s]
 
 

@@ -20,7 +20,7 @@ def claiming(parameter: str) -> Any:
     """Return a mark for each installed simulator that claims to be able to randomise a parameter."""
     needed = physical_parameters().get(parameter)
     names = [
-        name
+        name if name == "mujoco" else pytest.param(name, marks=pytest.mark.slow)
         for name, record in plugins.records("simulator").items()
         if name != "gazebo"  # which most machines lack; the kit looks at its parameters
         and (needed is None or record.capabilities.get(needed, Level.UNSUPPORTED))  # type: ignore[attr-defined]

@@ -54,10 +54,12 @@ def check(name: str, of: str) -> Any:
     return next(check for check in check_env(f"seeing:seeing/{of}-v0") if check.name == name)
 
 
+@pytest.mark.slow
 def test_the_kit_passes_a_task_that_takes_bad_sensors() -> None:
     check("sensors_may_be_bad", "Seeing").run()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["Forgetful", "Careless"])
 def test_the_kit_catches_a_task_that_is_right_with_ideal_sensors_only(name: str) -> None:
     with pytest.raises(CheckFailure):

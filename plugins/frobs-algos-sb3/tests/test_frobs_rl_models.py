@@ -101,6 +101,7 @@ def test_no_models_are_saved_meanwhile_where_save_freq_is_zero(make: Make, tmp_p
     assert [path.name for path in (tmp_path / "models").glob("*.zip")] == ["trained_model.zip"]
 
 
+@pytest.mark.slow
 def test_training_goes_on_with_the_numbers_of_the_file_and_the_replay_buffer(make: Make, tmp_path: Path) -> None:
     first = make(TD3, save_replay_buffer=True)
     first.train()

@@ -58,7 +58,10 @@ CASES = {
 HALF, WHOLE = 144, 240  # episodes end at 100 and 200; a rollout begins at both numbers
 
 
-@pytest.mark.parametrize(("name", "environment", "config"), CASES.values(), ids=CASES)
+@pytest.mark.parametrize(
+    ("name", "environment", "config"),
+    [pytest.param(*case, id=name, marks=[pytest.mark.slow] if "-" in name else []) for name, case in CASES.items()],
+)
 def test_continuing_changes_no_bit(
     name: str, environment: str, config: dict[str, Any], make: Any, monitor: Any, tmp_path: Path
 ) -> None:

@@ -134,6 +134,7 @@ def test_continuous_actions_are_the_trainers(name: str, real: Real) -> None:
         assert difference(model.action_space, expected, found, None) <= TOLERANCE
 
 
+@pytest.mark.slow
 def test_the_values_of_dqn_choose_as_the_trainer_unless_they_tie(real: Real) -> None:
     model = shaken(sb3.DQN("MlpPolicy", real.venvs["discrete"], device="cpu", seed=0, buffer_size=10))
     space = model.observation_space
@@ -149,6 +150,7 @@ def test_the_values_of_dqn_choose_as_the_trainer_unless_they_tie(real: Real) -> 
         np.testing.assert_allclose(found["scores"], values, rtol=1e-4, atol=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("layers", [2, pytest.param(1, marks=SLOW)])
 def test_a_recurrent_policy_carries_its_state_as_the_trainer_does(layers: int, real: Real) -> None:
     kwargs = {"n_lstm_layers": layers, "lstm_hidden_size": 32, "net_arch": [16]}
@@ -190,7 +192,7 @@ MANY = spaces.Dict({"vector": BOX, "image": IMAGE, "choice": spaces.Discrete(3),
     [
         ("MultiInputPolicy", MANY, ACTION),
         pytest.param("CnnPolicy", IMAGE, spaces.Discrete(4), marks=SLOW),
-        ("MlpPolicy", spaces.Discrete(4), spaces.MultiDiscrete([2, 3, 4])),
+        pytest.param("MlpPolicy", spaces.Discrete(4), spaces.MultiDiscrete([2, 3, 4]), marks=SLOW),
         pytest.param("MlpPolicy", spaces.MultiDiscrete([4, 2]), spaces.MultiBinary(3), marks=SLOW),
         pytest.param("MlpPolicy", spaces.MultiBinary(6), ACTION, marks=SLOW),
         pytest.param("MlpPolicy", spaces.Box(-1, 1, (2, 3), np.float64), spaces.Box(-1, 1, (2, 2)), marks=SLOW),
@@ -216,6 +218,7 @@ def test_every_kind_of_space_is_taken(policy: str, observation_space: Any, actio
     np.testing.assert_allclose(single, found["action"][:1], atol=1e-5)
 
 
+@pytest.mark.slow
 def test_the_same_policy_is_the_same_bytes_without_a_word_and_without_a_trace_of_the_machine(
     capfd: pytest.CaptureFixture[str], make: Any
 ) -> None:

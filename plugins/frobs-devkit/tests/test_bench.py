@@ -20,6 +20,7 @@ def test_the_parts_of_a_step_are_measured_beside_the_bare_engine(num_envs):
     assert result.parts["engine"] < result.step_seconds * 2
 
 
+@pytest.mark.slow
 def test_gazebo_which_has_no_bare_engine_is_measured_alone(real_gazebo):
     result = bench(ID, steps=10, simulator="gazebo")
     assert (result.bare_seconds, result.ratio) == (None, None)

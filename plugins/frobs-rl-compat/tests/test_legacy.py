@@ -41,7 +41,15 @@ def test_a_script_gets_its_own_options_and_returns_its_exit_code(legacy_run, scr
 
 
 @pytest.mark.parametrize(
-    "name", ["gym", "rospy", "rospkg", "tf2_ros", "sensor_msgs.msg", "gazebo_msgs.srv", "frobs_rl"]
+    "name",
+    [
+        "gym",
+        "rospy",
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("rospkg", "tf2_ros", "sensor_msgs.msg", "gazebo_msgs.srv", "frobs_rl")
+        ),
+    ],
 )
 def test_what_old_packages_import_is_found_by_a_script_and_by_its_child_processes(legacy_run, script, name):
     code = FIND.format(name)

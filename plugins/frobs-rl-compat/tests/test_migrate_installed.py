@@ -30,14 +30,13 @@ NO_END = (
 pytestmark = pytest.mark.slow
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("package", "tests"),
     [
-        pytest.param(HERE / "old_gym_package", "", marks=pytest.mark.exhaustive),
-        pytest.param(  # its task is that of the other
-            HERE / "gymnasium_package", "test_plugin or test_robot or elements_vary", marks=pytest.mark.exhaustive
-        ),
-        pytest.param(EXAMPLES / "abb_irb120_reacher", "", marks=pytest.mark.exhaustive),
+        (HERE / "old_gym_package", ""),
+        (HERE / "gymnasium_package", "test_plugin or test_robot or elements_vary"),  # its task is that of the other
+        (EXAMPLES / "abb_irb120_reacher", ""),
         (EXAMPLES / "kobuki_maze_rl", ""),
     ],
     ids=lambda value: getattr(value, "name", ""),

@@ -13,6 +13,7 @@ EXAMPLES = HERE.parent / "examples"
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", ["old_gym_package", "gymnasium_package"])
 def test_an_old_package_spawns_trains_saves_loads_and_predicts(name, backend, run_package, tmp_path):
     run = run_package(HERE / name, backend)
@@ -29,6 +30,7 @@ def test_an_old_package_spawns_trains_saves_loads_and_predicts(name, backend, ru
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", ["abb_irb120_reacher", "kobuki_maze_rl"])
 def test_the_examples_train_for_a_short_while(name, backend, run_package, tmp_path):
     run = run_package(EXAMPLES / name, backend)

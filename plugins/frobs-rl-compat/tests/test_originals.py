@@ -66,6 +66,7 @@ def shorten(config: Path) -> None:
     config.write_text(text)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("package", "script", "models"),
     [
@@ -140,6 +141,7 @@ def result_of(output: str) -> dict:
     return json.loads(re.search(r"^RESULT (.*)$", output, re.MULTILINE)[1])
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("module", "name", "width"),
     [

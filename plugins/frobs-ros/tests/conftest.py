@@ -11,6 +11,7 @@ import socket
 import subprocess
 import sys
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -63,7 +64,10 @@ def rosmaster(ros: None) -> Iterator[str]:
         _MASTERS.append(uri)
         yield uri
         _MASTERS.remove(uri)
-        rospy.signal_shutdown("the tests are over")
+        with warnings.catch_warnings():  # the last test of the process, which need not be one with ROS, ends with this
+            warnings.simplefilter("ignore", ResourceWarning)
+            rospy.signal_shutdown("the tests are over")
+            gc.collect()
     finally:
         os.killpg(process.pid, signal.SIGKILL)
         process.wait()
@@ -155,7 +159,7 @@ def own_master(rosmaster: str) -> Iterator[str]:
     processes.stop(processes.owned())
 
 
-@pytest.fixture(scope="module", params=["mujoco", "gazebo"])
+@pytest.fixture(scope="module", params=["mujoco", pytest.param("gazebo", marks=pytest.mark.slow)])
 def simulator(ros: None, request: pytest.FixtureRequest) -> str:
     """What computes behind the bridge: MuJoCo, and a real Gazebo 11."""
     if request.param == "gazebo":

@@ -101,6 +101,7 @@ def test_impossible_start_is_one_clear_line_and_ends_nobody(bridge: Any, argumen
     assert step(1) > 0.0
 
 
+@pytest.mark.slow
 def test_client_that_is_killed_while_it_waits_harms_nobody(bridge: Any) -> None:
     before = step(1)
     client = subprocess.Popen([sys.executable, "-c", STEPPING])
@@ -112,6 +113,7 @@ def test_client_that_is_killed_while_it_waits_harms_nobody(bridge: Any) -> None:
     assert time.monotonic() < deadline + 60.0
 
 
+@pytest.mark.slow
 def test_listener_that_hangs_or_vanishes_harms_nobody(bridge: Any) -> None:
     listeners = [subprocess.Popen([sys.executable, "-c", LISTENING], stdout=subprocess.PIPE) for _ in range(2)]
     try:
@@ -147,6 +149,7 @@ def test_torn_requests_harm_nobody(bridge: Any) -> None:
     assert step(1) > 0.0
 
 
+@pytest.mark.slow
 def test_models_come_and_go_without_a_leak(bridge: Any) -> None:
     import rosgraph
     from gazebo_msgs.srv import DeleteModel, SpawnModel

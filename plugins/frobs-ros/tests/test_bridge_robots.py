@@ -117,6 +117,7 @@ def test_robot_of_frobs_stands_with_controllers_and_transforms(simulator: str, b
         joints.close()
 
 
+@pytest.mark.slow
 def test_robot_on_wheels_drives_and_scans(
     simulator: str, bridges: Callable[..., Any], publish: Callable[[str, Any], None]
 ) -> None:
@@ -177,6 +178,7 @@ def spawn(name: str, xml: str, namespace: str, y: float = 0.0) -> Any:
     return proxy("/gazebo/spawn_urdf_model", SpawnModel)(name, xml, namespace, place, "world")
 
 
+@pytest.mark.slow
 def test_plugins_of_gazebo_are_honoured_or_named(
     simulator: str, bridges: Callable[..., Any], publish: Callable[[str, Any], None]
 ) -> None:
@@ -198,6 +200,7 @@ def test_plugins_of_gazebo_are_honoured_or_named(
     scans.close()
 
 
+@pytest.mark.slow
 def test_two_robots_live_in_their_namespaces(
     simulator: str, bridges: Callable[..., Any], publish: Callable[[str, Any], None]
 ) -> None:

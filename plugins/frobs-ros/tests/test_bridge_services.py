@@ -10,7 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytestmark = pytest.mark.parametrize("simulator", ["mujoco", "pybullet", "gazebo"], indirect=True, scope="module")
+pytestmark = pytest.mark.parametrize(
+    "simulator",
+    ["mujoco", *(pytest.param(name, marks=pytest.mark.slow) for name in ("pybullet", "gazebo"))],
+    indirect=True,
+    scope="module",
+)
 
 INERTIA = '<inertial><mass value="1"/><inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/></inertial>'
 BOX = f'<robot name="box"><link name="b">{INERTIA}<collision><geometry><box size=".2 .2 .2"/></geometry></collision></link></robot>'

@@ -210,6 +210,7 @@ def test_without_the_world_that_a_script_asked_for_there_is_no_environment(
         ArmEnv()
 
 
+@pytest.mark.slow
 def test_an_error_in_the_constructor_leaves_nothing_running(world: None) -> None:
     before = processes.owned()
     with pytest.raises(RosError, match="no_controller"):
@@ -271,6 +272,7 @@ except MasterError as error:
     assert run_alone(script).startswith(f"no ROS master answers at {lonely}")
 
 
+@pytest.mark.slow
 def test_an_environment_brings_its_own_simulation_and_roscore_may_die_in_mid_episode(
     lonely: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

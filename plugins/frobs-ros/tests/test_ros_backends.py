@@ -110,6 +110,7 @@ def test_a_simulation_is_launched_as_told_and_closed(own_master: str, reasons: C
     rospy.delete_param("/use_sim_time")
 
 
+@pytest.mark.slow
 def test_a_launch_that_fails_is_refused_and_leaves_nothing(
     own_master: str, reasons: Callable[[], str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -18,7 +18,7 @@ def no_launch_left() -> Iterator[None]:
     ros_launch.ros_kill_launch_process()
 
 
-@pytest.mark.parametrize("way", ["package", "path"])
+@pytest.mark.parametrize("way", ["package", pytest.param("path", marks=pytest.mark.slow)])
 def test_a_launch_file_runs_with_its_arguments_and_ends_with_its_nodes(way: str) -> None:
     import rospy
 

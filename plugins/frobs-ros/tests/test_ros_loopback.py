@@ -104,6 +104,7 @@ def assert_only_loopback(pids: list[int], listening: Callable[[int], set[str]], 
         assert any(addresses[pid] for pid in found), f"'{word}' does not listen: {list(map(words_of, pids))}"
 
 
+@pytest.mark.slow
 def test_what_functions_start_listens_on_the_loopback_address_alone(
     session: Callable[..., list[int]], listening: Callable[[int], set[str]], simulator: str
 ) -> None:
@@ -120,6 +121,7 @@ def test_what_functions_start_listens_on_the_loopback_address_alone(
     assert_only_loopback(pids, listening, words + ["gzserver"] * (simulator == "gazebo"))
 
 
+@pytest.mark.slow
 def test_what_commands_start_listens_on_the_loopback_address_alone(
     session: Callable[..., list[int]], listening: Callable[[int], set[str]]
 ) -> None:

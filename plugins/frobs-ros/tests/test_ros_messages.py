@@ -153,6 +153,7 @@ def test_a_file_that_was_not_generated_is_removed(own_cache: Path) -> None:
     assert contents(message_folder()) == whole
 
 
+@pytest.mark.slow
 def test_several_processes_may_fill_the_cache_at_once(own_cache: Path) -> None:
     code = f"{GENERATE}; from frobs_ros.environment import use_ros; use_ros(); import gazebo_msgs.srv, control_msgs.msg"
     running = [start(code, PYTHONHASHSEED=str(seed)) for seed in range(3)]

@@ -50,6 +50,7 @@ def test_a_python_node_runs_with_this_python_and_its_failure_is_logged(reasons: 
     assert "which_python.py ended by itself: exit code 1" in reasons()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("running")
 def test_all_our_nodes_are_killed_and_no_other() -> None:
     import rospy
@@ -132,6 +133,7 @@ def test_a_master_of_somebody_else_is_not_killed(lonely: str, reasons: Callable[
         foreign.wait()
 
 
+@pytest.mark.slow
 def test_our_own_master_and_all_else_that_is_ours_is_killed(ros: None) -> None:
     script = """
 from frobs_ros import master, processes, ros_node

@@ -73,7 +73,9 @@ def test_what_a_command_leaves_behind_when_it_ends_is_ended(tmp_path: Path) -> N
     assert not is_alive(int((tmp_path / "pid").read_text()))
 
 
-@pytest.mark.parametrize("end", ["kill -9", "exception", "exit", "Ctrl-C"])
+@pytest.mark.parametrize(
+    "end", ["kill -9", "Ctrl-C", *(pytest.param(end, marks=pytest.mark.slow) for end in ("exception", "exit"))]
+)
 def test_nothing_is_left_when_the_owner_is_gone(end: str, tmp_path: Path) -> None:
     script = f"""
 import signal, sys, time

@@ -15,6 +15,7 @@ def no_publisher_left() -> Iterator[None]:
     processes.stop(processes.owned(["state publisher"]))
 
 
+@pytest.mark.slow
 def test_the_state_publisher_tells_frames_below_its_namespace() -> None:
     import rospy
 

@@ -94,6 +94,7 @@ def fallen(height: float, steps: int) -> float:
     return height - 9.8 * 1e-6 * steps * (steps + 1) / 2.0
 
 
+@pytest.mark.slow
 def test_two_simulations_with_masters_of_their_own_do_not_meet(programs: Callable[..., Program]) -> None:
     first, second = programs("one", 10.0), programs("two", 20.0)
     assert first.hear() == second.hear() == "ready"
@@ -107,6 +108,7 @@ def test_two_simulations_with_masters_of_their_own_do_not_meet(programs: Callabl
     second.process.kill()
 
 
+@pytest.mark.slow
 def test_a_simulation_goes_on_when_the_other_program_is_killed(programs: Callable[..., Program]) -> None:
     first, second = programs("one", 10.0), programs("two", 20.0)
     assert first.hear() == second.hear() == "ready"

@@ -141,6 +141,7 @@ def test_a_killed_server_cuts_its_episode_off_and_the_reset_brings_another(
         sim.close()
 
 
+@pytest.mark.slow
 def test_a_server_that_hangs_is_ended_and_said_so(gazebo: Installation, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("FROBS_GAZEBO_TIMEOUT", "1")
     server = Server(gazebo)
@@ -150,6 +151,7 @@ def test_a_server_that_hangs_is_ended_and_said_so(gazebo: Installation, monkeypa
     assert until_gone(server.process.pid)
 
 
+@pytest.mark.slow
 def test_an_environment_that_loses_server_after_server_is_an_error(gazebo: Installation) -> None:
     sim = simulate(1)
     with pytest.raises(SimulationError, match="lost 3 Gazebo servers in a row"):  # noqa: PT012 - one of these does
@@ -162,6 +164,7 @@ def test_an_environment_that_loses_server_after_server_is_an_error(gazebo: Insta
     sim.close()
 
 
+@pytest.mark.slow
 def test_forgetting_a_simulation_ends_its_servers(gazebo: Installation) -> None:
     sim = simulate()
     pids = [server.process.pid for server in sim.native if server is not None]
@@ -171,6 +174,7 @@ def test_forgetting_a_simulation_ends_its_servers(gazebo: Installation) -> None:
     assert until_gone(*pids)
 
 
+@pytest.mark.slow
 def test_servers_end_with_a_process_that_is_killed(gazebo: Installation) -> None:
     script = (
         "import time; from frobs_sim_gazebo.server import Server; s = Server(); print(s.process.pid, flush=True); "
@@ -214,6 +218,7 @@ class Program:
         self.process.stdin.flush()
 
 
+@pytest.mark.slow
 def test_programs_that_simulate_at_the_same_time_do_not_meet(gazebo: Installation) -> None:
     programs = [Program(), Program()]
     try:

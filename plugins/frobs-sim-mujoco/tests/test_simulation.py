@@ -68,6 +68,7 @@ def test_fast_depth_is_that_of_full_quality(tmp_path: Path) -> None:
         sim.close()
 
 
+@pytest.mark.slow
 def test_images_of_all_sizes_are_drawn_from_one_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     sim = simulate(tmp_path, "arm", num_envs=2)
     built: list[bool] = []

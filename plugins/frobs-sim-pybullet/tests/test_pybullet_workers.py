@@ -110,6 +110,7 @@ def test_a_killed_worker_is_told_of_and_takes_all_with_it(tmp_path: Path) -> Non
         sim.step(1)
 
 
+@pytest.mark.slow
 def test_a_worker_killed_in_the_middle_of_a_step_is_told_of_and_leaves_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -139,6 +140,7 @@ def test_an_error_in_a_worker_comes_back_with_its_traceback(tmp_path: Path) -> N
     assert not any(process.is_alive() for process in processes(sim))
 
 
+@pytest.mark.slow
 def test_a_model_that_a_worker_cannot_load_is_refused_as_in_this_process(tmp_path: Path) -> None:
     (tmp_path / "broken.obj").write_text("v 0 0\nf 1 2 3\n")
     placement = place(tmp_path, "arm")
@@ -156,6 +158,7 @@ def test_a_model_that_a_worker_cannot_load_is_refused_as_in_this_process(tmp_pat
             )
 
 
+@pytest.mark.slow
 def test_forgetting_a_simulation_ends_its_workers(tmp_path: Path) -> None:
     sim = simulate(tmp_path)
     found = list(processes(sim))
@@ -164,6 +167,7 @@ def test_forgetting_a_simulation_ends_its_workers(tmp_path: Path) -> None:
     assert [process.exitcode for process in found] == [0]
 
 
+@pytest.mark.slow
 def test_workers_end_with_a_process_that_is_killed(tmp_path: Path) -> None:
     place(tmp_path, "arm")
     script = tmp_path / "script.py"  # without a guard: a worker must not run it again

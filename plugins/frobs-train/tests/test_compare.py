@@ -169,7 +169,9 @@ def test_a_comparison_is_json(tmp_path: Path) -> None:
     assert told["groups"][0]["final"]["value"] == pytest.approx(0.975)
 
 
-@pytest.mark.parametrize(("where", "metric"), [("X", "reward"), ("XYZW", "success")])
+@pytest.mark.parametrize(
+    ("where", "metric"), [("X", "reward"), pytest.param("XYZW", "success", marks=pytest.mark.slow)]
+)
 def test_a_comparison_is_drawn(where: str, metric: Any, tmp_path: Path) -> None:
     runs = [
         make(tmp_path / f"{name}{seed}", seed, np.random.default_rng(seed).uniform(), environment=f"{name}-v0")

@@ -331,6 +331,7 @@ def test_differences_are_relative_to_the_range_and_ties_are_none(
     assert difference(space, np.array(expected), np.array(found), scores) == pytest.approx(result, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_export_is_a_command(reach: Run, exported: Export, tmp_path: Path) -> None:
     out = tmp_path / "cli.frobs"
     command = [

@@ -98,6 +98,7 @@ def test_every_phase_of_a_checkpoint_is_met(whole: tuple[Path, list[str]]) -> No
 QUICK = ("open environment.npz", "replace .step_", "rmdir")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("phase", QUICK)
 def test_a_kill_in_a_phase_of_a_checkpoint(
     phase: str, injector: Any, whole: tuple[Path, list[str]], tmp_path: Path

@@ -56,13 +56,15 @@ SDE = {"use_sde": True}
 @pytest.mark.parametrize(
     "changes",
     [
-        pytest.param({"algorithm_config": NORMAL}, id="normalised"),
-        pytest.param({"algorithm_config": {**NORMAL, **SDE}}, id="gSDE"),
+        pytest.param({"algorithm_config": NORMAL}, id="normalised", marks=pytest.mark.slow),
+        pytest.param({"algorithm_config": {**NORMAL, **SDE}}, id="gSDE", marks=pytest.mark.slow),
         pytest.param({"algorithm": "sac", "algorithm_config": {**OFF, "learning_rate": "lin_1e-3"}}, id="SAC"),
         pytest.param(
-            {"algorithm": "sac", "algorithm_config": {**OFF, **SDE, "normalize_observation": True}}, id="SAC, gSDE"
+            {"algorithm": "sac", "algorithm_config": {**OFF, **SDE, "normalize_observation": True}},
+            id="SAC, gSDE",
+            marks=pytest.mark.slow,
         ),
-        pytest.param({"algorithm": "td3", "algorithm_config": OFF}, id="TD3"),
+        pytest.param({"algorithm": "td3", "algorithm_config": OFF}, id="TD3", marks=pytest.mark.slow),
         pytest.param(
             {
                 "algorithm": "dqn",
@@ -70,6 +72,7 @@ SDE = {"use_sde": True}
                 "environment_kwargs": {"controller": "discrete"},
             },
             id="DQN",
+            marks=pytest.mark.slow,
         ),
         pytest.param(
             {
@@ -79,14 +82,17 @@ SDE = {"use_sde": True}
                 "steps": 240,
             },
             id="HER",
+            marks=pytest.mark.slow,
         ),
         pytest.param(
             {"randomize": RANDOMIZED, "environment_kwargs": {"controller": "tcp_delta_position"}}, id="delays"
         ),
         pytest.param({"environment_kwargs": {"simulator": "pybullet"}}, id="PyBullet", marks=pytest.mark.slow),
-        pytest.param({"num_envs": 1, "log_every": 40, "checkpoint_every": 48}, id="one environment"),
-        pytest.param({"wrappers": [{"name": "components_to_name:Counting"}]}, id="wrapper"),
-        pytest.param({"evaluate_every": 48, "evaluation_episodes": 2}, id="evaluated"),
+        pytest.param(
+            {"num_envs": 1, "log_every": 40, "checkpoint_every": 48}, id="one environment", marks=pytest.mark.slow
+        ),
+        pytest.param({"wrappers": [{"name": "components_to_name:Counting"}]}, id="wrapper", marks=pytest.mark.slow),
+        pytest.param({"evaluate_every": 48, "evaluation_episodes": 2}, id="evaluated", marks=pytest.mark.slow),
     ],
 )
 def test_a_continued_run_equals_one_that_never_stopped(changes: dict[str, Any], tmp_path: Path) -> None:

@@ -106,6 +106,7 @@ def test_a_read_only_folder_is_told_and_evaluates(small_disk: Path, caplog: pyte
         subprocess.run(["mount", "-o", "remount,rw", str(small_disk)], check=True)
 
 
+@pytest.mark.slow
 def test_an_environment_that_raises_says_where_and_what_can_be_continued(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -199,6 +200,7 @@ def test_in_another_thread_signals_are_left_alone() -> None:
     assert found == [before]
 
 
+@pytest.mark.slow
 def test_one_process_trains_in_a_folder_and_the_others_are_told_which(tmp_path: Path) -> None:
     run = train(config(), tmp_path / "run")
     code = (

@@ -38,6 +38,7 @@ def test_evaluations_are_columns_of_the_log(evaluated: Run) -> None:
     assert np.array(columns["evaluation/length"])[known].tolist() == [10, 10, 10, 10]
 
 
+@pytest.mark.slow
 def test_evaluating_changes_nothing_of_the_training(evaluated: Run, tmp_path: Path) -> None:
     plain = train(config(evaluate_every=None), tmp_path / "plain")
     assert algorithm_files(plain) == algorithm_files(evaluated)
@@ -82,6 +83,7 @@ def test_a_success_that_is_enough_ends_the_training(tmp_path: Path, caplog: pyte
     assert "is complete after" in caplog.text
 
 
+@pytest.mark.slow
 def test_a_run_that_is_continued_does_not_lose_a_better_policy(tmp_path: Path) -> None:
     run = train(config(steps=800), tmp_path / "run")
     best = run.path / "checkpoints" / "best" / "best.json"

@@ -128,6 +128,7 @@ def test_ctrl_c_leaves_a_study_that_goes_on(space: Path, tmp_path: Path) -> None
     ]
 
 
+@pytest.mark.slow
 def test_two_processes_work_on_one_study(space: Path, tmp_path: Path) -> None:
     arguments = ["tune", "CartPole-v1", "--trials", "4", "--steps", "64", "--num-envs", "2", "--episodes", "2"]
     arguments += ["--space", str(space), "--study-dir", str(tmp_path / "study"), "--json"]
@@ -140,6 +141,7 @@ def test_two_processes_work_on_one_study(space: Path, tmp_path: Path) -> None:
     assert {trial.state.name for trial in study.trials} == {"COMPLETE"}
 
 
+@pytest.mark.slow
 def test_environments_without_success_are_searched_by_reward(space: Path, tmp_path: Path) -> None:
     found = tune(search(tmp_path, trials=1, environment="CartPole-v1"))
     assert found.trials[0].value > 1

@@ -37,6 +37,7 @@ def made_of(*comparisons: Comparison, **fields: Any) -> Certificate:
     return Certificate(measurements=(measurement,), **made)
 
 
+@pytest.mark.slow
 def test_a_certificate_is_complete(certificate: Certificate, tmp_path: Path) -> None:
     certificate.write(tmp_path / "new" / "folder")
     folder = tmp_path / "new" / "folder"
@@ -56,8 +57,8 @@ def test_a_certificate_is_complete(certificate: Certificate, tmp_path: Path) -> 
         assert curves["gravity_drop/0/joint_2/1"].shape[0] == 2
 
 
-def test_a_certificate_names_all_versions(certificate: Certificate) -> None:
-    versions = certificate.to_dict()["versions"]
+def test_a_certificate_names_all_versions(small: Certificate) -> None:
+    versions = small.to_dict()["versions"]
     assert set(versions["engines"]) == {"mujoco"}
     assert "frobs-sim-mujoco" in versions["plugins"]
     assert "numpy" in versions["libraries"]

@@ -13,7 +13,9 @@ EXACT = ["forward_kinematics", "step_response", "saturated_step_response", "grav
 OTHERS = [name for name in plugins.records("simulator") if name != "mujoco"]
 
 
-@pytest.mark.parametrize("simulator", OTHERS)
+@pytest.mark.parametrize(
+    "simulator", [pytest.param(name, marks=pytest.mark.slow) if name == "gazebo" else name for name in OTHERS]
+)
 def test_free_motion_is_the_same_motion(simulator: str) -> None:
     try:
         plugins.get_record("simulator", simulator).load()

@@ -114,6 +114,7 @@ def test_approximate_drives_may_be_off_by_a_share_of_the_step(subjects: Compare)
     assert exact.comparisons[0].tolerance == 1e-6
 
 
+@pytest.mark.slow
 def test_approximate_drives_at_their_limits_may_be_off_by_what_the_step_size_does(subjects: Compare) -> None:
     exact, rough = saturated_step_response(subjects("fine")), saturated_step_response(subjects("rough_fine"))
     assert failed(exact) == ["joint positions", "drive efforts"]
@@ -154,6 +155,7 @@ def test_the_first_simulator_is_the_reference_of_any_number(isolated_plugins: Ca
     assert [c.simulator for c in found.comparisons] == ["stiff", "stiff", "mujoco (2)", "mujoco (2)"]
 
 
+@pytest.mark.slow
 def test_a_reward_term_that_stands_still_is_skipped(subjects: Compare) -> None:
     found = rewards(subjects(reward_type="sparse"))
     assert {c.status for c in found.comparisons} <= {Status.SKIPPED, Status.PASSED}

@@ -62,6 +62,7 @@ def test_labels_keep_apart_and_inside() -> None:
     assert rows[-1] <= 276.0
 
 
+@pytest.mark.slow
 def test_a_robot_sheet_shows_the_robot(arm: Path, tmp_path: Path) -> None:
     model = load_model(arm)
     try:

@@ -437,6 +437,8 @@ SEPARATE = [
 """Faults that one check catches, and no other."""
 
 
+@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("faulty", "check"), SEPARATE)
 def test_no_other_check_catches(faulty: type, check: str) -> None:
     report = run_checks(check_algorithm(record(faulty)))

@@ -273,6 +273,8 @@ SEPARATE = [
 """Faults that one check catches, and no other."""
 
 
+@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("faulty", "check"), SEPARATE, ids=[check for _, check in SEPARATE])
 def test_no_other_check_catches(faulty: ControllerRecord, check: str) -> None:
     report = run_checks(check_controller(faulty))

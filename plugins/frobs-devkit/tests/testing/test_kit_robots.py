@@ -52,6 +52,7 @@ def run(robot: Robot, name: str) -> None:
     next(check for check in check_robot(robot) if check.name == name).run()
 
 
+@pytest.mark.slow
 def test_a_sound_robot_passes(sound: Robot) -> None:
     for result in run_checks(check_robot(sound)).results:
         assert result.status in ("passed", "not_applicable"), result
@@ -199,6 +200,8 @@ INSEPARABLE = {
 SEPARATE = [check.name for check in check_robot("irb120", ["mujoco"]) if check.name not in INSEPARABLE]
 
 
+@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("check", SEPARATE)
 def test_no_other_check_catches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check: str) -> None:
     report = run_checks(check_robot(separate(tmp_path, monkeypatch, check), ["mujoco"]))
