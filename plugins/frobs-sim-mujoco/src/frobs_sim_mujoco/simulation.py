@@ -322,7 +322,7 @@ class MujocoSimulation(Simulation):
 
     def parameter_targets(self, name: str) -> Sequence[str]:
         """Return the bodies whose ``size`` can change."""
-        return parameters.size_targets(self) if name == "size" else super().parameter_targets(name)
+        return self.scene.sizable_bodies if name == "size" else super().parameter_targets(name)
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
         """Change a physical parameter."""
