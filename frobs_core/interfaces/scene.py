@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import dist
@@ -493,15 +493,21 @@ class Scene:
         robot, _, link = side.partition("/")
         return robots[robot].start_pose(link)
 
-    def check(self, robots: Mapping[str, Placement]) -> None:
+    def check(self, robots: Mapping[str, Placement], lacking: Collection[str] = ()) -> None:
         """Check that nothing contradicts itself or names what the scene does not have; simulators call it first.
 
         Args:
             robots: All robots of the simulation.
+            lacking: What the simulator cannot build: ``"contacts"``, ``"attachments"``.
 
         Raises:
-            ConfigurationError: A kinematic body has a mass, or a contact or camera names no body.
+            ConfigurationError: A kinematic body has a mass, a contact or camera names no body, or the scene needs what
+                the simulator lacks.
         """
+        for what in lacking:
+            if getattr(self, what):
+                names = ", ".join(getattr(self, what))
+                raise SceneError("the scene", f"has the {what} {names}; this simulator offers no {what}.")
         links = {f"{name}/{link.name}" for name, placement in robots.items() for link in placement.model.links}
         known = [*self.bodies, *robots, *(["floor"] if self.floor else [])]
         for name, contact in self.contacts.items():
