@@ -110,14 +110,14 @@ class JointRobot(RobotHandle):
             raise ConfigurationError(f"robot '{robot.name}': base '{robot.base}' needs contacts, which are not here.")
         self.describe(name, placement, num_envs)  # name, joint names, limits, home and the like
         self._friction = self.expand([joint.damping for joint in self.model.actuated_joints])  # [N·m·s/rad]
-        self.base = FreeBody("base", num_envs, placement.pose, flies=robot.base == "floating")
-        self._gravity = np.zeros(3) if self.base.flies else gravity  # a robot that falls with its base is weightless
+        self.base = self._root = FreeBody("base", num_envs, placement.pose, flies=robot.base == "floating")
+        self._gravity = np.zeros(3) if self._root.flies else gravity  # a robot that falls with its base is weightless
         self._q = self.home.copy()
         self._v, self._efforts = np.zeros((2, *self._q.shape))
         carried = composite_inertia(self.model, self.home[0])  # of each joint alone, at home [kg·m² or kg]
         self._inertia = self.expand([carried[joint.name] + joint.armature for joint in self.model.actuated_joints])
         own = {"q": self._q, "v": self._v, "efforts": self._efforts, "command": self._command}
-        self.arrays: Snapshot = {**own, **self.base.arrays}  # the complete state
+        self.arrays: Snapshot = {**own, **self._root.arrays}  # the complete state
 
     @property
     def joint_positions(self) -> Floats:
@@ -140,11 +140,11 @@ class JointRobot(RobotHandle):
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
         """Put the root link somewhere at once."""
-        self.base.pos[rows_of(mask)], self.base.quat[rows_of(mask)] = pos, quat_wxyz
+        self._root.pos[rows_of(mask)], self._root.quat[rows_of(mask)] = pos, quat_wxyz
 
     def reset(self, rows: Mask | slice) -> None:
         """Go home, at rest, and hold."""
-        self.base.reset(rows)
+        self._root.reset(rows)
         self._q[rows], self._v[rows], self._efforts[rows] = self.home[rows], 0.0, 0.0
         self._command[rows], self._command_rows = self.holding_command(self.home[rows]), None
 
@@ -153,7 +153,7 @@ class JointRobot(RobotHandle):
         commands, weight = self._take_commands(decimation), self._weight()
         for k in range(decimation):
             self._drive(commands[:, k], seconds, weight)
-            self.base.step(seconds, gravity)
+            self._root.step(seconds, gravity)
 
     def _drive(self, target: Floats, seconds: float, weight: Floats) -> None:
         """Move by one physics step of the drive law: the damping is implicit, except for joints that saturate."""

@@ -67,7 +67,8 @@ class Body:
     are omitted, they are those of its shapes that collide (of all, if none collides), solid and of one density.
 
     Attributes:
-        geometry: Its only shape, used for collision and for pictures. A mesh collides as its convex hull.
+        geometry: Its only shape, used for collision and for pictures. A mesh collides as its convex hull,
+            or as convex pieces if it is ``decomposed``.
         shapes: Its shapes, instead of ``geometry``.
         pose: In the world, at reset.
         twist: Linear velocity of its origin [m/s] and angular velocity [rad/s] in the world, at reset.
