@@ -8,7 +8,6 @@ import numpy as np
 
 from frobs_core.arrays import Mask
 from frobs_core.interfaces import Snapshot, WrittenParameters
-from frobs_core.interfaces.parameters import NAMES
 
 if TYPE_CHECKING:
     from frobs_sim_pybullet.simulation import PybulletSimulation
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
 class PybulletParameters(WrittenParameters):
     """The parameters of a PyBullet simulation."""
 
-    names = (*NAMES, "size")
+    names = (*WrittenParameters.names, "size")
 
     def __init__(self, simulation: PybulletSimulation) -> None:
         super().__init__(simulation.placements, simulation.scene, simulation.robots, simulation.num_envs)
