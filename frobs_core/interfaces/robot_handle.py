@@ -128,7 +128,7 @@ class RobotHandle(JointGroup):
         self.refresh_gains()
 
     def command(self, values: Floats) -> None:
-        """Set what the drives follow in the next steps. Here it is kept for :meth:`_take_commands`.
+        """Set what the drives follow in the next steps. Here it is kept until the next step takes it.
 
         Args:
             values: (num_envs, dof), held; or (num_envs, decimation, dof), one row for each physics step of the
