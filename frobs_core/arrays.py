@@ -20,6 +20,11 @@ Action: TypeAlias = npt.NDArray[Any]
 _Array = TypeVar("_Array", bound=np.ndarray[Any, Any])
 
 
+def rows_of(mask: Mask | None) -> Mask | slice:
+    """Return what indexes the environments of a mask."""
+    return slice(None) if mask is None else mask
+
+
 def read_only(array: _Array) -> _Array:
     """Return a view that cannot be written to."""
     view = array.view()

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, rows_of
 from frobs_core.errors import ConfigurationError, ParameterValueError
 
 _LOW = 0xFFFFFFFF
@@ -88,7 +88,7 @@ class RandomSource:
         Raises:
             ConfigurationError: There are not n seeds.
         """
-        rows = slice(None) if mask is None else mask
+        rows = rows_of(mask)
         n = len(self._seeds[rows])
         if len(seeds) != n:
             raise ParameterValueError("number of seeds", len(seeds), f"{n}, one for each environment")
@@ -98,7 +98,7 @@ class RandomSource:
 
     def begin_episode(self, mask: Mask | None = None) -> None:
         """Count an episode, and start at step 0 of it."""
-        rows = slice(None) if mask is None else mask
+        rows = rows_of(mask)
         self._episodes[rows] = (self._episodes[rows] + 1) & _LOW
         self._begun[rows] = self.clock
         for draws in self._draws.values():
@@ -182,7 +182,7 @@ class RandomSource:
 
     def _unit(self, stream: str, shape: tuple[int, ...], mask: Mask | None) -> Floats:
         """Draw from [0, 1) with 53 bits; (n, *shape)."""
-        rows = slice(None) if mask is None else mask
+        rows = rows_of(mask)
         if self._drawn_at != self.clock:
             self._draws.clear()
             self._drawn_at = self.clock

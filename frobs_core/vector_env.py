@@ -15,7 +15,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from frobs_core.arrays import Action, Mask
+from frobs_core.arrays import Action, Mask, rows_of
 from frobs_core.compose import compose
 from frobs_core.config import RENDER_MODES, EnvConfig
 from frobs_core.env import Loop
@@ -116,7 +116,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         batched = self._loop.batch_options(given)
         self._seed(seed, mask)
         observation = self._loop.begin(mask, batched)
-        rows = slice(None) if mask is None else mask
+        rows = rows_of(mask)
         self._elapsed[rows] = 0
         self._ended[rows] = False
         if self.render_mode == "human":

@@ -8,7 +8,7 @@ from __future__ import annotations
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.arrays import Action, Floats, Mask, rows_of
 from frobs_core.errors import ParameterValueError
 from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
 
@@ -42,7 +42,7 @@ class MyController(Controller):
 
     def reset(self, mask: Mask | None) -> None:
         """Forget: an episode starts where the task has placed the robot."""
-        rows = slice(None) if mask is None else mask
+        rows = rows_of(mask)
         self._target[rows] = self._joints.joint_positions[rows]
         self._smooth[rows] = 0.0
 

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, rows_of
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Camera, Controller, Marker, Scene, Simulation, Snapshot, StepContext, Task
 from frobs_core.observation import ObservationTerm
@@ -80,7 +80,7 @@ class MyDrive(Task):
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
         """Begin an episode in the n environments of the mask: turn the robot, choose a goal."""
-        rows = slice(None) if mask is None else mask
+        rows = rows_of(mask)
         heading = rng.uniform("heading", -np.pi, np.pi, mask=mask)  # (n,) [rad]
         self._robot.write_base_pose(
             self._start[0][rows], quat_from_axis_angle(np.array([0.0, 0.0, 1.0]), heading), mask

@@ -197,12 +197,7 @@ class MyPacedSimulator(Simulation):
         engine: str = "mujoco",
         homing_timeout: float = 10.0,
     ) -> None:
-        scene.check(robots)
-        for what in ("contacts", "attachments"):
-            if getattr(scene, what):
-                raise ConfigurationError(
-                    f"the scene needs the {what} {', '.join(getattr(scene, what))}; none are here."
-                )
+        scene.check(robots, lacking=("contacts", "attachments"))
         self.num_envs, self.physics_timestep, self._homing_timeout = num_envs, physics_timestep, homing_timeout
         self.robots = self._robots = {name: PacedRobot(name, one, self._ask) for name, one in robots.items()}
         self.bodies = self._bodies = {name: PacedBody(name) for name in scene.bodies}

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, rows_of
 from frobs_core.errors import ParameterValueError, UnsuitableRobotError
 from frobs_core.interfaces import Camera, Controller, Marker, Scene, Simulation, Snapshot, StepContext, Task
 from frobs_core.models import longest_reach
@@ -77,7 +77,7 @@ class MyReach(Task):
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
         """Begin an episode in the n environments of the mask: place the robot, choose a goal."""
-        rows = slice(None) if mask is None else mask
+        rows = rows_of(mask)
         robot = self._robot
         if "joint_positions" in options:
             positions = options["joint_positions"][rows]

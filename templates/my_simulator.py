@@ -13,12 +13,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, read_only
+from frobs_core.arrays import Floats, Mask, read_only, rows_of
 from frobs_core.errors import ConfigurationError, SimulationError
 from frobs_core.interfaces import (
     AT_REST,
     BodyHandle,
-    CommandMode,
     Placement,
     RobotHandle,
     Scene,
@@ -26,20 +25,12 @@ from frobs_core.interfaces import (
     Snapshot,
     Translation,
     Twist,
+    translate,
 )
-from frobs_core.models import Pose, RobotModel, Treatment, composite_inertia, elements
+from frobs_core.models import Pose, RobotModel, Treatment, composite_inertia
 from frobs_core.rotations import quat_from_axis_angle, quat_multiply, quat_rotate
 
-_KEPT = (
-    "moving_joints",
-    "fixed_joints",
-    "mimic_joints",
-    "position_limits",
-    "velocity_limits",
-    "effort_limits",
-    "joint_damping",
-    "armatures",
-)
+_KEPT = "moving_joints fixed_joints mimic_joints position_limits velocity_limits effort_limits joint_damping armatures"
 """Elements of a model file that are simulated unchanged."""
 
 
@@ -77,7 +68,7 @@ class FreeBody(BodyHandle):
         """Put the body somewhere at once, at rest."""
         if not self._moves:
             raise SimulationError(f"body '{self.name}' is static; give it a mass, or kinematic=True.")
-        rows = _rows(mask)
+        rows = rows_of(mask)
         self.pos[rows], self.linear[rows], self.angular[rows] = pos, 0.0, 0.0
         if quat_wxyz is not None:
             self.quat[rows] = quat_wxyz
@@ -86,7 +77,7 @@ class FreeBody(BodyHandle):
         """Give a free body a velocity at once."""
         if not self.flies:
             raise SimulationError(f"'{self.name}' is fixed or kinematic; it has no velocity.")
-        self.linear[_rows(mask)], self.angular[_rows(mask)] = lin_vel_world, ang_vel_world
+        self.linear[rows_of(mask)], self.angular[rows_of(mask)] = lin_vel_world, ang_vel_world
 
     def reset(self, rows: Mask | slice) -> None:
         """Go back to where it was placed, with the velocity of the scene."""
@@ -119,16 +110,14 @@ class JointRobot(RobotHandle):
             raise ConfigurationError(f"robot '{robot.name}': base '{robot.base}' needs contacts, which are not here.")
         self.describe(name, placement, num_envs)  # name, joint names, limits, home and the like
         self._friction = self.expand([joint.damping for joint in self.model.actuated_joints])  # [N·m·s/rad]
-        self.base = FreeBody("base", num_envs, placement.pose, flies=robot.base == "floating")
-        self._gravity = np.zeros(3) if self.base.flies else gravity  # a robot that falls with its base is weightless
+        self.base = self._root = FreeBody("base", num_envs, placement.pose, flies=robot.base == "floating")
+        self._gravity = np.zeros(3) if self._root.flies else gravity  # a robot that falls with its base is weightless
         self._q = self.home.copy()
-        self._v, self._efforts, self._command = np.zeros((3, *self._q.shape))
+        self._v, self._efforts = np.zeros((2, *self._q.shape))
         carried = composite_inertia(self.model, self.home[0])  # of each joint alone, at home [kg·m² or kg]
         self._inertia = self.expand([carried[joint.name] + joint.armature for joint in self.model.actuated_joints])
         own = {"q": self._q, "v": self._v, "efforts": self._efforts, "command": self._command}
-        self.arrays: Snapshot = {**own, **self.base.arrays}  # the complete state
-        self._command_rows: Floats | None = None  # (num_envs, decimation, dof), for the next step only
-        self.hold(slice(None))
+        self.arrays: Snapshot = {**own, **self._root.arrays}  # the complete state
 
     @property
     def joint_positions(self) -> Floats:
@@ -147,57 +136,24 @@ class JointRobot(RobotHandle):
 
     def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
         """Put the joints somewhere at once."""
-        self._q[_rows(mask)], self._v[_rows(mask)] = positions, velocities
-
-    def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
-        """Change what commands mean, and hold."""
-        self._set_modes(mode)
-        self.hold(slice(None))
-
-    def hold(self, rows: Mask | slice) -> None:
-        """Command the present positions, zero velocity or zero effort."""
-        self._command[rows] = self.holding_command(self._q[rows])
-        self._command_rows = None
-
-    def command(self, values: Floats) -> None:
-        """Set what the drives follow: (num_envs, dof), or a row for each physics step of the next ``step``."""
-        self._command_rows = np.array(values) if values.ndim == 3 else None
-        self._command[:] = values[:, -1] if values.ndim == 3 else values
-
-    @property
-    def base_pose(self) -> tuple[Floats, Floats]:
-        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the root link in the world."""
-        return self.base.pose
-
-    @property
-    def base_twist(self) -> tuple[Floats, Floats]:
-        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link."""
-        return self.base.twist
+        self._q[rows_of(mask)], self._v[rows_of(mask)] = positions, velocities
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
         """Put the root link somewhere at once."""
-        self.base.pos[_rows(mask)], self.base.quat[_rows(mask)] = pos, quat_wxyz
-
-    def write_base_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
-        """Give a floating root link a velocity at once."""
-        self.base.write_twist(lin_vel_world, ang_vel_world, mask)
+        self._root.pos[rows_of(mask)], self._root.quat[rows_of(mask)] = pos, quat_wxyz
 
     def reset(self, rows: Mask | slice) -> None:
         """Go home, at rest, and hold."""
-        self.base.reset(rows)
+        self._root.reset(rows)
         self._q[rows], self._v[rows], self._efforts[rows] = self.home[rows], 0.0, 0.0
-        self.hold(rows)
+        self._command[rows], self._command_rows = self.holding_command(self.home[rows]), None
 
     def step(self, seconds: float, decimation: int, gravity: Floats) -> None:
         """Advance by ``decimation`` physics steps of so many seconds."""
-        given, self._command_rows = self._command_rows, None
-        rows = np.repeat(self._command[:, None], decimation, axis=1) if given is None else given
-        if rows.shape[1] != decimation:
-            raise SimulationError(f"the command of robot '{self.name}' has {rows.shape[1]} rows, not {decimation}.")
-        weight = self._weight()
+        commands, weight = self._take_commands(decimation), self._weight()
         for k in range(decimation):
-            self._drive(rows[:, k], seconds, weight)
-            self.base.step(seconds, gravity)
+            self._drive(commands[:, k], seconds, weight)
+            self._root.step(seconds, gravity)
 
     def _drive(self, target: Floats, seconds: float, weight: Floats) -> None:
         """Move by one physics step of the drive law: the damping is implicit, except for joints that saturate."""
@@ -237,11 +193,7 @@ class MySimulator(Simulation):
         physics_timestep: float,
         num_threads: int = 0,
     ) -> None:
-        scene.check(robots)
-        if scene.contacts:
-            raise ConfigurationError(f"the scene needs the contacts {', '.join(scene.contacts)}; there are none here.")
-        if scene.attachments:
-            raise ConfigurationError(f"the scene needs the attachments {', '.join(scene.attachments)}.")
+        scene.check(robots, lacking=("contacts", "attachments"))
         self.num_envs, self.physics_timestep = num_envs, physics_timestep
         self._gravity = np.array(scene.gravity)  # (3,) [m/s²]
         self.robots = self._robots = {n: JointRobot(n, p, num_envs, self._gravity) for n, p in robots.items()}
@@ -250,18 +202,20 @@ class MySimulator(Simulation):
             for name, body in scene.bodies.items()
         }
         self._time, self._diverged = np.zeros(num_envs), np.zeros(num_envs, np.bool_)
-        self._state: Snapshot = {"time": self._time, "diverged": self._diverged}  # every array that changes
+        self.state: Snapshot = {
+            "time": self._time,
+            "diverged": self._diverged,
+        }  # of snapshots: every array that changes
         for kind, parts in (("robots", self._robots), ("bodies", self._bodies)):
             for name, part in parts.items():
-                self._state |= {f"{kind}/{name}/{key}": array for key, array in part.arrays.items()}
+                self.state |= {f"{kind}/{name}/{key}": array for key, array in part.arrays.items()}
 
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
         """List how each element of a robot's model file is simulated; ``frobs doctor robot`` shows it."""
-        kept, dropped = (Treatment.KEPT, ""), (Treatment.DROPPED, "joints move one by one, without it")
-        how = {**dict.fromkeys(_KEPT, kept), "inertias": (Treatment.APPROXIMATED, "what each joint carries at home")}
-        found = {element: how.get(element, dropped) for element in elements(model)}
-        return [Translation(element=element, treatment=kind, how=text) for element, (kind, text) in found.items()]
+        table = dict.fromkeys(_KEPT.split(), (Treatment.KEPT, ""))
+        table["inertias"] = Treatment.APPROXIMATED, "what each joint carries at home"
+        return translate(model, table, others=(Treatment.DROPPED, "joints move one by one, without it"))
 
     @property
     def time(self) -> Floats:
@@ -275,7 +229,7 @@ class MySimulator(Simulation):
 
     def reset(self, mask: Mask | None = None) -> None:
         """Go back to the scene as it was built."""
-        rows = _rows(mask)
+        rows = rows_of(mask)
         parts: list[JointRobot | FreeBody] = [*self._robots.values(), *self._bodies.values()]
         for part in parts:
             part.reset(rows)
@@ -293,22 +247,6 @@ class MySimulator(Simulation):
             for _ in range(decimation):
                 body.step(self.physics_timestep, self._gravity)
         self._time += decimation * self.physics_timestep
-
-    def snapshot(self) -> Snapshot:
-        """Return the complete state."""
-        return {name: array.copy() for name, array in self._state.items()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
-        for name, array in self._state.items():
-            array[...] = snapshot[name]
-
-    def close(self) -> None:
-        """There is nothing to release."""
-
-
-def _rows(mask: Mask | None) -> Mask | slice:
-    return slice(None) if mask is None else mask
 
 
 if __name__ == "__main__":  # python my_simulator.py: does it do what its record claims?

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, rows_of
 from frobs_core.interfaces.scene import Scene
 
 
@@ -48,7 +48,7 @@ class ContactState:
     def clear(self, mask: Mask | None = None) -> None:
         """Open all contacts in some environments."""
         for array in self._arrays.values():
-            array[slice(None) if mask is None else mask] = 0
+            array[rows_of(mask)] = 0
 
     def reduce(self, closed: Mask, normal_force: Floats, resultant: Floats) -> None:
         """Take the contacts of each physics step of a control step.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -15,6 +15,7 @@ from frobs_core.interfaces.simulation import Snapshot
 from frobs_core.models.model import Link
 
 NAMES = ("mass", "friction", "stiffness", "damping", "joint_damping", "gravity")
+"""What every simulator with these parameters offers; ``size`` is added by those that can build bodies again."""
 
 
 class Driven(Protocol):
@@ -46,8 +47,11 @@ class WrittenParameters(ABC):
         num_envs: ≥ 1.
 
     Attributes:
+        names: The parameters that are offered.
         written: What was written, by parameter and target: (num_envs, …).
     """
+
+    names: Sequence[str] = NAMES
 
     def __init__(
         self, placements: Mapping[str, Placement], scene: Scene, robots: Mapping[str, Driven], num_envs: int
@@ -57,7 +61,7 @@ class WrittenParameters(ABC):
 
     @abstractmethod
     def apply(self, name: str, target: str, mask: Mask | None) -> None:
-        """Pass a mass, a friction or the gravity that was written on to the engine."""
+        """Pass a mass, a friction, a size or the gravity that was written on to the engine."""
 
     def collides(self, target: str) -> bool:
         """Return whether a scene body or ``robot/link`` has a shape that can touch others."""
@@ -85,16 +89,16 @@ class WrittenParameters(ABC):
                 return self._robot(target).drive_gains()[1].copy()
             case "joint_damping":
                 return self._robot(target).joint_damping.copy()
-            case "mass" | "friction" | "gravity":
+            case "mass" | "friction" | "gravity" | "size" if name in self.names:
                 nominal = self._nominal(name, target)
                 written = self.written.get((name, target))
                 return np.repeat(nominal[None], self._num_envs, axis=0) if written is None else written.copy()
-        raise UnknownNameError("parameter", name, NAMES)
+        raise UnknownNameError("parameter", name, self.names)
 
     def write(self, name: str, target: str, values: Floats, mask: Mask | None) -> None:
         """Change a parameter of the environments of ``mask``."""
-        if name not in NAMES:
-            raise UnknownNameError("parameter", name, NAMES)
+        if name not in self.names:
+            raise UnknownNameError("parameter", name, self.names)
         values = np.asarray(values, np.float64)
         if name != "gravity" and not (values >= 0).all():
             raise PhysicsParameterError(name, target, f"must not be negative or NaN: {values.min()}.")
@@ -108,6 +112,8 @@ class WrittenParameters(ABC):
                 whole = self.read(name, target)
                 if name == "mass" and not (values > 0).all():
                     raise PhysicsParameterError("mass", target, f"must be above 0: {values.min()}.")
+                if name == "size":
+                    self._scene.check_size(target, values)
                 whole[rows] = values
                 self.written[name, target] = whole
                 self.apply(name, target, mask)
@@ -142,6 +148,9 @@ class WrittenParameters(ABC):
         scene = self._scene
         if name == "gravity":
             return np.array(scene.gravity, np.float64)
+        if name == "size":
+            scene.check_size(target, np.ones(1))
+            return np.ones(())
         if name == "friction" and target == "floor" and scene.floor:
             return np.array(scene.floor_friction)
         self.check_body(target)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Sequence
 
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import CapabilityError, UnknownNameError, UnsuitableRobotError
+from frobs_core.errors import CapabilityError, SimulationError, UnknownNameError, UnsuitableRobotError
+from frobs_core.interfaces.body_handle import BodyHandle
 from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.joint_group import JointGroup, JointSubset
 from frobs_core.interfaces.scene import Placement
@@ -28,9 +28,14 @@ class RobotHandle(JointGroup):
 
     Attributes:
         command_modes: (dof) command mode of each joint.
+        base: The root link, if the simulator keeps it as a body that it can move; None: it stays in its place, or the
+            simulator overrides what reads and writes it.
     """
 
     command_modes: tuple[CommandMode, ...]
+    base: BodyHandle | None = None
+    _command: Floats
+    _command_rows: Floats | None
     _start: Pose
     _stiffness: Floats
     _damping: Floats
@@ -64,6 +69,7 @@ class RobotHandle(JointGroup):
         self._stiffness, self._damping = map(self.expand, placement.drive_gains)
         self.command_modes = placement.command_modes
         self.refresh_gains()
+        self._command, self._command_rows = self.holding_command(self.home), None
 
     def expand(self, row: Sequence[float] | Floats) -> Floats:
         """Return a value for each joint as (num_envs, dof)."""
@@ -108,26 +114,44 @@ class RobotHandle(JointGroup):
             raise UnsuitableRobotError(self.robot.name, "has joints with different command modes: see command_modes.")
         return next(iter(modes), CommandMode.POSITION)
 
-    @abstractmethod
     def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
         """Change what commands mean, and hold: the present positions, zero velocity or zero effort.
 
         Args:
             mode: One mode for all joints, or one for each.
         """
+        self._set_modes(mode)
+        self.command(self.holding_command(self.joint_positions))
 
     def _set_modes(self, mode: CommandMode | Sequence[CommandMode]) -> None:
         self.command_modes = (mode,) * self.dof if isinstance(mode, CommandMode) else tuple(mode)
         self.refresh_gains()
 
-    @abstractmethod
     def command(self, values: Floats) -> None:
-        """Set what the drives follow in the next steps.
+        """Set what the drives follow in the next steps. Here it is kept until the next step takes it.
 
         Args:
             values: (num_envs, dof), held; or (num_envs, decimation, dof), one row for each physics step of the
                 next ``step``, whose ``decimation`` it must have; afterwards the last row is held.
         """
+        self._command_rows = np.array(values) if values.ndim == 3 else None
+        self._command[:] = values[:, -1] if values.ndim == 3 else values
+
+    def _take_commands(self, decimation: int) -> Floats:
+        """Return the command of each physics step of a step that begins, (num_envs, decimation, dof).
+
+        Args:
+            decimation: Physics steps.
+
+        Raises:
+            SimulationError: The last command has another number of rows.
+        """
+        rows, self._command_rows = self._command_rows, None
+        if rows is None:
+            return np.repeat(self._command[:, None], decimation, axis=1)
+        if rows.shape[1] != decimation:
+            raise SimulationError(f"the command of robot '{self.name}' has {rows.shape[1]} rows, not {decimation}.")
+        return rows
 
     def drive_gains(self) -> tuple[Floats, Floats]:
         """Return Kp and Kd, (num_envs, dof) each; write to them through ``write_parameter``."""
@@ -164,13 +188,17 @@ class RobotHandle(JointGroup):
 
     @property
     def base_pose(self) -> tuple[Floats, Floats]:
-        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the root link in the world; here: as the scene places it."""
+        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the root link in the world."""
+        if self.base is not None:
+            return self.base.pose
         n = self.num_envs
         return np.tile(self._start.pos, (n, 1)), np.tile(self._start.quat_wxyz, (n, 1))
 
     @property
     def base_twist(self) -> tuple[Floats, Floats]:
-        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link; here: zero."""
+        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link."""
+        if self.base is not None:
+            return self.base.twist
         return np.zeros((self.num_envs, 3)), np.zeros((self.num_envs, 3))
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
@@ -198,7 +226,9 @@ class RobotHandle(JointGroup):
             CapabilityError: The simulator lacks the ability ``teleport``.
             SimulationError: The base is fixed.
         """
-        raise CapabilityError.lacking(self, "teleport")
+        if self.base is None:
+            raise CapabilityError.lacking(self, "teleport")
+        self.base.write_twist(lin_vel_world, ang_vel_world, mask)
 
     # Kinematics from the model, the joint state and the pose of the base; engines that have their own override them.
 

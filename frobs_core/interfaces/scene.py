@@ -2,23 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import dist
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.errors import SceneError, UnknownNameError, UnsuitableRobotError
+from frobs_core.errors import PhysicsParameterError, SceneError, UnknownNameError, UnsuitableRobotError
 from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.robot import DriveGains, Robot
 from frobs_core.interfaces.sensor import ForceTorque
 from frobs_core.models import load_model
 from frobs_core.models.defaults import default_gains, home_positions
 from frobs_core.models.kinematics import compose, joint_path, pose_array, pose_from_array
-from frobs_core.models.model import Collision, Geometry, Inertial, JointType, Pose, RobotModel, Vector3
+from frobs_core.models.model import (
+    Box,
+    Capsule,
+    Collision,
+    Cylinder,
+    Geometry,
+    Inertial,
+    JointType,
+    Mesh,
+    Pose,
+    RobotModel,
+    Sphere,
+    Vector3,
+)
 from frobs_core.models.solids import solid_inertial
 from frobs_core.rotations import quat_conjugate, quat_multiply, quat_rotate
 from frobs_core.validation import number_list
@@ -54,7 +67,8 @@ class Body:
     are omitted, they are those of its shapes that collide (of all, if none collides), solid and of one density.
 
     Attributes:
-        geometry: Its only shape, used for collision and for pictures. A mesh collides as its convex hull.
+        geometry: Its only shape, used for collision and for pictures. A mesh collides as its convex hull,
+            or as convex pieces if it is ``decomposed``.
         shapes: Its shapes, instead of ``geometry``.
         pose: In the world, at reset.
         twist: Linear velocity of its origin [m/s] and angular velocity [rad/s] in the world, at reset.
@@ -141,6 +155,52 @@ class Body:
             solid = solid_inertial(shapes, mass=self.mass, density=self.density or 0.0)
             return Inertial(solid.mass, solid.origin if center is None else Pose(center), inertia or solid.inertia)
         return Inertial(self.mass, Pose(center), inertia)
+
+    @property
+    def is_sizable(self) -> bool:
+        """Whether its size can differ between environments: all its shapes are primitives."""
+        return not any(isinstance(part.geometry, Mesh) for part in self.parts)
+
+    def resized(self, factor: float) -> Body:
+        """Return this body with all lengths multiplied, and with its mass.
+
+        Args:
+            factor: > 0. Only a sizable body can be resized.
+        """
+        if factor == 1.0:
+            return self
+        shapes = tuple(
+            replace(
+                part,
+                geometry=_scaled(part.geometry, factor),
+                pose=Pose(_times(part.pose.pos, factor), part.pose.quat_wxyz),
+            )
+            for part in self.parts
+        )
+        return replace(
+            self,
+            geometry=None,
+            shapes=shapes,
+            mass=None if self.inertial is None else self.inertial.mass,
+            density=None,
+            center_of_mass=None if self.center_of_mass is None else _times(self.center_of_mass, factor),
+            inertia=None if self.inertia is None else _times(self.inertia, factor**2),
+        )
+
+
+def _scaled(geometry: Geometry, factor: float) -> Geometry:
+    match geometry:
+        case Box(size):
+            return Box(_times(size, factor))
+        case Sphere(radius):
+            return Sphere(factor * radius)
+        case Cylinder(radius, length) | Capsule(radius, length):
+            return type(geometry)(factor * radius, factor * length)
+    raise TypeError(f"{geometry} is not a primitive.")
+
+
+def _times(numbers: tuple[float, ...], factor: float) -> Any:
+    return tuple(factor * number for number in numbers)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -378,6 +438,27 @@ class Scene:
         far = [dist(camera.pos, camera.target) for camera in self.cameras.values() if camera.frame is None]
         return max(far, default=0.0)
 
+    @property
+    def sizable_bodies(self) -> list[str]:
+        """Bodies whose size can differ between environments, on simulators with the ability ``randomize_size``."""
+        return [name for name, body in self.bodies.items() if body.is_sizable]
+
+    def check_size(self, body: str, factors: Floats) -> None:
+        """Check a size before it is read or written.
+
+        Args:
+            body: Whose size it is.
+            factors: Of its lengths.
+
+        Raises:
+            PhysicsParameterError: The body has no size that can change, or a factor is not above 0.
+        """
+        if body not in self.sizable_bodies:
+            reason = "cannot change: it is no body of the scene that is made of primitives."
+            raise PhysicsParameterError("size", body, reason)
+        if not (factors > 0).all():
+            raise PhysicsParameterError("size", body, f"must be above 0: {factors.min()}.")
+
     def all_robots(self, controlled: Mapping[str, Placement]) -> dict[str, Placement]:
         """Return what a simulation is built with: the controlled robots, the scene's further robots, and its props.
 
@@ -413,15 +494,21 @@ class Scene:
         robot, _, link = side.partition("/")
         return robots[robot].start_pose(link)
 
-    def check(self, robots: Mapping[str, Placement]) -> None:
+    def check(self, robots: Mapping[str, Placement], lacking: Collection[str] = ()) -> None:
         """Check that nothing contradicts itself or names what the scene does not have; simulators call it first.
 
         Args:
             robots: All robots of the simulation.
+            lacking: What the simulator cannot build: ``"contacts"``, ``"attachments"``.
 
         Raises:
-            ConfigurationError: A kinematic body has a mass, or a contact or camera names no body.
+            ConfigurationError: A kinematic body has a mass, a contact or camera names no body, or the scene needs what
+                the simulator lacks.
         """
+        for what in lacking:
+            if getattr(self, what):
+                names = ", ".join(getattr(self, what))
+                raise SceneError("the scene", f"has the {what} {names}; this simulator offers no {what}.")
         links = {f"{name}/{link.name}" for name, placement in robots.items() for link in placement.model.links}
         known = [*self.bodies, *robots, *(["floor"] if self.floor else [])]
         for name, contact in self.contacts.items():

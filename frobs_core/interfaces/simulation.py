@@ -69,6 +69,8 @@ class Simulation(ABC):
         pacer: The clock of a paced simulator, which has the ability ``real_time``; None: time passes in ``step`` alone.
         render_modalities: What ``render`` can draw.
         wrenches: Those that act in the next ``step``; simulators with the ability ``wrench`` keep a list of them.
+        state: Every array that changes, by name; ``snapshot`` and ``restore`` then copy them. None: the simulator overrides
+            both, or lacks the ability ``snapshot``.
         sensor_wrenches: Readings of the force-torque sensors, (num_envs, 6) each, by ``"robot/sensor"``, one for each of
             :attr:`Placement.force_torque_sensors`; None: the simulator has none.
     """
@@ -83,6 +85,7 @@ class Simulation(ABC):
     contacts: ContactState | None = None
     pacer: Pacer | None = None
     sensor_wrenches: Mapping[str, Floats] | None = None
+    state: Snapshot | None = None
 
     @abstractmethod
     def __init__(
@@ -304,11 +307,17 @@ class Simulation(ABC):
         Raises:
             CapabilityError: The simulator lacks the ability ``snapshot``.
         """
-        raise CapabilityError.lacking(self, "snapshot")
+        return {name: array.copy() for name, array in self._state().items()}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot of this simulation or of one that was built alike."""
-        raise CapabilityError.lacking(self, "snapshot")
+        for name, array in self._state().items():
+            array[...] = snapshot[name]
+
+    def _state(self) -> Snapshot:
+        if self.state is None:
+            raise CapabilityError.lacking(self, "snapshot")
+        return self.state
 
     def render(
         self,
@@ -365,6 +374,5 @@ class Simulation(ABC):
         """Return the engine without FRobs, for benchmarks; None: not offered."""
         return None
 
-    @abstractmethod
     def close(self) -> None:
-        """Release everything; twice is harmless."""
+        """Release everything; twice is harmless. Here there is nothing to release."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.arrays import Action, Floats, Mask, rows_of
 from frobs_core.interfaces.simulation import Snapshot
 from frobs_core.random import RandomSource
 
@@ -54,7 +54,7 @@ class StepContext:
 
     def reset(self, mask: Mask | None) -> None:
         """Forget the actions of the environments of ``mask``."""
-        rows = slice(None) if mask is None else mask
+        rows = rows_of(mask)
         self.given_action[rows] = 0
         self.previous_given_action[rows] = 0
 

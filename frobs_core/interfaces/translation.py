@@ -56,13 +56,18 @@ def read_tables(path: Path) -> Mapping[str, TranslationTable]:
     }
 
 
-def translate(model: RobotModel, table: TranslationTable) -> list[Translation]:
-    """Return the rows of a table for the kinds of elements that a model has; what the table lacks is left out."""
-    return [
-        Translation(element=kind, treatment=table[kind][0], how=table[kind][1])
-        for kind in elements(model)
-        if kind in table
-    ]
+def translate(
+    model: RobotModel, table: TranslationTable, others: tuple[Treatment, str] | None = None
+) -> list[Translation]:
+    """Return the rows of a table for the kinds of elements that a model has.
+
+    Args:
+        model: Of a robot.
+        table: What becomes of each kind.
+        others: What becomes of the kinds that the table lacks; None: they are left out.
+    """
+    found = [(kind, table.get(kind, others)) for kind in elements(model)]
+    return [Translation(element=kind, treatment=row[0], how=row[1]) for kind, row in found if row is not None]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,6 +1,7 @@
 """Robot model files, read without an engine."""
 
 from frobs_core.models.bounds import drawn_points, link_bounds, lowest_points, robot_bounds, shape_points
+from frobs_core.models.convex_parts import convex_parts
 from frobs_core.models.defaults import (
     BANDWIDTH,
     TOOL_NAMES,
@@ -88,6 +89,7 @@ __all__ = [
     "check_unique",
     "compose",
     "composite_inertia",
+    "convex_parts",
     "default_gains",
     "default_tcp",
     "drawn_points",

@@ -88,10 +88,13 @@ class Mesh:
     Attributes:
         path: The file.
         scale: For each axis.
+        decomposed: Whether it collides as convex pieces that together have its shape, so that holes stay open; otherwise
+            it collides as its convex hull. Needs ``pip install 'frobs-core[decomposition]'``.
     """
 
     path: Path
     scale: Vector3 = (1.0, 1.0, 1.0)
+    decomposed: bool = False
 
 
 Geometry: TypeAlias = Box | Sphere | Cylinder | Capsule | Mesh

@@ -8,7 +8,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, rows_of
 from frobs_core.errors import RandomizationError
 from frobs_core.interfaces.simulation import Snapshot
 from frobs_core.random import RandomSource
@@ -107,7 +107,7 @@ class Draw:
 
     def _draw(self, rng: RandomSource, rows: Mask) -> None:
         mask = None if rows is self._all or rows.all() else rows
-        self.numbers[slice(None) if mask is None else mask] = self._sample(rng, self.stream, mask)
+        self.numbers[rows_of(mask)] = self._sample(rng, self.stream, mask)
         if self._longest > 1:
             low, high = self._shortest, self._longest
             wait = low if low == high else rng.integers(f"{self.stream}/interval", low, high + 1, (), mask)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, rows_of
 from frobs_core.interfaces import RobotHandle, Sensor, Simulation, Snapshot
 from frobs_core.rotations import quat_conjugate, quat_rotate
 from frobs_core.sensors.instrument import Instrument
@@ -28,7 +28,7 @@ class ImuInstrument(Instrument):
 
     def reset(self, mask: Mask | None) -> None:
         """Forget the velocity before: nothing accelerates in a reset."""
-        rows = slice(None) if mask is None else mask
+        rows = rows_of(mask)
         self._velocity[rows] = self._measure_velocity()[rows]
         self._acceleration[rows] = 0.0
 

@@ -150,7 +150,7 @@ _TABLE = (
     ("the force on the second side", _MUJOCO_CONTACTS, "= -data[..., at : at + 3]", "= data[..., at : at + 3]"),
     ("a contact that needs two points", _MUJOCO_CONTACTS, "return counts > 0, np", "return counts > 1, np"),
     ("what a contact ignores counted", _MUJOCO_CONTACTS, "counts[..., column] -= data[..., at]", "pass"),
-    ("contacts that outlive a reset", _CONTACTS, "array[slice(None) if mask is None else mask] = 0", "pass"),
+    ("contacts that outlive a reset", _CONTACTS, "array[rows_of(mask)] = 0", "pass"),
     # -- rendering --
     ("images of the first environment for all", _RENDERING,
      "self._drawn.show(env)", "self._drawn.show(0)"),
@@ -168,7 +168,7 @@ _TABLE = (
     ("actions that are not clipped", _DELTA, "np.minimum(delta, self._ones, out=delta)", "pass"),
     ("a joint limit ignored", _DELTA, "np.minimum(target, self._upper, out=target)", "pass"),
     ("a reset of all controllers", _COMMANDED,
-     "self._target[rows(mask)] = self._joints.joint_positions[rows(mask)]",
+     "self._target[rows_of(mask)] = self._joints.joint_positions[rows_of(mask)]",
      "self._target[:] = self._joints.joint_positions"),
     ("steps from the measured positions", _DELTA,
      "np.add(target, delta, out=target)", "np.add(self._joints.joint_positions, delta, out=target)"),

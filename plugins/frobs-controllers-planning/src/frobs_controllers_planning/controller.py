@@ -11,7 +11,7 @@ import numpy as np
 
 from frobs_controllers_planning.plan import Plan, Reason, ToolGoal
 from frobs_controllers_planning.planner import Planner, Pose
-from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.arrays import Action, Floats, Mask, rows_of
 from frobs_core.errors import ParameterValueError, UnsuitableRobotError
 from frobs_core.interfaces import CommandMode, Controller, JointGroup, Scene, Simulation, Snapshot
 
@@ -109,7 +109,7 @@ class TrajectoryController(Controller):
 
     def reset(self, mask: Mask | None) -> None:
         """Hold the present positions."""
-        rows = slice(None) if mask is None else mask
+        rows = rows_of(mask)
         self._target[rows] = self._joints.joint_positions[rows]
 
     def apply(self, action: Action) -> Floats:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import gymnasium as gym
 import numpy as np
 
-from frobs_controllers.parameters import rows
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, rows_of
 from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
 
 
@@ -25,7 +24,7 @@ class CommandedPositions(Controller):
 
     def reset(self, mask: Mask | None) -> None:
         """Command the present positions."""
-        self._target[rows(mask)] = self._joints.joint_positions[rows(mask)]
+        self._target[rows_of(mask)] = self._joints.joint_positions[rows_of(mask)]
 
     def snapshot(self) -> Snapshot:
         """Return the commanded positions."""

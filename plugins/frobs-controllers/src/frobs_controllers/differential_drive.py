@@ -5,8 +5,7 @@ from __future__ import annotations
 import gymnasium as gym
 import numpy as np
 
-from frobs_controllers.parameters import rows
-from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.arrays import Action, Floats, Mask, rows_of
 from frobs_core.errors import UnsuitableRobotError
 from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
 from frobs_core.validation import positive
@@ -110,7 +109,7 @@ class DifferentialDrive(Controller):
 
     def reset(self, mask: Mask | None) -> None:
         """Stand still."""
-        self._velocity[rows(mask)] = 0.0
+        self._velocity[rows_of(mask)] = 0.0
 
     def apply(self, action: Action) -> Floats:
         """Return joint velocities, (num_envs, dof) [rad/s]."""

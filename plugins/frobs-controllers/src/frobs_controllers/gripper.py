@@ -7,8 +7,7 @@ from abc import abstractmethod
 import gymnasium as gym
 import numpy as np
 
-from frobs_controllers.parameters import rows
-from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.arrays import Action, Floats, Mask, rows_of
 from frobs_core.errors import ParameterValueError, UnsuitableRobotError
 from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
 from frobs_core.validation import positive
@@ -55,8 +54,8 @@ class Gripper(Controller):
     def reset(self, mask: Mask | None) -> None:
         """Keep the present opening."""
         opening = (self._joints.joint_positions - self._closed) / self._stroke
-        self._opening[rows(mask)] = opening[rows(mask)]
-        self._wanted[rows(mask)] = np.clip(opening.mean(axis=1, keepdims=True), 0.0, 1.0)[rows(mask)]
+        self._opening[rows_of(mask)] = opening[rows_of(mask)]
+        self._wanted[rows_of(mask)] = np.clip(opening.mean(axis=1, keepdims=True), 0.0, 1.0)[rows_of(mask)]
 
     def apply(self, action: Action) -> Floats:
         """Return the joint positions to go to, (num_envs, dof) [rad or m]."""

@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats
 from frobs_core.errors import MissingSettingError, UnsuitableRobotError
 from frobs_core.interfaces import JointGroup
 from frobs_core.models import JointType
-
-
-def rows(mask: Mask | None) -> slice | Mask:
-    """Return what indexes the environments of a mask."""
-    return slice(None) if mask is None else mask
 
 
 def position_range(owner: str, joints: JointGroup) -> tuple[Floats, Floats]:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_controllers.parameters import rows
 from frobs_controllers.rotations import quat_between, quat_from_rotation_vector, quat_multiply
 from frobs_controllers.tcp_delta_position import TcpDeltaPosition
-from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.arrays import Action, Floats, Mask, rows_of
 from frobs_core.errors import ParameterValueError
 from frobs_core.interfaces import JointGroup, Snapshot
 from frobs_core.validation import positive
@@ -51,7 +50,7 @@ class TcpDeltaPose(TcpDeltaPosition):
     def reset(self, mask: Mask | None) -> None:
         """Command the present positions, and take the tool's pose as the target."""
         super().reset(mask)
-        self._target_quat[rows(mask)] = self._joints.frame_pose("tcp")[1][rows(mask)]
+        self._target_quat[rows_of(mask)] = self._joints.frame_pose("tcp")[1][rows_of(mask)]
 
     def apply(self, action: Action) -> Floats:
         """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""

@@ -8,8 +8,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_controllers.inverse_kinematics import DampedLeastSquares
-from frobs_controllers.parameters import rows
-from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.arrays import Action, Floats, Mask, rows_of
 from frobs_core.errors import ParameterValueError
 from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
 from frobs_core.validation import non_negative, positive
@@ -67,8 +66,8 @@ class TcpDeltaPosition(Controller):
 
     def reset(self, mask: Mask | None) -> None:
         """Command the present positions, and take the tool's place as the target."""
-        self._ik.commanded[rows(mask)] = self._joints.joint_positions[rows(mask)]
-        self._target[rows(mask)] = self._joints.frame_pose("tcp")[0][rows(mask)]
+        self._ik.commanded[rows_of(mask)] = self._joints.joint_positions[rows_of(mask)]
+        self._target[rows_of(mask)] = self._joints.frame_pose("tcp")[0][rows_of(mask)]
 
     def apply(self, action: Action) -> Floats:
         """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""

@@ -5,8 +5,7 @@ from __future__ import annotations
 import gymnasium as gym
 import numpy as np
 
-from frobs_controllers.parameters import rows
-from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.arrays import Action, Floats, Mask, rows_of
 from frobs_core.interfaces import CommandMode, Controller, JointGroup, Scene, Simulation, Snapshot
 from frobs_core.models import joint_path
 from frobs_core.rotations import quat_difference, quat_rotate
@@ -78,7 +77,7 @@ class TcpImpedance(Controller):
     def reset(self, mask: Mask | None) -> None:
         """Take the tool's pose as the equilibrium."""
         pos, quat_wxyz = self._joints.frame_pose("tcp")
-        self._target_pos[rows(mask)], self._target_quat[rows(mask)] = pos[rows(mask)], quat_wxyz[rows(mask)]
+        self._target_pos[rows_of(mask)], self._target_quat[rows_of(mask)] = pos[rows_of(mask)], quat_wxyz[rows_of(mask)]
 
     def apply(self, action: Action) -> Floats:
         """Move the equilibrium, and return the efforts of the first physics step, (num_envs, dof) [N·m or N]."""

@@ -15,6 +15,7 @@ import pytest
 from frobs_devkit.parity import TOLERANCES, ActionFile, Measurement, Status, Subject, measure_parity
 from frobs_devkit.parity import policy as policy_module
 from frobs_devkit.parity.actions import smooth_actions
+from frobs_devkit.parity.friction import friction
 from frobs_devkit.parity.gravity_drop import gravity_drop
 from frobs_devkit.parity.kinematics import forward_kinematics
 from frobs_devkit.parity.lidar import lidar
@@ -39,6 +40,7 @@ MEASUREMENTS: dict[str, Callable[[Sequence[Subject]], Measurement]] = {
     "gravity_drop": gravity_drop,
     "replay": partial(replay, file=ACTIONS),
     "settling": settling,
+    "friction": friction,
     "lidar": lidar,
     "rewards": rewards,
 }
@@ -55,6 +57,7 @@ PLANTED = [
     ("replay", "fine"),
     ("settling", "sunk"),
     ("settling", "restless"),
+    ("friction", "slippery"),
     ("lidar", "farsighted"),
     ("rewards", "stiff"),
 ]
@@ -90,6 +93,25 @@ def test_every_measurement_has_a_planted_difference() -> None:
 def test_each_contact_quantity_fails_on_its_own(subjects: Compare) -> None:
     assert failed(settling(subjects("sunk"))) == ["rest height"]
     assert "time to rest" in failed(settling(subjects("restless")))
+
+
+def test_each_kind_of_friction_fails_on_its_own(subjects: Compare) -> None:
+    assert len(failed(friction(subjects("slippery")))) == 3
+
+
+def test_friction_that_a_simulator_rejects_is_skipped(subjects: Compare) -> None:
+    found = friction(subjects("smooth"))
+    skipped = [c.reason for c in found.comparisons if c.status is Status.SKIPPED]
+    assert skipped == ["smooth rejects the scene"]
+    assert failed(found) == []
+
+
+def test_the_rule_that_combines_frictions_is_named(subjects: Compare) -> None:
+    pytest.importorskip("pybullet")
+    facts = friction(subjects("pybullet")).facts
+    rules = {key.rpartition(", ")[2]: rule for key, rule in facts.items() if key.startswith("sliding friction of")}
+    assert rules["pybullet"] == "0.40: the product, 0.4"
+    assert next(rule for name, rule in rules.items() if "mujoco" in name).endswith("the larger, 0.8")
 
 
 def test_drives_saturate_in_a_fifth_of_the_samples(subjects: Compare) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from frobs_core.capabilities import Level
-from frobs_core.errors import SimulationError
+from frobs_core.errors import SceneError, SimulationError
 from frobs_core.hookspecs import hookimpl
 from frobs_core.interfaces import DriveGains, Placement
 from frobs_core.models import Pose
@@ -126,6 +126,29 @@ class Restless(MujocoSimulation):
         super().step(decimation)
 
 
+class Slippery(MujocoSimulation):
+    """Half of every friction of a body."""
+
+    def __init__(self, robots: Any, scene: Any, **keywords: Any) -> None:
+        names = ("friction", "torsional_friction", "rolling_friction")
+        bodies = {
+            name: replace(body, **{each: 0.5 * getattr(body, each) for each in names})
+            for name, body in scene.bodies.items()
+        }
+        scene = replace(scene, bodies=bodies, floor_friction=0.5 * scene.floor_friction)
+        super().__init__(robots, scene, **keywords)
+
+
+class Smooth(MujocoSimulation):
+    """Rejects bodies with rolling friction."""
+
+    def __init__(self, robots: Any, scene: Any, **keywords: Any) -> None:
+        for name, body in scene.bodies.items():
+            if body.rolling_friction:
+                raise SceneError(f"scene body '{name}'", "has rolling friction.")
+        super().__init__(robots, scene, **keywords)
+
+
 class Farsighted(MujocoSimulation):
     """Rays are 2 mm too long."""
 
@@ -140,7 +163,7 @@ class Mad(MujocoSimulation):
         raise SimulationError("the engine\nhas gone mad.")
 
 
-WRONG = (Stiff, Heavy, Crooked, Strong, Boundless, Fine, Sunk, Restless, Farsighted, Mad)
+WRONG = (Stiff, Heavy, Crooked, Strong, Boundless, Fine, Sunk, Restless, Slippery, Smooth, Farsighted, Mad)
 
 
 @hookimpl

@@ -45,7 +45,7 @@ class Layout:
     """
 
     def __init__(self, robots: Mapping[str, Placement], scene: Scene, meshes: MeshFiles) -> None:
-        scene.check(robots)
+        scene.check(robots, lacking=("attachments",))
         self._robots, self._scene = robots, scene
         floor = [FLOOR] if scene.floor else []
         # A robot may have the name of a body: each kind has names of its own.
@@ -66,8 +66,6 @@ class Layout:
         if scene.floor:
             self._add(("floor", FLOOR), floor_sdf(self.model_names["floor", FLOOR], scene.floor_friction))
             self._add_shapes(FLOOR, "floor", FLOOR, LINK, ["0"])
-        if scene.attachments:
-            raise SceneError("the scene", f"has the attachments {', '.join(scene.attachments)}; Gazebo has none.")
         for name, body in scene.bodies.items():
             if body.rolling_friction > 0.0:
                 raise SceneError(f"scene body '{name}'", "has a rolling friction, which Gazebo does not simulate.")

@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from frobs_core.errors import ModelFileError, SimulationError
 from frobs_core.files import write_aside
-from frobs_core.models import Mesh, MeshPart, joined, read_mesh, scaled, write_stl
+from frobs_core.models import Mesh, MeshPart, convex_parts, write_stl
 from frobs_sim_gazebo.installation import Installation
 
 
@@ -23,27 +23,19 @@ class MeshFiles:
 
     def __init__(self, installation: Installation | None) -> None:
         self._installation = installation
-        self._hulls: dict[Mesh, str] = {}
+        self._hulls: dict[Mesh, list[str]] = {}
 
-    def hull(self, mesh: Mesh) -> str:
-        """Return the URI of a mesh's convex hull, in metres: what other engines let touch, and fast to collide with.
+    def hulls(self, mesh: Mesh) -> list[str]:
+        """Return the URI of a mesh's convex hull in metres, or of each of its convex pieces.
+
+        They are what other engines let touch, and fast to collide with.
 
         Raises:
             ModelFileError: The mesh cannot be read, or is flat.
+            MissingDependencyError: The mesh cannot be decomposed here.
         """
         if mesh not in self._hulls:
-            points = np.unique(joined(scaled(read_mesh(mesh.path), mesh.scale)).vertices, axis=0)
-            try:
-                found = ConvexHull(points)
-            except (QhullError, ValueError) as error:
-                raise ModelFileError(mesh.path, "the mesh is flat: a shape that collides needs a volume.") from error
-            faces = found.simplices.astype(np.int32)
-            corners = points[faces]
-            inward = (
-                np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) * found.equations[:, :3]
-            ).sum(-1)
-            faces[inward < 0.0] = faces[inward < 0.0][:, ::-1]
-            self._hulls[mesh] = self._store(MeshPart(points, faces))
+            self._hulls[mesh] = [self._store(_hull(mesh, piece)) for piece in convex_parts(mesh)]
         return self._hulls[mesh]
 
     def _store(self, part: MeshPart) -> str:
@@ -62,3 +54,16 @@ class MeshFiles:
             except OSError as error:
                 raise SimulationError(f"a mesh cannot be written for Gazebo: {error}") from error
         return f"file://{self._installation.inside(path)}"
+
+
+def _hull(mesh: Mesh, piece: MeshPart) -> MeshPart:
+    points = np.unique(piece.vertices, axis=0)
+    try:
+        found = ConvexHull(points)
+    except (QhullError, ValueError) as error:
+        raise ModelFileError(mesh.path, "the mesh is flat: a shape that collides needs a volume.") from error
+    faces = found.simplices.astype(np.int32)
+    corners = points[faces]
+    inward = (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) * found.equations[:, :3]).sum(-1)
+    faces[inward < 0.0] = faces[inward < 0.0][:, ::-1]
+    return MeshPart(points, faces)

@@ -24,8 +24,7 @@ def elements(geometry: Geometry, meshes: MeshFiles) -> list[tuple[str, Pose]]:
             ends = [(_sphere(radius), Pose((0.0, 0.0, side * length / 2), _UNTURNED)) for side in (-1.0, 1.0)]
             return [(_cylinder(radius, length), Pose()), *ends]
         case Mesh():
-            uri = escape(meshes.hull(geometry))
-            return [(f"<mesh><uri>{uri}</uri></mesh>", Pose())]
+            return [(f"<mesh><uri>{escape(uri)}</uri></mesh>", Pose()) for uri in meshes.hulls(geometry)]
 
 
 def numbers(values: tuple[float, ...] | Floats) -> str:

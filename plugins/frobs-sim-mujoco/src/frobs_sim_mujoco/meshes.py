@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from frobs_core.models import Mesh, MeshPart, Rgba, joined, read_mesh, scaled
+from frobs_core.models import Mesh, MeshPart, Rgba, convex_parts, read_mesh, scaled
 
 _LEAST_VERTICES = 4  # that MuJoCo takes
 
@@ -23,17 +23,26 @@ class Meshes:
     def __init__(self, spec: mujoco.MjSpec) -> None:
         self._spec = spec
         self._known = {mesh.name for mesh in spec.meshes}
+        self._hulls: dict[Mesh, list[Use]] = {}
 
     def hull(self, mesh: Mesh) -> list[Use]:
-        """Return one mesh for all parts: MuJoCo lets its convex hull touch, and rays meet its triangles.
+        """Return one mesh for all colors, or the pieces of one that is decomposed.
+
+        MuJoCo lets their convex hulls touch, and rays meet their triangles.
 
         Raises:
             ModelFileError: The file cannot be read.
+            MissingDependencyError: The mesh cannot be decomposed here.
         """
-        name = f"{mesh.path}{mesh.scale}"
-        if name not in self._known:
-            self._add(name, joined(scaled(read_mesh(mesh.path), mesh.scale)))
-        return [(name, None)]
+        if mesh not in self._hulls:
+            name = f"{mesh.path}{mesh.scale}"
+            parts = convex_parts(mesh)
+            names = [f"{name}convex{number}" if mesh.decomposed else name for number in range(len(parts))]
+            for name, part in zip(names, parts, strict=True):
+                if name not in self._known:
+                    self._add(name, part)
+            self._hulls[mesh] = [(name, None) for name in names]
+        return self._hulls[mesh]
 
     def drawn(self, mesh: Mesh) -> list[Use]:
         """Return a mesh for each part, with its colour.

@@ -9,7 +9,6 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import PhysicsParameterError, UnknownNameError
 from frobs_core.interfaces import Snapshot
-from frobs_core.models import Mesh
 
 if TYPE_CHECKING:
     from frobs_sim_mujoco.robot import MujocoRobot
@@ -48,8 +47,9 @@ def read(simulation: MujocoSimulation, name: str, target: str) -> Floats:
         case "friction":
             return _field(simulation, "geom_friction")[:, _geoms(simulation, target)[0], 0].copy()
         case "size":
-            _check_sizable(simulation, target)
-            return simulation.sizes[target].copy() if target in simulation.sizes else np.ones(simulation.num_envs)
+            sizes = simulation.sizes.get(target, np.ones(simulation.num_envs))
+            simulation.scene.check_size(target, sizes)
+            return sizes.copy()
         case "stiffness":
             return _robot(simulation, target).drive_gains()[0].copy()
         case "damping":
@@ -80,9 +80,7 @@ def write(simulation: MujocoSimulation, name: str, target: str, values: Floats, 
             _write_inertia(simulation, target, rows)
             simulation.mark_constants_stale(mask)
         case "size":
-            _check_sizable(simulation, target)
-            if not (values > 0).all():
-                raise PhysicsParameterError("size", target, f"must be above 0: {values.min()}.")
+            simulation.scene.check_size(target, values)
             simulation.sizes.setdefault(target, np.ones(simulation.num_envs))[rows] = values
             _write_geometry(simulation, target, rows)
             _write_inertia(simulation, target, rows)
@@ -136,19 +134,6 @@ def restore(simulation: MujocoSimulation, state: Snapshot) -> None:
         robot.gains_written = True
     if changed:
         simulation.batch.set_const()
-
-
-def size_targets(simulation: MujocoSimulation) -> list[str]:
-    """Return the bodies of the scene whose size can change: those made of primitives."""
-    bodies = simulation.scene.bodies.items()
-    return [name for name, body in bodies if not any(isinstance(part.geometry, Mesh) for part in body.parts)]
-
-
-def _check_sizable(simulation: MujocoSimulation, target: str) -> None:
-    if target not in size_targets(simulation):
-        raise PhysicsParameterError(
-            "size", target, "cannot change: it is no body of the scene that is made of primitives."
-        )
 
 
 def _write_geometry(simulation: MujocoSimulation, target: str, rows: slice | np.ndarray) -> None:

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, rows_of
 from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
 from frobs_core.interfaces import (
     ContactState,
@@ -310,7 +310,7 @@ class MujocoSimulation(Simulation):
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
         """Push a body at its centre of mass during the next ``step``."""
         number = parameters.body_id(self, body)
-        rows = slice(None) if mask is None else mask
+        rows = rows_of(mask)
         wrench = self.states["xfrc_applied"]
         wrench[rows, number, :3] = force_world
         wrench[rows, number, 3:] = torque_world
@@ -322,7 +322,7 @@ class MujocoSimulation(Simulation):
 
     def parameter_targets(self, name: str) -> Sequence[str]:
         """Return the bodies whose ``size`` can change."""
-        return parameters.size_targets(self) if name == "size" else super().parameter_targets(name)
+        return self.scene.sizable_bodies if name == "size" else super().parameter_targets(name)
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
         """Change a physical parameter."""

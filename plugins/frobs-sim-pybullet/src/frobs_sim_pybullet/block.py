@@ -46,6 +46,7 @@ class Block:
     def step(self, decimation: int, rows: Mapping[str, Floats]) -> None:
         """Advance; rows are (environments of this block, decimation, dof) by robot."""
         for n, world in enumerate(self.worlds.values()):
+            world.apply_sizes()
             world.step(decimation, {name: row[n] for name, row in rows.items()} if rows else {})
 
     def call(self, method: str, ids: Sequence[int], arguments: Sequence[Any]) -> list[Any]:
@@ -61,6 +62,8 @@ class Block:
         """
         results = []
         for n, i in enumerate(ids):
+            if method != "write_parameter":  # so that several sizes in a row build the world once
+                self.worlds[i].apply_sizes()
             own = [argument[n] if isinstance(argument, np.ndarray) else argument for argument in arguments]
             results.append(getattr(self.worlds[i], method)(*own))
         return results

@@ -43,7 +43,7 @@ class Drive:
         self._law_at_limits: Law | None = None
         self._law = self._choose_law()
         self._states: Sequence[tuple[float, ...]] | None = None
-        self._pushes: list[tuple[int, Vector, int, Vector, Vector, Vector]] = []
+        self.pushes: list[tuple[int, Vector, int, Vector, Vector, Vector]] = []
         self._gravity = gravity
         self._seen_gains: bytes | None = None  # those of no joints are empty
         self._turned: tuple[Quat, Vector] | None = None
@@ -106,11 +106,11 @@ class Drive:
         index = self._robot.links[body]
         point = (0.0, 0.0, 0.0) if body == link else compose(invert(self._robot.coms[index]), offset)[0]
         on_twin = self._robot.on_twin(index, self._robot.coms[index][0] if body == link else offset[0])
-        self._pushes.append((index, point, self._robot.twin_links[body], on_twin, force, torque))
+        self.pushes.append((index, point, self._robot.twin_links[body], on_twin, force, torque))
 
     def stop_pushing(self) -> None:
         """Push no more."""
-        self._pushes.clear()
+        self.pushes.clear()
 
     def states(self) -> tuple[list[float], list[float]]:
         """Return joint positions and velocities, in the file's order."""
@@ -156,14 +156,14 @@ class Drive:
             dynamics.set_gravity(turned[1])
             bias = p.calculateInverseDynamics(twin, positions, velocities, self._zeros, 0, dynamics.client)
             mass = p.calculateMassMatrix(twin, positions, 0, dynamics.client)
-            if self._pushes:
+            if self.pushes:
                 bias = np.subtract(bias, self._pushed(positions)).tolist()
             way = self._at_limits() if beyond else self._law
             torques, self.efforts = way(q, v, command, self._constants, mass, bias)
         p.setJointMotorControlArray(
             robot.body, robot.joints, p.TORQUE_CONTROL, forces=torques, physicsClientId=robot.client
         )
-        for index, point, _, _, force, torque in self._pushes:
+        for index, point, _, _, force, torque in self.pushes:
             self._apply(index, point, force, torque)
         return True
 
@@ -191,7 +191,7 @@ class Drive:
         robot, total = self._robot, np.zeros(self._size)
         assert self._turned is not None
         back = conjugate(self._turned[0])
-        for _, _, link, point, force, torque in self._pushes:
+        for _, _, link, point, force, torque in self.pushes:
             if link >= 0:  # nothing moves a fixed base
                 zeros = self._zeros
                 lin, ang = p.calculateJacobian(robot.twin, link, point, positions, zeros, zeros, robot.dynamics.client)

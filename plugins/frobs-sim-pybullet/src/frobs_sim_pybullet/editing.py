@@ -56,7 +56,13 @@ class EditableWorld(World):
         if not self._can_bear(pos.ravel() if quat_wxyz is None else np.concatenate([pos, quat_wxyz], axis=1).ravel()):
             return
         for i, name in enumerate(names):
-            self._put(name, pos[i], None if quat_wxyz is None else quat_wxyz[i])
+            if quat_wxyz is None:
+                quat = self.body_frame(name)[1]
+            else:
+                w, x, y, z = quat_wxyz[i].tolist()
+                quat = x, y, z, w
+            self._put(name, (tuple(pos[i].tolist()), quat))
+            p.resetBaseVelocity(self.bodies[name], (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), self.client)
         self._written()
 
     def write_body_twist(self, body: str, twist: Floats) -> None:
@@ -65,17 +71,6 @@ class EditableWorld(World):
             lin_x, lin_y, lin_z, *ang = twist.tolist()
             self._set_twist(body, (lin_x, lin_y, lin_z), tuple(ang))
             self._written()
-
-    def _put(self, name: str, pos: Floats, quat_wxyz: Floats | None) -> None:
-        number, com = self.bodies[name], self._coms.get(name)
-        if quat_wxyz is None:
-            quat = self.body_frame(name)[1]
-        else:
-            w, x, y, z = quat_wxyz.tolist()
-            quat = x, y, z, w
-        at = pos.tolist(), quat
-        p.resetBasePositionAndOrientation(number, *(at if com is None else compose(at, com)), self.client)
-        p.resetBaseVelocity(number, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), self.client)
 
     def _can_bear(self, values: Floats) -> bool:
         bearable = math.hypot(*values) < FASTEST
@@ -104,8 +99,9 @@ class EditableWorld(World):
         self._drives[robot].push(link, tuple(force.tolist()), tuple(torque.tolist()))
 
     def write_parameter(self, name: str, target: str, value: Floats) -> None:
-        """Change a mass, a friction or the gravity."""
+        """Change a mass, a friction, a size or the gravity."""
         plain = value.tolist()
+        self._resized |= name == "size" and plain != self._parameters.get((name, target), 1.0)
         self._parameters[name, target] = plain
         self._apply(name, target, plain)
 

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from frobs_core.models import Mesh, MeshPart, joined, read_mesh, scaled, write_stl
+from frobs_core.models import Mesh, MeshPart, convex_parts, read_mesh, scaled, write_stl
 
 Rgba: TypeAlias = tuple[float, float, float, float]
 
@@ -19,20 +19,24 @@ class MeshFiles:
 
     def __init__(self) -> None:
         self._folder: Path | None = None
-        self._hulls: dict[Mesh, Path] = {}
+        self._hulls: dict[Mesh, list[Path]] = {}
         self._drawn: dict[Mesh, list[tuple[Path, Rgba | None]]] = {}
 
-    def hull(self, mesh: Mesh) -> Path:
-        """Return a file of a mesh's points, of which Bullet takes the convex hull.
+    def hulls(self, mesh: Mesh) -> list[Path]:
+        """Return a file of a mesh's points, or of each of its convex pieces; Bullet takes their convex hull.
 
         Raises:
             ModelFileError: The mesh cannot be read.
+            MissingDependencyError: The mesh cannot be decomposed here.
         """
         if mesh not in self._hulls:
-            points = np.unique(joined(scaled(read_mesh(mesh.path), mesh.scale)).vertices, axis=0)
-            corners = np.arange(-(-len(points) // 3) * 3) % len(points)  # each point once: all that a hull needs
-            part = MeshPart(points, corners.reshape(-1, 3).astype(np.int32))
-            self._hulls[mesh] = self._write(part, f"hull_{len(self._hulls)}")
+            files = []
+            for number, piece in enumerate(convex_parts(mesh)):
+                points = np.unique(piece.vertices, axis=0)
+                corners = np.arange(-(-len(points) // 3) * 3) % len(points)  # each point once: all that a hull needs
+                part = MeshPart(points, corners.reshape(-1, 3).astype(np.int32))
+                files.append(self._write(part, f"hull_{len(self._hulls)}_{number}"))
+            self._hulls[mesh] = files
         return self._hulls[mesh]
 
     def drawn(self, mesh: Mesh) -> list[tuple[Path, Rgba | None]]:

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 class PybulletParameters(WrittenParameters):
     """The parameters of a PyBullet simulation."""
 
+    names = (*WrittenParameters.names, "size")
+
     def __init__(self, simulation: PybulletSimulation) -> None:
         super().__init__(simulation.placements, simulation.scene, simulation.robots, simulation.num_envs)
         self._simulation = simulation
@@ -24,6 +26,10 @@ class PybulletParameters(WrittenParameters):
         """Pass a parameter on to the worlds of ``mask``."""
         rows = slice(None) if mask is None else np.flatnonzero(mask)
         self._simulation.call("write_parameter", mask, name, target, self.written[name, target][rows])
+
+    def sizes(self, env: int) -> dict[str, float]:
+        """Return the sizes that were written in an environment, by body."""
+        return {target: float(values[env]) for (name, target), values in self.written.items() if name == "size"}
 
     def restore(self, state: Snapshot) -> None:
         """Return to a snapshot."""

@@ -10,7 +10,7 @@ def frobs_simulators() -> list[SimulatorRecord]:
     """Offer PyBullet."""
     exact = (
         "determinism snapshot teleport pause drive contacts rays wrench cameras randomize_mass "
-        "randomize_gains randomize_joint_damping randomize_gravity"
+        "randomize_gains randomize_joint_damping randomize_gravity randomize_size"
     )
     return [
         SimulatorRecord(

@@ -40,6 +40,7 @@ class Renderer:
         self,
         arrays: Arrays,
         env: int,
+        sizes: Mapping[str, float],
         camera: str | None,
         frame: tuple[Vector, Quat],
         size: tuple[int, int],
@@ -52,6 +53,7 @@ class Renderer:
         Args:
             arrays: Of the simulation.
             env: Which environment.
+            sizes: Of its bodies that are not as the scene has them.
             camera: Its name; None where the scene has none.
             frame: Where what the camera is fixed to is.
             size: (height, width)
@@ -59,7 +61,7 @@ class Renderer:
             markers: Drawn into rgb pictures.
             fast: Whether shadows are omitted.
         """
-        self._stage.pose(arrays, env)
+        self._stage.pose(arrays, env, sizes)
         self._stage.mark(markers if modality == "rgb" else (), env)
         height, width = size
         described = _DEFAULT if camera is None else self._scene.cameras[camera]
@@ -126,11 +128,11 @@ class Viewer:
             pitch = -float(np.degrees(np.arcsin(offset[2] / distance)))
             p.resetDebugVisualizerCamera(distance, yaw, pitch, camera.target, self._client)
 
-    def sync(self, arrays: Arrays) -> None:
+    def sync(self, arrays: Arrays, sizes: Mapping[str, float]) -> None:
         """Show the present state; nothing once the window was closed."""
         if p.isConnected(self._client):
             p.configureDebugVisualizer(p.COV_ENABLE_RENDERING, 0, physicsClientId=self._client)
-            self._stage.pose(arrays, 0)
+            self._stage.pose(arrays, 0, sizes)
             p.configureDebugVisualizer(p.COV_ENABLE_RENDERING, 1, physicsClientId=self._client)
 
     def close(self) -> None:

@@ -142,6 +142,7 @@ class PybulletSimulation(Simulation):
             raise SimulationError(
                 "the environments live in worker processes, out of reach; build with num_threads=1 to have them here."
             )
+        self.call("apply_sizes", None)
         worlds = self._backend.worlds.values()
         return tuple(Native(w.client, {n: r.body for n, r in w.robots.items()}, dict(w.bodies)) for w in worlds)
 
@@ -180,7 +181,7 @@ class PybulletSimulation(Simulation):
         else:
             self._backend.step(decimation, rows)
         if self._viewer is not None:
-            self._viewer.sync(self.arrays)
+            self._viewer.sync(self.arrays, self.parameters.sizes(0))
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
         """Cast rays at everything that collides."""
@@ -214,6 +215,10 @@ class PybulletSimulation(Simulation):
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
         """Change a physical parameter."""
         self.parameters.write(name, target, values, mask)
+
+    def parameter_targets(self, name: str) -> Sequence[str]:
+        """Return the targets of ``size``."""
+        return self.scene.sizable_bodies if name == "size" else super().parameter_targets(name)
 
     def snapshot(self) -> Snapshot:
         """Return what Bullet knows of the state, what the simulation does, and the parameters that were written."""
@@ -256,7 +261,9 @@ class PybulletSimulation(Simulation):
             self._renderer = Renderer(self.placements, self.scene)
         chosen = list(range(self.num_envs)) if mask is None else np.flatnonzero(mask).tolist()
         pictures = [
-            self._renderer.draw(self.arrays, i, name, self._frame(name, i), size, modality, markers, fast)
+            self._renderer.draw(
+                self.arrays, i, self.parameters.sizes(i), name, self._frame(name, i), size, modality, markers, fast
+            )
             for i in chosen or [0]  # which gives an empty result its shape and dtype
         ]
         return np.stack(pictures)[: len(chosen)]
@@ -266,7 +273,7 @@ class PybulletSimulation(Simulation):
         self._watch_what_is_drawn()
         if self._viewer is None:
             self._viewer = Viewer(self.placements, self.scene)
-        self._viewer.sync(self.arrays)
+        self._viewer.sync(self.arrays, self.parameters.sizes(0))
 
     def _watch_what_is_drawn(self) -> None:
         for robot in self.robots.values():

@@ -46,7 +46,8 @@ class Stage:
         if scene.floor:
             for tile in self._floor():
                 self.numbers[tile, -1] = 0
-        self._bodies = {}
+        self._bodies: dict[str, int] = {}
+        self._sizes: dict[str, float] = dict.fromkeys(scene.bodies, 1.0)
         meshes = MeshFiles()
         for name, body in scene.bodies.items():
             number = self._bodies[name] = self._add_body(body, meshes)
@@ -95,13 +96,17 @@ class Stage:
         shape = p.createVisualShape(**shape_keywords(geometry, "length"), **look)
         return int(p.createMultiBody(0.0, -1, shape, physicsClientId=self.client))
 
-    def pose(self, arrays: Arrays, env: int) -> None:
+    def pose(self, arrays: Arrays, env: int, sizes: Mapping[str, float]) -> None:
         """Put all where it is in an environment.
 
         Args:
             arrays: Of the simulation; the poses of root links and bodies are current.
             env: Which environment.
+            sizes: Of its bodies that are not as the scene has them.
         """
+        for name, size in self._sizes.items():
+            if sizes.get(name, 1.0) != size:
+                self._resize(name, sizes.get(name, 1.0))
         for name, number in self._bodies.items():
             self._put(number, _split(arrays[f"bodies/{name}/pose"][env]))
         for name, (number, joints, root) in self._robots.items():
@@ -118,6 +123,14 @@ class Stage:
             com = p.getDynamicsInfo(number, -1, self.client)[3:5]
             base = compose(_split(arrays[f"robots/{name}/pose/{model.root}"][env]), invert(root))
             p.resetBasePositionAndOrientation(number, *compose(base, com), self.client)
+
+    def _resize(self, name: str, size: float) -> None:
+        """Draw a body in another size, with its number in segmentations."""
+        self._sizes[name] = size
+        segment = self.numbers.pop((self._bodies[name], -1))
+        p.removeBody(self._bodies[name], self.client)
+        number = self._bodies[name] = self._add_body(self._scene.bodies[name].resized(size), MeshFiles())
+        self.numbers[number, -1] = segment
 
     def mark(self, markers: Sequence[Marker], env: int) -> None:
         """Show markers; those of the last call are gone."""

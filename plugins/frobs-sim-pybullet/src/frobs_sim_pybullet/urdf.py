@@ -168,7 +168,7 @@ def write_link_urdf(link: Link, meshes: MeshFiles, *, visuals: bool = False) -> 
 def _link(link: Link, meshes: MeshFiles, *, collisions: bool, visuals: bool) -> list[str]:
     lines = [f"<link name={quoteattr(link.name)}>", _inertial(link.inertial or _WEIGHTLESS)]
     if collisions:
-        lines += [_collision(shape, meshes) for shape in link.collisions]
+        lines += [_collision(inner, shape) for shape in link.collisions for inner in _solids(shape.geometry, meshes)]
     if visuals:
         lines += [visual for shape in link.visuals or link.collisions for visual in _visuals(shape, meshes)]
     return [*lines, "</link>"]
@@ -250,9 +250,14 @@ def _joint(joint: Joint, parent: str, origin: tuple[Vector, Quat]) -> str:
     )
 
 
-def _collision(shape: Collision, meshes: MeshFiles) -> str:
-    geometry = shape.geometry
-    inner = _mesh(meshes.hull(geometry)) if isinstance(geometry, Mesh) else _geometry(geometry)
+def _solids(geometry: Geometry, meshes: MeshFiles) -> list[str]:
+    """Return what of a shape collides: one element, or one for each convex piece of a mesh."""
+    if isinstance(geometry, Mesh):
+        return [_mesh(path) for path in meshes.hulls(geometry)]
+    return [_geometry(geometry)]
+
+
+def _collision(inner: str, shape: Collision) -> str:
     return f"<collision>{_origin(from_pose(shape.origin))}<geometry>{inner}</geometry></collision>"
 
 

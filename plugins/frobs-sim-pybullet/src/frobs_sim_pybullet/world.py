@@ -11,7 +11,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import SceneError
-from frobs_core.interfaces import AT_REST, Attachment, ContactState, Placement, Scene
+from frobs_core.interfaces import AT_REST, Attachment, Body, ContactState, Placement, Scene
 from frobs_core.models import home_positions
 from frobs_sim_pybullet.articulation import FASTEST, Articulation
 from frobs_sim_pybullet.bullet import pybullet as p
@@ -78,6 +78,7 @@ class World:
         self._still: set[str] = set()
         self._moving: list[Callable[[], None]] = []
         self._parameters: dict[tuple[str, str], Any] = {}
+        self._resized = False  # whether sizes were written since the bodies were built
         self._build()
 
     def _build(self) -> None:
@@ -95,11 +96,15 @@ class World:
             floor = p.createMultiBody(0.0, plane, physicsClientId=client)
             prepare(client, floor, self._scene.floor_friction)
             sides["floor"] = floor, -1
-        self.bodies = {name: add_body(client, body, self._meshes) for name, body in self._scene.bodies.items()}
+        bodies = {
+            name: body.resized(self._parameters.get(("size", name), 1.0)) for name, body in self._scene.bodies.items()
+        }
+        self._resized = False
+        self.bodies = {name: add_body(client, body, self._meshes) for name, body in bodies.items()}
         self._coms = {  # where Bullet's frame of each body is in its own, if it is elsewhere
             name: p.getDynamicsInfo(number, -1, client)[3:5]
             for name, number in self.bodies.items()
-            if not is_plain(self._scene.bodies[name])
+            if not is_plain(bodies[name])
         }
         for name, body in self._scene.bodies.items():
             if body.twist != AT_REST:
@@ -133,7 +138,7 @@ class World:
             for name, placement in self._placements.items()
             for sensor, (link, pose) in placement.force_torque_sensors.items()
         ]
-        self._rays = Rays(client, self._colliders())
+        self._rays = Rays(client, self._colliders(bodies))
         self._free = [number for name, number in self.bodies.items() if self._scene.bodies[name].is_free]
         self._steps, self._broken = 0, False
         self._body_pushes: list[tuple[int, Vector, Vector]] = []
@@ -144,10 +149,10 @@ class World:
             robot.let_overlap()
         self._fresh: int = p.saveState(client)
 
-    def _colliders(self) -> dict[Side, Collider]:
+    def _colliders(self, bodies: Mapping[str, Body]) -> dict[Side, Collider]:
         found: dict[Side, Collider] = {}
         for name, number in self.bodies.items():
-            parts = tuple((shape.geometry, shape.origin) for shape in self._scene.bodies[name].collisions)
+            parts = tuple((shape.geometry, shape.origin) for shape in bodies[name].collisions)
             found[number, -1] = parts, partial(self.body_frame, name)
         for name, robot in self.robots.items():
             shapes = {link.name: link.collisions for link in self._placements[name].model.links}
@@ -192,6 +197,20 @@ class World:
             lin = lin[0] + shift[0], lin[1] + shift[1], lin[2] + shift[2]
         p.resetBaseVelocity(self.bodies[name], lin, ang, self.client)
 
+    def _twist(self, name: str) -> tuple[Vector, Vector]:
+        """Return a scene body's velocity: linear of its origin, then angular."""
+        lin, ang = p.getBaseVelocity(self.bodies[name], self.client)
+        if name in self._coms:  # Bullet's is that of the center of mass
+            shift = cross(ang, rotate(self.body_frame(name)[1], self._coms[name][0]))
+            lin = lin[0] - shift[0], lin[1] - shift[1], lin[2] - shift[2]
+        return lin, ang
+
+    def _put(self, name: str, frame: tuple[Vector, Quat]) -> None:
+        """Put a scene body's frame somewhere."""
+        com = self._coms.get(name)
+        pose = frame if com is None else compose(frame, com)
+        p.resetBasePositionAndOrientation(self.bodies[name], *pose, self.client)
+
     def _put_home(self, name: str, robot: Articulation) -> None:
         placement = self._placements[name]
         home = home_positions(placement.model, placement.robot.home).tolist()
@@ -200,12 +219,7 @@ class World:
     def reset(self) -> None:
         """Go back to the state as it was built; parameters stay."""
         if self._broken:
-            self.close()  # what numbers that are none have done to Bullet's data, nobody knows
-            self._build()
-            self._meshes.clear()
-            for channel in list(self._watched):
-                self._watched[channel] = self._reader(channel)
-            self._sort_readers()
+            self._rebuild()  # what numbers that are none have done to Bullet's data, nobody knows
         else:
             p.restoreState(self._fresh, physicsClientId=self.client)
         self._steps, self._broken = 0, False
@@ -216,6 +230,45 @@ class World:
             wrench[:] = 0.0
         self._stop_pushing()
         self._written()
+
+    def _rebuild(self) -> None:
+        """Build everything again, in the state of the scene."""
+        self.close()
+        self._build()
+        self._meshes.clear()
+        for channel in list(self._watched):
+            self._watched[channel] = self._reader(channel)
+        self._sort_readers()
+
+    def apply_sizes(self) -> None:
+        """Build everything again if a size was written, in the present state.
+
+        Bullet cannot change a shape. The order of the bodies counts for its solver, so a single one is not exchanged.
+        """
+        if not self._resized or self._broken:
+            return
+        steps, body_pushes, drives = self._steps, self._body_pushes, self._drives
+        bodies = {name: (self.body_frame(name), self._twist(name)) for name in self.bodies}
+        robots = {robot.body: self._motion(robot.body) for robot in self.robots.values()}
+        self._rebuild()
+        self._steps, self._body_pushes = steps, body_pushes
+        for name, drive in self._drives.items():
+            drive.efforts, drive.pushes = drives[name].efforts, drives[name].pushes
+        for name, (frame, twist) in bodies.items():
+            self._put(name, frame)
+            self._set_twist(name, *twist)
+        for number, (pose, motion, joints) in robots.items():  # Bullet numbers them as before
+            p.resetBasePositionAndOrientation(number, *pose, self.client)
+            p.resetBaseVelocity(number, *motion, self.client)
+            for joint, (position, velocity) in enumerate(joints):
+                p.resetJointState(number, joint, position, velocity, self.client)
+        self._written()
+
+    def _motion(self, number: int) -> tuple[Any, Any, list[tuple[float, float]]]:
+        """Return pose and twist of a robot's base in Bullet, and position and velocity of each joint."""
+        client = self.client
+        joints = [p.getJointState(number, joint, client)[:2] for joint in range(p.getNumJoints(number, client))]
+        return p.getBasePositionAndOrientation(number, client), p.getBaseVelocity(number, client), joints
 
     def step(self, decimation: int, rows: Mapping[str, Floats]) -> None:
         """Advance.
@@ -325,17 +378,15 @@ class World:
         kind, name, field, *link = channel.split("/", 3)
         if kind == "robots":
             return Frames(self.robots[name], self._drives[name], self._row).reader(field, link[0])
-        number, row, client = self.bodies[name], self._row[channel], self.client
+        row = self._row[channel]
 
         def read_pose() -> None:
             pos, (x, y, z, w) = self.body_frame(name)
             row[:] = (*pos, w, x, y, z)
 
         def read_twist() -> None:
-            lin, ang = p.getBaseVelocity(number, client)
+            lin, ang = self._twist(name)
             row[:] = (*lin, *ang)
-            if name in self._coms:  # Bullet's is that of the center of mass
-                row[:3] -= cross(ang, rotate(self.body_frame(name)[1], self._coms[name][0]))
 
         return read_pose if field == "pose" else read_twist
 

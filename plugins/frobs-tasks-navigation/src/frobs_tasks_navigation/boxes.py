@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, rows_of
 from frobs_core.interfaces import Body, Simulation, Snapshot
 from frobs_core.models import Box, Pose
 from frobs_core.random import RandomSource
@@ -75,7 +75,7 @@ class MovingBoxes:
         """
         if not self._placed:
             return
-        rows = slice(None) if mask is None else mask
+        rows = rows_of(mask)
         shape = (self._count,)
         yaw = rng.uniform("box_yaw", -np.pi, np.pi, shape, mask)
         self._yaw[rows] = yaw = np.where(np.isnan(self._fixed_yaw), yaw, self._fixed_yaw)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, rows_of
 from frobs_core.interfaces import Snapshot
 from frobs_core.random import RandomSource
 from frobs_tasks_navigation import terms
@@ -82,7 +82,7 @@ class Course:
         Returns:
             Where the robots start, (n, 2) [m], and how they are turned, (n,) [rad].
         """
-        rows = slice(None) if mask is None else mask
+        rows = rows_of(mask)
         start, goal = given
         obstacles = (boxes[0][rows], boxes[1][rows], boxes[2])
         low, high = self._plan.start.box

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, rows_of
 from frobs_core.errors import ParameterValueError, UnknownNameError, UnsuitableRobotError
 from frobs_core.interfaces import Controller, Marker, RobotHandle, Scene, Simulation, Snapshot, StepContext, Task
 from frobs_core.observation import ObservationTerm
@@ -181,7 +181,7 @@ class Navigate(Task):
         Raises:
             ConfigurationError: A given start or goal is outside of the plan's area.
         """
-        rows = slice(None) if mask is None else mask
+        rows = rows_of(mask)
         self._boxes.begin(mask, rng)
         start, goal = options.get("start"), options.get("goal")
         pos, yaw = self._course.begin(

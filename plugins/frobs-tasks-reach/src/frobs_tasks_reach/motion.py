@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, rows_of
 from frobs_core.interfaces import Snapshot
 from frobs_core.random import RandomSource
 
@@ -39,7 +39,7 @@ class Oscillation:
             centre: (n, 3) [m]
             start: (n, 3) [m] where it is at time 0; instead of ``centre``.
         """
-        rows = slice(None) if mask is None else mask
+        rows = rows_of(mask)
         self._amplitude[rows] = rng.uniform("goal_amplitude", 0.0, self._max_amplitude, (3,), mask)
         self._frequency[rows] = rng.uniform("goal_frequency", 0.0, self._max_frequency, (3,), mask)
         self._phase[rows] = rng.uniform("goal_phase", 0.0, self._max_phase, (3,), mask)

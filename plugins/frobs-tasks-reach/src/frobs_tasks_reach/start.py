@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats, Mask, rows_of
 from frobs_core.capabilities import Level
 from frobs_core.errors import ParameterValueError, UnsuitableRobotError
 from frobs_core.interfaces import RobotHandle, Task
@@ -77,7 +77,7 @@ class EpisodeStart(Task):
         Raises:
             ConfigurationError: A given joint position is outside the limits, or a given goal beyond any reach.
         """
-        rows = slice(None) if mask is None else mask
+        rows = rows_of(mask)
         self._place_robot(rows, mask, rng, options.get("joint_positions"))
         self._place_goal(rows, mask, rng, options.get("goal"))
         self._measure()

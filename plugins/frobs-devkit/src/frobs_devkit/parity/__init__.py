@@ -5,7 +5,7 @@ The modules::
     measure.py          which measurements there are, and what each needs
     subject.py          a simulator that is compared, and what it is compared on
     tolerances.py       every tolerance, with its reason
-    kinematics.py · step_response.py · gravity_drop.py · replay.py · settling.py · lidar.py · rewards.py · policy.py
+    kinematics.py · step_response.py · gravity_drop.py · replay.py · settling.py · friction.py · lidar.py · rewards.py · policy.py
                         one measurement each: from subjects to numbers that are judged, and curves
     certificate.py      all of it, and its files; report.py writes the Markdown, draw.py the pictures
 

@@ -17,6 +17,7 @@ from frobs_core.capabilities import Level, abilities
 from frobs_core.errors import ModelMismatchError, UnknownNameError
 from frobs_devkit.parity.actions import ActionFile, check_actions, read_actions, smooth_actions
 from frobs_devkit.parity.certificate import Certificate
+from frobs_devkit.parity.friction import friction
 from frobs_devkit.parity.gravity_drop import gravity_drop
 from frobs_devkit.parity.kinematics import forward_kinematics
 from frobs_devkit.parity.lidar import lidar
@@ -126,6 +127,7 @@ def _plans(file: ActionFile, run: Run | None, episodes: int) -> dict[str, Plan]:
         "gravity_drop": Plan("Gravity drop", gravity_drop, needs="drive"),
         "replay": Plan("Replay", partial(replay, file=file), environment=True),
         "settling": Plan("Contact settling", settling, needs="contacts"),
+        "friction": Plan("Friction", friction, needs="contacts"),
         "lidar": Plan("Lidar", lidar, needs="rays"),
         "rewards": Plan("Rewards", rewards, environment=True),
     }

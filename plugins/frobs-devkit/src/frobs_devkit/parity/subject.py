@@ -59,10 +59,21 @@ class Subject:
 
     @contextmanager
     def simulate(
-        self, placement: Placement, bodies: Mapping[str, Body] | None = None, *, floor: bool = False
+        self,
+        placement: Placement,
+        bodies: Mapping[str, Body] | None = None,
+        *,
+        floor: bool = False,
+        floor_friction: float = 1.0,
     ) -> Iterator[tuple[Simulation, RobotHandle]]:
         """Build a simulation of one robot in a scene of our own, reset; it is closed after the ``with`` block."""
-        scene = Scene(floor=floor, gravity=self.gravity, bodies=bodies or {}, robot_pose=placement.pose)
+        scene = Scene(
+            floor=floor,
+            floor_friction=floor_friction,
+            gravity=self.gravity,
+            bodies=bodies or {},
+            robot_pose=placement.pose,
+        )
         made: Simulation = self.record.load()(
             {"robot": placement}, scene, num_envs=1, physics_timestep=self.physics_timestep, num_threads=1
         )

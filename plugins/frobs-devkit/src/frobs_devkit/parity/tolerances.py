@@ -41,6 +41,10 @@ _LAW = (
     "engines that realise the drive law exactly solve the same equations in double precision; rounding, over 1,000 "
     "physics steps, stays far below a micro-unit, and whatever is above it is another law, model or integrator."
 )
+_FRICTION = (
+    "a friction of Coulomb stops a body after a time and a way that follow from its coefficient; an engine that regularizes "
+    "the contact, or resolves it in a physics step, is some percent off, and a tenth is another coefficient."
+)
 
 TOLERANCES: Mapping[str, Tolerance] = {
     "frame_position": Tolerance(
@@ -124,6 +128,10 @@ TOLERANCES: Mapping[str, Tolerance] = {
         unit="m",
         reason="at the moment of the impact a soft contact gives way for a few milliseconds; a tenth of the box.",
     ),
+    **{
+        name: Tolerance(exact=0.1, approximate=0.1, unit=unit, share=True, reason=_FRICTION)
+        for name, unit in (("spin_time", "s"), ("rolling_distance", "m"), ("sliding_distance", "m"))
+    },
     "lidar": Tolerance(
         exact=1e-3, approximate=0.02, unit="m", reason="a millimetre: the collision margins of an engine are smaller."
     ),

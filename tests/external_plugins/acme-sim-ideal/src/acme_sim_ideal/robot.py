@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import SimulationError
-from frobs_core.interfaces import CommandMode, Placement, RobotHandle
+from frobs_core.arrays import Floats, Mask, rows_of
+from frobs_core.interfaces import Placement, RobotHandle
 
 _LAG = 0.02  # [s] in which an error falls to a third and a little
 _STEP = 1e-6  # [rad or m] of the differences that the Jacobian is made of
@@ -21,9 +18,6 @@ class IdealRobot(RobotHandle):
         self.describe(name, placement, num_envs)
         self._timestep, self._share = timestep, 1.0 - np.exp(-timestep / _LAG)
         self._positions, self._velocities = self.home.copy(), np.zeros_like(self.home)
-        self._held: Floats = np.zeros_like(self.home)
-        self._commands: Floats | None = None
-        self.go_home(slice(None))
 
     @property
     def joint_positions(self) -> Floats:
@@ -42,37 +36,21 @@ class IdealRobot(RobotHandle):
 
     def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
         """Put the joints somewhere at once."""
-        rows = slice(None) if mask is None else mask
+        rows = rows_of(mask)
         self._positions[rows], self._velocities[rows] = positions, velocities
 
     def go_home(self, rows: slice | Mask) -> None:
         """Go home, at rest, and hold."""
         self._positions[rows], self._velocities[rows] = self.home[rows], 0.0
-        self._held[rows] = self.holding_command(self.home[rows])
-        self._commands = None
-
-    def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
-        """Change what commands mean, and hold."""
-        self._set_modes(mode)
-        self._held, self._commands = self.holding_command(self._positions), None
-
-    def command(self, values: Floats) -> None:
-        """Set what the joints follow."""
-        self._commands = values.copy() if values.ndim == 3 else None
-        if values.ndim == 2:
-            self._held = np.array(values, np.float64)
+        self._command[rows], self._command_rows = self.holding_command(self.home[rows]), None
 
     def advance(self, decimation: int) -> None:
         """Follow for some physics steps."""
-        rows, self._commands = self._commands, None
-        if rows is not None and rows.shape[1] != decimation:
-            raise SimulationError(f"a command has {rows.shape[1]} rows for {decimation} physics steps.")
+        commands = self._take_commands(decimation)
         for k in range(decimation):
-            if rows is not None:
-                self._held = rows[:, k].copy()
-            errors = (self._held - self._positions) * (self._share / self._timestep)
+            errors = (commands[:, k] - self._positions) * (self._share / self._timestep)
             modes = np.array(self.command_modes)
-            wanted = np.select([modes == "position", modes == "velocity"], [errors, self._held], 0.0)
+            wanted = np.select([modes == "position", modes == "velocity"], [errors, commands[:, k]], 0.0)
             self._velocities = np.clip(wanted, -self.velocity_limit, self.velocity_limit)
             self._positions = self._positions + self._timestep * self._velocities
             inside = np.clip(self._positions, self.position_lower, self.position_upper)
@@ -81,9 +59,13 @@ class IdealRobot(RobotHandle):
 
     def snapshot(self) -> dict[str, Floats]:
         """Return the joints and what they follow."""
-        return {"positions": self._positions.copy(), "velocities": self._velocities.copy(), "held": self._held.copy()}
+        return {
+            "positions": self._positions.copy(),
+            "velocities": self._velocities.copy(),
+            "held": self._command.copy(),
+        }
 
     def restore(self, state: dict[str, Floats]) -> None:
         """Return to a snapshot."""
         self._positions, self._velocities = state["positions"].copy(), state["velocities"].copy()
-        self._held, self._commands = state["held"].copy(), None
+        self._command, self._command_rows = state["held"].copy(), None

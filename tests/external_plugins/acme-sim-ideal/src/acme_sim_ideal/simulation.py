@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from acme_sim_ideal.robot import IdealRobot
-from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.arrays import Floats, Mask, rows_of
+from frobs_core.errors import UnknownNameError
 from frobs_core.interfaces import Body, BodyHandle, Placement, Scene, Simulation, Snapshot
 
 
@@ -43,7 +43,7 @@ class IdealSimulation(Simulation):
         physics_timestep: float,
         num_threads: int = 0,
     ) -> None:
-        _check(scene, robots)
+        scene.check(robots, lacking=("contacts", "attachments"))
         self.num_envs, self.physics_timestep = num_envs, physics_timestep
         self.robots = {name: IdealRobot(name, one, num_envs, physics_timestep) for name, one in robots.items()}
         self.bodies = {name: IdealBody(name, body, num_envs) for name, body in scene.bodies.items()}
@@ -57,7 +57,7 @@ class IdealSimulation(Simulation):
 
     def reset(self, mask: Mask | None = None) -> None:
         """Go home."""
-        rows = slice(None) if mask is None else mask
+        rows = rows_of(mask)
         for robot in self.robots.values():
             robot.go_home(rows)
         self._steps[rows] = 0
@@ -86,7 +86,7 @@ class IdealSimulation(Simulation):
         """Change the speed of the wind."""
         if name != "wind_speed":
             raise UnknownNameError("parameter", name, ["wind_speed"])
-        self._wind[slice(None) if mask is None else mask, 0] = values
+        self._wind[rows_of(mask), 0] = values
 
     def snapshot(self) -> Snapshot:
         """Return the complete state."""
@@ -101,18 +101,3 @@ class IdealSimulation(Simulation):
         for name, robot in self.robots.items():
             keys = [key for key in snapshot if key.startswith(f"{name}/")]
             robot.restore({key.removeprefix(f"{name}/"): snapshot[key] for key in keys})
-
-    def close(self) -> None:
-        """There is nothing to release."""
-
-
-def _check(scene: Scene, robots: Mapping[str, Placement]) -> None:
-    for name, body in scene.bodies.items():
-        if body.kinematic and body.mass is not None:
-            raise ConfigurationError(f"body '{name}' is kinematic, and has a mass; give one of them.")
-    if scene.contacts:
-        raise ConfigurationError(f"there are no contacts here, and the scene wants {', '.join(scene.contacts)}.")
-    for name, camera in scene.cameras.items():
-        robot, _, link = (camera.frame or "").partition("/")
-        if robot and (robot not in robots or link not in [one.name for one in robots[robot].model.links]):
-            raise ConfigurationError(f"camera '{name}' is fixed to '{camera.frame}', which is not here.")
