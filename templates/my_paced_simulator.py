@@ -82,7 +82,7 @@ class World:
     def read(self) -> dict[str, dict[str, tuple[Floats, ...]]]:
         """Return what is measured now of robots and bodies, by name."""
         sim = self._simulation
-        robots = {
+        robots: dict[str, tuple[Floats, ...]] = {
             name: (one.joint_positions, one.joint_velocities, one.joint_efforts) for name, one in sim.robots.items()
         }
         return {"robots": robots, "bodies": {name: (*body.pose, *body.twist) for name, body in sim.bodies.items()}}
