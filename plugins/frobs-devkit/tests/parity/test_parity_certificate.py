@@ -44,7 +44,7 @@ def test_a_certificate_is_complete(certificate: Certificate, tmp_path: Path) -> 
     found = json.loads((folder / "certificate.json").read_text())
     assert found["passed"] is True
     assert found["simulators"] == ["mujoco (1)", "mujoco (2)"]
-    assert [m["status"] for m in found["measurements"]] == ["passed"] * 8
+    assert [m["status"] for m in found["measurements"]] == ["passed"] * 9
     for measurement in found["measurements"]:
         assert (folder / measurement["picture"]).read_bytes().startswith(PNG)
     assert not [path for path in folder.iterdir() if path.name.startswith(".")]
