@@ -100,6 +100,7 @@ def _answers(package: OldPackage, robot: RobotSource | None, name: str | None, n
         **answers,
         "example": "file",
         "robot_file": str(robot.path.absolute()),
+        "failing_checks": "expect",  # the robot is what it is
         "xacro_args": " ".join(f"{key}:={value}" for key, value in robot.xacro_args.items()),
         "package_paths": os.pathsep.join(f"{key}={Path(folder).absolute()}" for key, folder in robot.package_paths.items()),
     }  # fmt: skip
