@@ -1,6 +1,7 @@
 """What each of the five kinds is: the contracts that plugins implement."""
 
 from frobs_core.interfaces.algorithm import Algorithm, TrainingMonitor
+from frobs_core.interfaces.bodies import AT_REST, Body, Shape, Twist
 from frobs_core.interfaces.body_handle import BodyHandle
 from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.contacts import ContactState
@@ -10,19 +11,7 @@ from frobs_core.interfaces.pacing import Pacer
 from frobs_core.interfaces.parameters import WrittenParameters
 from frobs_core.interfaces.robot import ALL, DifferentialDrive, DriveGains, EndEffector, Robot
 from frobs_core.interfaces.robot_handle import RobotHandle, active_gains
-from frobs_core.interfaces.scene import (
-    AT_REST,
-    Attachment,
-    Body,
-    Camera,
-    Contact,
-    Marker,
-    Placement,
-    Prop,
-    Scene,
-    Shape,
-    Twist,
-)
+from frobs_core.interfaces.scene import Attachment, Camera, Contact, Marker, Placement, Prop, Scene
 from frobs_core.interfaces.sensor import Bumper, ForceTorque, Imu, Lidar, Sensor
 from frobs_core.interfaces.simulation import BareEngine, Simulation, Snapshot, Wrench
 from frobs_core.interfaces.step_context import StepContext

@@ -149,7 +149,7 @@ class WrittenParameters(ABC):
         if name == "gravity":
             return np.array(scene.gravity, np.float64)
         if name == "size":
-            scene.check_size(target, np.ones(1))
+            scene.check_size(target)
             return np.ones(())
         if name == "friction" and target == "floor" and scene.floor:
             return np.array(scene.floor_friction)

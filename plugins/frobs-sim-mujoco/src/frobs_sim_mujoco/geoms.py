@@ -38,7 +38,7 @@ def add_shape(
     *,
     collides: bool,
 ) -> list[mujoco.MjsGeom]:
-    """Add a shape: one geom, or for a mesh one for each convex piece, and if it only is drawn for each color."""
+    """Add a shape: one geom. A mesh that collides has one for each convex piece, one that is only drawn one for each color."""
     if isinstance(geometry, Mesh):
         geoms = []
         for name, own_rgba in meshes.hull(geometry) if collides else meshes.drawn(geometry):

@@ -47,9 +47,8 @@ def read(simulation: MujocoSimulation, name: str, target: str) -> Floats:
         case "friction":
             return _field(simulation, "geom_friction")[:, _geoms(simulation, target)[0], 0].copy()
         case "size":
-            sizes = simulation.sizes.get(target, np.ones(simulation.num_envs))
-            simulation.scene.check_size(target, sizes)
-            return sizes.copy()
+            simulation.scene.check_size(target)
+            return np.array(simulation.sizes.get(target, np.ones(simulation.num_envs)))
         case "stiffness":
             return _robot(simulation, target).drive_gains()[0].copy()
         case "damping":

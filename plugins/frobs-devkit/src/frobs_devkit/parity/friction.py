@@ -26,7 +26,7 @@ _RULES = {
     "the geometric mean": (_PAIR[0] * _PAIR[1]) ** 0.5,
 }
 
-_Motion = tuple[Floats, Floats, Floats]  # times [s], speeds, and how far the body has come [m], (samples,) each
+_Motion = tuple[Floats, Floats, Floats]  # times [s], speeds, and the distance covered [m], (samples,) each
 
 _BALL = Body(geometry=Sphere(0.05), pose=Pose((0.0, 0.0, 0.05)), mass=0.5)
 _PLATE = Body(
@@ -41,8 +41,8 @@ def friction(subjects: Sequence[Subject]) -> Measurement:
     reference = subjects[0]
     cases = {
         "spin_time": ("time in which a spinning ball loses half its speed", "rad/s", _SPINNING),
-        "rolling_distance": ("way on which a rolling ball loses half its speed", "rad/s", _ROLLING),
-        "sliding_distance": ("way on which a sliding plate loses half its speed", "m/s", _PLATE),
+        "rolling_distance": ("distance in which a rolling ball loses half its speed", "rad/s", _ROLLING),
+        "sliding_distance": ("distance in which a sliding plate loses half its speed", "m/s", _PLATE),
     }
     comparisons: list[Comparison] = []
     panels: list[Panel] = []
@@ -72,7 +72,7 @@ def friction(subjects: Sequence[Subject]) -> Measurement:
     facts |= {f"sliding friction of {_PAIR[0]:g} on {_PAIR[1]:g}, {s.label}": _combination(s) for s in subjects}
     return Measurement(
         summary="A ball spins, a ball rolls and a plate slides on the floor. All sliding coefficients are 1, which every engine "
-        "combines to 1. How it combines others, and how it stops the last motion, is listed and not judged.",
+        "combines to 1. The rule for other coefficients and the time to full rest are listed, but not judged.",
         comparisons=tuple(comparisons),
         facts=facts,
         panels=tuple(panels),
@@ -103,18 +103,17 @@ def _move(subject: Subject, period: float, body: Body, floor_friction: float = 1
 
 
 def _number(name: str, motion: _Motion, share: float) -> float:
-    """Return when, or how far away, a body has only a share of its speed left; NaN: it never has."""
+    """Return the time or distance after which a share of the initial speed is left; NaN if it never falls so low."""
     times, speeds, ways = motion
     slow = np.flatnonzero(speeds < share * speeds[0])
     return float((times if name == "spin_time" else ways)[slow[0]]) if len(slow) else float("nan")
 
 
 def _combination(subject: Subject) -> str:
-    """Return the coefficient that stops a plate, and the rule that makes it."""
+    """Return the coefficient that stops a plate, and the rule that combines the two materials to it."""
     motion = _move(subject, subject.physics_timestep, replace(_PLATE, friction=_PAIR[0]), _PAIR[1])
     assert motion is not None
-    coefficient = 1.0 / (
-        2.0 * float(np.linalg.norm(subject.gravity)) * motion[2][-1]
-    )  # of a plate that starts with 1 m/s
+    distance = motion[2][-1]  # of a plate that starts at 1 m/s
+    coefficient = 1.0 / (2.0 * float(np.linalg.norm(subject.gravity)) * distance)
     rule = min(_RULES, key=lambda rule: abs(_RULES[rule] - coefficient))
     return f"{coefficient:.2f}: {rule}, {_RULES[rule]:.2g}"

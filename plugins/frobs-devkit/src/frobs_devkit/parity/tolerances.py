@@ -42,8 +42,8 @@ _LAW = (
     "physics steps, stays far below a micro-unit, and whatever is above it is another law, model or integrator."
 )
 _FRICTION = (
-    "a friction of Coulomb stops a body after a time and a way that follow from its coefficient; an engine that regularizes "
-    "the contact, or resolves it in a physics step, is some percent off, and a tenth is another coefficient."
+    "Coulomb friction stops a body after a time and a distance that follow from the coefficient. An engine that regularizes "
+    "contacts, or resolves them once in a physics step, is a few percent off; a tenth means another coefficient."
 )
 
 TOLERANCES: Mapping[str, Tolerance] = {

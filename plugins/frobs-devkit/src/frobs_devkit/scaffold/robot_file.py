@@ -90,7 +90,6 @@ def facts_of(
         tcp: The link that tasks talk about; empty: the likeliest.
         xacro_args: ``"a:=1 b:=2"``
         package_paths: ``"FOLDER"`` or ``"NAME=FOLDER"``, with the separator of paths between several.
-
         failing_checks: What to do if the conformance kit fails on the robot: ``"reject"`` it, or ``"expect"`` the failures
             in the tests of the plugin.
 
@@ -119,9 +118,10 @@ def facts_of(
         copy_model(model, Path(folder) / model_name)
         checks = _check(Robot(model=str(Path(folder) / model_name), name=name, home=home, tcp=tool))
     failures = {result.name: result.message for result in checks.failed}
-    if failures and (failing_checks == "reject" or failures.keys() & set(_FATAL)):
+    is_fatal = not failures.keys().isdisjoint(_FATAL)
+    if is_fatal or (failures and failing_checks == "reject"):
         told = " ".join(f"{check}: {' '.join(message.split())}" for check, message in failures.items())
-        way_out = "" if failures.keys() & set(_FATAL) else ", or accept the failures with --failing-checks expect"
+        way_out = "" if is_fatal else ", or accept the failures with --failing-checks expect"
         raise AnswerError(
             f"{robot_file}: the conformance kit fails on the robot. {told} Fix the file as 'frobs doctor robot' says{way_out}."
         )

@@ -145,7 +145,7 @@ def observation_terms_are_sound(subject: TaskUnderTest) -> None:
 def reading_changes_nothing(subject: TaskUnderTest) -> None:
     """Reward, terms, ends, success and marks can be read again: the same numbers, and the episode goes on the same.
 
-    Also where the goal is what is achieved already.
+    This also holds if the goal is achieved at the beginning of the episode.
     """
     for there in (False, True):
         plays = []

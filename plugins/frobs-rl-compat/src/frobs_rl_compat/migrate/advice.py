@@ -8,6 +8,7 @@ from typing import Any
 
 from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.report import Migration
+from frobs_rl_compat.migrate.robot import RobotSource
 from frobs_rl_compat.migrate.yaml_files import LEGACY_IDS
 
 _CONTROLLERS = (
@@ -22,8 +23,10 @@ _CONTROLLERS = (
 """Part of a type of ROS's controllers, and the controller that does the same here."""
 
 
-def note_the_task(package: OldPackage, made: Migration) -> None:
+def note_the_task(package: OldPackage, robot: RobotSource | None, made: Migration) -> None:
     """Note what the task of a skeleton does not have."""
+    if robot is not None and robot.wheels is not None:
+        made.leave("the highest speeds", "robot.py: differential_drive has likely ones, of an action of 1")
     for path, mapping in package.yaml.numbers.items():
         for root in mapping:
             if root in LEGACY_IDS:

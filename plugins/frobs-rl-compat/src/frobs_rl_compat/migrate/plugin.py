@@ -63,7 +63,7 @@ def migrate_package(
     with tempfile.TemporaryDirectory(dir=out, prefix=".frobs-migrate-") as aside:
         folder = render(context, Path(aside))
         sources = folder / "src" / context["__package"]
-        _edit_robot(package, robot, problem, sources, context["name"], made, is_skeleton=example is None)
+        _edit_robot(package, robot, problem, sources, context["name"], made)
         new_id = _edit_plugin(package, folder, sources, context, made, is_skeleton=example is None)
         if example is not None:
             write_example(example, package, folder, sources, context, made)
@@ -71,7 +71,7 @@ def migrate_package(
             made.leave("the task", reason)
             edit_task(package, sources / "task.py", made)
             write_original(package, sources, made)
-            note_the_task(package, made)
+            note_the_task(package, robot, made)
         _write_learning(package, folder, new_id, made)
         note_what_is_left(package, made)
         made.path = target
@@ -100,21 +100,14 @@ def _answers(package: OldPackage, robot: RobotSource | None, name: str | None, n
         **answers,
         "example": "file",
         "robot_file": str(robot.path.absolute()),
-        "failing_checks": "expect",  # the robot is what it is
+        "failing_checks": "expect",  # a package keeps its robot
         "xacro_args": " ".join(f"{key}:={value}" for key, value in robot.xacro_args.items()),
         "package_paths": os.pathsep.join(f"{key}={Path(folder).absolute()}" for key, folder in robot.package_paths.items()),
     }  # fmt: skip
 
 
 def _edit_robot(
-    package: OldPackage,
-    robot: RobotSource | None,
-    problem: str,
-    sources: Path,
-    name: str,
-    made: Migration,
-    *,
-    is_skeleton: bool,
+    package: OldPackage, robot: RobotSource | None, problem: str, sources: Path, name: str, made: Migration
 ) -> None:
     file = sources / "robot.py"
     if robot is None:
@@ -156,8 +149,6 @@ def _edit_robot(
     readme = sources.parent.parent / "README.md"
     readme.write_text(readme.read_text("utf-8").replace(f"{name}.urdf.xacro", f"{name}.urdf"), "utf-8")
     made.carry("wheels of the Gazebo plugin", "robot.py: differential_drive")
-    if is_skeleton:
-        made.leave("the highest speeds", "robot.py: differential_drive has likely ones, of an action of 1")
     if robot.friction:
         made.carry(f"friction of {', '.join(robot.friction)}", "robot.py: friction")
     if robot.lidars:

@@ -29,7 +29,7 @@ class _Impatient(Monitor):
 
 
 class _Curious(Monitor):
-    """Asks for predictions at each word of progress, deterministic ones and others."""
+    """Requests deterministic and stochastic predictions whenever progress is reported."""
 
     algorithm: Algorithm
     seen: Any
@@ -113,14 +113,14 @@ def same_seed_repeats(subject: AlgorithmUnderTest) -> None:
 
 
 def resets_without_a_seed(subject: AlgorithmUnderTest) -> None:
-    """The training gives its environment no seed, which the run has seeded: it would play the same episodes again."""
+    """The training resets its environment without a seed; with the same seed in every reset, the episodes would repeat."""
     seeds = subject.trained[1].env.seeds
     expect(not seeds, f"the training resets its environment with the seed {seeds[:1]}; call reset() without one.")
 
 
 @after("same_seed_repeats")
 def predicting_changes_nothing(subject: AlgorithmUnderTest) -> None:
-    """A training in which predictions are asked for learns the same: weights and generators of the training stay."""
+    """Predictions during a training change neither the weights nor the random generators of the training."""
     seen, (trained, told) = subject.observations(8), subject.trained
     total = subject.steps
     if len(told.steps) < 2:  # nothing was learned after the first predictions

@@ -24,7 +24,7 @@ _NUM_ENVS = 2
 
 
 class Watched(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
-    """Counts the steps of every environment, and keeps the first actions that are not in the space, and seeds of resets."""
+    """Counts the steps of every environment. Keeps the first actions outside the space, and the seeds of resets."""
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
         super().__init__(env)

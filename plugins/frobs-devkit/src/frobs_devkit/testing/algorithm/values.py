@@ -1,4 +1,4 @@
-"""Checks of algorithms that discount rewards: that the discount counts, and the final observations of episodes."""
+"""Checks of algorithms that discount rewards: the discount and the final observations must have an effect."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _EPISODE = 10  # [steps]
 
 
 class _OtherEnds(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
-    """Shows other final observations of truncated episodes: each number is the opposite."""
+    """Negates the final observations of truncated episodes."""
 
     ends = 0
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """Step, and change what the info has of the ends."""
+        """Step, and negate the final observations in the info."""
         observation, reward, terminated, truncated, info = self.env.step(actions)
         if "final_obs" in info:
             self.ends += int(truncated.sum())
@@ -38,7 +38,7 @@ class _OtherEnds(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
 
 @after("same_seed_repeats")
 def discount_counts(subject: AlgorithmUnderTest) -> None:
-    """Another discount ``gamma`` learns something else: the setting reaches the learner."""
+    """A training with another discount ``gamma`` has a different result: the setting reaches the learner."""
     _require_discount(subject)
     other = replace(subject, config={**subject.config, _DISCOUNT: _OTHER})
     expect(
@@ -85,7 +85,7 @@ def _require_discount(subject: AlgorithmUnderTest) -> None:
 
 
 def _differs(subject: AlgorithmUnderTest, one: tuple[Any, Monitor], other: tuple[Any, Monitor]) -> bool:
-    """Return whether two trainings have learned or reported something else."""
+    """Return whether two trainings differ in what they learned or reported."""
     seen = subject.observations(8)
     learned = [algorithm.predict(seen)[0] for algorithm, _ in (one, other)]
     return one[1].rows != other[1].rows or difference(*learned) is not None

@@ -132,8 +132,7 @@ def action_changes_are_followed(subject: ControllerUnderTest) -> None:
         if change is None or not isinstance(space, gym.spaces.Box) or space.low.size != robot.dof:
             raise NotApplicable("it states no max_action_change for its joints")
         middle = (space.low.astype(np.float64) + space.high) / 2.0
-        before = bound.step(bound.constant(middle))
-        for _ in range(subject.count(100)):
+        for _ in range(1 + subject.count(100)):
             before = bound.step(bound.constant(middle))
         share = np.minimum(0.5, (space.high - middle) / change)  # of the change: what stays in the space
         after = bound.step(bound.constant(middle + share * np.where(np.isfinite(change), change, 0.0)))

@@ -68,7 +68,7 @@ class Bound:
         return np.broadcast_to(np.asarray(value, np.float64), shape).copy()
 
     def extremes(self, number: int) -> Iterator[Floats]:
-        """Yield two actions that differ in one number, its smallest and its largest, each at the begin of an episode."""
+        """Yield two actions that differ in one number, its smallest and its largest, each at the beginning of an episode."""
         space = self.controller.action_space
         assert isinstance(space, gym.spaces.Box)
         for bounds in (space.low, space.high):

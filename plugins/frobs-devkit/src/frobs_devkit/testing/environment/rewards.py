@@ -22,7 +22,7 @@ from frobs_devkit.testing.environment.subject import (
 
 _STEPS = 120
 _NEAR_STEPS = 5  # beside a goal that is achieved at their beginning
-_WAYS, _WAY = 8, 25  # actions that are held, and for how many steps
+_PATHS, _PATH = 8, 25  # actions that are held, and for how many steps
 _TERM = "frobs/reward/"
 
 
@@ -108,18 +108,18 @@ def compute_reward_equals_step(subject: EnvUnderTest) -> None:
 
 
 def approaching_pays(subject: EnvUnderTest) -> None:
-    """On one and the same way, a goal that the robot reaches is worth more than one that it moves away from."""
+    """On the same path, the reward is higher if the goal is at the end of the path than if it lies behind the robot."""
     subject.require_pause()
     with closing(subject.make()) as env:
         require_ours(env)
         task = inside(env).task
         if "goal" not in task.reset_options:
             raise NotApplicable("no goal can be given")
-        ways = [_way(env, action) for action in draw_actions(env.action_space, _WAYS, seed=5)]
-        action, start, end = max(ways, key=lambda way: float(np.linalg.norm(way[2] - way[1])))
+        paths = [_path(env, action) for action in draw_actions(env.action_space, _PATHS, seed=5)]
+        action, start, end = max(paths, key=lambda path: float(np.linalg.norm(path[2] - path[1])))
         near = _rewards(env, action, end)
         if near is None or not near[1]:
-            raise Inconclusive("the goal where a way ended is refused, or is not reached on the same way again")
+            raise Inconclusive("the goal at the end of a path is refused, or is not reached when the path is repeated")
         for share in (1.0, 0.5, 0.25):
             far = _rewards(env, action, start - share * (end - start))
             if far is not None and not far[1]:
@@ -135,11 +135,11 @@ def approaching_pays(subject: EnvUnderTest) -> None:
     )
 
 
-def _way(env: Any, action: Any) -> tuple[Any, Any, Any]:
-    """Return an action, and where the tool or the goal that is achieved is before and after it was held, (k,) each."""
+def _path(env: Any, action: Any) -> tuple[Any, Any, Any]:
+    """Return an action, and the achieved goal or the tool position before and after it was held, (k,) each."""
     observation, _ = env.reset(seed=5)
     start = achieved_goal(env, observation)
-    for _ in range(_WAY):
+    for _ in range(_PATH):
         observation, _, terminated, truncated, _ = env.step(action)
         if terminated or truncated:
             break
@@ -147,11 +147,11 @@ def _way(env: Any, action: Any) -> tuple[Any, Any, Any]:
 
 
 def _rewards(env: Any, action: Any, goal: Any) -> tuple[list[float], bool] | None:
-    """Return the rewards on a way to a goal, and whether it was reached; None: the goal is refused."""
+    """Return the rewards while an action is held, and whether the goal was reached; None if the goal is refused."""
     if not any(_accepts(env, part) for part in (goal, goal[:2])):  # in space, or on the floor
         return None
     rewards, reached = [], False
-    for _ in range(_WAY):
+    for _ in range(_PATH):
         _, reward, terminated, truncated, info = env.step(action)
         rewards.append(float(reward))
         reached |= info.get("is_success") == 1.0

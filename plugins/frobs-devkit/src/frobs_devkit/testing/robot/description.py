@@ -97,7 +97,7 @@ def tcp_moves(subject: RobotUnderTest) -> None:
 
 
 def tcp_is_the_tool(subject: RobotUnderTest) -> None:
-    """The tool center point is not a link that carries the link with a tool's name, fixed to it some way ahead."""
+    """If a link with a tool's name is fixed to the tool center point's link, their origins coincide."""
     robot, model = subject.robot, subject.model
     tcp = robot.tcp or default_tcp(model)
     if usual_rank(tcp) or robot.base == "wheeled":
@@ -213,7 +213,7 @@ def fingers_close(subject: RobotUnderTest) -> None:
 
 
 def _gap(model: RobotModel, joints: Sequence[str], positions: Floats) -> float | None:
-    """Return how far the parts that some joints move are from each other on average [m]; None: they are fewer than two."""
+    """Return the mean distance between the parts that some joints move [m]; None if there are fewer than two parts."""
     fingers: dict[str, list[Floats]] = {}  # the centers of the links beyond each joint
     for link in model.links:
         leaders = [(joint.name, model.leader(joint)) for joint in joint_path(model, link.name)]

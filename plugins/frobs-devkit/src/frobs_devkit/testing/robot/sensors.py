@@ -23,7 +23,7 @@ def sensors_are_fixed(subject: RobotUnderTest) -> None:
 
 
 def lidars_look_around_once(subject: RobotUnderTest) -> None:
-    """The rays of a lidar go around once at most."""
+    """The rays of a lidar cover at most one full turn."""
     for name, lidar in subject.robot.lidars.items():
         turns = float(lidar.angles[-1] - lidar.angles[0]) / (2.0 * np.pi)
         expect(
