@@ -48,6 +48,28 @@ def quat_rotate(quat_wxyz: npt.ArrayLike, vector: npt.ArrayLike) -> Floats:
     return np.stack(rotate_components(*_columns(quat_wxyz), *_columns(vector)), axis=-1)
 
 
+def cross(first: Floats, second: Floats) -> Floats:
+    """Return cross products, with the bits of ``np.cross``, which takes several times as long.
+
+    Args:
+        first: (…, 3)
+        second: (…, 3)
+
+    Returns:
+        (…, 3)
+    """
+    if first.size == second.size == 3:  # for a single one, Python's own floats are faster; they round alike
+        products: Floats = np.array(_cross_components(*first.ravel().tolist(), *second.ravel().tolist()))
+        return products.reshape(np.broadcast_shapes(first.shape, second.shape))
+    return np.stack(_cross_components(*_columns(first), *_columns(second)), axis=-1)
+
+
+def _cross_components(
+    a: Number, b: Number, c: Number, p: Number, q: Number, r: Number
+) -> tuple[Number, Number, Number]:
+    return b * r - c * q, c * p - a * r, a * q - b * p
+
+
 def multiply_components(
     w1: Number, x1: Number, y1: Number, z1: Number, w2: Number, x2: Number, y2: Number, z2: Number
 ) -> tuple[Number, Number, Number, Number]:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from frobs_core.rotations import (
+    cross,
     matrix_from_quat,
     quat_conjugate,
     quat_difference,
@@ -111,3 +112,11 @@ def test_a_row_does_not_depend_on_how_many_there_are(n):
         many = function(*arguments)
         for i in range(n):
             assert np.array_equal(function(*(x[i : i + 1] for x in arguments))[0], many[i]), function.__name__
+
+
+def test_a_cross_product_has_the_bits_of_numpy() -> None:
+    first, second = np.random.default_rng(0).normal(size=(2, 200, 3))
+    together = cross(first, second)
+    assert together.tobytes() == np.cross(first, second).tobytes()
+    assert all(cross(first[i : i + 1], second[i : i + 1]).tobytes() == together[i].tobytes() for i in range(200))
+    assert cross(first[0], second[:5]).tobytes() == np.cross(first[0], second[:5]).tobytes()

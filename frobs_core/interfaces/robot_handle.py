@@ -298,18 +298,18 @@ class RobotHandle(JointGroup):
         Raises:
             UnknownNameError: The robot has no such lidar.
         """
-        if name not in self.robot.lidars:
+        lidar = self.robot.lidars.get(name)
+        if lidar is None:
             raise UnknownNameError("lidar", name, self.robot.lidars)
-        lidar = self.robot.lidars[name]
         pos, quat = self.frame_pose(lidar.frame)
-        # For a single environment, Python's own floats are faster; they round alike.
-        columns = [[value] for value in _xy_axes(*quat[0].tolist())] if self.num_envs == 1 else _xy_axes(*quat.T)
-        ahead, left = np.array(columns).reshape(2, 3, self.num_envs, 1).transpose(0, 2, 3, 1)
-        cos, sin, _ = lidar.directions.T
-        directions = cos[:, None] * ahead + sin[:, None] * left
+        if self.num_envs == 1:  # Python's own floats are faster; they round alike
+            ahead, left = np.array(_xy_axes(*quat[0].tolist())).reshape(2, 1, 1, 3)
+        else:
+            ahead, left = np.array(_xy_axes(*quat.T)).reshape(2, 3, self.num_envs, 1).transpose(0, 2, 3, 1)
+        directions = lidar.directions[:, 0:1] * ahead + lidar.directions[:, 1:2] * left
         if any(lidar.offset):
             pos = pos + quat_rotate(quat, np.broadcast_to(np.array(lidar.offset), pos.shape))
-        return lidar, np.broadcast_to(pos[:, None], directions.shape), directions
+        return lidar, pos[:, None].repeat(lidar.rays, axis=1), directions
 
 
 def _xy_axes(w: Number, x: Number, y: Number, z: Number) -> tuple[Number, Number, Number, Number, Number, Number]:

@@ -8,7 +8,8 @@ from robots import place
 
 from frobs_core import plugins
 from frobs_core.errors import RenderingUnavailableError
-from frobs_core.interfaces import CommandMode, Contact, Scene
+from frobs_core.interfaces import Body, CommandMode, Contact, Scene
+from frobs_core.models import Box, Pose
 from frobs_devkit.testing.simulator.subject import BALL, SimulatorUnderTest
 from frobs_sim_mujoco.simulation import MujocoSimulation
 
@@ -107,3 +108,33 @@ def test_efforts_stay_those_of_the_last_step_when_poses_are_read_and_states_rest
             sim.reset()
             assert not robot.joint_efforts.any()
     assert (efforts[0] == efforts[1]).all()
+
+
+def test_one_environment_with_contacts_has_the_bits_of_many(tmp_path: Path) -> None:
+    """One computes poses, velocities and rays without the batch."""
+    scene = Scene(
+        bodies={"post": Body(geometry=Box((0.1, 0.1, 0.5)), pose=Pose((0.5, 0.1, 0.25)), kinematic=True)},
+        contacts={"touch": Contact(first="robot/hull", ignore=("floor",))},
+    )
+    alone, many = (
+        simulate(tmp_path, "rover", num_envs=n, scene=scene, mode=CommandMode.VELOCITY, pos=(0, 0, 0.07))
+        for n in (1, 2)
+    )
+    for sim in (alone, many):
+        sim.reset()
+    for step in range(40):
+        if step == 10:  # what derives from the model changes too
+            for sim in (alone, many):
+                sim.write_parameter("mass", "robot/left_wheel", np.full(sim.num_envs, 0.3))
+                sim.write_body_poses(["post"], np.full((sim.num_envs, 1, 3), [0.35, 0.0, 0.25]))
+        for sim in (alone, many):
+            sim.robots["robot"].command(np.full((sim.num_envs, 2), [8.0, 8.0 + 0.05 * step]))
+            sim.step(10)
+        one, two = alone.robots["robot"], many.robots["robot"]
+        for mine, theirs in zip((*one.base_pose, *one.base_twist), (*two.base_pose, *two.base_twist), strict=True):
+            assert mine[0].tobytes() == theirs[0].tobytes()
+        assert one.frame_jacobian("hull")[0].tobytes() == two.frame_jacobian("hull")[0].tobytes()
+        assert one.lidar("lidar")[0].tobytes() == two.lidar("lidar")[0].tobytes()
+        assert alone.contact("touch")[0] == many.contact("touch")[0]
+    assert one.lidar("lidar").min() < 1.0
+    assert many.contact("touch").all()

@@ -11,6 +11,7 @@ from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import SimulationError
 from frobs_core.interfaces import AT_REST, Body, BodyHandle
 from frobs_core.rotations import quat_rotate
+from frobs_sim_mujoco.columns import numbers_of
 
 if TYPE_CHECKING:
     from frobs_sim_mujoco.simulation import MujocoSimulation
@@ -48,7 +49,7 @@ class MujocoBody(BodyHandle):
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
         """Put the body somewhere at once."""
         states = self._simulation.states
-        rows = slice(None) if mask is None else np.flatnonzero(mask)
+        rows = numbers_of(mask)
         if self.mocap >= 0:
             states["mocap_pos"][rows, self.mocap] = pos
             if quat_wxyz is not None:
@@ -67,7 +68,7 @@ class MujocoBody(BodyHandle):
         """Give a free body a velocity at once."""
         if self._free is None:
             raise SimulationError(f"body '{self.name}' is not free, so it has no velocity; give it a mass.")
-        rows = slice(None) if mask is None else np.flatnonzero(mask)
+        rows = numbers_of(mask)
         put_free_twist(self._simulation.states, self._free, rows, lin_vel_world, ang_vel_world)
         self._simulation.mark_stale(mask)
 

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 import mujoco
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.arrays import Floats
 from frobs_core.errors import SceneError
-from frobs_core.interfaces import Contact, Placement, Scene
+from frobs_core.interfaces import Contact, ContactState, Placement, Scene
+from frobs_sim_mujoco.columns import columns_of
 
 _FOUND, _FORCE = 1, 2  # bits of what a contact sensor reports: how many contacts, and their force
 _STRONGEST, _TOTAL = 2, 3  # how a contact sensor reduces contacts: the one with the largest force, or the sum of all
@@ -91,28 +92,32 @@ class ContactReader:
             return int(model.sensor(sensor).adr[0])
 
         contacts = scene.contacts.items()
-        self._counts = [at(name) for name, _ in contacts]
+        # The number of contacts, less those that are ignored: whole numbers, so that any order of the sum is exact.
+        counted = np.zeros((model.nsensordata, len(contacts)))
+        for i, (name, contact) in enumerate(contacts):
+            counted[at(name), i] = 1.0
+            counted[[at(ignored) for ignored in _ignored(name, contact)], i] = -1.0
+        self._counts = columns_of(np.flatnonzero(counted.any(axis=1)).tolist())
+        self._counted = counted[self._counts]
         # The force stands behind the count; where it is not told, the count stands in for it and is never read.
         self._forces = [at(name) + (0 if contact.ignore else 1) for name, contact in contacts]
         self._totals = [(i, at(_total(name))) for i, (name, contact) in enumerate(contacts) if not contact.ignore]
         self._inner = [(i, at(_inner(name))) for i, (name, c) in enumerate(contacts) if _overlaps(c) and not c.ignore]
-        self._ignored = [(i, at(s)) for i, (name, contact) in enumerate(contacts) for s in _ignored(name, contact)]
 
-    def read(self, data: Floats) -> tuple[Mask, Floats, Floats]:
-        """Return which contacts were there, and their largest normal and total forces [N], in each physics step.
+    def read(self, data: Floats, contacts: ContactState) -> None:
+        """Write what the sensors measured in a control step.
 
         Args:
             data: (num_envs, decimation, nsensordata)
-
-        Returns:
-            (num_envs, decimation, contacts) twice, and (num_envs, decimation, contacts, 3).
+            contacts: Where to.
         """
-        counts = data[..., self._counts]
-        for column, at in self._ignored:
-            counts[..., column] -= data[..., at]
-        resultants = np.zeros((*counts.shape, 3))
+        closed = data[..., self._counts] @ self._counted > 0
+        if not self._totals:  # no force is told of contacts that ignore something
+            np.logical_or.reduce(closed, axis=1, out=contacts.closed)
+            return
+        resultants = np.zeros((*closed.shape, 3))
         for column, at in self._totals:
             resultants[..., column, :] = -data[..., at : at + 3]  # MuJoCo's forces act on the second side
         for column, at in self._inner:
             resultants[..., column, :] += data[..., at : at + 3]
-        return counts > 0, np.abs(data[..., self._forces]), resultants
+        contacts.reduce(closed, np.abs(data[..., self._forces]), resultants)

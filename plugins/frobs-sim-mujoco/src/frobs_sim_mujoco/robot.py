@@ -11,7 +11,9 @@ from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import SimulationError
 from frobs_core.interfaces import CommandMode, Placement, RobotHandle
 from frobs_core.models import Joint, moved
+from frobs_core.rotations import cross
 from frobs_sim_mujoco.body import put_free_twist
+from frobs_sim_mujoco.columns import columns_of, numbers_of, put
 from frobs_sim_mujoco.geoms import seen_except
 
 if TYPE_CHECKING:
@@ -36,10 +38,10 @@ class MujocoRobot(RobotHandle):
         self.describe(name, placement, simulation.num_envs)
         model, mj, n = placement.model, simulation.model, simulation.num_envs
         joints = [mj.joint(f"{name}/{joint}").id for joint in self.joint_names]
-        self.dofs = _columns([mj.jnt_dofadr[j] for j in joints])
+        self.dofs = columns_of([mj.jnt_dofadr[j] for j in joints])
         self._states = states = simulation.states
         self._qpos, self._qvel = states["qpos"], states["qvel"]
-        self._q_columns = _columns([mj.jnt_qposadr[j] for j in joints])
+        self._q_columns = columns_of([mj.jnt_qposadr[j] for j in joints])
         actuators = [mj.actuator(f"{name}/{joint}").id for joint in self.joint_names]
         self.actuators = slice(actuators[0], actuators[0] + self.dof) if actuators else slice(0, 0)
         self._ctrl = states["ctrl"][:, self.actuators]  # a view of the state rows
@@ -57,6 +59,7 @@ class MujocoRobot(RobotHandle):
         self._arm, self._shift = np.zeros((n, 1, 3)), np.zeros((n, 1, 36))
         self._shift_matrix = self._shift.reshape(n, 6, 6)
         self._swap = np.broadcast_to(_SWAP, self._shift.shape).copy()
+        self._body_ids: dict[str, int] = {}
         self._poses: dict[str, tuple[Floats, Floats]] = {}
         self._motions: dict[str, tuple[Floats, Floats, Floats, Floats | None]] = {}
         bodies = {mj.body(i).name for i in range(mj.nbody)}
@@ -81,9 +84,9 @@ class MujocoRobot(RobotHandle):
 
     def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
         """Put the joints somewhere at once."""
-        rows = _rows(mask)
-        _put(self._qpos, rows, self._q_columns, positions)
-        _put(self._qvel, rows, self.dofs, velocities)
+        rows = numbers_of(mask)
+        put(self._qpos, rows, self._q_columns, positions)
+        put(self._qvel, rows, self.dofs, velocities)
         for address, source, mimic in self._mimics:
             self._qpos[rows, address] = mimic.multiplier * self.joint_positions[rows, source] + mimic.offset
         self._simulation.mark_stale(mask)
@@ -138,7 +141,7 @@ class MujocoRobot(RobotHandle):
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
         """Put the root link somewhere at once."""
-        rows = _rows(mask)
+        rows = numbers_of(mask)
         if self._free is None:
             self._states["mocap_pos"][rows, self._mocap] = pos
             self._states["mocap_quat"][rows, self._mocap] = quat_wxyz
@@ -152,7 +155,7 @@ class MujocoRobot(RobotHandle):
         """Give a free root link a velocity at once."""
         if self._free is None:
             raise SimulationError(f"robot '{self.name}' has a fixed base, which has no velocity.")
-        put_free_twist(self._states, self._free, _rows(mask), lin_vel_world, ang_vel_world)
+        put_free_twist(self._states, self._free, numbers_of(mask), lin_vel_world, ang_vel_world)
         self._simulation.mark_stale(mask)
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
@@ -173,10 +176,10 @@ class MujocoRobot(RobotHandle):
         """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin."""
         twist = self._simulation.derived("cvel")[
             :, self._body(frame)
-        ]  # about the tree's centre of mass: angular, linear
+        ]  # about the tree's center of mass: angular, linear
         pos, _ = self.frame_pose(frame)
         arm = pos - self._simulation.derived("subtree_com")[:, self._tree]
-        return twist[:, 3:] + np.cross(twist[:, :3], arm), twist[:, :3]
+        return twist[:, 3:] + cross(twist[:, :3], arm), twist[:, :3]
 
     def frame_jacobian(self, frame: str) -> Floats:
         """Return (num_envs, 6, dof): rows 0–2 linear, rows 3–5 angular, in the world."""
@@ -199,7 +202,7 @@ class MujocoRobot(RobotHandle):
     def lidar(self, name: str) -> Floats:
         """Return (num_envs, rays) [m] of a lidar of the robot."""
         lidar, origins, directions = self.lidar_rays(name)
-        distances = self._simulation.cast(origins, directions, lidar.range_max, self._seen)
+        distances = self._simulation.cast(origins, directions, lidar.range_max, self._seen, from_one_point=True)
         return np.maximum(distances, lidar.range_min)
 
     def _pose_between(self, joint: Joint) -> tuple[Floats, Floats]:
@@ -210,13 +213,16 @@ class MujocoRobot(RobotHandle):
         return moved(joint, pos, quat, self._qpos[:, element.qposadr] - rest)
 
     def _body(self, frame: str) -> int:
-        link = self.frame_name(frame)
-        try:
-            return self._simulation.model.body(f"{self.name}/{link}").id
-        except KeyError as error:
-            raise SimulationError(
-                f"link '{link}' is between the joints of one MJCF body, where MuJoCo knows no velocity."
-            ) from error
+        found = self._body_ids.get(frame)
+        if found is None:
+            link = self.frame_name(frame)
+            try:
+                found = self._body_ids[frame] = int(self._simulation.model.body(f"{self.name}/{link}").id)
+            except KeyError as error:
+                raise SimulationError(
+                    f"link '{link}' is between the joints of one MJCF body, where MuJoCo knows no velocity."
+                ) from error
+        return found
 
     def _moved_by(self, frame: str) -> Floats | None:
         """Return 1 for each joint that moves a link and 0 for the others, (dof,); None: all do."""
@@ -234,22 +240,3 @@ def _view(state: Floats, columns: slice | np.ndarray) -> Floats | None:
     if not isinstance(columns, slice):
         return None
     return read_only(state[:, columns])
-
-
-def _rows(mask: Mask | None) -> slice | np.ndarray:
-    return slice(None) if mask is None else np.flatnonzero(mask)
-
-
-def _put(state: Floats, rows: slice | np.ndarray, columns: slice | np.ndarray, values: Floats | float) -> None:
-    if isinstance(rows, slice) or isinstance(columns, slice):
-        state[rows, columns] = values
-    else:
-        state[rows[:, None], columns] = values
-
-
-def _columns(addresses: list[int]) -> slice | np.ndarray:
-    """Return a slice where the addresses follow each other, which makes views possible."""
-    first = int(addresses[0]) if addresses else 0
-    if [int(address) for address in addresses] == list(range(first, first + len(addresses))):
-        return slice(first, first + len(addresses))
-    return np.array(addresses)

@@ -29,8 +29,10 @@ from frobs_core.models import RobotModel
 from frobs_sim_mujoco import parameters
 from frobs_sim_mujoco.body import MujocoBody
 from frobs_sim_mujoco.building import build_model
+from frobs_sim_mujoco.columns import columns_of, numbers_of, put
 from frobs_sim_mujoco.contacts import ContactReader
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, seen_except
+from frobs_sim_mujoco.kinematics import Kinematics
 from frobs_sim_mujoco.options import read_options
 from frobs_sim_mujoco.overlaps import find_overlaps
 from frobs_sim_mujoco.rendering import Drawn, Renderer, Viewer
@@ -175,6 +177,7 @@ class MujocoSimulation(Simulation):
         self._warnings = self.batch.warning[:, _DIVERGED, 1]
         self._no_warnings = self._warnings.tobytes()
         self.body_ids = {self.model.body(i).name: i for i in range(1, self.model.nbody)}
+        self._everywhere = np.ones(num_envs, np.bool_)
         self._stale: Mask | None = None
         self._stale_constants: Mask | None = None
         self._derived: dict[str, Floats] = {}
@@ -190,8 +193,14 @@ class MujocoSimulation(Simulation):
         self._wrench_reader = WrenchReader(self.model, robots)
         self.sensor_wrenches = {name: np.zeros((num_envs, 6)) for name in self._wrench_reader.names}
         self._records: dict[int, Any] = {}  # arrays of a rollout by its number of steps, for the next one
+        self._recorded_fields: tuple[str, ...] = ("actuator_force", "sensordata")
+        if self.sensor_wrenches:
+            self._recorded_fields += self._wrench_reader.fields
         self._senses = bool(scene.contacts or self.sensor_wrenches)
+        # A recorded step leaves nothing derived. One environment computes it here faster than the batch does.
+        self._kinematics = Kinematics(self.batch) if num_envs == 1 and self._senses else None
         self._renderer: Renderer | None = None
+        self._mocaps: dict[tuple[str, ...], slice | np.ndarray | None] = {}
         self.sizes: dict[str, Floats] = {}  # (num_envs,) of bodies whose size was written
         self._viewer: Viewer | None = None
         self._closed = False
@@ -206,7 +215,7 @@ class MujocoSimulation(Simulation):
         for body in self.bodies.values():
             body.start()
         self._initial = self.batch.state.copy()
-        self._stale = np.ones(num_envs, np.bool_)
+        self._stale = self._everywhere
 
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
@@ -268,19 +277,18 @@ class MujocoSimulation(Simulation):
         rows = self._rows
         if rows is not None and rows.shape[1] != decimation:
             raise ConfigurationError(f"a command has {rows.shape[1]} rows for {decimation} physics steps.")
-        record, before = ("actuator_force", "sensordata"), self.states["qvel"].copy()
-        if self.sensor_wrenches:
-            record += self._wrench_reader.fields
+        before = self.states["qvel"].copy() if self.sensor_wrenches else None
         buffers = self._records.get(decimation)
-        recorded = self.batch.rollout(decimation, control=rows, control_spec=_CTRL, record=record, out=buffers)
+        recorded = self.batch.rollout(
+            decimation, control=rows, control_spec=_CTRL, record=self._recorded_fields, out=buffers
+        )
         self._records[decimation] = recorded
         self._rows = None
         self.efforts[:] = recorded["actuator_force"][:, -1]
-        self.mark_stale(None)  # computed when it is read: a task may move bodies first
+        self._stale = self._everywhere  # computed when it is read: a task may move bodies first
         if self.scene.contacts:
-            data = recorded["sensordata"].reshape(self.num_envs, decimation, -1)
-            self.contacts.reduce(*self._contact_reader.read(data))
-        if self.sensor_wrenches:
+            self._contact_reader.read(recorded["sensordata"], self.contacts)
+        if before is not None:
             for name, wrench in self._wrench_reader.read(recorded, before).items():
                 self.sensor_wrenches[name][:] = wrench
 
@@ -288,8 +296,13 @@ class MujocoSimulation(Simulation):
         """Cast rays at everything that collides."""
         return self.cast(origins, directions, max_range, seen_except())
 
-    def cast(self, origins: Floats, directions: Floats, max_range: float, seen: np.ndarray) -> Floats:
+    def cast(
+        self, origins: Floats, directions: Floats, max_range: float, seen: np.ndarray, *, from_one_point: bool = False
+    ) -> Floats:
         """Cast rays at the geoms of the groups that are seen, (mjNGROUP,) uint8; return (num_envs, k) [m]."""
+        if from_one_point and self._kinematics is not None:
+            self.refresh()
+            return self._kinematics.rays(origins[0, 0], directions[0], max_range, seen)
         distances, _ = self.batch.ray(origins, directions, geomgroup=seen)
         return np.where((distances < 0) | (distances > max_range), max_range, distances)
 
@@ -297,15 +310,22 @@ class MujocoSimulation(Simulation):
         self, names: Sequence[str], pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None
     ) -> None:
         """Put several bodies somewhere at once."""
-        numbers = [self.bodies[name].mocap for name in names]
-        if min(numbers, default=-1) < 0:  # some are pushed, or static
+        columns = self._mocap_columns(tuple(names))
+        if columns is None:  # some are pushed, or static
             super().write_body_poses(names, pos, quat_wxyz, mask)
             return
-        rows: slice | np.ndarray = slice(None) if mask is None else np.flatnonzero(mask)[:, None]
-        self.states["mocap_pos"][rows, numbers] = pos
+        rows = numbers_of(mask)
+        put(self.states["mocap_pos"], rows, columns, pos)
         if quat_wxyz is not None:
-            self.states["mocap_quat"][rows, numbers] = quat_wxyz
+            put(self.states["mocap_quat"], rows, columns, quat_wxyz)
         self.mark_stale(mask)
+
+    def _mocap_columns(self, names: tuple[str, ...]) -> slice | np.ndarray | None:
+        """Return where several bodies are among those that move only where they are written to; None: not all are."""
+        if names not in self._mocaps:
+            numbers = [self.bodies[name].mocap for name in names]
+            self._mocaps[names] = None if min(numbers, default=-1) < 0 else columns_of(numbers)
+        return self._mocaps[names]
 
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
         """Push a body at its centre of mass during the next ``step``."""
@@ -327,6 +347,7 @@ class MujocoSimulation(Simulation):
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
         """Change a physical parameter."""
         parameters.write(self, name, target, values, mask)
+        self._mark_model_stale()
         self.mark_stale(mask)
 
     def snapshot(self) -> Snapshot:
@@ -339,6 +360,7 @@ class MujocoSimulation(Simulation):
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
         parameters.restore(self, snapshot)
+        self._mark_model_stale()
         self.batch.state[:] = snapshot["state"]
         self.batch.warning[:] = snapshot["warning"]
         self.efforts[:] = snapshot.get("efforts", 0.0)
@@ -416,11 +438,9 @@ class MujocoSimulation(Simulation):
     def mark_stale(self, mask: Mask | None) -> None:
         """Remember that states were written: what derives from them must be computed before it is read."""
         if mask is None:
-            self._stale = np.ones(self.num_envs, np.bool_)
-        elif self._stale is None:
-            self._stale = mask.copy()
+            self._stale = self._everywhere
         else:
-            self._stale |= mask
+            self._stale = mask.copy() if self._stale is None else self._stale | mask
 
     def mark_constants_stale(self, mask: Mask | None) -> None:
         """Remember that masses were written: what MuJoCo derives from them is computed once for all, when it is needed."""
@@ -433,18 +453,26 @@ class MujocoSimulation(Simulation):
         assert stale is not None
         self.batch.set_const(None if stale.all() else np.flatnonzero(stale))
 
+    def _mark_model_stale(self) -> None:
+        if self._kinematics is not None:
+            self._kinematics.mark_model_stale()
+
     def refresh(self) -> None:
         """Compute what derives from states that were written."""
         if self._stale is not None:
             if self._stale_constants is not None:
                 self._set_constants()
-            self.batch.forward(None if self._stale.all() else np.flatnonzero(self._stale), stage=_VEL)
+            if self._kinematics is not None:
+                self._kinematics.update()
+            else:
+                self.batch.forward(None if self._stale.all() else np.flatnonzero(self._stale), stage=_VEL)
             self._stale = None
 
     def derived(self, field: str) -> Floats:
         """Return a field that follows from the states, current."""
         if field not in self._derived:
-            self._derived[field] = self.batch.bind(field)
+            source = self.batch.bind if self._kinematics is None else self._kinematics.field
+            self._derived[field] = source(field)
             self.mark_stale(None)  # MuJoCo fills what has just been bound at its next call only
         self.refresh()
         return self._derived[field]

@@ -60,6 +60,7 @@ class MovingBoxes:
         self._first_turn = np.array([box.first_turn or box.turn_every for box in boxes])
         self._placed = [i for i, box in enumerate(boxes) if _is_placed(box)]
         self._moving = [i for i, box in enumerate(boxes) if box.max_speed > 0.0]
+        self._all_move = len(self._moving) == k
         self._placed_names, self._moving_names = (
             tuple(f"box_{i}" for i in numbers) for numbers in (self._placed, self._moving)
         )
@@ -87,7 +88,8 @@ class MovingBoxes:
     def move(self) -> None:
         """Put the boxes where they are now."""
         if self._moving:
-            self._simulation.write_body_poses(self._moving_names, self.pos[:, self._moving])
+            pos = self.pos
+            self._simulation.write_body_poses(self._moving_names, pos if self._all_move else pos[:, self._moving])
 
     @property
     def pos(self) -> Floats:

@@ -29,6 +29,7 @@ class Course:
         way: (num_envs, k, 2) way-points [m]; what is beyond the last one repeats it.
         last: (num_envs,) number of the last way-point.
         index: (num_envs,) number of the way-point that is next.
+        target: (num_envs, 2) [m] the way-point that is next.
     """
 
     def __init__(self, plan: FloorPlan, num_envs: int, tolerance: float) -> None:
@@ -44,13 +45,8 @@ class Course:
         self.way: Floats = np.zeros((num_envs, longest, 2))
         self.last: npt.NDArray[np.int64] = np.zeros(num_envs, np.int64)
         self.index: npt.NDArray[np.int64] = np.zeros(num_envs, np.int64)
+        self.target: Floats = np.zeros((num_envs, 2))
         self._all = np.arange(num_envs)
-
-    @property
-    def target(self) -> Floats:
-        """(num_envs, 2) [m]: the way-point that is next."""
-        target: Floats = self.way[self._all, self.index]
-        return target
 
     @property
     def left(self) -> Floats:
@@ -61,8 +57,12 @@ class Course:
         """Go on to the next way-point where one is reached; return where it was the last, (num_envs,) bool."""
         at_the_end = self.index == self.last
         self.index += reached & ~at_the_end
+        self._find_target()
         ended: Mask = reached & at_the_end
         return ended
+
+    def _find_target(self) -> None:
+        self.target[...] = self.way[self._all, self.index]
 
     def begin(
         self,
@@ -103,6 +103,7 @@ class Course:
         else:
             route = rng.integers("route", 0, len(self._routes), mask=mask)
             self.way[rows], self.last[rows] = self._routes[route], self._lengths[route] - 1
+        self._find_target()
         return pos, yaw
 
     def _draw(
@@ -139,3 +140,4 @@ class Course:
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
         self.way[:], self.last[:], self.index[:] = snapshot["way"], snapshot["last"], snapshot["index"]
+        self._find_target()

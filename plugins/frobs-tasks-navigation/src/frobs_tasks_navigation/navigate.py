@@ -166,8 +166,11 @@ class Navigate(Task):
         self._low, self._high = self.plan.bounds
         self._pos: Floats = np.zeros((n, 2))
         self._yaw, self._bearing, self._distance = np.zeros((3, n))
+        self._direction, self._forward_and_turn = np.zeros((2, n, 2))
         self._step = Step.none(n)
         self._success: Mask = np.zeros(n, np.bool_)
+        self._failed: Mask = np.zeros(n, np.bool_)
+        self._time_term = np.full(n, -self.time_penalty)
         self._reward_terms: dict[str, np.ndarray[Any, Any]] = {}
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
@@ -194,7 +197,7 @@ class Navigate(Task):
             ),
         )
         self._robot.write_base_pose(np.concatenate([pos, self._height[rows]], axis=1), terms.quat_of(yaw), mask)
-        self._success[rows] = False
+        self._success[rows] = self._failed[rows] = False
         for values in vars(self._step).values():
             values[rows] = 0
         self._sensors.reset(mask, rng)
@@ -217,17 +220,20 @@ class Navigate(Task):
             bumped=self._sensors.read(self.bumper)[:, 0] > 0.5,
             outside=terms.outside(self._pos, self._low, self._high),
         )
-        step.reached &= ~self._failed()
-        self._success = self._course.advance(step.reached)
-        if (step.reached & ~self._success).any():
+        self._fail()
+        step.reached &= ~self._failed
+        if step.reached.any():
+            self._success = self._course.advance(step.reached)
             self._aim()  # at the way-point that is next now
+        else:
+            self._success = step.reached
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return the terms that ``observation`` names, in SI units."""
         reads = {
             "distance": lambda: self._distance[:, None],
             "bearing": lambda: self._bearing[:, None],
-            "direction": lambda: np.stack([np.cos(self._bearing), np.sin(self._bearing)], axis=1),
+            "direction": self._read_direction,
             "position": lambda: self._pos,
             "yaw": lambda: self._yaw[:, None],
             "way_point": lambda: self._course.target,
@@ -248,7 +254,7 @@ class Navigate(Task):
                 "way_point": self.way_point_reward * (self._step.reached & ~self._success),
                 "goal": self.goal_reward * self._success,
                 "collision": -self.collision_penalty * (self._step.bumped | self._step.outside),
-                "time": np.full(len(self._success), -self.time_penalty),
+                "time": self._time_term,
             }
         return np.asarray(sum(self._reward_terms.values()))
 
@@ -258,7 +264,7 @@ class Navigate(Task):
 
     def is_terminated(self) -> Mask:
         """Return where the robot is at the last way-point, has bumped into something, or has left the area."""
-        return self._success | self._failed()
+        return self._success | self._failed
 
     def is_success(self) -> Mask:
         """Return where the robot is at the last way-point, (num_envs,) bool."""
@@ -289,14 +295,19 @@ class Navigate(Task):
         self._boxes.restore(snapshot)
         self._sensors.restore(snapshot)
         self._step = Step(**{field.name: snapshot[f"step/{field.name}"].copy() for field in fields(Step)})
+        self._fail()
         self._success = snapshot["success"].copy()
         self._distance = snapshot["distance"].copy()
 
     # -- Helpers --
 
-    def _failed(self) -> Mask:
-        failed = self._step.outside if self.area_ends else np.zeros_like(self._step.outside)
-        return failed | self._step.bumped if self.collision_ends else failed
+    def _fail(self) -> None:
+        """Find out where the episode has failed in this step."""
+        step = self._step
+        if self.area_ends:
+            self._failed = step.bumped | step.outside if self.collision_ends else step.outside
+        else:
+            self._failed = step.bumped if self.collision_ends else np.zeros_like(step.bumped)
 
     def _locate(self) -> None:
         pos, quat = self._robot.base_pose
@@ -307,8 +318,16 @@ class Navigate(Task):
         self._distance = terms.distance(offset)
         self._bearing = terms.bearing(offset, self._yaw)
 
+    def _read_direction(self) -> Floats:
+        """Return cosine and sine of the bearing, (num_envs, 2)."""
+        np.cos(self._bearing, out=self._direction[:, 0])
+        np.sin(self._bearing, out=self._direction[:, 1])
+        return self._direction
+
     def _velocity(self) -> Floats:
         """Return forward velocity [m/s] and yaw rate [rad/s], (num_envs, 2)."""
         linear, angular = self._robot.base_twist
-        forward = np.cos(self._yaw) * linear[:, 0] + np.sin(self._yaw) * linear[:, 1]
-        return np.stack([forward, angular[:, 2]], axis=1)
+        velocity = self._forward_and_turn
+        velocity[:, 0] = np.cos(self._yaw) * linear[:, 0] + np.sin(self._yaw) * linear[:, 1]
+        velocity[:, 1] = angular[:, 2]
+        return velocity

@@ -16,6 +16,9 @@ def yaw_of(quat_wxyz: Floats) -> Floats:
     Returns:
         (...)
     """
+    if quat_wxyz.shape == (1, 4):  # for a single one, Python's own floats are faster; they round alike
+        ((w, x, y, z),) = quat_wxyz.tolist()
+        return np.arctan2([2.0 * (w * z + x * y)], [1.0 - 2.0 * (y * y + z * z)])
     w, x, y, z = (quat_wxyz[..., i] for i in range(4))
     return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
@@ -43,13 +46,15 @@ def bearing(offset: Floats, yaw: Floats) -> Floats:
 
     Where there is no distance it is 0. The arguments are those of :func:`in_frame`.
     """
-    seen = in_frame(offset, yaw)
-    return np.arctan2(seen[..., 1], seen[..., 0])
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    x, y = offset[..., 0], offset[..., 1]
+    return np.arctan2(cos * y - sin * x, cos * x + sin * y)
 
 
 def distance(offset: Floats) -> Floats:
     """Return the length (...) [m] of (..., 2) [m]."""
-    return np.sqrt(offset[..., 0] * offset[..., 0] + offset[..., 1] * offset[..., 1])
+    x, y = offset[..., 0], offset[..., 1]
+    return np.sqrt(x * x + y * y)
 
 
 def nearness(ranges: Floats) -> Floats:
@@ -63,7 +68,8 @@ def nearness(ranges: Floats) -> Floats:
 
 def outside(pos: Floats, low: Floats, high: Floats) -> Mask:
     """Return where a point (..., 2) [m] is not in the rectangle from ``low`` to ``high``, (2,) each [m]."""
-    return np.asarray(((pos < low) | (pos > high)).any(axis=-1))
+    anywhere: Mask = np.logical_or.reduce((pos < low) | (pos > high), axis=-1)
+    return anywhere
 
 
 def distance_to_rectangles(pos: Floats, centre: Floats, yaw: Floats, half: Floats) -> Floats:
@@ -93,6 +99,7 @@ def to_and_fro(time: Floats, first_turn: Floats, turn_every: Floats) -> Floats:
     Returns:
         (...), in [first_turn − turn_every, first_turn] once it has turned.
     """
-    phase = np.mod(time - first_turn, 2.0 * turn_every)  # since it last turned backward
-    swung = first_turn - np.where(phase < turn_every, phase, 2.0 * turn_every - phase)
+    period = 2.0 * turn_every
+    phase = np.mod(time - first_turn, period)  # since it last turned backward
+    swung = first_turn - np.minimum(phase, period - phase)
     return np.where(time < first_turn, time, swung)

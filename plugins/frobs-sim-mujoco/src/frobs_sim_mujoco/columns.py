@@ -1,0 +1,30 @@
+"""Rows and columns of MuJoCo's state arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+
+
+def numbers_of(mask: Mask | None) -> slice | np.ndarray:
+    """Return the numbers of the environments of a mask, or a slice of all."""
+    return slice(None) if mask is None else np.flatnonzero(mask)
+
+
+def columns_of(addresses: Sequence[int]) -> slice | np.ndarray:
+    """Return a slice where the addresses follow each other, which makes views possible."""
+    first = int(addresses[0]) if addresses else 0
+    if [int(address) for address in addresses] == list(range(first, first + len(addresses))):
+        return slice(first, first + len(addresses))
+    return np.array(addresses)
+
+
+def put(state: Floats, rows: slice | np.ndarray, columns: slice | np.ndarray, values: Floats | float) -> None:
+    """Write values, (rows, columns, …), to a state array."""
+    if isinstance(rows, slice) or isinstance(columns, slice):
+        state[rows, columns] = values
+    else:
+        state[rows[:, None], columns] = values

@@ -1,0 +1,65 @@
+"""Poses, velocities and rays of a single environment, without a batch's dynamics and overhead."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+
+from frobs_core.arrays import Floats, read_only
+
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+
+
+class Kinematics:
+    """Computes what tasks and sensors read of a written or recorded state, with the bits of a batch's forward pass.
+
+    A forward pass of the batch also detects collisions and computes mass matrices, which nothing here reads.
+
+    Args:
+        batch: Of one environment.
+    """
+
+    def __init__(self, batch: Batch) -> None:
+        self._batch = batch
+        self._model = batch.get_model(0)
+        self._data = mujoco.MjData(self._model)
+        self._model_is_stale = False
+
+    def mark_model_stale(self) -> None:
+        """Remember that parameters of the model were written."""
+        self._model_is_stale = True
+
+    def update(self) -> None:
+        """Compute poses and velocities of the batch's state."""
+        if self._model_is_stale:
+            self._batch.get_model(0, self._model)
+            self._model_is_stale = False
+        mujoco.mj_setState(self._model, self._data, self._batch.state[0], _STATE)
+        mujoco.mj_kinematics(self._model, self._data)
+        mujoco.mj_comPos(self._model, self._data)
+        mujoco.mj_comVel(self._model, self._data)
+
+    def field(self, name: str) -> Floats:
+        """Return a field of MjData that :meth:`update` computes, (1, …), as a view."""
+        return read_only(getattr(self._data, name)[None])
+
+    def rays(self, origin: Floats, directions: Floats, max_range: float, seen: np.ndarray) -> Floats:
+        """Cast rays from one point at the poses of the last :meth:`update`.
+
+        Args:
+            origin: (3,) [m] in the world.
+            directions: (k, 3) of length 1.
+            max_range: Distance of a ray that meets nothing [m].
+            seen: (mjNGROUP,) uint8 groups of geoms.
+
+        Returns:
+            (1, k) [m]
+        """
+        k = len(directions)
+        distances, geoms, vectors = np.empty(k), np.empty(k, np.int32), directions.ravel()
+        mujoco.mj_multiRay(
+            self._model, self._data, origin, vectors, seen, True, -1, geoms, distances, None, k, max_range
+        )
+        distances[distances < 0] = max_range
+        return np.minimum(distances, max_range, out=distances)[None]
