@@ -38,7 +38,7 @@ _TABLE = (
      "self._stiffness, self._damping = map", "self._damping, self._stiffness = map"),
     ("gains written without what the drives hold", _ROBOT, "self._ctrl[rows] *= ratio", "pass"),
     ("the velocity of the centre of mass for that of the frame", _ROBOT,
-     "return twist[:, 3:] + np.cross(twist[:, :3], arm), twist[:, :3]", "return twist[:, 3:], twist[:, :3]"),
+     "return twist[:, 3:] + cross(twist[:, :3], arm), twist[:, :3]", "return twist[:, 3:], twist[:, :3]"),
     ("an angular velocity in the body's frame", _BODY,
      "quat_rotate(quat, np.broadcast_to(ang_vel_world, (len(quat), 3)))", "ang_vel_world"),
     ("a lidar that sees its own robot", _ROBOT,
@@ -49,7 +49,7 @@ _TABLE = (
      "return self.planned_frame_pose(frame, joint_positions)",
      "return self.model.frame_pose(self.frame_name(frame), joint_positions)"),
     ("the joints' velocity forgotten in a write", _ROBOT,
-     "_put(self._qvel, rows, self.dofs, velocities)", "_put(self._qvel, rows, self.dofs, 0.0)"),
+     "put(self._qvel, rows, self.dofs, velocities)", "put(self._qvel, rows, self.dofs, 0.0)"),
     ("a mask of the reset ignored", _SIMULATION,
      "ids = None if mask is None else np.flatnonzero(mask)\n        self.batch.reset",
      "ids = None\n        self.batch.reset"),
@@ -148,8 +148,8 @@ _TABLE = (
     ("an attachment without the turn", _SCENERY, "*pose.pos, *pose.quat_wxyz, torque_scale", "*pose.pos, 0.5, 0.5, 0.5, 0.5, torque_scale"),
     # -- contacts --
     ("the force on the second side", _MUJOCO_CONTACTS, "= -data[..., at : at + 3]", "= data[..., at : at + 3]"),
-    ("a contact that needs two points", _MUJOCO_CONTACTS, "return counts > 0, np", "return counts > 1, np"),
-    ("what a contact ignores counted", _MUJOCO_CONTACTS, "counts[..., column] -= data[..., at]", "pass"),
+    ("a contact that needs two points", _MUJOCO_CONTACTS, "@ self._counted > 0", "@ self._counted > 1"),
+    ("what a contact ignores counted", _MUJOCO_CONTACTS, "contact)], i] = -1.0", "contact)], i] = 0.0"),
     ("contacts that outlive a reset", _CONTACTS, "array[rows_of(mask)] = 0", "pass"),
     # -- rendering --
     ("images of the first environment for all", _RENDERING,
