@@ -181,7 +181,8 @@ def _watch(env: Any, *, replayed: bool) -> tuple[dict[str, float], Snapshot, dic
         setattr(owner, method, timed)
 
     watch("engine", env.simulation, "step")
-    watch("controller", env.controller, "apply")
+    for controller in env.control.controllers.values():
+        watch("controller", controller, "apply")
     for method in ("advance", "reward", "reward_terms", "is_terminated", "is_success"):
         watch("task", env.task, method)
     watch("task", env.observations, "observe")

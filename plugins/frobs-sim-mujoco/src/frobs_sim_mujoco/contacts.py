@@ -111,13 +111,14 @@ class ContactReader:
             data: (num_envs, decimation, nsensordata)
             contacts: Where to.
         """
-        closed = data[..., self._counts] @ self._counted > 0
+        np.logical_or.reduce(data[..., self._counts] @ self._counted > 0, axis=1, out=contacts.closed)
         if not self._totals:  # no force is told of contacts that ignore something
-            np.logical_or.reduce(closed, axis=1, out=contacts.closed)
             return
-        resultants = np.zeros((*closed.shape, 3))
+        np.maximum.reduce(np.abs(data[..., self._forces]), axis=1, out=contacts.normal_force)
+        mean = np.add.reduce(data, axis=1) / data.shape[1]
         for column, at in self._totals:
-            resultants[..., column, :] = -data[..., at : at + 3]  # MuJoCo's forces act on the second side
+            np.negative(
+                mean[:, at : at + 3], out=contacts.resultant[:, column]
+            )  # MuJoCo's forces act on the second side
         for column, at in self._inner:
-            resultants[..., column, :] += data[..., at : at + 3]
-        contacts.reduce(closed, np.abs(data[..., self._forces]), resultants)
+            contacts.resultant[:, column] += mean[:, at : at + 3]
