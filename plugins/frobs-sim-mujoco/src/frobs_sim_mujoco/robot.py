@@ -183,10 +183,10 @@ class MujocoRobot(RobotHandle):
 
     def frame_jacobian(self, frame: str) -> Floats:
         """Return (num_envs, 6, dof): rows 0–2 linear, rows 3–5 angular, in the world."""
-        if self.frame_name(frame) in self._between:
-            return super().frame_jacobian(frame)
         found = self._motions.get(frame)
         if found is None:
+            if self.frame_name(frame) in self._between:
+                return super().frame_jacobian(frame)
             # Views of arrays that the batch refreshes: what MuJoCo refers motions to, and each dof's, (num_envs, 6, nv).
             centre = self._simulation.derived("subtree_com")[:, self._tree]
             motions = self._simulation.derived("cdof").transpose(0, 2, 1)
