@@ -168,7 +168,7 @@ def report(
         lines.append(f"| {names} | {row['num_envs']:,} | {' | '.join(cells)} | {parts} |")
     lines += [
         "",
-        f"`import frobs_core` costs {import_time:.2f} s beyond `import gymnasium` (at most 0.3 s). 4,096 environments need "
+        f"`import frobs_core` costs {import_time:.2f} s beyond `import gymnasium` (at most 0.1 s). 4,096 environments need "
         f"{memory / 1e6:.0f} MB beyond one (at most 25 MB).",
         "",
         "## A step on PyBullet",
