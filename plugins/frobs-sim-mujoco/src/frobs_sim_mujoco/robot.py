@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 # A twist (angular, linear) about a point p becomes (linear − arm × angular, angular) at p + arm: a matrix (6, 6), which
 # is _SWAP + arm @ _ARM. Flat, (36,) and (3, 36), so that one product makes it.
 _SWAP = np.eye(6)[[3, 4, 5, 0, 1, 2]].ravel()
-_ARM = np.zeros((3, 6, 6))
-_ARM[[0, 1, 2], [1, 2, 0], [2, 0, 1]], _ARM[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = 1.0, -1.0
-_ARM = _ARM.reshape(3, 36)
+_ARM = np.zeros((3, 36))
+_ARM.reshape(3, 6, 6)[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1.0
+_ARM.reshape(3, 6, 6)[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = -1.0
 
 
 class MujocoRobot(RobotHandle):
@@ -212,7 +212,7 @@ class MujocoRobot(RobotHandle):
     def _body(self, frame: str) -> int:
         link = self.frame_name(frame)
         try:
-            return self._simulation.model.body(f"{self.name}/{link}").id
+            return int(self._simulation.model.body(f"{self.name}/{link}").id)
         except KeyError as error:
             raise SimulationError(
                 f"link '{link}' is between the joints of one MJCF body, where MuJoCo knows no velocity."
@@ -247,7 +247,7 @@ def _put(state: Floats, rows: slice | np.ndarray, columns: slice | np.ndarray, v
         state[rows[:, None], columns] = values
 
 
-def _columns(addresses: list[int]) -> slice | np.ndarray:
+def _columns(addresses: list[int]) -> Any:
     """Return a slice where the addresses follow each other, which makes views possible."""
     first = int(addresses[0]) if addresses else 0
     if [int(address) for address in addresses] == list(range(first, first + len(addresses))):
