@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -211,6 +211,7 @@ class AddedTerms:
     def _camera(self, name: str, term: Mapping[str, Any]) -> ObservationTerm:
         camera = _known(f"camera of the observation term '{name}'", term["camera"], self._scene.cameras)
         size, modality, fast, with_markers = tuple(term["size"]), term["modality"], term["fast"], term["markers"]
+        view = {"camera": camera, **asdict(self._scene.cameras[camera]), "modality": modality, "markers": with_markers}
 
         def read() -> np.ndarray[Any, Any]:
             markers = self._markers() if with_markers else ()
@@ -218,9 +219,10 @@ class AddedTerms:
 
         if modality == "rgb":
             black = np.zeros((*size, 3), np.uint8)
-            return ObservationTerm(read=read, low=black, high=black + np.uint8(255), unit="1", key=name, dtype="uint8")
+            white = black + np.uint8(255)
+            return ObservationTerm(read=read, low=black, high=white, unit="1", key=name, dtype="uint8", view=view)
         near = np.zeros((*size, 1), np.float32)
-        return ObservationTerm(read=read, low=near, high=near + np.float32(np.inf), unit="m", key=name)
+        return ObservationTerm(read=read, low=near, high=near + np.float32(np.inf), unit="m", key=name, view=view)
 
 
 def _known(kind: str, name: str, known: Collection[str]) -> str:

@@ -34,9 +34,17 @@ def cup(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.fixture(params=["mujoco", "pybullet", pytest.param("gazebo", marks=pytest.mark.slow)])
+def simulator(request: pytest.FixtureRequest) -> str:
+    if request.param == "gazebo":
+        request.getfixturevalue("real_gazebo")
+    else:
+        pytest.importorskip(request.param)
+    return str(request.param)
+
+
 def drop(simulator: str, body: Body) -> Simulation:
     """Return a simulation of a ball that was dropped onto a body."""
-    pytest.importorskip(simulator)
     ball = Body(geometry=Sphere(RADIUS), pose=Pose((0.0, 0.0, 0.14)), mass=0.1)
     scene = Scene(bodies={"body": body, "ball": ball})
     sim: Simulation = plugins.get_record("simulator", simulator).load()({}, scene, num_envs=1, physics_timestep=0.002)
@@ -45,7 +53,6 @@ def drop(simulator: str, body: Body) -> Simulation:
 
 
 @pytest.mark.parametrize(("decomposed", "height"), [(True, RADIUS), (False, 0.02 + RADIUS)])
-@pytest.mark.parametrize("simulator", ["mujoco", "pybullet"])
 def test_a_ball_falls_through_a_ring_only_if_the_ring_is_decomposed(
     simulator: str, decomposed: bool, height: float, ring: Path
 ) -> None:
@@ -56,7 +63,6 @@ def test_a_ball_falls_through_a_ring_only_if_the_ring_is_decomposed(
         assert sim.bodies["body"].pose[0][0, 2] == pytest.approx(0.0, abs=2e-3)
 
 
-@pytest.mark.parametrize("simulator", ["mujoco", "pybullet"])
 def test_a_cup_holds_a_ball(simulator: str, cup: Path) -> None:
     pytest.importorskip("coacd")
     with closing(drop(simulator, Body(geometry=Mesh(cup, decomposed=True)))) as sim:

@@ -67,7 +67,7 @@ _TABLE = (
      "np.where((distances < 0) | (distances > max_range), max_range, distances)",
      "np.where(distances > max_range, max_range, np.maximum(distances, 0.0))"),
     ("the wrench of the child on the parent", _WRENCHES,
-     'return recorded["sensordata"][..., self._columns] + np', 'return -recorded["sensordata"][..., self._columns] - np'),
+     'Floats = recorded["sensordata"][..., self._columns] + np', 'Floats = -recorded["sensordata"][..., self._columns] - np'),
     ("a wrench in the frame of the world", _WRENCHES,
      "added = [(part[..., None] * turn).sum(axis=-2) for part in (force, torque)]",
      'found = recorded["sensordata"][..., self._columns]\n'

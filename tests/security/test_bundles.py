@@ -43,6 +43,12 @@ REFUSED: dict[str, dict[str, Any]] = {
     "a key that is a path": {"environment_kwargs": {"home": {"../a": 1.0}}},
     "a path in a list": {"environment_kwargs": {"sensors": {"lidar": ["a", ["~/b"]]}}},
     "a file of another environment": {"environment": "Ant-v5", "environment_kwargs": {"xml_file": "evil.xml"}},
+    "images that fill the memory": {
+        "environment_kwargs": {
+            "observations": {f"eye_{i}": {"camera": "overview", "size": [2048, 2048]} for i in range(2)}
+        }
+    },
+    "a camera by path": {"environment_kwargs": {"observations": {"eye": {"camera": "/dev/video0"}}}},
     "a path in the randomization": {"randomize": {"mass": {"range": "/etc/passwd"}}},
     "a recorder": {"wrappers": [{"name": "gymnasium.wrappers:RecordVideo", "video_folder": "made"}]},
     "a wrapper by another way": {
@@ -69,6 +75,11 @@ ALLOWED: dict[str, dict[str, Any]] = {
     },
     "a part of a distribution": {"environment_kwargs": {"robot": "frobs-robots-abb:irb120"}},
     "plain data": {"environment_kwargs": {"tolerance": 0.02, "reward_type": "dense", "home": {"joint_1": 0.5}}},
+    "images": {
+        "environment_kwargs": {
+            "observations": {"*": None, "eye": {"camera": "overview", "size": [84, 84], "markers": True}}
+        }
+    },
     "text that is a number": {"environment_kwargs": {"robot_args": {"length": "0.5"}}},
     "wrappers": {
         "wrappers": [

@@ -15,9 +15,10 @@ pytest.importorskip("pinocchio")
 import pinocchio as pin
 
 from frobs_controllers_planning.kinematics import Kinematics
+from frobs_controllers_planning.plan import Reason
 from frobs_controllers_planning.planner import Planner
 from frobs_core.interfaces import Body, CommandMode, Contact, Placement, Scene
-from frobs_core.models import Box, Capsule, Cylinder, Pose, Sphere, load_model
+from frobs_core.models import Box, Capsule, Cylinder, Mesh, Pose, Sphere, load_model
 from frobs_core.robot_config import RobotConfig
 from frobs_core.rotations import quat_from_rpy
 from frobs_sim_mujoco.simulation import MujocoSimulation
@@ -82,6 +83,43 @@ def test_joints_that_follow_others_touch_what_they_touch_in_the_engine(prongs):
     found = np.array([planner.is_free(q) for q in drawn])
     np.testing.assert_array_equal(found, in_engine(prongs, scene, drawn))
     assert 0 < found.sum() < 50
+
+
+@pytest.fixture
+def hoop(tmp_path: Path):
+    """A ring whose hole is wide enough for the arm's tool, as a mesh file."""
+    trimesh = pytest.importorskip("trimesh")
+    path = tmp_path / "hoop.stl"
+    trimesh.creation.annulus(0.2, 0.26, 0.04, sections=16).export(path)
+    return path
+
+
+@pytest.mark.parametrize("decomposed", [False, True])
+def test_a_mesh_touches_where_it_touches_in_the_engine(hoop, decomposed):
+    pytest.importorskip("coacd")
+    pose = Pose((0.42, 0.0, 0.5), tuple(quat_from_rpy([0.0, 1.4, 0.2])))
+    bodies = {"hoop": Body(geometry=Mesh(hoop, decomposed=decomposed), pose=pose)}
+    scene = Scene(
+        bodies=bodies, contacts={side: Contact(first="robot", second=side) for side in ("robot", "floor", "hoop")}
+    )
+    planner = Planner("irb120", scene, clearance=0.0)
+    near = np.random.default_rng(0).uniform(-0.7, 0.7, (600, 6))
+    drawn = np.clip(planner.home + near, planner.lower, planner.upper)
+    found = np.array([planner.is_free(q) for q in drawn])
+    np.testing.assert_array_equal(found, in_engine(RobotConfig(robot="irb120").describe(), scene, drawn))
+    assert 0.05 < found.mean() < 0.95
+
+
+@pytest.mark.parametrize("decomposed", [False, True])
+def test_a_tool_goes_through_a_hoop_only_if_the_hoop_is_decomposed(hoop, decomposed):
+    pytest.importorskip("coacd")
+    pose = Pose((0.42, 0.0, 0.63), tuple(quat_from_rpy([0.0, np.pi / 2, 0.0])))
+    scene = Scene(bodies={"hoop": Body(geometry=Mesh(hoop, decomposed=decomposed), pose=pose)})
+    planner = Planner("irb120", scene, clearance=0.005)
+    before, behind = np.array([0.0, -0.6, 0.6, 0.0, 0.0, 0.0]), np.array([0.0, 0.3, -0.3, 0.0, 0.0, 0.0])
+    assert planner.tool_pos(before)[0] < 0.4
+    assert planner.tool_pos(behind)[0] > 0.44
+    assert planner.plan(before, behind).reason is (Reason.PLANNED if decomposed else Reason.GOAL_IN_COLLISION)
 
 
 def test_a_clearance_is_kept():

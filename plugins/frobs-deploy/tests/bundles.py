@@ -123,6 +123,46 @@ def write_summing(path: Path) -> Path:
     )
 
 
+def seeing() -> bytes:
+    """Return a graph whose action is the mean of the image's pixels, of which 255 is 1."""
+    return graph(
+        [
+            helper.make_node("Cast", ["observation/eye"], ["pixels"], to=TensorProto.FLOAT),
+            helper.make_node("ReduceMean", ["pixels", "axes"], ["mean"], keepdims=0),
+            helper.make_node("Div", ["mean", "white"], ["share"]),
+            helper.make_node("Unsqueeze", ["share", "axis"], ["action"]),
+        ],
+        {"observation/eye": (TensorProto.UINT8, (2, 3, 3))},
+        {"action": (TensorProto.FLOAT, (1,))},
+        axes=np.array([1, 2, 3]),
+        white=np.float32(255.0),
+        axis=np.array([1]),
+    )
+
+
+IMAGE = {
+    "camera": "wrist",
+    "frame": "robot/hand",
+    "pos": [0.0, 0.0, 0.1],
+    "target": [0.0, 0.0, 1.0],
+    "fov_y": 60.0,
+    "modality": "rgb",
+    "markers": True,
+    "unit": "1",
+}
+
+
+def write_seeing(path: Path, **changes: Any) -> Path:
+    """Write a bundle whose observation is an image; ``changes`` are those of its record."""
+    pixels = {"type": "Box", "shape": [2, 3, 3], "dtype": "uint8", "low": 0, "high": 255}
+    return write(
+        path,
+        seeing(),
+        action={"space": space(1), "max_change": None},
+        observation={"spaces": {"eye": pixels}, "terms": [], "images": {"eye": {**IMAGE, **changes}}},
+    )
+
+
 def write_choosing(path: Path) -> Path:
     """Write a bundle with a Dict observation and a discrete action."""
     choice = {"type": "Discrete", "shape": [], "dtype": "int64", "low": 0, "high": 2}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import subprocess
 import sys
 from importlib.metadata import distribution
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bundles import write_seeing
 
 import frobs_deploy
 
@@ -83,6 +85,18 @@ def test_the_module_says_what_a_bundle_is_for(bare: Path, arm: Path) -> None:
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith(f"error: {broken}: is damaged")
     assert done.stderr.count("\n") == 1
+
+
+def test_a_policy_that_sees_runs_without_the_rest_and_says_what_it_sees(bare: Path, tmp_path: Path) -> None:
+    path = write_seeing(tmp_path / "eye.frobs")
+    act = "import sys, numpy as np, frobs_deploy; policy = frobs_deploy.Policy(sys.argv[1]); "
+    act += "print(policy.act({'eye': np.full((2, 3, 3), 51, np.uint8)}).tolist())"
+    done = python(bare, "-c", act, str(path))
+    assert done.stderr == ""
+    assert json.loads(done.stdout) == pytest.approx([0.2])
+    done = python(bare, "-m", "frobs_deploy", str(path), "--bench", "10")
+    assert done.stderr == ""
+    assert "eye from camera 'wrist', rgb, 2 × 3 × 3 uint8, 0 to 255, with the task's markers drawn\n" in done.stdout
 
 
 def test_without_onnxruntime_the_error_says_what_to_install(bare: Path, arm: Path) -> None:

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bundles import JOINTS, ROBOT, manifest, space, write, write_choosing, write_summing
+from bundles import IMAGE, JOINTS, ROBOT, manifest, space, write, write_choosing, write_seeing, write_summing
 
-from frobs_deploy import Policy
+from frobs_deploy import Image, Policy
 from frobs_deploy.errors import BundleError, BundleMismatchError, PolicyArgumentError
 
 
@@ -270,3 +270,49 @@ def test_values_that_are_no_numbers_are_named(arm: Path, value: Any) -> None:
         policy.act({"height": value, "joint_positions": [1.0, 2.0]})
     with pytest.raises(PolicyArgumentError, match=r"^actions="):
         policy.bench(value)
+
+
+def test_a_policy_says_which_camera_took_its_images(tmp_path: Path) -> None:
+    policy = Policy(write_seeing(tmp_path / "eye.frobs"))
+    assert policy.manifest.images == {
+        "eye": Image(
+            camera="wrist",
+            modality="rgb",
+            unit="1",
+            frame="robot/hand",
+            pos=(0.0, 0.0, 0.1),
+            target=(0.0, 0.0, 1.0),
+            fov_y=60.0,
+            markers=True,
+        )
+    }
+    picture = np.arange(18, dtype=np.uint8).reshape(2, 3, 3)
+    assert policy.act({"eye": picture}) == pytest.approx(8.5 / 255.0)
+    for wrong, message in [
+        (picture.astype(np.float32), r"is of type float32, and uint8 is needed: convert it with astype\(np.uint8\)"),
+        (picture.transpose(2, 0, 1), r"has shape \(3, 2, 3\), and \(2, 3, 3\) is needed"),
+    ]:
+        with pytest.raises(BundleMismatchError, match=message):
+            policy.act({"eye": wrong})
+
+
+@pytest.mark.parametrize(
+    ("images", "message"),
+    [
+        ({"ear": IMAGE}, "'ear' is missing"),
+        ({"eye": {**IMAGE, "pos": [0.0, 1.0]}}, "values to unpack"),
+        ({"eye": {key: value for key, value in IMAGE.items() if key != "camera"}}, "'camera' is missing"),
+        ({"eye": "wrist"}, "is damaged"),
+        ([], "is damaged"),
+        ({"flat": IMAGE}, "not height, width and channels"),
+    ],
+)
+def test_a_record_of_images_that_makes_no_sense_is_refused(images: Any, message: str, tmp_path: Path) -> None:
+    pixels = {"type": "Box", "shape": [2, 3, 3], "dtype": "uint8", "low": 0, "high": 255}
+    parts = {"spaces": {"eye": pixels, "flat": space(3)}, "terms": [], "images": images}
+    with pytest.raises(BundleError, match=message):
+        Policy(write(tmp_path / "eye.frobs", observation=parts))
+
+
+def test_a_bundle_without_a_record_of_images_is_read(arm: Path) -> None:
+    assert Policy(arm).manifest.images == {}

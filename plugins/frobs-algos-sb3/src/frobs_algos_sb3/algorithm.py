@@ -52,6 +52,10 @@ class SB3Algorithm(Algorithm):
     venv: VectorEnvAdapter
     normalizer: VecNormalize | None
 
+    _pause: state.Pause | None
+    _sampling: state.Pause | None  # what predictions are drawn from
+    _callback: MonitorCallback | None
+
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any], seed: int) -> None:
         settings = self._settings(config)
         scale = _suggested_scale(env) if settings.scale_observation and not settings.normalize_observation else None
@@ -194,9 +198,7 @@ class SB3Algorithm(Algorithm):
         self, env: gym.vector.VectorEnv[Any, Any, Any], config: SB3Config, seed: int, scale: list[float] | None
     ) -> None:
         self._config, self._seed, self._scale = config, seed, scale
-        self._pause: state.Pause | None = None
-        self._sampling: state.Pause | None = None  # what predictions are drawn from
-        self._callback: MonitorCallback | None = None
+        self._pause, self._sampling, self._callback = None, None, None
         self.observation_space, self.action_space = env.single_observation_space, env.single_action_space
         space_to_json(self.observation_space)  # refuses what could not be learned from
         self._check_action_space(self.action_space)

@@ -18,5 +18,6 @@ class ScaledFlattenExtractor(FlattenExtractor):
 
     def forward(self, observations: th.Tensor) -> th.Tensor:
         """Scale."""
+        assert isinstance(self.scale, th.Tensor)
         scaled: th.Tensor = super().forward(observations) * self.scale
         return scaled

@@ -15,6 +15,7 @@ Activation = Literal["relu", "tanh", "elu", "selu", "gelu", "silu", "leaky_relu"
 Extractor = Literal["FlattenExtractor", "CombinedExtractor", "NatureCNN"]
 Optimizer = Literal["Adam", "AdamW", "Adamax", "NAdam", "RAdam", "SGD", "RMSprop", "Adagrad", "Adadelta"]
 
+_CROSSQ: dict[Literal["pi", "qf"], Widths] = {"pi": [256, 256], "qf": [1024, 1024]}
 _ACTIVATIONS = {
     "relu": "ReLU",
     "tanh": "Tanh",
@@ -73,7 +74,7 @@ class ActorCriticConfig(NetworkConfig):
         squash_output: With state-dependent exploration: tanh on the actions.
     """
 
-    net_arch: Widths | dict[Literal["pi", "vf"], Widths] = Field([64, 64])
+    net_arch: Widths | dict[Literal["pi", "vf"], Widths] = Field(default=[64, 64])
     activation_fn: Activation = "tanh"
     share_features_extractor: bool = True
     ortho_init: bool = True
@@ -108,7 +109,7 @@ class RecurrentActorCriticConfig(ActorCriticConfig):
 class QNetworkConfig(NetworkConfig):
     """The network of DQN."""
 
-    net_arch: Widths = Field([64, 64])
+    net_arch: Widths = Field(default=[64, 64])
 
 
 class DeterministicConfig(NetworkConfig):
@@ -120,7 +121,7 @@ class DeterministicConfig(NetworkConfig):
         share_features_extractor: Whether actor and critics share what comes before the layers.
     """
 
-    net_arch: Widths | dict[Literal["pi", "qf"], Widths] = Field([400, 300])
+    net_arch: Widths | dict[Literal["pi", "qf"], Widths] = Field(default=[400, 300])
     n_critics: PositiveInt = 2
     share_features_extractor: bool = False
 
@@ -134,7 +135,7 @@ class SquashedGaussianConfig(DeterministicConfig):
         clip_mean: With state-dependent exploration: what the mean of the actions is clipped to before tanh.
     """
 
-    net_arch: Widths | dict[Literal["pi", "qf"], Widths] = Field([256, 256])
+    net_arch: Widths | dict[Literal["pi", "qf"], Widths] = Field(default=[256, 256])
     log_std_init: float = -3.0
     use_expln: bool = False
     clip_mean: NonNegativeFloat = 2.0
@@ -161,7 +162,7 @@ class BatchNormConfig(SquashedGaussianConfig):
         renorm_warmup_steps: Gradient steps before the running statistics are used.
     """
 
-    net_arch: Widths | dict[Literal["pi", "qf"], Widths] = Field({"pi": [256, 256], "qf": [1024, 1024]})
+    net_arch: Widths | dict[Literal["pi", "qf"], Widths] = Field(default=_CROSSQ)
     batch_norm: bool = True
     batch_norm_momentum: Fraction = 0.01
     batch_norm_eps: PositiveFloat = 0.001

@@ -90,7 +90,7 @@ def _clean(proto: onnx.ModelProto) -> bytes:
         owner.doc_string = ""
     del proto.graph.value_info[:]
     onnx.checker.check_model(proto, full_check=True)
-    return proto.SerializeToString(deterministic=True)
+    return bytes(proto.SerializeToString(deterministic=True))
 
 
 @contextlib.contextmanager

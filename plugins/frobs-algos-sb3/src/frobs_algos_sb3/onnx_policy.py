@@ -38,10 +38,10 @@ class PolicyGraph(nn.Module):
 
     def examples(self, batch: int) -> dict[str, th.Tensor]:
         """Return inputs of the right shapes and types, by their names."""
-        found = {
-            f"observation/{key}" if key else "observation": part.example(batch)
-            for key, part in zip(self.keys, self.observation_inputs, strict=True)
-        }
+        found: dict[str, th.Tensor] = {}
+        for key, part in zip(self.keys, self.observation_inputs, strict=True):
+            assert isinstance(part, ObservationInput)
+            found[f"observation/{key}" if key else "observation"] = part.example(batch)
         if self.lstm is not None:
             shape = (batch, self.lstm.layers, self.lstm.hidden_size)
             found |= {f"state/{i}": th.zeros(shape) for i in range(2)}
@@ -93,7 +93,7 @@ class ActorCritic(nn.Module):
         """Return the mode, and the next state."""
         features = self.features(observation)
         if self.lstm is not None:
-            features, *state = self.lstm(features, *state)  # type: ignore[assignment]
+            features, *state = self.lstm(features, *state)
         mode = self.action(self.latent(features))
         return (th.tanh(mode) if self.squashed else mode, *state)
 
@@ -127,7 +127,8 @@ def network_of(model: BaseAlgorithm) -> nn.Module:
     policy: Any = model.policy
     if isinstance(policy, ActorCriticPolicy):
         return ActorCritic(policy)
-    actor, values = getattr(policy, "actor", None), getattr(policy, "q_net", None)
+    actor: Any = getattr(policy, "actor", None)
+    values: Any = getattr(policy, "q_net", None)
     if hasattr(actor, "latent_pi"):
         return StochasticActor(actor)
     if hasattr(actor, "mu"):

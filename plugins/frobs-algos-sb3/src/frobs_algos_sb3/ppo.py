@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar
 
 import stable_baselines3 as sb3
 from pydantic import Field, PositiveFloat, PositiveInt
+from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from frobs_algos_sb3.algorithm import SB3Algorithm
 from frobs_algos_sb3.config import OnPolicyConfig, SB3Config
@@ -44,7 +45,7 @@ class PPO(SB3Algorithm):
 
     name: ClassVar[str] = "ppo"
     config_model: ClassVar[type[SB3Config]] = PPOConfig
-    model_class = sb3.PPO
+    model_class: ClassVar[type[OnPolicyAlgorithm]] = sb3.PPO
 
     def _make_model(self, policy: str, **kwargs: Any) -> Any:
         steps = self.venv.num_envs * kwargs["n_steps"]

@@ -91,14 +91,14 @@ def _arrays(buffer: ReplayBuffer) -> Arrays:
 def _rows(buffer: ReplayBuffer) -> int:
     """Return how many rows count."""
     if buffer.full:
-        return buffer.buffer_size
+        return int(buffer.buffer_size)
     # Where memory is saved, the newest observation stands where the next step is going to.
-    return min(buffer.pos + buffer.optimize_memory_usage, buffer.buffer_size)
+    return int(min(buffer.pos + buffer.optimize_memory_usage, buffer.buffer_size))
 
 
 def _rows_per_block(arrays: Arrays) -> int:
     bytes_per_row = sum(array.nbytes // len(array) for array in arrays.values())
-    num_envs = arrays["rewards"].shape[1]
+    num_envs = int(arrays["rewards"].shape[1])
     return max(1, min(BLOCK_STEPS // num_envs, BLOCK_BYTES // bytes_per_row))
 
 

@@ -35,7 +35,7 @@ def space_from_json(data: dict[str, Any]) -> gym.Space[Any]:
     """Return the space that :func:`space_to_json` described, or raise CheckpointError."""
     try:
         kind = data["type"]
-        dtype = np.dtype(data["dtype"]) if data.get("dtype") else None
+        dtype: Any = np.dtype(data["dtype"]) if data.get("dtype") else None
         if kind == "Box":
             return spaces.Box(np.array(data["low"], dtype), np.array(data["high"], dtype), dtype=dtype.type)
         if kind == "Discrete":

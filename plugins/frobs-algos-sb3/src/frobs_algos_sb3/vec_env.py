@@ -62,13 +62,14 @@ class VectorEnvAdapter(VecEnv):
 
     def reset(self) -> VecEnvObs:
         """Reset all environments."""
-        seeds = None if self._seeds[0] is None else list(self._seeds)
+        seeds: Any = None if self._seeds[0] is None else list(self._seeds)
         options = self._options[0] or None
         observation, info = self.env.reset(seed=seeds, options=options)
         self.reset_infos = [_row(info, index) for index in range(self.num_envs)]
         self._reset_seeds()
         self._reset_options()
-        return observation
+        first: VecEnvObs = observation
+        return first
 
     def step_async(self, actions: np.ndarray[Any, Any]) -> None:
         """Take the actions."""
@@ -135,7 +136,8 @@ class VectorEnvAdapter(VecEnv):
 
     def get_images(self) -> Sequence[np.ndarray[Any, Any] | None]:
         """Return a picture of each environment."""
-        return self.env.render() or []
+        images: Any = self.env.render()
+        return images or []
 
     def _single(self) -> Sequence[gym.Env[Any, Any]] | None:
         """Return the single environments of a vector that steps them one by one."""

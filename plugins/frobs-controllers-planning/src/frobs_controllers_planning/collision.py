@@ -74,8 +74,9 @@ class CollisionChecker:
         for link in self._kinematics.robot.links:
             joint, placement = self._kinematics.links[link.name]
             for collision in link.collisions:
-                shape = self._add_shape(joint, placement * se3(collision.origin), to_coal(collision.geometry))
-                numbers.setdefault(link.name, []).append(shape)
+                pose = placement * se3(collision.origin)
+                shapes = [self._add_shape(joint, pose, shape) for shape in to_coal(collision.geometry)]
+                numbers.setdefault(link.name, []).extend(shapes)
         return numbers
 
     def _add_obstacles(self, obstacles: Mapping[str, Sequence[Collision]], floor: bool) -> dict[str, list[int]]:
@@ -84,9 +85,10 @@ class CollisionChecker:
         numbers: dict[str, list[int]] = {}
         for name, collisions in obstacles.items():
             for collision in collisions:
-                number = self._add_shape(0, se3(collision.origin), to_coal(collision.geometry))
-                self._origins[number] = se3(collision.origin)
-                numbers.setdefault(name, []).append(number)
+                for shape in to_coal(collision.geometry):
+                    number = self._add_shape(0, se3(collision.origin), shape)
+                    self._origins[number] = se3(collision.origin)
+                    numbers.setdefault(name, []).append(number)
         if floor:
             number = self._add_shape(0, pin.SE3.Identity(), coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0))
             self._origins[number] = pin.SE3.Identity()

@@ -74,7 +74,8 @@ class TrajectoryController(Controller):
             "max_steps": max_steps,
             "seed": seed,
         }
-        self._scene, self._simulation = Scene(), None
+        self._scene = Scene()
+        self._simulation: Simulation | None = None
 
     def bind_scene(self, scene: Scene, simulation: Simulation) -> None:
         """Keep what stands around the robot."""
@@ -96,7 +97,7 @@ class TrajectoryController(Controller):
         self._joints = joints
         self.planner = Planner(joints.robot, self._scene, model=joints.model, tcp=joints.tcp, **self._parameters)
         self._duration = control_timestep
-        self._times = np.arange(1, decimation + 1) * (control_timestep / decimation)  # (decimation,)
+        self._times = np.arange(1.0, decimation + 1.0) * (control_timestep / decimation)  # (decimation,)
         self.workspace = self.planner.workspace()
         self._target = np.zeros((joints.num_envs, joints.dof))
         self._rows = np.zeros((joints.num_envs, decimation, joints.dof))

@@ -51,7 +51,8 @@ class Kinematics:
 
     def configuration(self, joint_positions: Floats) -> Floats:
         """Return Pinocchio's configuration for joint positions (dof,) [rad or m]."""
-        return joint_positions[self._columns] * self._multipliers + self._offsets
+        found: Floats = joint_positions[self._columns] * self._multipliers + self._offsets
+        return found
 
     def frame_pose(self, link: str, joint_positions: Floats) -> Any:
         """Return where a link is in the root link's frame, as Pinocchio's SE3."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from frobs_core.arrays import Floats
 
@@ -51,7 +52,7 @@ class RoundedPath:
         """Where it ends."""
         return float(self.breaks[-1])
 
-    def evaluate(self, at: Floats, piece: Floats | None = None) -> tuple[Floats, Floats, Floats]:
+    def evaluate(self, at: Floats, piece: npt.NDArray[np.intp] | None = None) -> tuple[Floats, Floats, Floats]:
         """Return positions, first and second derivatives, (k, dof) each.
 
         Args:

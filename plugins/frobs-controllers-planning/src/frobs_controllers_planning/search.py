@@ -153,6 +153,6 @@ class _Lines(base.MotionValidator):
 def _distinct(waypoints: Floats) -> Floats:
     """Return way-points without those that repeat the one before; start and goal stay."""
     moves = np.abs(np.diff(waypoints, axis=0)).max(axis=1) > 1e-6
-    kept = waypoints[np.concatenate([[True], moves])]
+    kept: Floats = waypoints[np.concatenate([[True], moves])]
     kept[-1] = waypoints[-1]
     return kept

@@ -1,4 +1,4 @@
-"""Shapes of robots and scenes as coal's; meshes as their convex hulls, which is what the engines let touch."""
+"""Shapes of robots and scenes as coal's; meshes as their convex hulls or pieces, as in the simulators."""
 
 from __future__ import annotations
 
@@ -8,29 +8,29 @@ import coal
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere, joined, read_mesh, scaled
+from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere, convex_parts
 
 _THICKNESS = 1e-4
 """[m]"""
 
 
-def to_coal(geometry: Geometry) -> Any:
-    """Return a shape as coal's.
+def to_coal(geometry: Geometry) -> list[Any]:
+    """Return a shape as coal's: several for a mesh that is decomposed, else one.
 
     Raises:
-        ModelFileError: It is a mesh that cannot be read.
+        ModelFileError: It is a mesh that cannot be read, or has too many triangles to be decomposed.
+        MissingDependencyError: It is a mesh that cannot be decomposed here.
     """
     match geometry:
         case Box(size):
-            return coal.Box(*size)
+            return [coal.Box(*size)]
         case Sphere(radius):
-            return coal.Sphere(radius)
+            return [coal.Sphere(radius)]
         case Cylinder(radius, length):
-            return coal.Cylinder(radius, length)
+            return [coal.Cylinder(radius, length)]
         case Capsule(radius, length):
-            return coal.Capsule(radius, length)
-        case Mesh():
-            return _hull(_points(geometry))
+            return [coal.Capsule(radius, length)]
+    return [_hull(points) for points in _pieces(geometry)]
 
 
 def bounding_radius(geometry: Geometry) -> float:
@@ -44,12 +44,16 @@ def bounding_radius(geometry: Geometry) -> float:
             return float(np.hypot(radius, length / 2))
         case Capsule(radius, length):
             return radius + length / 2
-    return float(np.linalg.norm(_points(geometry), axis=1).max())
+    return max(float(np.linalg.norm(points, axis=1).max()) for points in _pieces(geometry))
 
 
-def _points(mesh: Mesh) -> Floats:
-    """Return the points of a mesh, (n, 3) [m]; one that is flat gets a thickness, as a hull must have a volume."""
-    points = np.unique(joined(scaled(read_mesh(mesh.path), mesh.scale)).vertices, axis=0)
+def _pieces(mesh: Mesh) -> list[Floats]:
+    """Return the points of each convex piece of a mesh, (n, 3) [m]."""
+    return [_with_volume(np.unique(piece.vertices, axis=0)) for piece in convex_parts(mesh)]
+
+
+def _with_volume(points: Floats) -> Floats:
+    """Return points (n, 3) [m]; flat ones get a thickness, as a hull must have a volume."""
     _, extents, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
     for axis, extent in zip(axes, extents, strict=True):
         if extent < _THICKNESS:

@@ -21,7 +21,7 @@ from frobs_deploy.errors import (
     PolicyArgumentError,
 )
 from frobs_deploy.latency import Latency
-from frobs_deploy.manifest import Manifest, read_manifest
+from frobs_deploy.manifest import Image, Manifest, read_manifest
 from frobs_deploy.policy import Policy
 from frobs_deploy.spaces import space_to_json
 
@@ -30,6 +30,7 @@ __all__ = [
     "BundleError",
     "BundleMismatchError",
     "DeployError",
+    "Image",
     "Latency",
     "Manifest",
     "OnnxruntimeMissingError",

@@ -29,6 +29,7 @@ def main() -> int:
         "controller": (said.get("controller") or {}).get("name"),
         "control_timestep": None if manifest.control_timestep is None else f"{manifest.control_timestep:g} s",
         "observation": ", ".join(manifest.terms or (key for key in manifest.observation if key)),
+        "images": "; ".join(_image(policy, key) for key in manifest.images),
         "recurrent": "yes" if policy.recurrent else None,
         "license": said.get("license") or "none given",
         "latency": latency,
@@ -36,6 +37,17 @@ def main() -> int:
     width = max(map(len, lines))
     sys.stdout.writelines(f"{name:{width}}  {value}\n" for name, value in lines.items() if value)
     return 0
+
+
+def _image(policy: Policy, key: str) -> str:
+    image, space = policy.manifest.images[key], policy.manifest.observation[key]
+    height, width, channels = space.shape
+    values = f"{space.low.min():g} to {space.high.max():g}" + (f" {image.unit}" if image.unit != "1" else "")
+    drawn = ", with the task's markers drawn" if image.markers else ""
+    return (
+        f"{key} from camera '{image.camera}', {image.modality}, {height} × {width} × {channels} {space.dtype}, "
+        f"{values}{drawn}"
+    )
 
 
 if __name__ == "__main__":

@@ -15,11 +15,37 @@ from frobs_deploy.spaces import Array, Space, space_from_json
 
 
 @dataclass(frozen=True, kw_only=True)
+class Image:
+    """An image of the observation, as the camera of the training took it; its shape, type and range are its space's.
+
+    Attributes:
+        camera: Name of the camera.
+        modality: ``"rgb"`` or ``"depth"``.
+        unit: Of the values: ``"1"``, or ``"m"`` of depth.
+        frame: What the camera is fixed to, ``"robot/link"``; None: the world.
+        pos: Where the camera is [m], in ``frame``.
+        target: Point that it looks at [m], in ``frame``.
+        fov_y: Vertical field of view [deg].
+        markers: Whether what the task marks, such as the goal, was drawn into the image.
+    """
+
+    camera: str
+    modality: str
+    unit: str
+    frame: str | None
+    pos: tuple[float, float, float]
+    target: tuple[float, float, float]
+    fov_y: float
+    markers: bool
+
+
+@dataclass(frozen=True, kw_only=True)
 class Manifest:
     """What a policy is for.
 
     Attributes:
         observation: Space of each part, by its key; ``""`` where the observation is one array.
+        images: Which camera took each image, by its key in ``observation``.
         terms: Columns of each named part of the flat observation, or of its key ``"observation"``, by name.
         action: Space of the actions.
         max_action_change: How far the joints' velocity limits let an action change in a step, of the action's shape;
@@ -31,6 +57,7 @@ class Manifest:
     """
 
     observation: Mapping[str, Space]
+    images: Mapping[str, Image]
     terms: Mapping[str, slice]
     action: Space
     max_action_change: Array | None
@@ -65,6 +92,7 @@ def _read(data: Mapping[str, Any]) -> Manifest:
     joints = [] if robot is None else robot["joints"]
     return Manifest(
         observation=parts,
+        images={str(key): _image(row, parts[str(key)]) for key, row in observation.get("images", {}).items()},
         terms=_terms(observation["terms"], parts),
         action=space,
         max_action_change=_changes(action["max_change"], space),
@@ -73,6 +101,27 @@ def _read(data: Mapping[str, Any]) -> Manifest:
         robot=None if robot is None else str(robot["fingerprint"]),
         xacro_args={} if robot is None else {str(key): str(value) for key, value in robot["xacro_args"].items()},
     )
+
+
+def _image(row: Mapping[str, Any], space: Space) -> Image:
+    if len(space.shape) != 3:
+        raise ValueError(f"an image has shape {space.shape}, not height, width and channels")
+    frame = row["frame"]
+    return Image(
+        camera=str(row["camera"]),
+        modality=str(row["modality"]),
+        unit=str(row["unit"]),
+        frame=None if frame is None else str(frame),
+        pos=_point(row["pos"]),
+        target=_point(row["target"]),
+        fov_y=float(row["fov_y"]),
+        markers=bool(row["markers"]),
+    )
+
+
+def _point(values: Any) -> tuple[float, float, float]:
+    x, y, z = map(float, values)
+    return x, y, z
 
 
 def _terms(rows: Any, parts: Mapping[str, Space]) -> dict[str, slice]:

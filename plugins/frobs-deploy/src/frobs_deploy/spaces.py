@@ -92,7 +92,8 @@ def _bound(values: Array) -> Any:
 def _array(values: Any, shape: tuple[int, ...], default: float) -> Array:
     flat = [default if value is None else float(value) for value in (values if isinstance(values, list) else [values])]
     array = np.array(flat, np.float64)
-    filled = np.full(shape, array[0]) if len(array) == 1 else array.reshape(shape)
+    # The one bound of a large image takes no memory.
+    filled = np.broadcast_to(array[0], shape) if len(array) == 1 else array.reshape(shape)
     filled.setflags(write=False)
     return filled
 

@@ -86,7 +86,7 @@ class FiveValues(gymnasium.Wrapper[Any, Any, Any, Any]):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; a seed that the environment has no place for is not used."""
-        given = {"seed": seed, "options": options}
+        given: dict[str, Any] = {"seed": seed, "options": options}
         keywords = {key: value for key, value in given.items() if value is not None and self._takes(key)}
         if seed is not None and "seed" not in keywords and callable(getattr(self.env, "seed", None)):
             self.env.seed(seed)  # type: ignore[attr-defined]

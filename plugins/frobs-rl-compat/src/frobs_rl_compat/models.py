@@ -11,4 +11,4 @@ class AcceptsBothApis:
     """Mixin for an algorithm: trains on environments of old gym's API and of Gymnasium's."""
 
     def __init__(self, env: Any, *args: Any, **kwargs: Any) -> None:
-        super().__init__(to_gymnasium(env), *args, **kwargs)
+        super().__init__(to_gymnasium(env), *args, **kwargs)  # type: ignore[call-arg]

@@ -16,7 +16,7 @@ class KeepsApi:
 
     def __init__(self, env: Any, *args: Any, **kwargs: Any) -> None:
         self.has_gym_api = has_gym_api(env)
-        super().__init__(to_gymnasium(env), *args, **kwargs)
+        super().__init__(to_gymnasium(env), *args, **kwargs)  # type: ignore[call-arg]
 
     def reset(self, **kwargs: Any) -> Any:
         """Begin an episode."""

@@ -1,7 +1,20 @@
 """ROS 1 for FRobs: FRobs_RL's helpers and environments, any simulation as Gazebo, and policies as nodes."""
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from frobs_ros.bridge.extras import read_lidars as read_lidars
+    from frobs_ros.bridge.extras import read_plugins as read_plugins
+    from frobs_ros.bridge.urdf import gazebo_elements as gazebo_elements
+    from frobs_ros.bridge.urdf import read_friction as read_friction
+    from frobs_ros.environment import find_ros as find_ros
+    from frobs_ros.environment import links_to_ros as links_to_ros
+    from frobs_ros.environment import use_ros as use_ros
+    from frobs_ros.overlay import links_to_messages as links_to_messages
+    from frobs_ros.overlay import make_overlay as make_overlay
+    from frobs_ros.robot_basic_env import RobotBasicEnv as RobotBasicEnv
+    from frobs_ros.robot_settings import RobotSettings as RobotSettings
 
 _MODULES = {
     "RobotBasicEnv": "frobs_ros.robot_basic_env",

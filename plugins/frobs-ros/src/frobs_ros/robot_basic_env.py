@@ -98,7 +98,7 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         RosError: Something did not start or refused; the message says what.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium declares it
     _open: ClassVar[weakref.WeakSet[RobotBasicEnv]] = weakref.WeakSet()
 
     _is_constructing = False

@@ -35,4 +35,5 @@ def rays_of(scan: Any, lidar: Lidar) -> Floats:
             f"the scan has no beam at {np.degrees(wanted[missed.argmax()]):.0f}°, where the policy's lidar has a ray; it "
             f"goes from {math.degrees(beams[0]):.0f}° to {math.degrees(beams[-1]):.0f}°."
         )
-    return ranges[nearest]
+    read: Floats = ranges[nearest]
+    return read

@@ -112,14 +112,14 @@ class Layout:
         parts = [protocol.count(self.joint_count)]
         for name in self._robots:
             bones, model = self.skeletons[name], self.model_names["robot", name]
-            links = safe_names(bones.bodies)
+            names = safe_names(bones.bodies)
             joints = safe_names(joint.name for joint in bones.joints)
             first = self.joints[name].start
             for j, joint in enumerate(bones.joints):
                 leader = first + bones.leaders[j] if joint.mimic is not None else -1
                 numbers = joint.limits.lower, joint.limits.upper, leader, bones.multipliers[j], bones.offsets[j]
                 parts += [
-                    protocol.texts(model, joints[joint.name], links[bones.bodies[j + 1]]),
+                    protocol.texts(model, joints[joint.name], names[bones.bodies[j + 1]]),
                     struct.pack("<ddidd", *numbers),
                 ]
         parts.append(protocol.count(self.body_count))

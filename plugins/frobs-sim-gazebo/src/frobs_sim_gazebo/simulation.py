@@ -66,6 +66,8 @@ class GazeboSimulation(Simulation):
     """
 
     render_modalities: ClassVar[Sequence[str]] = ()
+    robots: Mapping[str, GazeboRobot]
+    bodies: Mapping[str, GazeboBody]
 
     def __init__(
         self,
@@ -132,7 +134,7 @@ class GazeboSimulation(Simulation):
     @property
     def time(self) -> Floats:
         """(num_envs,) [s] since the reset."""
-        return self.steps * self.physics_timestep
+        return np.asarray(self.steps * self.physics_timestep, np.float64)
 
     @property
     def diverged(self) -> Mask | None:

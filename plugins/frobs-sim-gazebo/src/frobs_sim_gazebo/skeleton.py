@@ -97,13 +97,15 @@ class Skeleton:
         """Return the positions of all joints, (n, joints), for those of the actuated ones, (n, dof)."""
         found = np.zeros((len(actuated), len(self.joints)))
         found[:, self.actuated] = actuated
-        return found[:, self.leaders] * self.multipliers + self.offsets
+        positions: Floats = found[:, self.leaders] * self.multipliers + self.offsets
+        return positions
 
     def all_velocities(self, actuated: Floats) -> Floats:
         """Return the velocities of all joints, (n, joints), for those of the actuated ones, (n, dof)."""
         found = np.zeros((len(actuated), len(self.joints)))
         found[:, self.actuated] = actuated
-        return found[:, self.leaders] * self.multipliers
+        velocities: Floats = found[:, self.leaders] * self.multipliers
+        return velocities
 
     def place(self, base: Floats, positions: Floats) -> tuple[Floats, Floats, Floats]:
         """Return where the bodies are.

@@ -74,7 +74,7 @@ def build_model(
         add_drives(spec, name, placement)
         add_force_torque_sensors(spec, name, placement)
         if not placement.robot.self_collision:
-            bodies = [body for link in placement.model.links if spec.body(body := f"{name}/{link.name}")]
+            bodies = [side for link in placement.model.links if spec.body(side := f"{name}/{link.name}")]
             for first, second in combinations(bodies, 2):  # the links between the joints of one MJCF body are no bodies
                 spec.add_exclude(bodyname1=first, bodyname2=second)
     for name, attachment in scene.attachments.items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -14,8 +15,8 @@ def numbers_of(mask: Mask | None) -> slice | np.ndarray:
     return slice(None) if mask is None else np.flatnonzero(mask)
 
 
-def columns_of(addresses: Sequence[int]) -> slice | np.ndarray:
-    """Return a slice where the addresses follow each other, which makes views possible."""
+def columns_of(addresses: Sequence[int]) -> Any:
+    """Return a slice where the addresses follow each other, which makes views possible; else an array."""
     first = int(addresses[0]) if addresses else 0
     if [int(address) for address in addresses] == list(range(first, first + len(addresses))):
         return slice(first, first + len(addresses))

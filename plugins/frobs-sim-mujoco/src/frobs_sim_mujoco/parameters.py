@@ -160,7 +160,7 @@ def _write_inertia(simulation: MujocoSimulation, target: str, rows: slice | np.n
 def _field(simulation: MujocoSimulation, field: str) -> Floats:
     expanded = simulation.batch.expanded(field)
     if expanded is not None:
-        return expanded
+        return np.asarray(expanded)
     shared = _shared(simulation, field)
     return np.broadcast_to(shared, (simulation.num_envs, *shared.shape))
 

@@ -137,7 +137,8 @@ class Renderer:
             case "rgb":
                 for marker in markers:
                     _add_marker(renderer.scene, marker, env)
-                return renderer.render()
+                picture: np.ndarray[Any, Any] = renderer.render()
+                return picture
             case "depth":
                 renderer.enable_depth_rendering()
                 picture = renderer.render()[..., None]

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 # A twist (angular, linear) about a point p becomes (linear − arm × angular, angular) at p + arm: a matrix (6, 6), which
 # is _SWAP + arm @ _ARM. Flat, (36,) and (3, 36), so that one product makes it.
 _SWAP = np.eye(6)[[3, 4, 5, 0, 1, 2]].ravel()
-_ARM = np.zeros((3, 6, 6))
-_ARM[[0, 1, 2], [1, 2, 0], [2, 0, 1]], _ARM[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = 1.0, -1.0
-_ARM = _ARM.reshape(3, 36)
+_ARM = np.zeros((3, 36))
+_ARM.reshape(3, 6, 6)[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1.0
+_ARM.reshape(3, 6, 6)[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = -1.0
 
 
 class MujocoRobot(RobotHandle):

@@ -141,6 +141,10 @@ class MujocoSimulation(Simulation):
         ModelFileError: MuJoCo cannot compile a robot's model.
     """
 
+    robots: Mapping[str, MujocoRobot]
+    bodies: Mapping[str, MujocoBody]
+    sensor_wrenches: Mapping[str, Floats]
+
     def __init__(
         self,
         robots: Mapping[str, Placement],
@@ -230,14 +234,14 @@ class MujocoSimulation(Simulation):
     @property
     def time(self) -> Floats:
         """(num_envs,) [s] since the reset."""
-        return self.states["time"]
+        return np.asarray(self.states["time"])
 
     @property
     def diverged(self) -> Mask | None:
         """Which environments hold a state that MuJoCo gave up on, or None."""
         if self._warnings.tobytes() == self._no_warnings:
             return None
-        return self._warnings.any(axis=1)
+        return np.asarray(self._warnings.any(axis=1))
 
     def reset(self, mask: Mask | None = None) -> None:
         """Go back to the scene as it was built."""

@@ -102,7 +102,8 @@ class _Sensor:
         torque += np.cross(recorded["subtree_com"][:, :, self._tree] - recorded["site_xpos"][:, :, self._site], force)
         turn = recorded["site_xmat"][:, :, self._site].reshape(*force.shape, 3)
         added = [(part[..., None] * turn).sum(axis=-2) for part in (force, torque)]  # in the frame of the sensor
-        return recorded["sensordata"][..., self._columns] + np.concatenate(added, axis=-1)
+        wrench: Floats = recorded["sensordata"][..., self._columns] + np.concatenate(added, axis=-1)
+        return wrench
 
 
 def _hangs_from(model: mujoco.MjModel, body: int, ancestor: int) -> bool:

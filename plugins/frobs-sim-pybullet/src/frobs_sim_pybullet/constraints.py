@@ -131,7 +131,7 @@ def _guess(matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Fl
     for _ in range(_GUESSES):
         inner, outer = free.nonzero()[0], (~free).nonzero()[0]
         if not len(outer):
-            efforts = np.linalg.solve(matrix, -slope)
+            efforts = np.asarray(np.linalg.solve(matrix, -slope), np.float64)
         elif len(inner):
             right = -slope[inner] - matrix[np.ix_(inner, outer)] @ efforts[outer]
             efforts[inner] = np.linalg.solve(matrix[np.ix_(inner, inner)], right)

@@ -72,4 +72,5 @@ def force_on_first(point: Sequence[Any]) -> Floats:
 
     Bullet turns the normal, not the friction, if a filter for bodies exchanges the two. Ask without filters.
     """
-    return np.array(point[7]) * point[9] + np.array(point[11]) * point[10] + np.array(point[13]) * point[12]
+    force: Floats = np.array(point[7]) * point[9] + np.array(point[11]) * point[10] + np.array(point[13]) * point[12]
+    return force

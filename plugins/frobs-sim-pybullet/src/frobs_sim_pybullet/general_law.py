@@ -76,6 +76,6 @@ class GeneralLaw:
     def _inverse(self, mass: Floats) -> Floats:
         """Return which accelerations efforts lead to, where what follows does so."""
         if self._reduction is None:
-            return np.linalg.inv(mass)
+            return np.asarray(np.linalg.inv(mass), np.float64)
         follow = self._reduction
         return np.asarray(follow @ np.linalg.inv(follow.T @ mass @ follow) @ follow.T)

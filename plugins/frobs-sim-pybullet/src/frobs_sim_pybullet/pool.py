@@ -123,7 +123,7 @@ class Pool:
         for number in map(int, np.unique(owners)):
             mine = np.flatnonzero(owners == number)
             own = [argument[mine] if isinstance(argument, np.ndarray) else argument for argument in arguments]
-            calls[number - 1] = (method, [ids[i] for i in mine], own)
+            calls[number - 1] = (method, [ids[i] for i in mine.tolist()], own)
         here = calls.pop(-1, None)
         with self._asked({number: ("call", *call) for number, call in calls.items()}, method) as answers:
             if here is not None:
@@ -155,10 +155,10 @@ class Pool:
     def _collect(self, numbers: Sequence[int], what: str) -> list[Any]:
         """Wait for the answers of workers; the first that has failed is told of when all have answered."""
         answers: dict[int, Any] = {}
-        waiting = {self._pipes[number]: number for number in numbers}
+        waiting: dict[Any, int] = {self._pipes[number]: number for number in numbers}
         while waiting:  # for all at once: one that is dead is not heard of behind one that is busy
             for pipe in wait(list(waiting)):
-                number = waiting.pop(pipe)  # type: ignore[arg-type]
+                number = waiting.pop(pipe)
                 try:
                     answers[number] = self._pipes[number].recv()
                 except (EOFError, OSError):

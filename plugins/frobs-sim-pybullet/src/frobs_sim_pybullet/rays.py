@@ -32,7 +32,8 @@ def distances(geometry: Geometry, origins: Floats, directions: Floats) -> Floats
             case Capsule(radius, length):
                 ends = (np.array([0.0, 0.0, sign * length / 2]) for sign in (-1.0, 1.0))
                 balls = [_ball(origins - end, directions, radius) for end in ends]
-                return np.minimum.reduce([_side(origins, directions, radius, length), *balls])
+                nearest: Floats = np.minimum.reduce([_side(origins, directions, radius, length), *balls])
+                return nearest
             case Mesh(path):
                 raise ValueError(f"{path}: meshes are Bullet's to measure")
 

@@ -78,6 +78,9 @@ class PybulletSimulation(Simulation):
         ConfigurationError: The scene is contradictory, or an option is out of range.
     """
 
+    robots: Mapping[str, PybulletRobot]
+    bodies: Mapping[str, PybulletBody]
+
     def __init__(
         self,
         robots: Mapping[str, Placement],

@@ -200,7 +200,7 @@ def write_dynamics_urdf(model: RobotModel, masses: Mapping[str, float], *, float
             child = f"frobs:{k}" if k < VIRTUAL - 1 else bones.bodies[0]
             if k < VIRTUAL - 1:
                 lines += [f'<link name="{child}">', _inertial(_WEIGHTLESS), "</link>"]
-            axis = tuple(float(k % 3 == i) for i in range(3))
+            axis = float(k % 3 == 0), float(k % 3 == 1), float(k % 3 == 2)
             kind = JointType.PRISMATIC if k < 3 else JointType.CONTINUOUS
             lines.append(_joint(Joint(f"frobs:{k}", kind, parent, child, axis=axis), parent, IDENTITY))
             parent = child

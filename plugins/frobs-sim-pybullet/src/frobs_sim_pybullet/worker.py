@@ -25,7 +25,11 @@ def portable(error: Exception) -> FrobsError:
             pickle.dumps(error)
         except Exception:  # a field of a plugin's own error, of any kind
             ours = False
-    sent = error if ours else SimulationError(f"a PyBullet worker process failed: {type(error).__name__}: {error}")
+    sent = (
+        error
+        if isinstance(error, FrobsError) and ours
+        else SimulationError(f"a PyBullet worker process failed: {type(error).__name__}: {error}")
+    )
     sent.add_note(f"In the worker process:\n{''.join(traceback.format_exception(error))}")
     return sent
 

@@ -406,8 +406,8 @@ class World:
                 moments = [moment * value / inertial.mass for moment in self._moments[target]]
                 p.changeDynamics(number, -1, mass=value, localInertiaDiagonal=moments, physicsClientId=self.client)
             case "mass":
-                robot, _, link = target.partition("/")
-                self.robots[robot].write_mass(link, value)
+                robot, _, part = target.partition("/")
+                self.robots[robot].write_mass(part, value)
 
     def close(self) -> None:
         """Disconnect."""

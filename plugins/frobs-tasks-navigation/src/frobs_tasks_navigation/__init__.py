@@ -1,7 +1,10 @@
 """Navigation tasks for FRobs."""
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from frobs_tasks_navigation.navigate import Navigate as Navigate
 
 _MODULES = {
     "Navigate": "frobs_tasks_navigation.navigate",

@@ -1,7 +1,15 @@
 """Reaching tasks for FRobs."""
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from frobs_tasks_reach.motion import Oscillation as Oscillation
+    from frobs_tasks_reach.reach import Reach as Reach
+    from frobs_tasks_reach.reach import distance as distance
+    from frobs_tasks_reach.reset_options import checked_goal as checked_goal
+    from frobs_tasks_reach.sampling import JointSampler as JointSampler
+    from frobs_tasks_reach.together import ReachTogether as ReachTogether
 
 _MODULES = {
     "JointSampler": "frobs_tasks_reach.sampling",

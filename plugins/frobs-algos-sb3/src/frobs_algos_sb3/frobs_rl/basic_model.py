@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 import gymnasium as gym
 import numpy as np
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.callbacks import CallbackList
+from stable_baselines3.common.callbacks import BaseCallback, CallbackList
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
@@ -124,7 +124,7 @@ class BasicModel:
             RunError: The model was opened for predictions.
         """
         params = self._training_settings().params
-        callbacks = []
+        callbacks: list[BaseCallback] = []
         if params.save_freq:
             callbacks.append(SaveEvery(params.save_freq, self._models, params.save_prefix, self._write))
         self.model.learn(

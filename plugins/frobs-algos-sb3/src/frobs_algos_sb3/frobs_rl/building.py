@@ -49,7 +49,7 @@ def new_model(settings: FileSettings, env: Env) -> BaseAlgorithm:
         kwargs["policy_kwargs"] = settings.params.policy_params.to_kwargs()
     policy = "MultiInputPolicy" if isinstance(env.observation_space, spaces.Dict) else "MlpPolicy"
     try:
-        return algorithm_class(settings.algorithm)(policy, env, verbose=1, **kwargs)  # type: ignore[arg-type]
+        return algorithm_class(settings.algorithm)(policy, env, verbose=1, **kwargs)
     except (AssertionError, ValueError, TypeError) as error:
         raise ConfigurationError(f"algorithm '{settings.algorithm}' cannot be built so: {error}") from error
 

@@ -30,7 +30,7 @@ class PolicyParams(Strict):
         optimizer_class: Of PyTorch.
     """
 
-    net_arch: list[PositiveInt] | dict[Literal["pi", "vf", "qf"], list[PositiveInt]] = Field([400, 300])
+    net_arch: list[PositiveInt] | dict[Literal["pi", "vf", "qf"], list[PositiveInt]] = Field(default=[400, 300])
     activation_fn: Literal["relu", "tanh", "elu", "selu"] = "relu"
     features_extractor_class: Literal["FlattenExtractor", "BaseFeaturesExtractor", "CombinedExtractor"] = (
         "FlattenExtractor"
@@ -68,7 +68,7 @@ class SdeParams(Strict):
         use_sde_at_warmup: Whether it explores before learning starts, too (SAC).
     """
 
-    sde_sample_freq: int = Field(-1, ge=-1)
+    sde_sample_freq: int = Field(default=-1, ge=-1)
     use_sde_at_warmup: bool = False
 
 

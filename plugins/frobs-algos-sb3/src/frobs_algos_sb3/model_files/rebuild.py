@@ -73,7 +73,7 @@ def rebuild(archive: ModelArchive, cls: type[BaseAlgorithm], given: Iterable[str
 
 def _attributes(cls: type[BaseAlgorithm]) -> list[str]:
     """Return the names of what a model of this class keeps, and of what is set when it is built."""
-    bare = cls(policy=BasePolicy, env=None, _init_setup_model=False)  # type: ignore[call-arg,arg-type]
+    bare = cls(policy=BasePolicy, env=None, _init_setup_model=False)  # type: ignore[call-arg]
     return [*vars(bare), "policy_class", *_SPACES, "n_envs"]
 
 

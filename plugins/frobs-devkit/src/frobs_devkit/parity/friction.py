@@ -53,7 +53,7 @@ def friction(subjects: Sequence[Subject]) -> Measurement:
         for subject, motion in zip(subjects, found, strict=True):
             if motion is not None:
                 number, unit = _number(name, motion, _STOPPED), "s" if name == "spin_time" else "m"
-                text = f"more than {_DURATION:g} s" if np.isnan(number) else f"{number:.3g} {unit}"
+                text = f"not within {_DURATION:g} s" if np.isnan(number) else f"{number:.3g} {unit}"
                 facts[f"{name.replace('_', ' ')} until it stops, {subject.label}"] = text
         for subject, other in zip(subjects[1:], numbers[1:], strict=True):
             if other is None or numbers[0] is None:

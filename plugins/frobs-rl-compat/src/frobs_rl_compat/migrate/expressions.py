@@ -57,7 +57,7 @@ def _box(low: Any, high: Any, shape: Any = None, dtype: Any = np.float32) -> gym
     return gymnasium.spaces.Box(np.asarray(low, dtype)[()], np.asarray(high, dtype)[()], shape, dtype)
 
 
-_SPACES = {"Box": _box, "Discrete": gymnasium.spaces.Discrete,
+_SPACES: Mapping[str, Callable[..., Any]] = {"Box": _box, "Discrete": gymnasium.spaces.Discrete,
            "MultiDiscrete": gymnasium.spaces.MultiDiscrete, "MultiBinary": gymnasium.spaces.MultiBinary}  # fmt: skip
 
 

@@ -112,10 +112,10 @@ class FourValues(Wrapper):
         gymnasium.Wrapper.__init__(self, env)
         self._seed: int | None = None
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
+    def reset(self, *, seed: int | None = None, **kwargs: Any) -> Any:
         """Begin an episode; returns the observation."""
         seed, self._seed = self._seed if seed is None else seed, None
-        return self.env.reset(seed=seed, options=options)[0]
+        return self.env.reset(seed=seed, **kwargs)[0]
 
     def step(self, action: Any) -> Any:
         """Act; returns observation, reward, done, info."""

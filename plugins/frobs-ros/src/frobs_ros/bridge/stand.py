@@ -92,8 +92,10 @@ def _components(bridge: Bridge, model: Model, robot: Robot, prefix: str) -> Sequ
             angular_acceleration=drive.max_angular_acceleration or math.inf,
         )
         root = placement.model.root
-        topics = {"command": f"{prefix}/cmd_vel", "odom": f"{prefix}/odom", "frame": "odom", "child": root}
-        components.append(Drive(bridge.world, model, base, DriveSettings(**topics, rate=50.0)))
+        settings = DriveSettings(
+            command=f"{prefix}/cmd_vel", odom=f"{prefix}/odom", frame="odom", child=root, rate=50.0
+        )
+        components.append(Drive(bridge.world, model, base, settings))
     for name, lidar in robot.lidars.items():
         components.append(Scan(model, name, f"{prefix}/{'scan' if len(robot.lidars) == 1 else name}", lidar.frame))
     if not model.description.has_transmissions:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import threading
 from collections.abc import Iterable, Mapping
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -88,4 +89,4 @@ def _store(files: Mapping[str, str], folder: Path) -> None:
     for name, content in [*contents.items(), (_DIGEST, _digest(contents.items()).encode())]:
         path = folder / name
         if not path.is_file() or path.read_bytes() != content:
-            write_aside(path, lambda aside, content=content: aside.write_bytes(content), durable=False)
+            write_aside(path, partial(Path.write_bytes, data=content), durable=False)

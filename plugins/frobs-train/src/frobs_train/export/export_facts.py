@@ -72,6 +72,7 @@ def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfi
         "observation": {
             "spaces": spaces["observation"],
             "terms": _terms(observations) if unwrapped and observations is not None else [],
+            "images": _images(observations) if unwrapped and observations is not None else {},
         },
     }
 
@@ -181,6 +182,12 @@ def _robot(robot: RobotHandle, names: Mapping[str, Any], config: RunConfig) -> d
 def _terms(observations: Observations) -> list[dict[str, Any]]:
     """Return a row for each named term of the flat observation, or of the key ``"observation"``."""
     return [{key: row[key] for key in ("name", "columns", "unit")} for row in observations.describe()]
+
+
+def _images(observations: Observations) -> dict[str, Any]:
+    """Return what takes each image, by its key in the observation, and the unit of its values."""
+    terms = observations.terms.values()
+    return {term.key: {**plain(term.view), "unit": term.unit} for term in terms if term.view is not None}
 
 
 def _parts(space: gym.Space[Any]) -> Mapping[str, gym.Space[Any]]:

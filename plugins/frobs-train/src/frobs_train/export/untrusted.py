@@ -56,6 +56,11 @@ WRAPPERS: Mapping[str, int] = {
 }
 """The wrappers that a bundle may name, with the largest integer that each takes: they compute, and write no file."""
 
+MAX_PIXELS = 2**22
+"""Most pixels in the images of one observation that a bundle may ask for: drawing larger ones could fill the memory."""
+
+_USUAL = (84, 84)  # of an image without a size
+
 _OWN = ("frobs_core",)  # modules that are imported anyway
 _NAME = re.compile(r"[\w.-]+(:[\w.-]+)?")  # perhaps "distribution:name"
 _FILE = re.compile(r"[/\\~$:\0]|\.[A-Za-z]\w*$|^\.+$")  # what makes a text a path, a URL or an import name
@@ -84,11 +89,22 @@ def _reasons(config: RunConfig) -> Iterator[str]:
                 yield f"it names a file or a module ({name} = '{value}'), and not a registered {key}"
         else:
             yield from _not_plain(name, value)
+    yield from _too_large(config.environment_kwargs.get("observations"))
     yield from _not_plain("randomize", config.randomize)
     for part in config.wrappers:
         if part.name not in WRAPPERS:
             yield f"it imports the wrapper '{part.name}', which is not among {', '.join(WRAPPERS)}"
         yield from _not_plain(f"wrapper '{part.name}'", part.kwargs, WRAPPERS.get(part.name))
+
+
+def _too_large(observations: Any) -> Iterator[str]:
+    """Yield a reason if images have too many pixels together. A term that is no image, or is wrong, is found later."""
+    terms = observations.values() if isinstance(observations, Mapping) else ()
+    sizes = [term.get("size", _USUAL if "camera" in term else None) for term in terms if isinstance(term, Mapping)]
+    pairs = [size for size in sizes if isinstance(size, list | tuple) and len(size) == 2]
+    pixels = sum(abs(h * w) for h, w in pairs if isinstance(h, int) and isinstance(w, int))
+    if pixels > MAX_PIXELS:
+        yield f"its images have {pixels:,} pixels together, which exceeds the limit of {MAX_PIXELS:,}"
 
 
 def _not_plain(name: str, value: Any, largest: int | None = None) -> Iterator[str]:

@@ -75,11 +75,13 @@ class Controller(Component):
 
     def positions(self) -> Floats:
         """(k,) of its joints [rad or m]."""
-        return self.robot.joint_positions[0, self.columns]
+        found: Floats = self.robot.joint_positions[0, self.columns]
+        return found
 
     def velocities(self) -> Floats:
         """(k,) of its joints [rad/s or m/s]."""
-        return self.robot.joint_velocities[0, self.columns]
+        found: Floats = self.robot.joint_velocities[0, self.columns]
+        return found
 
     def command(self, values: Floats) -> None:
         """Let its joints follow (k,) values in its own interface."""
@@ -106,5 +108,5 @@ class Controller(Component):
 
 def listed(parameters: Mapping[str, Any], *names: str) -> list[str]:
     """Return the names that the first of several parameters holds, which may be one or a list."""
-    given = next((parameters[name] for name in names if name in parameters), [])
+    given: Any = next((parameters[name] for name in names if name in parameters), [])
     return [given] if isinstance(given, str) else [str(name) for name in given]

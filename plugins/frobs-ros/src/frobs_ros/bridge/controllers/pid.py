@@ -47,7 +47,8 @@ class Pid:
         limited = np.where(self.clamp > 0.0, np.clip(integral, -self.clamp, self.clamp), integral)
         # The sum does not grow beyond what it may do.
         self._sum = np.divide(limited, self.i, out=np.zeros_like(limited), where=self.i != 0.0)
-        return self.p * error + limited + self.d * error_rate
+        command: Floats = self.p * error + limited + self.d * error_rate
+        return command
 
     def reset(self) -> None:
         """Forget the past."""

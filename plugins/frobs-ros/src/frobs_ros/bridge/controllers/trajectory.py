@@ -135,7 +135,7 @@ class TrajectoryController(Controller):
         now = world.time_ns / NANO
         while not self._inbox.empty():
             self._begin(*self._inbox.get(), now)
-        times = now + world.timestep * np.arange(1, steps + 1)
+        times = now + world.timestep * np.arange(1.0, steps + 1.0)
         if self._pid is None and times[0] > self._spline.end:
             self._desired = self._held, np.zeros_like(self._held), np.zeros_like(self._held)
             self.command(self._held)

@@ -57,9 +57,7 @@ def read_visual(element: Element) -> Shape:
     """
     passed_over = ("cast_shadows", "transparency", "meta", "laser_retro", "plugin", "visibility_flags")
     check(element, ("pose", "geometry", "material"), passed_over)
-    rgba = next((colour for tag in ("diffuse", "ambient") if (colour := text_of(element, f"material/{tag}"))), "")
-    if len(rgba.split()) == 3:
-        rgba += " 1"
+    rgba = next((text for tag in ("diffuse", "ambient") if (text := text_of(element, f"material/{tag}"))), "")
     colour = numbers_of(element, "material/diffuse", "0 0 0 1") if rgba else list(_GREY)
     if rgba and not text_of(element, "material/diffuse"):
         colour = numbers_of(element, "material/ambient", "0 0 0 1")
