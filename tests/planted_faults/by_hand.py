@@ -147,7 +147,7 @@ _TABLE = (
     ("an attachment that is a soft spring", _SCENERY, "solref=(2.0 * spec.option.timestep, 1.0),\n        solimp=HARD,", "solref=(0.5, 1.0),"),
     ("an attachment without the turn", _SCENERY, "*pose.pos, *pose.quat_wxyz, torque_scale", "*pose.pos, 0.5, 0.5, 0.5, 0.5, torque_scale"),
     # -- contacts --
-    ("the force on the second side", _MUJOCO_CONTACTS, "np.negative(mean[:, at : at + 3], out=", "np.positive(mean[:, at : at + 3], out="),
+    ("the force on the second side", _MUJOCO_CONTACTS, "= -mean[:, at : at + 3]", "= mean[:, at : at + 3]"),
     ("a contact that needs two points", _MUJOCO_CONTACTS, "@ self._counted > 0", "@ self._counted > 1"),
     ("what a contact ignores counted", _MUJOCO_CONTACTS, "contact)], i] = -1.0", "contact)], i] = 0.0"),
     ("contacts that outlive a reset", _CONTACTS, "array[rows_of(mask)] = 0", "pass"),

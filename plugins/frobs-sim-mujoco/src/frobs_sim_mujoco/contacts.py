@@ -117,8 +117,6 @@ class ContactReader:
         np.maximum.reduce(np.abs(data[..., self._forces]), axis=1, out=contacts.normal_force)
         mean = np.add.reduce(data, axis=1) / data.shape[1]
         for column, at in self._totals:
-            np.negative(
-                mean[:, at : at + 3], out=contacts.resultant[:, column]
-            )  # MuJoCo's forces act on the second side
+            contacts.resultant[:, column] = -mean[:, at : at + 3]  # MuJoCo's forces act on the second side
         for column, at in self._inner:
             contacts.resultant[:, column] += mean[:, at : at + 3]
