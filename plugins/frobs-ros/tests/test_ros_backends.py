@@ -8,10 +8,11 @@ from typing import Any
 import pytest
 
 from frobs_core.errors import ConfigurationError
-from frobs_ros import backends, master, processes, ros_gazebo
+from frobs_ros import master, processes, ros_gazebo
 from frobs_ros.backends import Launch, check, choose, command
 from frobs_ros.gazebo.launch import find_world
 from frobs_ros.services import is_offered
+from frobs_ros.stand_ins import has_original
 
 PACKAGES = Path(__file__).parent / "packages"
 BRIDGE = "bridge:mujoco"
@@ -21,7 +22,7 @@ def test_the_backend_is_chosen_by_variable_then_parameter_then_by_what_is_here(
     own_master: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     server = master.connect()
-    assert choose() == ("gazebo" if backends.has_gazebo_ros() else "bridge:mujoco")
+    assert choose() == ("gazebo" if has_original("gazebo_ros") else "bridge:mujoco")
     server.setParam("/FROBS_ROS_BACKEND", "bridge:pybullet")
     try:
         assert choose() == "bridge:pybullet"
@@ -73,7 +74,7 @@ def test_arguments_of_a_launch_reach_gazebo(monkeypatch: pytest.MonkeyPatch, tmp
     [
         (Launch(recording=True), BRIDGE, "recording is not possible on the backend 'bridge:mujoco'"),
         (Launch(gui_required=True), BRIDGE, "gui_required is not possible"),
-        (Launch(clock_frequency=0), "gazebo", "pub_clock_frequency is 0"),
+        (Launch(clock_frequency=-1), "gazebo", "pub_clock_frequency is -1"),
         (Launch(respawn=True, server_required=True), "gazebo", "exclude each other"),
         (Launch(gui=False, gui_required=True), "gazebo", "gui_required needs gui"),
     ],

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 from frobs_core.files import cache_folder
-from frobs_ros import find_ros, links_to_messages, links_to_ros, make_overlay, use_ros
+from frobs_ros import find_ros, links_to_messages, links_to_ros, make_overlay, missing_packages, use_ros
 
 _HERE = Path(__file__).parent
 FROBS_RL = _HERE.parent / "frobs_rl"
@@ -19,7 +20,7 @@ def legacy_variables() -> dict[str, str]:
     """Return the variables that have to be set for an old package and for all processes that it starts.
 
     FRobs's ``gym`` and ``frobs_rl`` come first, before those of a catkin workspace. Of everything else the overlay has
-    only what this Python cannot import.
+    only what this Python cannot import. Stand-ins for ROS packages that are not installed come last.
 
     Raises:
         RosNotFoundError: ROS is not installed, or not for this Python; the message names the Debian packages.
@@ -29,18 +30,22 @@ def legacy_variables() -> dict[str, str]:
     # Python runs a file named sitecustomize.py at its start, so it has this name in the overlay alone.
     own = {"frobs_rl": FROBS_RL, "gym": _HERE / "overlay" / "gym", "sitecustomize.py": _HERE / "overlay_start.py"}
     overlay = make_overlay({**links_to_messages(), **links_to_ros(), **own})
+    packages = _prepend(FROBS_RL, "ROS_PACKAGE_PATH")
+    for folder in missing_packages():
+        packages = _append(folder, packages)
     set_by_use_ros = {name: os.environ[name] for name in _OF_ROS if name in os.environ}
     return {
         "PYTHONPATH": _prepend(overlay, "PYTHONPATH"),
-        "ROS_PACKAGE_PATH": _prepend(FROBS_RL, "ROS_PACKAGE_PATH"),
-        **({"PATH": _append(installation.programs, "PATH")} if installation is not None else {}),
+        "ROS_PACKAGE_PATH": packages,
+        "FROBS_PYTHON": sys.executable,  # which runs the programs of stand-ins
+        **({"PATH": _append(installation.programs, os.environ.get("PATH", os.defpath))} if installation else {}),
         **set_by_use_ros,
     }
 
 
-def _append(folder: Path, variable: str) -> str:
-    """Return a path variable with a folder at its end, unless it has it."""
-    entries = os.environ.get(variable, os.defpath).split(os.pathsep)
+def _append(folder: Path, value: str) -> str:
+    """Return the value of a path variable with a folder at its end, unless it has it."""
+    entries = value.split(os.pathsep)
     return os.pathsep.join(entries if str(folder) in entries else [*entries, str(folder)])
 
 

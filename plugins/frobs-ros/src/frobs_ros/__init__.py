@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from frobs_ros.overlay import make_overlay as make_overlay
     from frobs_ros.robot_basic_env import RobotBasicEnv as RobotBasicEnv
     from frobs_ros.robot_settings import RobotSettings as RobotSettings
+    from frobs_ros.stand_ins import missing_packages as missing_packages
 
 _MODULES = {
     "RobotBasicEnv": "frobs_ros.robot_basic_env",
@@ -24,6 +25,7 @@ _MODULES = {
     "links_to_messages": "frobs_ros.overlay",
     "links_to_ros": "frobs_ros.environment",
     "make_overlay": "frobs_ros.overlay",
+    "missing_packages": "frobs_ros.stand_ins",
     "read_friction": "frobs_ros.bridge.urdf",
     "read_lidars": "frobs_ros.bridge.extras",
     "read_plugins": "frobs_ros.bridge.extras",

@@ -15,9 +15,9 @@ from pathlib import Path
 
 from frobs_core.errors import ConfigurationError, ConflictingOptionsError, MissingSettingError, ParameterValueError
 from frobs_ros.environment import child_variables
-from frobs_ros.errors import PackageNotFoundError, ProcessError
+from frobs_ros.errors import ProcessError
 from frobs_ros.log import LOG
-from frobs_ros.packages import find_package
+from frobs_ros.stand_ins import has_original
 
 VARIABLE = "FROBS_ROS_BACKEND"
 GAZEBO, BRIDGE = "gazebo", "bridge:"
@@ -52,7 +52,7 @@ class Launch:
 
     Attributes:
         world: Its world file; None: an empty world.
-        clock_frequency: Of /clock [Hz].
+        clock_frequency: Of /clock [Hz]; 0: every physics step.
     """
 
     paused: bool = False
@@ -83,19 +83,10 @@ def choose() -> str:
         master = connect()
         chosen = str(master.getParam(f"/{VARIABLE}")) if master.hasParam(f"/{VARIABLE}") else ""
     if not chosen:
-        return GAZEBO if has_gazebo_ros() else DEFAULT_BRIDGE
+        return GAZEBO if has_original("gazebo_ros") else DEFAULT_BRIDGE
     if chosen != GAZEBO and not (chosen.startswith(BRIDGE) and chosen != BRIDGE):
         raise ParameterValueError(VARIABLE, chosen, "'gazebo', 'bridge:mujoco', 'bridge:pybullet' or 'bridge:gazebo'")
     return chosen
-
-
-def has_gazebo_ros() -> bool:
-    """Return whether ROS has the package gazebo_ros."""
-    try:
-        find_package("gazebo_ros")
-    except PackageNotFoundError:
-        return False
-    return True
 
 
 def check(launch: Launch, backend: str) -> None:
@@ -104,8 +95,10 @@ def check(launch: Launch, backend: str) -> None:
     Raises:
         ConfigurationError: It cannot do something that is asked; says what.
     """
-    if launch.clock_frequency <= 0:
-        raise ParameterValueError("pub_clock_frequency", launch.clock_frequency, "above 0 [Hz]")
+    if launch.clock_frequency < 0:
+        raise ParameterValueError(
+            "pub_clock_frequency", launch.clock_frequency, "at least 0 [Hz]; 0: every physics step"
+        )
     if launch.respawn and (launch.server_required or launch.gui_required):
         raise ConflictingOptionsError(["respawn_gazebo", "server_required or gui_required"])
     if launch.gui_required and not launch.gui:

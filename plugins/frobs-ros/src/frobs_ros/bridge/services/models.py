@@ -146,4 +146,7 @@ def _set_configuration(bridge: Bridge, request: Any) -> dict[str, Any]:
         for name, position in zip(request.joint_names, request.joint_positions, strict=True):
             positions[0, model.joints[name.rpartition("::")[2]]] = position
         model.robot.write_joint_state(positions)
+        for name in request.joint_names:  # without this, a joint that no controller moves would go back
+            joint = model.joints[name.rpartition("::")[2]]
+            model.drive.set_mode(joint, model.drive.modes[joint], model.robot)
     return done("SetModelConfiguration: success")

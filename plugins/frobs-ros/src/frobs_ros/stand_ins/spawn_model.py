@@ -1,0 +1,152 @@
+"""The program ``spawn_model`` of ``gazebo_ros``: spawns a model from a file, a parameter or its standard input."""
+
+from __future__ import annotations
+
+import sys
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import Any
+
+from frobs_core.errors import FrobsError, MissingFileError
+from frobs_core.models import path_folders
+from frobs_core.rotations import quat_from_rpy
+from frobs_ros.environment import use_ros
+from frobs_ros.errors import MasterError, ServiceError
+from frobs_ros.gazebo.poses import pose_message
+from frobs_ros.gazebo.spawn import RefusedError
+from frobs_ros.master import master_uri, require
+from frobs_ros.services import call, wait_for
+from frobs_ros.stand_ins import arguments
+
+_TIMEOUT = 60.0
+"""[s] to wait for the simulation, and for the model of ``-wait``."""
+
+
+def main() -> int:
+    """Spawn a model; return 1 after an error."""
+    options = _parse(arguments())
+    try:
+        use_ros()
+        require()
+        _spawn(options)
+    except FrobsError as error:
+        sys.stderr.write(f"error: spawn_model: {error}\n")
+        return 1
+    return 0
+
+
+def _spawn(options: Namespace) -> None:
+    import rospy
+    from gazebo_msgs.srv import DeleteModel, SetModelConfiguration, SpawnModel
+    from std_srvs.srv import Empty
+
+    rospy.init_node("spawn_model", anonymous=True)
+    root = options.gazebo_namespace.rstrip("/")
+    service = f"{root}/spawn_{'urdf' if options.urdf else 'sdf'}_model"
+    text = _text(options)
+    if options.wait:
+        _wait_for(f"{root}/model_states", options.wait)
+    namespace = rospy.get_namespace() if options.robot_namespace is None else options.robot_namespace
+    quat = quat_from_rpy([options.R, options.P, options.Y]).tolist()
+    pose = pose_message((options.x, options.y, options.z), (*quat[1:], quat[0]))
+    _call(service, SpawnModel, options.model, text, namespace, pose, options.reference_frame)
+    if options.J:
+        names, positions = [joint for joint, _ in options.J], [float(position) for _, position in options.J]
+        _call(
+            f"{root}/set_model_configuration",
+            SetModelConfiguration,
+            options.model,
+            options.param or "",
+            names,
+            positions,
+        )
+    if options.unpause:
+        _call(f"{root}/unpause_physics", Empty)
+    sys.stdout.write(f"spawn_model: '{options.model}' is in the simulation\n")
+    if options.b:
+        rospy.on_shutdown(lambda: _call(f"{root}/delete_model", DeleteModel, options.model))
+        rospy.spin()
+
+
+def _text(options: Namespace) -> str:
+    """Return the text of the model.
+
+    Raises:
+        MissingFileError: The file does not exist.
+        MasterError: The parameter does not exist.
+    """
+    import rospy
+
+    if options.stdin:
+        return sys.stdin.read()
+    if options.param is not None:
+        if not rospy.has_param(options.param):
+            raise MasterError(master_uri(), f"there is no parameter '{rospy.resolve_name(options.param)}'")
+        return str(rospy.get_param(options.param))
+    file = Path(options.file) if options.file is not None else _of_database(options.database)
+    if not file.is_file():
+        raise MissingFileError(file, "pass the path of a URDF or SDF file")
+    return file.read_text("utf-8")
+
+
+def _of_database(name: str) -> Path:
+    """Return the SDF file of a model in the folders of ``GAZEBO_MODEL_PATH``."""
+    for folder in path_folders("GAZEBO_MODEL_PATH"):
+        if (folder / name / "model.sdf").is_file():
+            return folder / name / "model.sdf"
+    raise MissingFileError(Path(name) / "model.sdf", "name the folder that holds the model in GAZEBO_MODEL_PATH")
+
+
+def _call(name: str, kind: type[Any], *fields: Any) -> None:
+    """Call a service.
+
+    Raises:
+        ServiceError: It does not answer, or rejects the call.
+    """
+    wait_for(name, _TIMEOUT)
+    answer = call(name, kind, *fields)
+    if not getattr(answer, "success", True):
+        raise RefusedError(name, answer.status_message)
+
+
+def _wait_for(topic: str, model: str) -> None:
+    import rospy
+    from gazebo_msgs.msg import ModelStates
+
+    try:
+        while model not in rospy.wait_for_message(topic, ModelStates, _TIMEOUT).name:
+            pass
+    except rospy.ROSException as error:
+        raise ServiceError(topic, f"no model states while waiting for '{model}': {error}") from error
+
+
+def _parse(given: list[str]) -> Namespace:
+    parser = ArgumentParser(prog="spawn_model", description=__doc__, allow_abbrev=False)
+    kind = parser.add_mutually_exclusive_group(required=True)
+    kind.add_argument("-urdf", action="store_true", help="the model is a URDF or xacro text")
+    kind.add_argument("-sdf", action="store_true", help="the model is an SDF text")
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument("-file", metavar="FILE", help="the file of the model")
+    source.add_argument("-param", metavar="NAME", help="the parameter that has the model")
+    source.add_argument("-database", metavar="NAME", help="a model in a folder of GAZEBO_MODEL_PATH")
+    source.add_argument("-stdin", action="store_true", help="read the model from standard input")
+    parser.add_argument("-model", metavar="NAME", required=True, help="the name in the simulation")
+    parser.add_argument("-robot_namespace", metavar="NS", help="namespace of the robot's topics and services")
+    parser.add_argument("-gazebo_namespace", metavar="NS", default="/gazebo", help="namespace of the simulation")
+    parser.add_argument(
+        "-reference_frame", metavar="NAME", default="", help="what the pose refers to; empty: the world"
+    )
+    parser.add_argument("-wait", metavar="MODEL", help="wait until this model is in the simulation")
+    parser.add_argument("-unpause", action="store_true", help="let the time run afterwards")
+    parser.add_argument("-package_to_model", action="store_true", help="no effect: package:// is read here")
+    parser.add_argument("-b", action="store_true", help="stay, and delete the model at the end")
+    parser.add_argument(
+        "-J", nargs=2, metavar=("JOINT", "POSITION"), action="append", help="initial position of a joint"
+    )
+    for name, unit in (("x", "m"), ("y", "m"), ("z", "m"), ("R", "rad"), ("P", "rad"), ("Y", "rad")):
+        parser.add_argument(f"-{name}", type=float, default=0.0, metavar=unit)
+    return parser.parse_args(given)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
