@@ -61,6 +61,15 @@ def algorithm(name: str) -> str:
     return text.replace("cross_entropy", name).replace("CrossEntropy", camel(name))
 
 
+def paced_simulator(name: str) -> str:
+    """Return ``templates/my_paced_simulator.py`` under another name, without its record, which stands in ``plugin.py``."""
+    text = plain("my_paced_simulator.py")
+    for line in ("from frobs_core.capabilities import Level\n", "from frobs_core.specs import SimulatorRecord\n"):
+        text = text.replace(line, "")
+    before, _, rest = text.partition("RECORD = SimulatorRecord(")
+    return renamed(before + rest.partition("\n)\n\n")[2], "my_paced_simulator", name)
+
+
 @pass_context
 def partial(context: Context, name: str, **values: Any) -> str:
     """Return a file of ``partials/``, rendered.
@@ -98,7 +107,7 @@ class Templates(Extension):
 
     def __init__(self, environment: Environment) -> None:
         super().__init__(environment)
-        for function in (camel, plain, algorithm, partial, robot_file, robot_distribution):
+        for function in (camel, plain, algorithm, paced_simulator, partial, robot_file, robot_distribution):
             environment.globals[function.__name__] = function
         environment.filters["literal"] = repr_double
 

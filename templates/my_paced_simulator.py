@@ -1,8 +1,8 @@
 """A paced simulator: the world moves on by itself, by the wall clock, and FRobs waits for it.
 
-The world is another process, at the other end of a socket: put your robot, or your ROS graph, in its place. Here it is an
-engine that is stepped in real time, with drives that follow the commands that arrive, and hold the last one. Nobody can
-stop it, put its joints somewhere, save it or have two of it: the record does not claim ``pause``, ``teleport``,
+The world is another process, at the other end of a socket: put your robot, or your ROS graph, in its place. Here it is
+an engine that is stepped in real time, with drives that follow the commands that arrive, and hold the last one. Nobody
+can stop it, put its joints somewhere, save it or have two of it: the record does not claim ``pause``, ``teleport``,
 ``snapshot`` or ``batched``. A reset drives the robots home.
 
 ``World`` is the other process. ``PacedRobot`` and ``MyPacedSimulator`` are its client: the required members of a simulator.
@@ -290,12 +290,14 @@ class MyPacedSimulator(Simulation):
         self._process.wait()
 
 
-if __name__ == "__main__":
-    if len(sys.argv) == 2:  # the world
-        other_side = Connection(int(sys.argv[1]))
-        World(*other_side.recv()).run(other_side)
-    else:  # python my_paced_simulator.py: does it do what its record claims?
-        from frobs_devkit.testing import check_simulator, run_checks
+if __name__ == "__main__" and len(sys.argv) == 2:  # the world
+    other_side = Connection(int(sys.argv[1]))
+    World(*other_side.recv()).run(other_side)
+    sys.exit()
 
-        for result in run_checks(check_simulator(RECORD)).results:
-            print(result.status, result.name, result.message)
+
+if __name__ == "__main__":  # python my_paced_simulator.py: does it do what its record claims?
+    from frobs_devkit.testing import check_simulator, run_checks
+
+    for result in run_checks(check_simulator(RECORD)).results:
+        print(result.status, result.name, result.message)

@@ -67,7 +67,22 @@ def frobs_tasks() -> list[TaskRecord]:
         )
     ]
 {% endif %}
-{% if kinds == "simulator" %}
+{% if cookiecutter.__paced %}
+
+
+@hookimpl
+def frobs_simulators() -> list[SimulatorRecord]:
+    """Offer the simulator. It is paced, as ``real_time`` says, and claims no teleporting, snapshots or pause."""
+    return [
+        SimulatorRecord(
+            name="{{ cookiecutter.name }}",
+            summary="a world that runs by the wall clock, in a process of its own",
+            entry_point="{{ package }}.simulator:{{ camel(cookiecutter.name) }}",
+            install_hint="pip install {{ distribution }}",
+            capabilities={"real_time": Level.APPROXIMATE, "drive": Level.APPROXIMATE},
+        )
+    ]
+{% elif kinds == "simulator" %}
 
 
 @hookimpl

@@ -55,4 +55,5 @@ def _completed(answers: Mapping[str, str], number: int) -> dict[str, str]:
 
 def label(answers: Mapping[str, str]) -> str:
     """Return a name for a test."""
-    return " ".join(answers[question] for question in ("what", "example", "license", "ci") if question in answers)
+    words = [answers[question] for question in ("what", "example", "license", "ci") if question in answers]
+    return " ".join([*words, *["paced"] * (answers.get("paced") == "yes")])

@@ -47,6 +47,22 @@ def test_people_get_the_commands_to_copy(frobs: Frobs) -> None:
     assert "    pytest deep/er/frobs-my-rover\n" in done.stdout
 
 
+def test_a_paced_simulator_is_run_and_not_trained_on(frobs: Frobs) -> None:
+    done = frobs("new", "simulator", "my_robot", "--paced", "--json")
+    assert done.exit_code == 0, done.output
+    facts = json.loads(done.stdout)
+    assert facts["answers"]["paced"] == "yes"
+    assert "train.yaml" not in facts["files"]
+    assert facts["next"][-1] == "frobs evaluate frobs/Irb120Reach-v0 --pretrained --simulator my_robot --episodes 10"
+    assert facts["next"][-1] in Path("frobs-sim-my-robot/README.md").read_text()
+    record = Path("frobs-sim-my-robot/src/frobs_sim_my_robot/plugin.py").read_text()
+    assert '"real_time": Level.APPROXIMATE' in record
+    assert 'teleport"' not in record
+    assert (
+        '"frobs-sim-mujoco>=' in Path("frobs-sim-my-robot/pyproject.toml").read_text().partition("[project.optional")[0]
+    )
+
+
 @pytest.mark.parametrize(
     ("args", "words"),
     [
@@ -65,6 +81,7 @@ def test_people_get_the_commands_to_copy(frobs: Frobs) -> None:
         (["pair", "my_arm", "--example", "file"], "say which"),
         (["task", "my_reach", "--robot-file", "arm.urdf"], "a task alone is for a robot that is installed"),
         (["controller", "my_controller", "--tcp", "tool0"], "tcp means nothing for a new controller"),
+        (["controller", "my_controller", "--paced"], "paced means nothing for a new controller"),
         (["robot", "irb120"], "the robot 'irb120' exists already"),
         (
             ["controller", "joint_position"],

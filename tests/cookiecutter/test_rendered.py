@@ -134,6 +134,11 @@ def test_the_hook_refuses_and_nothing_stays(
     assert "error: " in capfd.readouterr().err
 
 
+def test_an_answer_to_a_question_of_another_kind_changes_nothing(cookiecutters: Any, tmp_path: Path) -> None:
+    ours = render(resolve({"what": "controller", "name": "my_controller"}), tmp_path / "ours")
+    assert tree(cookiecutters({"what": "controller", "name": "my_controller", "paced": "yes"})) == tree(ours)
+
+
 def test_without_the_core_a_robots_file_is_refused(
     cookiecutters: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -85,6 +85,17 @@ def test_the_algorithm_is_what_is_rendered_without_its_record(new: Any) -> None:
     assert len(left_out) < 25
 
 
+def test_the_paced_simulator_is_what_is_rendered_without_its_record(new: Any) -> None:
+    (rendered,) = new(what="simulator", name="my_paced_simulator", paced="yes").rglob("src/*/simulator.py")
+    plain = (TEMPLATES / "my_paced_simulator.py").read_text("utf-8").splitlines()
+    kept = rendered.read_text("utf-8").splitlines()
+    assert [line for line in kept if line not in plain] == []
+    left_out = [line for line in plain if line and line not in kept]
+    assert "from frobs_core.specs import SimulatorRecord" in left_out
+    assert 'if __name__ == "__main__" and len(sys.argv) == 2:  # the world' in kept
+    assert len(left_out) < 16
+
+
 @pytest.mark.parametrize("file", sorted(path.name for path in TEMPLATES.glob("my_*.yaml")))
 def test_a_configuration_can_be_resolved(file: str) -> None:
     loaded = load_yaml(TEMPLATES / file)

@@ -14,9 +14,10 @@ from sandbox import ROOT, distributions
 pytestmark = pytest.mark.slow
 
 
-@pytest.mark.parametrize("what", ["pair", "controller", "simulator", "algorithm"])
+@pytest.mark.parametrize("what", ["pair", "controller", "simulator", "paced simulator", "algorithm"])
 def test_a_new_plugin_is_strictly_typed(new: Any, tmp_path: Path, what: str) -> None:
-    folders = distributions(new(what=what, name="my_part"))
+    paced = {"paced": "yes"} if what.startswith("paced") else {}
+    folders = distributions(new(what=what.removeprefix("paced "), name="my_part", **paced))
     sources = [folder / "src" for folder in folders]
     assert all(list(source.glob("*/py.typed")) for source in sources)
     # Tests of the other kinds import the whole kit, whose dependencies take minutes to check.

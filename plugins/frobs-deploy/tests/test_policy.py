@@ -86,7 +86,7 @@ def test_a_dictionary_is_taken_by_its_keys(tmp_path: Path) -> None:
         ({"a": a, "b": b[:2]}, r"observation\['b'\] has shape"),
     ]:
         with pytest.raises(BundleMismatchError, match=message):
-            policy.act(given)  # type: ignore[arg-type]
+            policy.act(given)
 
 
 def test_a_recurrent_policy_remembers_until_it_is_reset(tmp_path: Path) -> None:
@@ -267,7 +267,7 @@ def test_values_that_are_no_numbers_are_named(arm: Path, value: Any) -> None:
     with pytest.raises(BundleMismatchError, match="observation"):
         policy.act(value)
     with pytest.raises(BundleMismatchError, match="observation"):
-        policy.act({"height": value, "joint_positions": [1.0, 2.0]})
+        policy.act({"height": value, "joint_positions": np.array([1.0, 2.0])})
     with pytest.raises(PolicyArgumentError, match=r"^actions="):
         policy.bench(value)
 
@@ -288,10 +288,11 @@ def test_a_policy_says_which_camera_took_its_images(tmp_path: Path) -> None:
     }
     picture = np.arange(18, dtype=np.uint8).reshape(2, 3, 3)
     assert policy.act({"eye": picture}) == pytest.approx(8.5 / 255.0)
-    for wrong, message in [
+    wrongs: list[tuple[Any, str]] = [
         (picture.astype(np.float32), r"is of type float32, and uint8 is needed: convert it with astype\(np.uint8\)"),
         (picture.transpose(2, 0, 1), r"has shape \(3, 2, 3\), and \(2, 3, 3\) is needed"),
-    ]:
+    ]
+    for wrong, message in wrongs:
         with pytest.raises(BundleMismatchError, match=message):
             policy.act({"eye": wrong})
 

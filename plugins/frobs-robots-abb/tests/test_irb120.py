@@ -27,18 +27,18 @@ def limits(model: RobotModel) -> tuple[np.ndarray, np.ndarray]:
     return np.array([j.limits.lower for j in joints]), np.array([j.limits.upper for j in joints])
 
 
-def test_the_record_leads_to_the_robot():
+def test_the_record_leads_to_the_robot() -> None:
     record, _ = frobs_robots()
     assert record.load() is IRB120
 
 
-def test_the_file_needs_no_repair(model):
+def test_the_file_needs_no_repair(model: RobotModel) -> None:
     assert model.notes == ()
     assert model.joint_names == tuple(f"joint_{i}" for i in range(1, 7))
     assert model.root == "base_link"
 
 
-def test_limits_masses_and_velocities_are_frobs_rls(model):
+def test_limits_masses_and_velocities_are_frobs_rls(model: RobotModel) -> None:
     lower, upper = limits(model)
     assert lower.tolist() == [-2.87979, -1.91986, -1.91986, -2.79253, -2.094395, -6.98132]
     assert upper.tolist() == [2.87979, 1.91986, 1.22173, 2.79253, 2.094395, 6.98132]
@@ -48,13 +48,13 @@ def test_limits_masses_and_velocities_are_frobs_rls(model):
     assert masses == [6.215, 3.067, 3.909, 2.944, 1.328, 0.546, 0.137]
 
 
-def test_the_tool_is_where_the_dimensions_say_at_zero(model):
+def test_the_tool_is_where_the_dimensions_say_at_zero(model: RobotModel) -> None:
     pos, quat = forward_kinematics(model, "tool0", np.zeros((1, 6)))
     assert pos[0] == pytest.approx([0.374, 0.0, 0.63], abs=1e-15)
     assert quat[0] == pytest.approx([math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0])
 
 
-def test_kinematics_are_the_engines(model, engine):
+def test_kinematics_are_the_engines(model: RobotModel, engine: mujoco.MjModel) -> None:
     data = mujoco.MjData(engine)
     positions = np.random.default_rng(0).uniform(*limits(model), (200, 6))
     pos, quat = forward_kinematics(model, "link_6", positions)
@@ -68,11 +68,11 @@ def test_kinematics_are_the_engines(model, engine):
 def touching(engine: mujoco.MjModel, data: mujoco.MjData, q: np.ndarray) -> set[frozenset[str]]:
     data.qpos[:] = q
     mujoco.mj_forward(engine, data)
-    body = lambda geom: engine.body(engine.geom_bodyid[geom]).name  # noqa: E731 - used twice, here only
-    return {frozenset((body(contact.geom1), body(contact.geom2))) for contact in data.contact}
+    geoms = [(contact.geom1, contact.geom2) for contact in data.contact]
+    return {frozenset(engine.body(engine.geom_bodyid[geom]).name for geom in pair) for pair in geoms}
 
 
-def test_the_arm_touches_itself_nowhere_but_where_it_folds(model, engine):
+def test_the_arm_touches_itself_nowhere_but_where_it_folds(model: RobotModel, engine: mujoco.MjModel) -> None:
     data = mujoco.MjData(engine)
     home = home_positions(model, IRB120.home)
     assert touching(engine, data, home) == set()
@@ -92,11 +92,11 @@ def test_the_arm_touches_itself_nowhere_but_where_it_folds(model, engine):
         assert second - first > 2
 
 
-def test_the_arm_collides_with_its_own_foot(model, engine):
+def test_the_arm_collides_with_its_own_foot(model: RobotModel, engine: mujoco.MjModel) -> None:
     assert touching(engine, mujoco.MjData(engine), np.array([0.0, 1.9, 1.2, 0.0, 0.0, 0.0]))
 
 
-def test_home_is_away_from_limits_and_singularities(model):
+def test_home_is_away_from_limits_and_singularities(model: RobotModel) -> None:
     home = home_positions(model, IRB120.home)
     lower, upper = limits(model)
     assert np.minimum(home - lower, upper - home).min() > 0.5
@@ -108,15 +108,16 @@ def test_home_is_away_from_limits_and_singularities(model):
     assert singular_values.min() > 0.05
 
 
-def test_drives_are_critically_damped_or_more_everywhere(model):
+def test_drives_are_critically_damped_or_more_everywhere(model: RobotModel) -> None:
     rng = np.random.default_rng(2)
     for q in rng.uniform(*limits(model), (50, 6)):
         for name, inertia in composite_inertia(model, q).items():
+            assert IRB120.gains is not None
             stiffness, damping = IRB120.gains.of(name)
             assert damping / (2 * math.sqrt(stiffness * inertia)) > 0.99, name
 
 
-def test_xacro_arguments_are_taken():
+def test_xacro_arguments_are_taken() -> None:
     twin = load_model(IRB120.model, xacro_args={"prefix": "left_", "effort": "50"})
     assert twin.root == "left_base_link"
     assert twin.joint_names[0] == "left_joint_1"

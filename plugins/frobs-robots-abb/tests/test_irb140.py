@@ -58,11 +58,11 @@ def touching(engine: mujoco.MjModel, data: mujoco.MjData, q: np.ndarray) -> set[
 test_the_kit = pytest_checks(check_robot("irb140"), allow_inconclusive=False)
 
 
-def test_the_record_leads_to_the_robot():
+def test_the_record_leads_to_the_robot() -> None:
     assert plugins.get_record("robot", "irb140").load() is IRB140
 
 
-def test_limits_are_frobs_rls(model):
+def test_limits_are_frobs_rls(model: RobotModel) -> None:
     lower, upper = limits(model)
     assert lower.tolist() == [-3.14159, -1.5708, -4.01426, -3.49066, -2.0071, -6.98132]
     assert upper.tolist() == [3.14159, 1.91986, 0.872665, 3.49066, 2.0071, 6.98132]
@@ -70,20 +70,20 @@ def test_limits_are_frobs_rls(model):
     assert {j.limits.effort for j in model.actuated_joints} == {1000.0}
 
 
-def test_masses_and_inertias_are_frobs_rls(model):
+def test_masses_and_inertias_are_frobs_rls(model: RobotModel) -> None:
     found = [link.inertial for link in model.links if link.inertial]
     assert [one.mass for one in found] == MASSES
     np.testing.assert_array_equal([one.origin.pos for one in found], COMS)
     np.testing.assert_array_equal([one.inertia for one in found], INERTIAS)
 
 
-def test_the_tool_is_where_the_dimensions_say_at_zero(model):
+def test_the_tool_is_where_the_dimensions_say_at_zero(model: RobotModel) -> None:
     pos, quat = forward_kinematics(model, "tool0", np.zeros((1, 6)))
     assert pos[0] == pytest.approx([0.515, 0.0, 0.712], abs=1e-15)
     assert quat[0] == pytest.approx([math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0])
 
 
-def test_kinematics_are_pinocchios(model):
+def test_kinematics_are_pinocchios(model: RobotModel) -> None:
     pin = pytest.importorskip("pinocchio")
     theirs = pin.buildModelFromXML(model.xml)
     data, frame = theirs.createData(), theirs.getFrameId("tool0")
@@ -93,7 +93,9 @@ def test_kinematics_are_pinocchios(model):
         np.testing.assert_allclose(pos, data.oMf[frame].translation, rtol=0, atol=1e-9)
 
 
-def test_the_arm_touches_only_its_own_foot_and_folds_past_its_upper_arm(model, engine):
+def test_the_arm_touches_only_its_own_foot_and_folds_past_its_upper_arm(
+    model: RobotModel, engine: mujoco.MjModel
+) -> None:
     data = mujoco.MjData(engine)
     home, (lower, upper) = home_positions(model, IRB140.home), limits(model)
     assert touching(engine, data, home) == touching(engine, data, np.zeros(6)) == set()
@@ -108,7 +110,7 @@ def test_the_arm_touches_only_its_own_foot_and_folds_past_its_upper_arm(model, e
     assert all("world" in pair for pairs in folded for pair in pairs)  # the foot, which stands in the world
 
 
-def test_home_is_away_from_limits_and_singularities(model):
+def test_home_is_away_from_limits_and_singularities(model: RobotModel) -> None:
     home, (lower, upper) = home_positions(model, IRB140.home), limits(model)
     assert np.minimum(home - lower, upper - home).min() > 0.5
     pos, _ = forward_kinematics(model, "tool0", home[None])
@@ -117,14 +119,15 @@ def test_home_is_away_from_limits_and_singularities(model):
     assert np.linalg.svd((nudged - pos) / 1e-6, compute_uv=False).min() > 0.05
 
 
-def test_drives_are_critically_damped_or_more_everywhere(model):
+def test_drives_are_critically_damped_or_more_everywhere(model: RobotModel) -> None:
     for q in np.random.default_rng(2).uniform(*limits(model), (50, 6)):
         for name, inertia in composite_inertia(model, q).items():
+            assert IRB140.gains is not None
             stiffness, damping = IRB140.gains.of(name)
             assert damping / (2 * math.sqrt(stiffness * inertia)) > 0.99, name
 
 
-def test_xacro_arguments_are_taken():
+def test_xacro_arguments_are_taken() -> None:
     twin = load_model(IRB140.model, xacro_args={"prefix": "left_", "effort": "50"})
     assert (twin.root, twin.joint_names[0]) == ("left_base_link", "left_joint_1")
     assert twin.actuated_joints[0].limits.effort == 50

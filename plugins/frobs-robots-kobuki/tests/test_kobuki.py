@@ -47,11 +47,13 @@ class Driven:
 
     @property
     def twist(self) -> tuple[np.ndarray, np.ndarray]:
-        return tuple(part[0].copy() for part in self.robot.base_twist)
+        linear, angular = self.robot.base_twist
+        return linear[0].copy(), angular[0].copy()
 
     @property
     def pos(self) -> np.ndarray:
-        return self.robot.base_pose[0][0].copy()
+        pos: np.ndarray = self.robot.base_pose[0][0].copy()
+        return pos
 
 
 @pytest.fixture(params=SIMULATORS)
@@ -71,14 +73,15 @@ def model() -> RobotModel:
     return load_model(KOBUKI.model)
 
 
-def test_the_record_leads_to_the_robot():
+def test_the_record_leads_to_the_robot() -> None:
     (record,) = frobs_robots()
     assert record.load() is KOBUKI
 
 
-def test_wheels_masses_and_lidar_are_frobs_rls(model):
+def test_wheels_masses_and_lidar_are_frobs_rls(model: RobotModel) -> None:
     assert model.joint_names == ("wheel_left_joint", "wheel_right_joint")
-    drive, lidar = KOBUKI.differential_drive, KOBUKI.sensors["lidar"]
+    drive, lidar = KOBUKI.differential_drive, KOBUKI.lidars["lidar"]
+    assert drive is not None
     left, right = (model.frame_pose(f"wheel_{side}_link", np.zeros((1, 2)))[0][0] for side in ("left", "right"))
     assert left - right == pytest.approx([0.0, drive.separation, 0.0])
     assert left[2] == pytest.approx(drive.wheel_radius)
@@ -90,7 +93,7 @@ def test_wheels_masses_and_lidar_are_frobs_rls(model):
     )
 
 
-def test_it_drives_straight_ahead_as_fast_as_commanded(kobuki):
+def test_it_drives_straight_ahead_as_fast_as_commanded(kobuki: Driven) -> None:
     kobuki.drive(1.0, 0.0, 2.0)
     start = kobuki.pos
     kobuki.drive(1.0, 0.0, 2.0)
@@ -100,20 +103,20 @@ def test_it_drives_straight_ahead_as_fast_as_commanded(kobuki):
     assert kobuki.pos - start == pytest.approx([1.4, 0.0, 0.0], abs=0.03)
 
 
-def test_it_turns_on_the_spot(kobuki):
+def test_it_turns_on_the_spot(kobuki: Driven) -> None:
     kobuki.drive(0.0, -1.0, 4.0)
     assert kobuki.twist[1] == pytest.approx([0.0, 0.0, -1.9], abs=0.04)
     assert kobuki.pos == pytest.approx(np.zeros(3), abs=0.005)
 
 
-def test_it_follows_a_curve(kobuki):
+def test_it_follows_a_curve(kobuki: Driven) -> None:
     kobuki.drive(0.7, 0.5, 4.0)
     linear, angular = kobuki.twist
     assert np.hypot(*linear[:2]) == pytest.approx(0.49, rel=0.02)
     assert angular[2] == pytest.approx(0.95, rel=0.02)
 
 
-def test_it_stops_and_stays(kobuki):
+def test_it_stops_and_stays(kobuki: Driven) -> None:
     kobuki.drive(1.0, 0.5, 2.0)
     kobuki.drive(0.0, 0.0, 2.0)
     assert np.abs(kobuki.twist[0]).max() < 0.005
@@ -122,13 +125,13 @@ def test_it_stops_and_stays(kobuki):
     assert kobuki.pos == pytest.approx(before, abs=0.002)
 
 
-def test_it_takes_its_time_to_get_up_to_speed(kobuki):
+def test_it_takes_its_time_to_get_up_to_speed(kobuki: Driven) -> None:
     kobuki.drive(1.0, 0.0, 0.4)
     assert kobuki.twist[0][0] == pytest.approx(0.4, abs=0.04)  # 1 m/s²
 
 
 @pytest.mark.parametrize("heading", [1.0, -1.0], ids=["ahead", "backward"])
-def test_what_it_bumps_into_is_told_from_the_floor(simulator, heading):
+def test_what_it_bumps_into_is_told_from_the_floor(simulator: str, heading: float) -> None:
     wall = Body(geometry=Box((0.1, 4.0, 1.0)), pose=Pose((heading, 0.0, 0.5)))
     contacts = {"bump": Contact(first="robot/base_link"), "floor": Contact(first="robot", second="floor")}
     kobuki = Driven(simulator, 0.02, Scene(bodies={"wall": wall}, contacts=contacts))
@@ -140,7 +143,7 @@ def test_what_it_bumps_into_is_told_from_the_floor(simulator, heading):
     kobuki.sim.close()
 
 
-def test_a_link_without_friction_glides(simulator):
+def test_a_link_without_friction_glides(simulator: str) -> None:
     slides = {}
     for name, friction in (("glides", 0.0), ("rubs", 1.0)):
         robot = replace(KOBUKI, friction=dict.fromkeys(TOUCHING, friction))

@@ -30,12 +30,12 @@ def limits(model: RobotModel) -> tuple[np.ndarray, np.ndarray]:
 test_the_kit = pytest_checks(check_robot("ur5"), allow_inconclusive=False)
 
 
-def test_the_record_leads_to_the_robot():
+def test_the_record_leads_to_the_robot() -> None:
     (record,) = frobs_robots()
     assert plugins.get_record("robot", "ur5").load() is record.load() is UR5
 
 
-def test_limits_are_the_robots(model):
+def test_limits_are_the_robots(model: RobotModel) -> None:
     lower, upper = limits(model)
     assert upper == pytest.approx([2 * math.pi, 2 * math.pi, math.pi] + [2 * math.pi] * 3)
     assert (lower == -upper).all()
@@ -43,7 +43,7 @@ def test_limits_are_the_robots(model):
     assert [j.limits.effort for j in model.actuated_joints] == [150.0] * 3 + [28.0] * 3
 
 
-def test_masses_and_inertias_are_those_of_solid_cylinders(model):
+def test_masses_and_inertias_are_those_of_solid_cylinders(model: RobotModel) -> None:
     found = [link.inertial for link in model.links if link.inertial]
     assert [one.mass for one in found] == MASSES
     for one, mass, length in zip(found, MASSES, LENGTHS, strict=True):
@@ -51,7 +51,7 @@ def test_masses_and_inertias_are_those_of_solid_cylinders(model):
         assert one.inertia == pytest.approx((across, 0, 0, across, 0, along), rel=1e-12)
 
 
-def test_the_tool_is_where_denavit_and_hartenberg_put_it(model):
+def test_the_tool_is_where_denavit_and_hartenberg_put_it(model: RobotModel) -> None:
     """The controller's base looks the other way: the file's x and y are its −x and −y."""
     positions = np.random.default_rng(0).uniform(*limits(model), (50, 6))
     rows = zip((D1, 0, 0, D4, D5, D6), (0, A2, A3, 0, 0, 0), (90, 0, 0, 90, -90, 0), strict=True)
@@ -64,7 +64,7 @@ def test_the_tool_is_where_denavit_and_hartenberg_put_it(model):
         np.testing.assert_allclose(pos, pose[:3, 3] * (-1, -1, 1), rtol=0, atol=1e-9)
 
 
-def test_kinematics_are_pinocchios(model):
+def test_kinematics_are_pinocchios(model: RobotModel) -> None:
     pin = pytest.importorskip("pinocchio")
     theirs = pin.buildModelFromXML(model.xml)
     data, frame = theirs.createData(), theirs.getFrameId("tool0")
@@ -74,7 +74,7 @@ def test_kinematics_are_pinocchios(model):
         np.testing.assert_allclose(pos, data.oMf[frame].translation, rtol=0, atol=1e-9)
 
 
-def test_home_touches_nothing_and_is_away_from_limits_and_singularities(model):
+def test_home_touches_nothing_and_is_away_from_limits_and_singularities(model: RobotModel) -> None:
     home, (lower, upper) = home_positions(model, UR5.home), limits(model)
     engine = mujoco.MjModel.from_xml_string(model.xml)
     data = mujoco.MjData(engine)
@@ -89,7 +89,7 @@ def test_home_touches_nothing_and_is_away_from_limits_and_singularities(model):
     assert np.linalg.svd((nudged - pos) / 1e-6, compute_uv=False).min() > 0.05
 
 
-def test_neighbours_touch_nowhere_and_turning_one_joint_only_where_the_elbow_folds(model):
+def test_neighbours_touch_nowhere_and_turning_one_joint_only_where_the_elbow_folds(model: RobotModel) -> None:
     engine = mujoco.MjModel.from_xml_string(model.xml)
     data = mujoco.MjData(engine)
     home, (lower, upper) = home_positions(model, UR5.home), limits(model)
@@ -102,6 +102,6 @@ def test_neighbours_touch_nowhere_and_turning_one_joint_only_where_the_elbow_fol
             assert not data.ncon or (joint == 2 and abs(value) > 2.7), (joint, value)
 
 
-def test_a_prefix_names_all_links_and_joints():
+def test_a_prefix_names_all_links_and_joints() -> None:
     twin = load_model(UR5.model, xacro_args={"prefix": "left_"})
     assert (twin.root, twin.joint_names[0]) == ("left_base_link", "left_shoulder_pan_joint")

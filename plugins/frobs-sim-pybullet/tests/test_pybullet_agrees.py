@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from robots import place
 
-from frobs_core.arrays import Floats
+from frobs_core.arrays import Floats, Mask
 from frobs_core.interfaces import Body, CommandMode, Placement, Robot, Scene, Simulation
 from frobs_core.models import Box, Capsule, Cylinder, Pose, RobotModel, Sphere, load_model
 from frobs_robots_abb.irb120 import IRB120
@@ -22,7 +23,7 @@ TIMESTEP = 0.002
 _MODEL = load_model(IRB120.model)
 
 
-def with_joints(model: RobotModel, **changes: float) -> RobotModel:
+def with_joints(model: RobotModel, **changes: Any) -> RobotModel:
     """Return a model whose joints have another effort limit, damping or friction, and no end to their range."""
     effort = changes.pop("effort", np.inf)
     limits = {"lower": -np.inf, "upper": np.inf, "effort": effort}
@@ -30,7 +31,7 @@ def with_joints(model: RobotModel, **changes: float) -> RobotModel:
     return replace(model, joints=tuple(joints))
 
 
-def build(cls: type[Simulation], robot: Robot, model: RobotModel, **keywords: object) -> Simulation:
+def build(cls: type[Simulation], robot: Robot, model: RobotModel, **keywords: Any) -> Simulation:
     placement = Placement(
         robot=replace(robot, self_collision=False), model=model, command_mode=CommandMode.POSITION, **keywords
     )
@@ -43,7 +44,7 @@ def build(cls: type[Simulation], robot: Robot, model: RobotModel, **keywords: ob
 
 def step_response(
     cls: type[Simulation], robot: Robot, model: RobotModel, jump: float, steps: int = 1000
-) -> tuple[Floats, Floats]:
+) -> tuple[Floats, Mask]:
     """Return positions (steps, dof) and which joints are saturated while commands jump to and fro."""
     sim = build(cls, robot, model)
     arm = sim.robots["robot"]

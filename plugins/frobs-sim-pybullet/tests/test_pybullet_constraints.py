@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -28,9 +30,14 @@ def test_efforts_minimise_within_their_bounds(n: int) -> None:
 
 
 def test_an_effort_that_is_tiny_beside_others_does_not_keep_the_sweeps_going(monkeypatch: pytest.MonkeyPatch) -> None:
-    rounds = []
+    rounds: list[Any] = []
     sweep = constraints._sweep
-    monkeypatch.setattr(constraints, "_sweep", lambda *given: (rounds.append(given[-1]), sweep(*given))[1])
+
+    def counted(*given: Any) -> Any:
+        rounds.append(given[-1])
+        return sweep(*given)
+
+    monkeypatch.setattr(constraints, "_sweep", counted)
     rng = np.random.default_rng(0)
     root = rng.normal(size=(40, 40))
     matrix = root @ root.T + np.diag(rng.uniform(1.0, 100.0, 40))

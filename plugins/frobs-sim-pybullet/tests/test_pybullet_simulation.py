@@ -3,6 +3,7 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pybullet
@@ -15,7 +16,7 @@ from frobs_sim_pybullet.simulation import PybulletSimulation
 
 
 def simulate(
-    folder: Path, *names: str, num_envs: int = 3, scene: Scene | None = None, **placing: object
+    folder: Path, *names: str, num_envs: int = 3, scene: Scene | None = None, **placing: Any
 ) -> PybulletSimulation:
     robots = {("robot" if i == 0 else name): place(folder, name, **placing) for i, name in enumerate(names)}
     return PybulletSimulation(robots, scene or Scene(), num_envs=num_envs, physics_timestep=0.002, num_threads=1)

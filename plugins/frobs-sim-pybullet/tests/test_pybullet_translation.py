@@ -43,7 +43,7 @@ def test_a_joint_that_mimics_another_follows_it_when_it_is_pushed(tmp_path: Path
     def ratio() -> float:
         states = pybullet.getJointStates(native.robots["robot"], [0, 1], native.client)
         position = {joint: state[0] for joint, state in zip(joints, states, strict=True)}
-        return position["bc"] / position["ab"]
+        return float(position["bc"] / position["ab"])
 
     robot.write_joint_state(np.array([[0.2]]))
     assert ratio() == pytest.approx(2.0)

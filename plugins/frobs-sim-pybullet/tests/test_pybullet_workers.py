@@ -73,7 +73,8 @@ def test_workers_equal_this_process_and_each_environment_alone(tmp_path: Path) -
     assert play(with_workers, seed=1) == play(here, seed=1)
     origins, directions = np.tile([0.0, 1.0, 2.0], (3, 2, 1)), np.tile([0.0, 0.0, -1.0], (3, 2, 1))
     assert with_workers.rays(origins, directions, 9.0) == pytest.approx(np.full((3, 2), 2.0))
-    with_workers.close(), here.close()
+    with_workers.close()
+    here.close()
 
 
 def test_a_reset_after_any_history_equals_a_fresh_simulation(tmp_path: Path) -> None:

@@ -13,7 +13,10 @@ from frobs_train.runs.checkpoints import list_checkpoints, newest_checkpoint, wr
 
 
 def write(folder: Path, steps: int, size: int = 100, keep: int = 3) -> None:
-    write_checkpoint(folder, steps, lambda path: (path / "policy.pt").write_bytes(bytes(size)) and None, keep)
+    def save(path: Path) -> None:
+        (path / "policy.pt").write_bytes(bytes(size))
+
+    write_checkpoint(folder, steps, save, keep)
 
 
 def test_a_checkpoint_is_complete_and_the_oldest_go(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from frobs_train import resolve_config
+from frobs_train import RunConfig, resolve_config
 from frobs_train.configuration.command import training_command
 
 REACH = "frobs/Irb120Reach-v0"
@@ -43,7 +43,7 @@ def test_a_configuration_that_lacks_what_is_tuned_has_no_command(tmp_path: Path)
     assert training_command(config.model_copy(update={"algorithm": "absent"})) is None
 
 
-def resolve(command: str) -> object:
+def resolve(command: str) -> RunConfig:
     """Resolve what a command line says, as ``frobs train`` does."""
     words = shlex.split(command)
     assert words[:2] == ["frobs", "train"]

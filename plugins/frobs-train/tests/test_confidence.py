@@ -57,6 +57,8 @@ def test_intervals_repeat_and_hold_the_estimate() -> None:
     scores = np.random.default_rng(0).uniform(size=9)
     first = estimate([scores])
     assert first == estimate([scores])
+    assert first.low is not None
+    assert first.high is not None
     assert first.low < first.value < first.high
 
 

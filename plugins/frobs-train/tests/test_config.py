@@ -85,7 +85,7 @@ def test_a_setting_deep_inside_is_set() -> None:
 
 def test_a_configuration_is_frozen() -> None:
     with pytest.raises(ValidationError):
-        resolve_config("Pendulum-v1").steps = 3  # type: ignore[misc]
+        resolve_config("Pendulum-v1").steps = 3
 
 
 @pytest.mark.parametrize(

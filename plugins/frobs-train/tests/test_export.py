@@ -96,11 +96,12 @@ def test_the_reference_explains_every_key_of_the_bundle(exported: Export) -> Non
 
 def test_the_bundle_acts_as_the_trainers_policy_in_the_environment(reach: Run, exported: Export) -> None:
     env = make_env(REACH, reach.config.environment_kwargs)
+    base: Any = env.unwrapped
     policy = Policy(
         exported.path,
-        robot=fingerprint(env.unwrapped.robot.model),
-        joint_names=env.unwrapped.robot.joint_names,  # type: ignore[attr-defined]
-        control_timestep=env.unwrapped.control_timestep,  # type: ignore[attr-defined]
+        robot=fingerprint(base.robot.model),
+        joint_names=base.robot.joint_names,
+        control_timestep=base.control_timestep,
     )
     trained, _ = load_policy(reach, env.observation_space, env.action_space)
     observation, _ = env.reset(seed=5)
@@ -117,6 +118,7 @@ def test_the_joints_velocity_limits_what_an_action_changes(exported: Export) -> 
     policy = Policy(exported.path, max_change="joint_velocity")
     joints: Any = policy.bundle.manifest["robot"]["joints"]
     expected = [0.04 * 2 * joint["velocity"] / (joint["position_upper"] - joint["position_lower"]) for joint in joints]
+    assert policy.manifest.max_action_change is not None
     np.testing.assert_allclose(policy.manifest.max_action_change, expected)
 
 
@@ -312,7 +314,7 @@ def test_the_commit_that_the_run_lies_in_is_written_down(copied: Run, quick: Any
 @pytest.mark.parametrize(
     ("space", "expected", "found", "scores", "result"),
     [
-        (gym.spaces.Box(np.float32([0, 0]), np.float32([2, 4])), [[1, 1]], [[1.1, 1.1]], None, 0.1),
+        (gym.spaces.Box(np.zeros(2, np.float32), np.array([2, 4], np.float32)), [[1, 1]], [[1.1, 1.1]], None, 0.1),
         (gym.spaces.Box(-1, 1, (1,)), [[np.nan]], [[0.0]], None, np.inf),
         (gym.spaces.Discrete(3), [0, 1], [0, 1], [[3, 2, 1], [0, 9, 0]], 0.0),
         (gym.spaces.Discrete(3), [0, 1], [0, 2], [[3, 2, 1], [0, 9, 0]], 2.0),

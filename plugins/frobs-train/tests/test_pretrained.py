@@ -14,7 +14,7 @@ from frobs_core.errors import PluginError, RunError, UnknownNameError
 from frobs_deploy import pack_bundle, read_bundle
 from frobs_deploy.errors import BundleError, BundleMismatchError
 from frobs_train import evaluate, open_pretrained
-from frobs_train.environments import find_spec, make_env
+from frobs_train.environments import make_env
 from frobs_train.export.bundle_run import changes_since
 from frobs_train.export.pretrained import (
     claimed_evaluation,
@@ -138,4 +138,4 @@ def test_a_bundle_without_an_evaluation_claims_nothing(tmp_path: Path) -> None:
 
 def test_ids_with_a_policy_are_those_that_a_record_names() -> None:
     assert REACH in registry.pretrained_ids()
-    assert all(find_spec(id) for id in registry.pretrained_ids())
+    assert all(registry.find_spec(id) for id in registry.pretrained_ids())

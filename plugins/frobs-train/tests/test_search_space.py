@@ -14,10 +14,12 @@ from frobs_train import resolve_config
 from frobs_train.configuration.config import algorithm_record
 from frobs_train.tuning.search_space import load_space, read_space, setting
 
+SEARCHED = [name for name in plugins.records("algorithm") if algorithm_record(name).search_space]
+
 
 def draw(text: str, **fixed: Any) -> dict[str, Any]:
     space = read_space(load_yaml_text(text))
-    trial = optuna.trial.FixedTrial(fixed)
+    trial: Any = optuna.trial.FixedTrial(fixed)
     return {key: dimension.draw(trial, key) for key, dimension in space.items()}
 
 
@@ -65,7 +67,7 @@ def test_an_algorithm_without_a_space_says_how_to_give_one() -> None:
         load_space(record)
 
 
-@pytest.mark.parametrize("name", [name for name, record in plugins.records("algorithm").items() if record.search_space])
+@pytest.mark.parametrize("name", SEARCHED)
 def test_every_offered_space_fits_its_algorithm(name: str) -> None:
     for key, dimension in load_space(algorithm_record(name)).items():
         values = dimension.choices or [dimension.example]

@@ -37,7 +37,7 @@ def rows(run: Run) -> list[dict[str, str]]:
 
 def at(steps: int, act: Callable[[], object]) -> Callable[[Progress], None]:
     """Do something when so many steps were told, once."""
-    done = []
+    done: list[object] = []
 
     def on_progress(progress: Progress) -> None:
         if progress.steps >= steps and not done:
@@ -213,11 +213,12 @@ def test_one_process_trains_in_a_folder_and_the_others_are_told_which(tmp_path: 
     assert holder.stdout is not None
     try:
         assert holder.stdout.readline() == "held\n"
-        for act in (
+        acts: tuple[Callable[[], object], ...] = (
             lambda: resume(run, steps=200),
             lambda: train(config(), run.path, on_existing="overwrite"),
             lambda: train(config(steps=200), run.path, on_existing="resume"),
-        ):
+        )
+        for act in acts:
             with pytest.raises(RunBusyError, match=f"process {holder.pid} on .* is training in") as caught:
                 act()
             assert caught.value.pid == holder.pid

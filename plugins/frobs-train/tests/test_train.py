@@ -126,7 +126,7 @@ def test_bad_input_leaves_nothing(
         action_space = gym.spaces.Tuple([gym.spaces.Discrete(2)])
 
     if "FrobsTests/Tuple-v0" not in gym.registry:
-        gym.register("FrobsTests/Tuple-v0", TupleEnv, disable_env_checker=True)
+        gym.register("FrobsTests/Tuple-v0", lambda **_: TupleEnv(), disable_env_checker=True)
     with pytest.raises(error, match=message):
         train(config(**changes), tmp_path / "run")
     assert not list(tmp_path.iterdir())

@@ -16,6 +16,8 @@ from frobs_cli.output import only_json, print_json, print_line, print_note, prin
 from frobs_core.errors import MissingSettingError
 from frobs_devkit.scaffold.answers import CHOICES, QUESTIONS, asked, find_problem
 
+_SHIPPED = "frobs/Irb120Reach-v0"  # an ID with a trained policy
+
 
 def new(
     what: Annotated[
@@ -33,6 +35,9 @@ def new(
             help="What to begin with: arm reaches, wheeled drives to a goal, file is your own arm.",
         ),
     ] = None,
+    paced: Annotated[
+        bool, typer.Option("--paced", help="Make a simulator whose world moves on by itself, such as a real robot.")
+    ] = False,
     robot_file: Annotated[
         Path | None, typer.Option(metavar="FILE", show_default=False, help="Your arm: a URDF, xacro or MJCF file.")
     ] = None,
@@ -81,6 +86,7 @@ def new(
         $ frobs new
         $ frobs new pair my_arm
         $ frobs new both my_rover --example wheeled --namespace acme
+        $ frobs new simulator my_robot --paced
         $ frobs new pair xarm6 --robot-file xarm6.urdf --tcp link6
     """
     import os
@@ -90,6 +96,7 @@ def new(
     flags: dict[str, str | None] = {
         "what": what,
         "example": "file" if robot_file is not None and example is None else example,
+        "paced": "yes" if paced else None,
         "name": name,
         "robot_file": None if robot_file is None else str(robot_file.expanduser().absolute()),
         "tcp": tcp,
@@ -139,6 +146,8 @@ def _facts(context: Mapping[str, Any], folder: Path) -> dict[str, Any]:
             f"frobs train {environment} --config {configuration} --seed 0 --run-dir {run}",
             f"frobs evaluate {run}",
         ]
+    elif context["what"] == "simulator":
+        following.append(f"frobs evaluate {_SHIPPED} --pretrained --simulator {context['name']} --episodes 10")
     return {
         "name": context["name"],
         "kind": context["what"],

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 CHOICES: Mapping[str, tuple[str, ...]] = {
     "what": ("pair", "both", "robot", "task", "simulator", "controller", "algorithm"),
     "example": ("arm", "wheeled", "file"),
+    "paced": ("no", "yes"),
     "failing_checks": ("reject", "expect"),
     "license": ("MIT", "BSD-3-Clause", "none"),
     "ci": ("github", "none"),
@@ -19,6 +20,7 @@ CHOICES: Mapping[str, tuple[str, ...]] = {
 QUESTIONS = (
     "what",
     "example",
+    "paced",
     "name",
     "robot_file",
     "tcp",
@@ -47,6 +49,8 @@ def asked(answers: Mapping[str, str]) -> tuple[str, ...]:
         left_out |= {"example", "namespace", "robot", *_FILE_QUESTIONS}
     if what == "robot":
         left_out |= {"namespace"}
+    if what != "simulator":
+        left_out |= {"paced"}
     if what != "task":
         left_out |= {"robot"}
     if what == "task" or example != "file":
