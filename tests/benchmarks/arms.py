@@ -5,9 +5,11 @@ The files are those of the PyPI packages example-robot-data and pybullet. The sc
 
     python tests/benchmarks/arms.py
 
-Results stay in ``build/benchmarks/arms``, so that a run can be interrupted, or split into several processes::
+Results stay in ``build/benchmarks/arms``, so that a run can be interrupted, or split into several processes. ``--kept`` trains
+nothing and writes the page of these results::
 
     python tests/benchmarks/arms.py --only UR10 "Franka Panda"
+    python tests/benchmarks/arms.py --kept
 """
 
 from __future__ import annotations
@@ -68,7 +70,7 @@ def measure(controller: str, arm: str, episodes: int, steps: int | None = None, 
         ``controller``, ``arm``, ``steps``, ``seconds`` of processor time of the training run, ``success_rate``,
         ``success_interval`` and ``commit``.
     """
-    result = kept / f"{arm.lower().replace(' ', '-')}-{controller}.json"
+    result = _result(controller, arm, kept)
     if result.is_file():
         return cast("dict[str, Any]", json.loads(result.read_text("utf-8")))
     file, keywords = ARMS[arm]
@@ -125,12 +127,19 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
             f"| {row['arm']} | `{row['controller']}` | {row['steps']:,} | {row['seconds'] / 60:.1f} min | "
             f"{row['success_rate']:.1%}{missed} | {low:.1%} to {high:.1%} |"
         )
+    measured = {(row["arm"], row["controller"]) for row in rows}
+    if missing := [f"{arm} with `{name}`" for arm in ARMS for name in WANTED if (arm, name) not in measured]:
+        lines += ["", f"Not measured yet: {', '.join(missing)}."]
     lines += ["", "## Files", "", "| arm | file | `--set` |", "|---|---|---|"]
     for arm in dict.fromkeys(row["arm"] for row in rows):
         file, keywords = ARMS[arm]
         settings = " ".join(f"`{setting}`" for setting in _settings(keywords)) or "–"
         lines.append(f"| {arm} | `{file}` | {settings} |")
     return "\n".join(lines) + "\n"
+
+
+def _result(controller: str, arm: str, kept: Path) -> Path:
+    return kept / f"{arm.lower().replace(' ', '-')}-{controller}.json"
 
 
 def _settings(keywords: Mapping[str, Any]) -> list[str]:
@@ -144,12 +153,17 @@ def main() -> None:
     parser.add_argument("--controllers", nargs="+", default=list(WANTED), choices=list(WANTED))
     parser.add_argument("--episodes", type=int, default=1000, help="for each arm")
     parser.add_argument("--fresh", action="store_true", help="measure again what was measured before")
+    parser.add_argument(
+        "--kept", action="store_true", help="train nothing; write the page of the results that are kept"
+    )
     given = parser.parse_args()
     if given.fresh:
         for result in KEPT.glob("*.json"):
             result.unlink()
-    chosen = given.only or ARMS
-    rows = [measure(controller, arm, given.episodes) for arm in chosen for controller in given.controllers]
+    chosen = [(controller, arm) for arm in given.only or ARMS for controller in given.controllers]
+    if given.kept:
+        chosen = [case for case in chosen if _result(*case, KEPT).is_file()]
+    rows = [measure(*case, given.episodes) for case in chosen]
     if not given.only:
         PAGE.write_text(report(rows, given.episodes), "utf-8")
 

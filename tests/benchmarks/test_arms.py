@@ -38,6 +38,7 @@ def test_the_page_shows_each_arm_with_both_controllers() -> None:
     assert "at commit abc1234. " in page
     assert "| SO-101 | `tcp_delta_position` | 150,528 | 1.5 min | 90.0% | 89.0% to 91.0% |" in page
     assert "| SO-101 | `joint_delta_position` | 150,528 | 1.5 min | 84.0% (missed) | 83.0% to 85.0% |" in page
+    assert "Not measured yet: Franka Panda with `tcp_delta_position`, " in page
     assert "so_arm_description/urdf/so101.urdf` | `environment_kwargs.tcp=gripper_frame_link` |" in page
 
 
