@@ -75,6 +75,13 @@ def test_the_page_says_why_less_is_left_on_the_other_simulator() -> None:
     assert "on PyBullet. Because of the drives." in tasks.report(rows, {REACH.id: "Because of the drives"}, 1000)
 
 
+def test_a_time_on_a_shared_machine_misses_no_target() -> None:
+    slow = {**row(0, 0.99), "seconds": 3600.0}
+    for shared, time, wanted in ((True, "60.0 min (shared machine)", "≥ 98%"), (False, "60.0 min", "≥ 98% (missed)")):
+        page = tasks.report({REACH: [{**slow, "shared": shared}]}, {}, 1000)
+        assert f"| {time} | 99.0% | 98.0% to 100.0% | 99.0% | – | {wanted} |" in page
+
+
 def test_a_tracking_error_is_held_against_its_target() -> None:
     case = tasks.Case("frobs/Irb120ReachDynamic-v0", "ppo")
     for error, verdict in ((0.015, "| 1.5 cm | ≤ 2 cm |"), (0.025, "| 2.5 cm | ≤ 2 cm (missed) |")):

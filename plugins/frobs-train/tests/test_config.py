@@ -7,8 +7,10 @@ from pydantic import ValidationError
 
 from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameError, UnknownParameterError
 from frobs_train import decide_threads, resolve_config
+from frobs_train.configuration.advice import advise_controller
 
 REACH = "frobs/Irb120Reach-v0"
+TOOL, JOINT = "tcp_delta_position", "joint_delta_position"
 
 
 @pytest.fixture
@@ -54,6 +56,22 @@ def test_a_controller_picks_its_section_of_the_tuned_file() -> None:
         == [64, 64]
         != joint.algorithm_config["policy_kwargs"]["net_arch"]
     )
+
+
+def test_advice_names_the_controller_that_learns_in_fewer_steps() -> None:
+    def advice(id: str, **flags: str) -> str | None:
+        return advise_controller(resolve_config(id, flags=flags))
+
+    tool, joint = (resolve_config("frobs/Reach-v0", flags={"controller": name}).steps for name in (TOOL, JOINT))
+    for id in ("frobs/Reach-v0", "frobs_core:frobs/Reach-v0"):
+        assert advice(id, controller=JOINT) == (
+            f"'--controller {TOOL}' learns faster: in {tool:,} steps instead of {joint:,} with '{JOINT}'."
+        )
+    assert advice("frobs/Reach-v0", controller=TOOL) is None
+    assert advice("frobs/Reach-v0") is None
+    assert advice("frobs/Reach-v0", controller=JOINT, algorithm="sac") is None  # nothing is tuned
+    assert advice(REACH, controller=TOOL) is None
+    assert advice("Pendulum-v1", controller=JOINT) is None
 
 
 def test_settings_win_over_flags_and_flags_over_the_file(file: Path) -> None:

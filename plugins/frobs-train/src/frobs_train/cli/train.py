@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from frobs_cli.options import Algorithm, Base, Controller, EnvId, Json, NumEnvs, Robot, Seed, Simulator, Tcp
-from frobs_cli.output import only_json
+from frobs_cli.output import only_json, print_note
 from frobs_train.cli.training_report import describe_training, report_training
 
 
@@ -67,6 +67,7 @@ def train(
     find_spec(env_id)  # before torch is imported, so that a typing error is answered at once
     from frobs_train import default_run_dir, resolve_config
     from frobs_train import train as train_run
+    from frobs_train.configuration.advice import advise_controller
 
     flags = {
         "algorithm": algorithm,
@@ -81,6 +82,8 @@ def train(
     }
     with only_json(json):
         resolved = resolve_config(env_id, file=config, flags=flags, settings=settings or ())
+    if advice := advise_controller(resolved):
+        print_note(advice)
     folder = run_dir or default_run_dir(resolved)
     report_training(
         describe_training(resolved, "training", str(folder)),

@@ -1,0 +1,25 @@
+"""Advice on a configuration, for the command line."""
+
+from __future__ import annotations
+
+from frobs_core.registry import bare_id, environments
+from frobs_train.configuration.config import RunConfig
+from frobs_train.configuration.resolve import resolve_config
+
+
+def advise_controller(config: RunConfig) -> str | None:
+    """Return one line if the ID's own controller learns in fewer steps than the chosen one; None otherwise.
+
+    The numbers of steps are those of the tuned settings.
+    """
+    id, chosen = bare_id(config.environment), config.environment_kwargs.get("controller")
+    if id not in environments() or not isinstance(chosen, str):
+        return None
+    own = environments()[id][1].controller
+    steps = {
+        name: resolve_config(id, flags={"algorithm": config.algorithm, "controller": name}).steps
+        for name in (own, chosen)
+    }
+    if steps[own] >= steps[chosen]:
+        return None
+    return f"'--controller {own}' learns faster: in {steps[own]:,} steps instead of {steps[chosen]:,} with '{chosen}'."
