@@ -14,6 +14,10 @@ from hypothesis import HealthCheck, settings
 
 pytest_plugins = ["frobs_devkit.testing.fixtures"]
 
+# Threads of PyTorch and NumPy wait actively for each other: with other tests on the same cores, one is much faster. This is
+# also for the processes that tests start.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 # On a loaded machine generating an example may take long.
 settings.register_profile("frobs", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("frobs")

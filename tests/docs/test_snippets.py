@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from fork_server import fork_server
 from pages import PAGES, RUN, blocks, name
 from sandbox import Sandbox
 
@@ -36,10 +37,19 @@ def can_draw() -> bool:
     return subprocess.run([sys.executable, "-c", code], capture_output=True).returncode == 0
 
 
+@pytest.fixture(scope="session")
+def programs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A folder with a ``frobs`` and a ``pytest`` that start quickly."""
+    folder = tmp_path_factory.mktemp("programs")
+    with fork_server(Path(sys.executable), folder, frobs="frobs_cli", pytest="pytest"):
+        yield folder
+
+
 @pytest.mark.parametrize("page", list(snippets()))
-def test_snippets_run_in_the_order_of_their_page(page: Path, tmp_path: Path) -> None:
+def test_snippets_run_in_the_order_of_their_page(page: Path, programs: Path, tmp_path: Path) -> None:
     command = [sys.executable, "-W", "error", str(DRIVER), str(page), *(["--draw"] if can_draw() else [])]
-    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    folders = (programs, Path(sys.executable).parent, os.environ["PATH"])
+    environment = {**os.environ, "PATH": os.pathsep.join(map(str, folders))}
     done = subprocess.run(command, cwd=tmp_path, env=environment, text=True, capture_output=True, timeout=300)
     assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
 
@@ -49,7 +59,8 @@ def test_snippets_run_in_the_order_of_their_page(page: Path, tmp_path: Path) -> 
 def test_pages_that_install_run_in_an_environment_of_their_own(page: Path, tmp_path: Path) -> None:
     sandbox = Sandbox(tmp_path / "venv")
     (tmp_path / "here").mkdir()
-    sandbox.run("python", DRIVER, page, cwd=tmp_path / "here")
+    with sandbox.faster(tmp_path / "programs"):
+        sandbox.run("python", DRIVER, page, cwd=tmp_path / "here")
 
 
 def test_from_frobs_new_to_a_trained_policy_takes_five_commands() -> None:

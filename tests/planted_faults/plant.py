@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import json
 import sys
 from argparse import ArgumentParser
 from collections.abc import Iterable, Sequence
@@ -30,6 +32,18 @@ def measure(faults: Iterable[Fault]) -> list[Row]:
         sys.stderr.write(f"{fault.module:40} {fault.name:60} {caught or 'SURVIVES'}  {fault.where}\n")
         rows.append((fault, caught))
     return rows
+
+
+def serve() -> None:
+    """Answer each line of stdin, a part of a module's or a fault's name, with JSON: a list of (fault, what catches it)."""
+    written = [*by_hand.faults(), *outsider.faults()]
+    for line in sys.stdin:
+        faults = [fault for fault in written if line.strip() in f"{fault.module} {fault.name}"]
+        if any(".algorithm." in fault.module for fault in faults):  # import others' large libraries before the fork
+            for library in ("stable_baselines3", "torch._dynamo"):
+                importlib.import_module(library)
+        sys.stdout.write(json.dumps([(fault.name, caught) for fault, caught in measure(faults)]) + "\n")
+        sys.stdout.flush()
 
 
 def expect_sound(faults: Iterable[Fault]) -> None:
@@ -127,7 +141,11 @@ def main() -> None:
     parser.add_argument("--drawn", type=int, default=DRAWN, help="how many are drawn")
     parser.add_argument("--foreign", action="store_true", help="measure and write that section of the page only")
     parser.add_argument("--quick", action="store_true", help="do not make sure first that sound modules pass")
+    parser.add_argument("--serve", action="store_true", help="measure what each line of stdin names")
     options = parser.parse_args()
+    if options.serve:
+        serve()
+        return
     chosen = [[fault for fault in faults if options.only in f"{fault.module} {fault.name}"]
               for faults in (() if options.foreign else by_hand.faults(),
                              () if options.foreign else mutator.draw(options.drawn, options.seed),

@@ -11,6 +11,7 @@ the environments. The answer holds the exit code (−9: killed) and the calls th
 from __future__ import annotations
 
 import builtins
+import gc
 import io
 import json
 import os
@@ -123,13 +124,17 @@ def _child(order: dict[str, Any], told: int) -> int:
 
 
 def _serve() -> None:
-    import torch
+    # Children are forked with all that is imported here.
+    import torch._dynamo  # noqa: F401 - by the first optimizer
     from tensorboard.compat.proto import event_pb2  # noqa: F401
 
     import frobs_train.training.resume  # noqa: F401
-    from frobs_algos_sb3 import ppo  # noqa: F401 - forked with the children
+    from frobs_algos_sb3 import ppo  # noqa: F401
+    from frobs_train.environments import make_vector_env
 
+    make_vector_env("frobs/Irb120Reach-v0", 1, {}).close()  # imports its plugins
     torch.set_num_threads(1)
+    gc.freeze()
     for line in sys.stdin:
         reading, writing = os.pipe()
         pid = os.fork()
