@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
@@ -113,3 +114,10 @@ def test_commands_stay_within_what_the_joints_may() -> None:
 def test_a_speed_out_of_range_is_refused(speed: float) -> None:
     with pytest.raises(ConfigurationError, match="above 0 and at most 1"):
         Mirror(read_pretrained(REACH), speed=speed)
+
+
+def test_a_policy_that_sees_images_is_refused() -> None:
+    bundle = read_pretrained(REACH)
+    observation = {**bundle.manifest["observation"], "images": {"eye": {"camera": "wrist"}}}
+    with pytest.raises(ConfigurationError, match=r"sees the images 'eye', which a ROS node does not pass on"):
+        Mirror(replace(bundle, manifest={**bundle.manifest, "observation": observation}))

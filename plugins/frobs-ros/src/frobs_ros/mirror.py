@@ -93,7 +93,7 @@ class Mirror:
         lidars: Those that must be measured, by name.
 
     Raises:
-        ConfigurationError: The policy was trained behind wrappers, or ``speed`` is out of range.
+        ConfigurationError: The policy was trained behind wrappers, or sees images, or ``speed`` is out of range.
     """
 
     def __init__(self, bundle: Bundle, simulator: str = "mujoco", speed: float = 1.0) -> None:
@@ -104,6 +104,13 @@ class Mirror:
             raise ConfigurationError(
                 f"{bundle.path} was trained behind wrappers ({', '.join(map(str, trained['wrappers']))}), which are not in "
                 "the bundle; train with the algorithm's own normalisation, and export again."
+            )
+        images = bundle.manifest["observation"].get("images") or {}
+        if images:  # the mirror's own camera would draw the simulation, not what the robot's camera sees
+            names = ", ".join(f"'{name}'" for name in images)
+            raise ConfigurationError(
+                f"{bundle.path} sees the images {names}, which a ROS node does not pass on; run it with frobs_deploy.Policy "
+                "and give the images of the robot's camera to act()."
             )
         keywords = {**trained["keywords"], "simulator": simulator, "num_threads": 1}
         keywords.pop("randomize", None)
