@@ -88,16 +88,16 @@ def test_a_migrated_package_installs_loads_trains_and_fails_only_what_it_says(
         ),
     ],
 )
-def test_an_original_package_becomes_a_plugin_that_passes(package, id, allowed, fast_sandbox, tmp_path, monkeypatch):
+def test_an_original_package_becomes_a_plugin_that_passes(package, id, allowed, sandbox, tmp_path, monkeypatch):
     workspace = tmp_path / "catkin_ws" / "src"
     shutil.copytree(ORIGINALS, workspace)
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(workspace))
     made = migrate_package(workspace / "frobs_rl_resources" / package, tmp_path / "plugins")
-    fast_sandbox.install([made.path])
-    report = json.loads(fast_sandbox.run("frobs", "check", made.path.name, "--json").stdout)
+    sandbox.install([made.path])
+    report = json.loads(sandbox.run("frobs", "check", made.path.name, "--json").stdout)
     assert not [result for result in report["checks"] if result["status"] == "failed"]
     assert any(f"{id}." in result["name"] for result in report["checks"])
     unsure = [result["name"] for result in report["checks"] if result["status"] == "inconclusive"]
     assert {name.rpartition(".")[2] for name in unsure} <= allowed
     tests = ["-k", "test_plugin or record_is_sound", made.path]
-    assert " passed" in fast_sandbox.run("pytest", "-q", "-p", "no:cacheprovider", *tests).stdout
+    assert " passed" in sandbox.run("pytest", "-q", "-p", "no:cacheprovider", *tests).stdout
