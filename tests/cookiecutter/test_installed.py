@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
-import os
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -13,6 +11,7 @@ from typing import Any
 import pytest
 from combinations import FILE, combinations, label
 from sandbox import ROOT, Sandbox, distributions
+from wheels import frobs_wheels, locked, shared_folder
 
 from frobs_core.yaml import load_yaml
 from frobs_devkit.scaffold import render, resolve
@@ -29,16 +28,22 @@ def _folder(row: Mapping[str, str]) -> str:
     return f"row_{row['name']}"
 
 
-@pytest.fixture
-def together(tmp_path_factory: pytest.TempPathFactory, isolated_plugins: Any) -> tuple[Sandbox, Path]:
-    """One environment with every combination in it, for all tests and workers; and the folder they lie in."""
-    own = tmp_path_factory.getbasetemp()
-    shared = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "together"
-    shared.mkdir(exist_ok=True)
-    with (shared / "lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        done = shared / "done"
+@pytest.fixture(scope="module")
+def shared_sandbox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sandbox]:
+    """One environment for all tests and workers."""
+    shared = shared_folder(tmp_path_factory, "together")
+    with locked(shared):
         sandbox = Sandbox(shared / "venv")
+    with sandbox.faster(tmp_path_factory.mktemp("programs") / "bin"):
+        yield sandbox
+
+
+@pytest.fixture
+def together(shared_sandbox: Sandbox, isolated_plugins: Any) -> tuple[Sandbox, Path]:
+    """The environment with every combination in it; and the folder they lie in."""
+    shared = shared_sandbox.folder.parent
+    with locked(shared):
+        done = shared / "done"
         if not done.exists():
             made = [render(resolve({"what": "robot", "example": "wheeled", "name": "my_rover"}), shared / "my_rover")]
             isolated_plugins(installed=True, my_rover="rover_plugin")
@@ -48,9 +53,9 @@ def together(tmp_path_factory: pytest.TempPathFactory, isolated_plugins: Any) ->
             (rover,) = distributions(made[0])
             for file in shared.rglob("pyproject.toml"):  # the rover of this process is the one that is installed there
                 file.write_text(file.read_text().replace("isolated-plugins", rover.name))
-            sandbox.install([place for folder in made for place in distributions(folder)])
+            shared_sandbox.install([place for folder in made for place in distributions(folder)])
             done.touch()
-    return sandbox, shared
+    return shared_sandbox, shared
 
 
 def _cases() -> Iterator[Any]:
@@ -101,11 +106,11 @@ def _without_files() -> list[dict[str, str]]:
     return [{**row, **({"robot_file": str(ARM)} if "robot_file" in row else {})} for row in ROWS]
 
 
-def test_from_wheels_alone_a_pair_is_made_installed_tested_and_learned(sandbox: Sandbox, tmp_path: Path) -> None:
+def test_from_wheels_alone_a_pair_is_made_installed_tested_and_learned(
+    sandbox: Sandbox, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
     """The five commands, with the core as a wheel: its templates travel with it."""
-    wheels = tmp_path / "wheels"
-    sandbox.run("pip", "wheel", "-q", "--wheel-dir", wheels, ROOT, *sorted((ROOT / "plugins").iterdir()))
-    sandbox.run("pip", "install", "-q", "--force-reinstall", *wheels.glob("*.whl"))
+    sandbox.run("pip", "install", "-q", "--force-reinstall", *frobs_wheels(tmp_path_factory))
     where = "import frobs_core, sys; sys.stdout.write(frobs_core.__file__)"
     assert Path(sandbox.run("python", "-c", where, cwd=tmp_path).stdout).is_relative_to(sandbox.folder)
     told = json.loads(sandbox.run("frobs", "new", "pair", "my_arm", "--json", cwd=tmp_path).stdout)

@@ -61,14 +61,6 @@ class Environment:
         )
 
 
-def build_wheels(projects: Sequence[Path], folder: Path) -> list[Path]:
-    """Build wheels of projects, with the build tools that are here."""
-    folder.mkdir(exist_ok=True)
-    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--disable-pip-version-check"]
-    run([*command, "--no-deps", "--no-index", "--no-build-isolation", "--wheel-dir", str(folder), *map(str, projects)])
-    return sorted(folder.glob("*.whl"))
-
-
 def run(command: Sequence[str]) -> None:
     """Run a command; what it says is in the error where it fails."""
     done = subprocess.run(command, text=True, capture_output=True, timeout=600)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import ast
 import importlib
 import json
-import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from clean import HERE, PLUGINS, ROOT, Environment, build_wheels
+from clean import HERE, PLUGINS, ROOT, Environment
+from wheels import build_wheels, frobs_wheels
 
 sys.path.insert(0, str(ROOT / "docs"))
 from generate import api
@@ -73,17 +73,10 @@ def test_there_is_one_of_each_kind() -> None:
 
 @pytest.fixture(scope="module")
 def wheels(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Build all wheels, from copies: a build writes beside its sources."""
-    folder = tmp_path_factory.mktemp("wheels")
-    ignore = shutil.ignore_patterns("__pycache__")
-    root = folder / "src"
-    for name in ("frobs_core", "templates", "cookiecutter", *(f"plugins/{name}" for name in FROBS)):
-        shutil.copytree(ROOT / name, root / name, ignore=ignore)
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy(ROOT / name, root)
-    theirs = [shutil.copytree(path, root / "acme" / path.name, ignore=ignore) for path in PLUGINS]
-    projects = [root, *(root / "plugins" / name for name in FROBS), *theirs]
-    return {path.name.split("-")[0].replace("_", "-"): path for path in build_wheels(projects, folder / "dist")}
+    """Wheels of the core, of what its commands need, and of the plugins."""
+    built = [*frobs_wheels(tmp_path_factory), *build_wheels(PLUGINS, tmp_path_factory.mktemp("wheels"))]
+    found = {path.name.split("-")[0].replace("_", "-"): path for path in built}
+    return {name: found[name] for name in ("frobs-core", *FROBS, *WORDS)}
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from clean import ROOT, Environment, build_wheels
+from clean import Environment
+from wheels import frobs_wheels
 
 SHOW_STATE = """
 import json, os, sys
@@ -35,10 +36,7 @@ def state(environment: Environment) -> list[Any]:
 @pytest.fixture(scope="module")
 def wheels(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """Wheels of every distribution of this repository."""
-    projects = [ROOT, *(file.parent for file in sorted(ROOT.glob("plugins/*/pyproject.toml")))]
-    wheels = build_wheels(projects, tmp_path_factory.mktemp("wheels"))
-    assert len(wheels) == len(projects)
-    return wheels
+    return frobs_wheels(tmp_path_factory)
 
 
 def test_no_wheel_has_a_file_that_python_reads_at_its_start(wheels: list[Path]) -> None:

@@ -42,20 +42,20 @@ pytestmark = pytest.mark.slow
     ids=lambda value: getattr(value, "name", ""),
 )
 def test_a_migrated_package_installs_loads_trains_and_fails_only_what_it_says(
-    package, tests, sandbox, tmp_path, monkeypatch
+    package, tests, fast_sandbox, tmp_path, monkeypatch
 ):
     monkeypatch.setenv("OMP_NUM_THREADS", "1")  # small networks learn fastest so, and far faster where other tests run
     made = migrate_package(package, tmp_path / "plugins")
-    sandbox.install([made.path])
+    fast_sandbox.install([made.path])
 
-    plugins = json.loads(sandbox.run("frobs", "plugins", "--json").stdout)["plugins"]
+    plugins = json.loads(fast_sandbox.run("frobs", "plugins", "--json").stdout)["plugins"]
     mine = next(plugin for plugin in plugins if plugin["name"] == package.name)
     assert mine["state"] == "loaded"
     id = load_yaml(made.path / "train.yaml")["environment"]
-    environments = json.loads(sandbox.run("frobs", "list", "envs", "--json").stdout)["environments"]
+    environments = json.loads(fast_sandbox.run("frobs", "list", "envs", "--json").stdout)["environments"]
     assert id in [environment["id"] for environment in environments]
 
-    told = sandbox.run(
+    told = fast_sandbox.run(
         "pytest", "-q", "-rf", "-p", "no:cacheprovider", "--color=no", "-k", tests, made.path, check=False
     ).stdout
     failed = re.findall(r"^FAILED \S+::(\w+)\[(\w+)\]", told, re.MULTILINE)
@@ -66,8 +66,8 @@ def test_a_migrated_package_installs_loads_trains_and_fails_only_what_it_says(
 
     run = tmp_path / "run"
     arguments = ["--config", made.path / "train.yaml", "--steps", STEPS, "--seed", 0, "--run-dir", run]
-    sandbox.run("frobs", "train", id, *arguments)
-    assert json.loads(sandbox.run("frobs", "evaluate", run, "--episodes", 1, "--json").stdout)["episodes"] == 1
+    fast_sandbox.run("frobs", "train", id, *arguments)
+    assert json.loads(fast_sandbox.run("frobs", "evaluate", run, "--episodes", 1, "--json").stdout)["episodes"] == 1
 
 
 @pytest.mark.skipif(not ORIGINALS.is_dir(), reason=f"the original packages are not in {ORIGINALS}")

@@ -125,7 +125,7 @@ def _child(order: dict[str, Any], told: int) -> int:
 
 def _serve() -> None:
     # Children are forked with all that is imported here.
-    import torch._dynamo
+    import torch._dynamo  # which the first optimizer imports
     from tensorboard.compat.proto import event_pb2  # noqa: F401
 
     import frobs_train.training.resume  # noqa: F401
