@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 from frobs_core.files import cache_folder
-from frobs_ros import find_ros, links_to_messages, links_to_ros, make_overlay, use_ros
+from frobs_ros import RosInstallation, environment_has, find_ros, links_to_messages, links_to_ros, make_overlay, use_ros
 
 _HERE = Path(__file__).parent
 FROBS_RL = _HERE.parent / "frobs_rl"
 """The Python package ``frobs_rl``, which is the ROS package of that name too."""
 
+_MOVEIT = "moveit_commander"
 _OF_ROS = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")
 
 
@@ -19,7 +21,7 @@ def legacy_variables() -> dict[str, str]:
     """Return the variables that have to be set for an old package and for all processes that it starts.
 
     FRobs's ``gym`` and ``frobs_rl`` come first, before those of a catkin workspace. Of everything else the overlay has
-    only what this Python cannot import.
+    only what this Python cannot import: the stand-in for MoveIt is there if MoveIt is not installed.
 
     Raises:
         RosNotFoundError: ROS is not installed, or not for this Python; the message names the Debian packages.
@@ -28,14 +30,25 @@ def legacy_variables() -> dict[str, str]:
     installation = find_ros()
     # Python runs a file named sitecustomize.py at its start, so it has this name in the overlay alone.
     own = {"frobs_rl": FROBS_RL, "gym": _HERE / "overlay" / "gym", "sitecustomize.py": _HERE / "overlay_start.py"}
+    packages = _prepend(FROBS_RL, "ROS_PACKAGE_PATH")
+    if not _has_moveit(installation):
+        own[_MOVEIT] = _HERE / "overlay" / _MOVEIT
+        packages = os.pathsep.join(dict.fromkeys([*packages.split(os.pathsep), str(_HERE / "ros_packages")]))
     overlay = make_overlay({**links_to_messages(), **links_to_ros(), **own})
     set_by_use_ros = {name: os.environ[name] for name in _OF_ROS if name in os.environ}
     return {
         "PYTHONPATH": _prepend(overlay, "PYTHONPATH"),
-        "ROS_PACKAGE_PATH": _prepend(FROBS_RL, "ROS_PACKAGE_PATH"),
+        "ROS_PACKAGE_PATH": packages,
+        "FROBS_PYTHON": sys.executable,  # of the node move_group
         **({"PATH": _append(installation.programs, "PATH")} if installation is not None else {}),
         **set_by_use_ros,
     }
+
+
+def _has_moveit(installation: RosInstallation | None) -> bool:
+    """Return whether MoveIt's own moveit_commander is installed, here or beside the rest of ROS."""
+    beside = installation is not None and (installation.modules / _MOVEIT / "__init__.py").is_file()
+    return beside or environment_has(_MOVEIT)
 
 
 def _append(folder: Path, variable: str) -> str:
