@@ -41,7 +41,8 @@ def test_every_function_of_the_commanders_does_what_moveit_does(results):
     assert told["attribute"] == "manipulator"
     np.testing.assert_allclose(told["home"], 0.0, atol=POSITIONS)
     assert told["state"] == [*JOINTS, "finger_joint"]
-    words = ("'arms'", "joint_1", "joint_9", "scaling", "workspace", "compute_cartesian_path", "markers", "Interface")
+    words = ["'arms'", "joint_1", "joint_9", "scaling", "workspace", "compute_cartesian_path", "markers", "Interface"]
+    words += ["/elsewhere/robot_description", "start move_group"]
     assert all(word in refusal for word, refusal in zip(words, told["refused"], strict=True))
     assert not told["no target"]
 

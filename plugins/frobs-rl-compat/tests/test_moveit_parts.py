@@ -12,8 +12,9 @@ import yaml
 
 from frobs_controllers_planning import ToolGoal
 from frobs_core.errors import ModelFileError
-from frobs_core.models import load_model
+from frobs_core.models import compose, load_model, pose_array
 from frobs_rl_compat.moveit import poses
+from frobs_rl_compat.moveit import scene as scenes
 from frobs_rl_compat.moveit.description import RobotDescription, describe
 from frobs_rl_compat.moveit.errors import MoveItCommanderException
 from frobs_rl_compat.moveit.execution import choose
@@ -22,6 +23,7 @@ from frobs_rl_compat.moveit.planning import GroupPlanner
 from frobs_rl_compat.moveit.robot import RobotCommander
 from frobs_rl_compat.moveit.scene_interface import PlanningSceneInterface
 from frobs_rl_compat.moveit.semantics import read_srdf
+from frobs_rl_compat.moveit.world import World
 
 CONFIG = Path(__file__).with_name("moveit_package") / "config"
 PAGE = Path(__file__).parents[3] / "docs" / "how-to" / "moveit.md"
@@ -126,6 +128,64 @@ def test_joints_outside_the_group_stay(messages, robot):
     np.testing.assert_allclose(positions[:, others], np.tile([0.1, 0.2, -0.3, 0.5], (50, 1)), atol=1e-8)
     np.testing.assert_allclose(positions[-1, [3, 5]], [1.0, -1.0], atol=1e-9)
     assert np.abs(velocities[:, others]).max() < 1e-6
+
+
+def locate(frame: str) -> np.ndarray:
+    """Return where the frames "map" and "hand" are."""
+    if frame not in ("map", "hand"):
+        raise MoveItCommanderException(f"no frame '{frame}'")
+    return poses.IDENTITY if frame == "map" else poses.from_list([1.0, 0.0, 0.0, 0.0, 0.0, np.pi / 2])
+
+
+def test_objects_are_moved_extended_carried_and_put_down(messages):
+    from moveit_msgs.msg import AttachedCollisionObject, CollisionObject, PlanningScene
+    from shape_msgs.msg import SolidPrimitive
+
+    world = World("arm", "map", locate)
+
+    def change(
+        operation: int, frame: str, *numbers: float, edge: float = 0.1, link: str = "", name: str = "box"
+    ) -> None:
+        item, scene = CollisionObject(id=name, operation=operation), PlanningScene(is_diff=True)
+        item.header.frame_id = frame
+        item.pose = poses.to_message(poses.from_list([*numbers, 0.0, 0.0, 0.0]))
+        if operation in (item.ADD, item.APPEND) and edge:
+            item.primitives = [SolidPrimitive(SolidPrimitive.BOX, [edge] * 3)]
+        if link:
+            scene.robot_state.attached_collision_objects = [AttachedCollisionObject(link_name=link, object=item)]
+        else:
+            scene.world.collision_objects = [item]
+        world.apply(scene)
+
+    def places(name: str = "box") -> list[list[float]]:
+        """Return where the shapes of an object are in the world."""
+        (found,) = [item for item in world.message().world.collision_objects if item.id == name]
+        outer = poses.from_message(found.pose)
+        inner = [pose_array(shape.origin) for shape in scenes.collisions(found)]
+        return [compose(outer, pose)[:3].round(9).tolist() for pose in inner]
+
+    change(CollisionObject.ADD, "hand", 0.0, 2.0, 0.0)
+    assert places() == [[-1.0, 0.0, 0.0]]
+    change(CollisionObject.APPEND, "map", 0.0, 0.0, 3.0)
+    assert places() == [[-1.0, 0.0, 0.0], [0.0, 0.0, 3.0]]
+    change(CollisionObject.MOVE, "hand", 0.0, 3.0, 0.0)
+    assert places() == [[-2.0, 0.0, 0.0], [-1.0, 0.0, 3.0]]
+    change(CollisionObject.ADD, "map", 0.0, 0.0, 0.0, edge=0.0, link="hand")
+    assert world.message().world.collision_objects == []
+    change(CollisionObject.REMOVE, "map", 0.0, 0.0, 0.0, link="hand")
+    assert places() == [[-2.0, 0.0, 0.0], [-1.0, 0.0, 3.0]]
+
+    for operation, frame, keywords in (
+        (CollisionObject.ADD, "nowhere", {}),
+        (CollisionObject.MOVE, "map", {"name": "other"}),
+        (CollisionObject.ADD, "map", {"edge": -1.0}),
+        (CollisionObject.ADD, "map", {"link": "hand", "edge": 0.0, "name": "other"}),
+    ):
+        with pytest.raises(MoveItCommanderException):
+            change(operation, frame, 0.0, 0.0, 0.0, **keywords)
+        assert len(places()) == 2
+    change(CollisionObject.REMOVE, "map", 0.0, 0.0, 0.0, name="")
+    assert world.message().world.collision_objects == []
 
 
 BOXES = {"left": (0.35, 0.35, 0.25), "right": (0.35, -0.35, 0.25), "front": (0.55, 0.0, 0.1), "above": (0.2, 0.0, 0.95)}

@@ -51,6 +51,8 @@ told = {
         refusal(getattr, group, "compute_cartesian_path"),
         refusal(getattr, robot, "get_robot_markers"),
         refusal(getattr, moveit_commander, "MoveGroupInterface"),
+        refusal(moveit_commander.MoveGroupCommander, "manipulator", "robot_description", "/elsewhere"),
+        refusal(moveit_commander.PlanningSceneInterface, "/elsewhere", True, 0.2),
     ],
     "no target": group.plan()[0],
 }
