@@ -29,7 +29,9 @@ ALLOWED = {
     "frobs-tasks-*": {CORE},
     "frobs-algos-*": {CORE},
     "frobs-ros": {CORE, CLI, DEPLOY},
-    "frobs-rl-compat": {CORE, CLI, "frobs-ros", "frobs-algos-sb3", "frobs-tasks-legacy", DEVKIT},
+    "frobs-rl-compat": {
+        *(CORE, CLI, "frobs-ros", "frobs-algos-sb3", "frobs-controllers-planning", "frobs-tasks-legacy", DEVKIT)
+    },
     "frobs": set(),
 }
 """What each distribution may import; the first pattern that matches counts."""
@@ -48,7 +50,7 @@ OPTIONAL = {
 }
 """Imports that no requirement covers: each is used only if it is installed."""
 
-FROM_ROS = {"actionlib", "genmsg", "genpy", "rosgraph", "rosparam", "rospy"}
+FROM_ROS = {"actionlib", "dynamic_reconfigure", "genmsg", "genpy", "rosgraph", "rosparam", "rospy"}
 """Modules of ROS 1, besides those of messages and services."""
 
 USED_BY_OTHERS = {

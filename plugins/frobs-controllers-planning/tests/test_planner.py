@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 
@@ -192,3 +194,30 @@ def test_a_goal_of_the_wrong_length_is_refused(free):
         free.plan(LEFT, [0.0, 0.0])
     with pytest.raises(ConfigurationError, match=r"length of the goal.s quat_wxyz is"):
         free.plan(LEFT, ToolGoal(np.zeros(3), np.array([2.0, 0.0, 0.0, 0.0])))
+
+
+def test_links_that_may_touch_are_not_kept_apart():
+    scene = Scene(floor=False)
+    names = ("base_link", *(f"link_{i}" for i in range(1, 7)))
+    strict, loose = (Planner("irb120", scene, may_touch=pairs) for pairs in ((), tuple(combinations(names, 2))))
+    postures = np.random.default_rng(0).uniform(strict.lower, strict.upper, (200, 6))
+    assert not all(map(strict.is_free, postures))
+    assert all(map(loose.is_free, postures))
+
+
+def test_a_search_that_has_no_time_finds_only_straight_ways(walled):
+    assert walled.plan(LEFT, RIGHT, max_seconds=0.0).reason is Reason.NO_WAY_FOUND
+    assert walled.plan(LEFT, LEFT + 0.1, max_seconds=0.0).success
+    assert from_left(walled).success
+
+
+@pytest.mark.parametrize("tolerance", [1e-5, 0.05])
+def test_a_tool_goal_is_reached_within_its_tolerances(free, tolerance):
+    quat = quat_from_rpy([0.3, 1.2, -0.4])
+    goal = ToolGoal(np.array([0.3, -0.3, 0.5]), quat, position_tolerance=tolerance, rotation_tolerance=0.2)
+    plan = free.plan(LEFT, goal)
+    assert plan.success
+    distance = np.linalg.norm(free.tool_pos(plan.path[-1]) - goal.pos)
+    assert distance <= tolerance
+    if tolerance > 1e-3:
+        assert distance > 1e-4  # it stops as soon as it is near enough

@@ -72,10 +72,14 @@ def shorten(config: Path) -> None:
     [
         pytest.param(MAZE, "train.py", "models/maze/td3/trained_model_v2_3.zip", id="kobuki_maze_rl"),
         pytest.param(REACHER, "train_model.py", "models/td3/trained_model_new.zip", id="abb_irb140_reacher"),
+        pytest.param(
+            REACHER, "train_model_pos.py", "models/reacher_pos/td3/trained_model_new.zip", id="abb_irb140_moveit"
+        ),
     ],
 )
 def test_training_starts_steps_learns_saves_and_ends(run_original, workspace, backend, package, script, models):
-    shorten(workspace / package / "config" / "td3.yaml")
+    for config in (workspace / package / "config").glob("td3*.yaml"):
+        shorten(config)
     run_original(package, script, backend)
     assert (workspace / package / models).is_file()
 

@@ -16,7 +16,7 @@ import pytest
 from frobs_ros.errors import RosNotFoundError
 from frobs_ros.messages import PACKAGES, cache, message_folder
 
-# From public releases of gazebo_ros 2.9 and ros_control 0.20, and of control_msgs 1.5.
+# From public releases of gazebo_ros 2.9 and ros_control 0.20, of control_msgs 1.5, and of MoveIt 1.1 for Noetic.
 CHECKSUMS = {
     "gazebo_msgs/ModelState": "9330fd35f2fcd82d457e54bd54e10593",
     "gazebo_msgs/SpawnModel": "9ed9c82c96abe1a00c3e8cdaeee24413",
@@ -49,6 +49,15 @@ CHECKSUMS = {
     "control_msgs/JointControllerState": "987ad85e4756f3aef7f1e5e7fe0595d1",
     "control_msgs/JointTolerance": "f544fe9c16cf04547e135dd6063ff5be",
     "control_msgs/GripperCommandAction": "950b2a6ebe831f5d4f4ceaba3d8be01e",
+    "moveit_msgs/AttachedCollisionObject": "30199ef516f64c8bc1edb1084ce4584e",
+    "moveit_msgs/CollisionObject": "dbba710596087da521c07564160dfccb",
+    "moveit_msgs/MoveItErrorCodes": "35a153d4489afb90a182bbf874ecc0f3",
+    "moveit_msgs/PlanningScene": "acfc50bcfd6c7b978066bfa7c786002c",
+    "moveit_msgs/PlanningSceneComponents": "bc993e784476960b918b6e7ad5bb58ce",
+    "moveit_msgs/RobotTrajectory": "dfa9556423d709a3729bcef664bddf67",
+    "shape_msgs/Mesh": "1ffdae9486cd3316a121c578b47a85cc",
+    "shape_msgs/SolidPrimitive": "d8f8cbc74c5ff283fca29569ccefb45d",
+    "dynamic_reconfigure/Reconfigure": "bb125d226a21982a4a98760418dc2672",
 }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import lru_cache
 from itertools import combinations
 from typing import Any
@@ -35,6 +35,7 @@ class CollisionChecker:
         floor: Whether there is a floor; it is then an obstacle too, :data:`FLOOR`, below the xy plane of its frame.
         self_collision: Whether the links of the robot can touch each other.
         clearance: [m]
+        may_touch: Pairs of links that may touch each other.
 
     Attributes:
         reach: (dof,) how far [m] a part of the robot goes, at most, for each unit [rad or m] that a joint moves.
@@ -48,6 +49,7 @@ class CollisionChecker:
         floor: bool,
         self_collision: bool,
         clearance: float,
+        may_touch: Collection[tuple[str, str]] = (),
     ) -> None:
         self._kinematics = kinematics
         self._clearance = clearance
@@ -57,7 +59,10 @@ class CollisionChecker:
         self._links = self._add_links()
         self._obstacles = self._add_obstacles(obstacles, floor)
         shapes, parents = self._geometry.geometryObjects, kinematics.model.parents
-        for these, those in combinations(self._links.values(), 2):
+        allowed = set(map(frozenset, may_touch))
+        for (one, these), (other, those) in combinations(self._links.items(), 2):
+            if frozenset((one, other)) in allowed:
+                continue
             first, second = shapes[these[0]].parentJoint, shapes[those[0]].parentJoint
             if self_collision and first != second and parents[first] != second and parents[second] != first:
                 self._add_pairs(these, those)

@@ -39,7 +39,13 @@ class InverseKinematics:
         self._reach = longest_reach(kinematics.robot, tcp)
 
     def solutions(
-        self, pos: Floats, rotation: Floats | None, start: Floats, rng: np.random.Generator, tries: int
+        self,
+        pos: Floats,
+        rotation: Floats | None,
+        start: Floats,
+        rng: np.random.Generator,
+        tries: int,
+        tolerances: tuple[float, float] = (POSITION_TOLERANCE, ROTATION_TOLERANCE),
     ) -> Iterator[Floats]:
         """Yield joint positions (dof,) [rad or m] that reach a goal: from ``start`` first, then from random ones.
 
@@ -51,20 +57,23 @@ class InverseKinematics:
             start: (dof,) [rad or m]
             rng: Random starts are drawn from it.
             tries: How many starts.
+            tolerances: Largest distance [m] and angle [rad] from the goal.
         """
-        if float(np.linalg.norm(pos)) > self._reach:
+        if float(np.linalg.norm(pos)) > self._reach + tolerances[0]:
             return
         found_any = False
         for attempt in range(tries):
             if attempt == _HOPELESS and not found_any:
                 return
             guess = start if attempt == 0 else rng.uniform(self._lower, self._upper)
-            found = self._solve(pos, rotation, np.clip(guess, self._lower, self._upper))
+            found = self._solve(pos, rotation, np.clip(guess, self._lower, self._upper), tolerances)
             if found is not None:
                 found_any = True
                 yield found
 
-    def _solve(self, pos: Floats, rotation: Floats | None, joint_positions: Floats) -> Floats | None:
+    def _solve(
+        self, pos: Floats, rotation: Floats | None, joint_positions: Floats, tolerances: tuple[float, float]
+    ) -> Floats | None:
         """Return a solution near where it starts, or None."""
         best, stalled = np.inf, 0
         rows = 3 if rotation is None else 6
@@ -72,11 +81,11 @@ class InverseKinematics:
             pose, jacobian = self._kinematics.frame_jacobian(self._tcp, joint_positions)
             error = pos - pose.translation
             distance = float(np.linalg.norm(error))
-            reached = distance < POSITION_TOLERANCE
+            reached = distance < tolerances[0]
             if rotation is not None:
                 turn = pin.log3(rotation @ pose.rotation.T)
                 angle = float(np.linalg.norm(turn))
-                reached = reached and angle < ROTATION_TOLERANCE
+                reached = reached and angle < tolerances[1]
                 error, distance = np.concatenate([error, turn]), distance + angle
             if reached:
                 return joint_positions

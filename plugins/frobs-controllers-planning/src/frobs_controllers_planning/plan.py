@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 
+from frobs_controllers_planning.inverse_kinematics import POSITION_TOLERANCE, ROTATION_TOLERANCE
 from frobs_controllers_planning.timing import Rest, Trajectory
 from frobs_core.arrays import Floats
 
@@ -37,10 +38,14 @@ class ToolGoal:
     Attributes:
         pos: (3,) [m]
         quat_wxyz: (4,) scalar first; None: however it is turned.
+        position_tolerance: Largest distance from ``pos`` [m].
+        rotation_tolerance: Largest angle from ``quat_wxyz`` [rad].
     """
 
     pos: Floats
     quat_wxyz: Floats | None = None
+    position_tolerance: float = POSITION_TOLERANCE
+    rotation_tolerance: float = ROTATION_TOLERANCE
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from time import perf_counter
 from typing import Any
@@ -55,6 +56,7 @@ class Planner:
         acceleration_scaling: Share of the acceleration limits that is used, in (0, 1].
         max_acceleration: Acceleration limits [rad/s² or m/s²], one for all joints or by joint name; None, and for a
             joint that is left out: what gets it to its velocity limit in half a second.
+        may_touch: Pairs of links of the robot that may touch, beside those named above.
         max_steps: Of the search, before it gives up, ≥ 1.
         seed: Of what is drawn at random, ≥ 1.
 
@@ -83,6 +85,7 @@ class Planner:
         velocity_scaling: float = 0.5,
         acceleration_scaling: float = 0.5,
         max_acceleration: float | Mapping[str, float] | None = None,
+        may_touch: Collection[tuple[str, str]] = (),
         max_steps: int = 2000,
         seed: int = 1,
     ) -> None:
@@ -109,6 +112,7 @@ class Planner:
             surroundings.shapes(scene),
             floor=scene.floor,
             self_collision=description.self_collision,
+            may_touch=may_touch,
             clearance=limits.number("clearance", clearance, "m", largest=0.5, zero=True),
         )
         self._base, self._poses = se3(scene.robot_pose), surroundings.poses(scene)
@@ -166,13 +170,15 @@ class Planner:
         """Return where a point (3,) [m] of the root link's frame is in the world, (3,) [m]."""
         return np.asarray(self._base.act(pos))
 
-    def plan(self, start: npt.ArrayLike, goal: npt.ArrayLike | ToolGoal) -> Plan:
+    def plan(self, start: npt.ArrayLike, goal: npt.ArrayLike | ToolGoal, *, max_seconds: float | None = None) -> Plan:
         """Plan a motion from rest to rest.
 
         Args:
             start: (dof,) [rad or m]
             goal: Joint positions (dof,) [rad or m], or where the tool should be: the nearest of the joint positions
                 that were found for it then is the goal, as far as a way to them is found.
+            max_seconds: The search for a way also gives up after this time [s]; then the result depends on how fast the
+                machine is. None: only ``max_steps`` counts.
 
         Returns:
             A plan, or the reason why there is none, which is no error.
@@ -181,6 +187,7 @@ class Planner:
             ConfigurationError: Start or goal has the wrong shape, or is not finite.
         """
         begin = perf_counter()
+        self._search.deadline = math.inf if max_seconds is None else begin + max_seconds
         position = self._vector("start", start, len(self.home))
         if isinstance(goal, ToolGoal):
             plan = self._plan(position, goal)
@@ -227,7 +234,8 @@ class Planner:
         free: list[Floats] = []
         reached = False
         rng = np.random.default_rng(self._seed)
-        for solution in self._ik.solutions(pos, rotation, start, rng, _TRIES):
+        tolerances = goal.position_tolerance, goal.rotation_tolerance
+        for solution in self._ik.solutions(pos, rotation, start, rng, _TRIES, tolerances):
             reached = True
             if self._checker.is_free(solution):
                 free.append(solution)

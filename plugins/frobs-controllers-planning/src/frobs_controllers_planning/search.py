@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import threading
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -26,7 +28,7 @@ class Search:
     """Looks for ways between two joint vectors.
 
     The same arguments give the same way: the numbers are drawn from a seed, and the effort is bounded by steps, not by
-    seconds.
+    seconds, unless there is a deadline.
 
     Args:
         checker: Says what is free.
@@ -34,11 +36,15 @@ class Search:
         upper: (dof,) [rad or m], finite.
         max_steps: Of the growing trees, before the search gives up.
         seed: ≥ 1.
+
+    Attributes:
+        deadline: Value of :func:`time.perf_counter` at which the search gives up too [s].
     """
 
     def __init__(self, checker: CollisionChecker, lower: Floats, upper: Floats, *, max_steps: int, seed: int) -> None:
         self._checker, self._lower, self._upper = checker, lower, upper
         self._max_steps, self._seed = max_steps, seed
+        self.deadline = math.inf
         self._scale = np.maximum(checker.reach, 0.05)  # [m] for each unit of a joint, so that distances are comparable
 
     def find(self, start: Floats, goal: Floats) -> Floats | None:
@@ -71,7 +77,9 @@ class Search:
             planner.setProblemDefinition(problem)
             planner.setup()
             steps = iter(range(self._max_steps))
-            planner.solve(base.PlannerTerminationCondition(lambda: next(steps, None) is None))
+            planner.solve(
+                base.PlannerTerminationCondition(lambda: next(steps, None) is None or perf_counter() > self.deadline)
+            )
             if not problem.hasExactSolution():
                 return None
             states = problem.getSolutionPath().getStates()

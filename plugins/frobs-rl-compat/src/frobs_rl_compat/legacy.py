@@ -7,12 +7,22 @@ import sys
 from pathlib import Path
 
 from frobs_core.files import cache_folder
-from frobs_ros import find_ros, links_to_messages, links_to_ros, make_overlay, missing_packages, use_ros
+from frobs_ros import (
+    RosInstallation,
+    environment_has,
+    find_ros,
+    links_to_messages,
+    links_to_ros,
+    make_overlay,
+    missing_packages,
+    use_ros,
+)
 
 _HERE = Path(__file__).parent
 FROBS_RL = _HERE.parent / "frobs_rl"
 """The Python package ``frobs_rl``, which is the ROS package of that name too."""
 
+_MOVEIT = "moveit_commander"
 _OF_ROS = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")
 
 
@@ -20,7 +30,7 @@ def legacy_variables() -> dict[str, str]:
     """Return the variables that have to be set for an old package and for all processes that it starts.
 
     FRobs's ``gym`` and ``frobs_rl`` come first, before those of a catkin workspace. Of everything else the overlay has
-    only what this Python cannot import. Stand-ins for ROS packages that are not installed come last.
+    only what this Python cannot import, and the stand-ins for MoveIt and other ROS packages that are not installed.
 
     Raises:
         RosNotFoundError: ROS is not installed, or not for this Python; the message names the Debian packages.
@@ -29,9 +39,13 @@ def legacy_variables() -> dict[str, str]:
     installation = find_ros()
     # Python runs a file named sitecustomize.py at its start, so it has this name in the overlay alone.
     own = {"frobs_rl": FROBS_RL, "gym": _HERE / "overlay" / "gym", "sitecustomize.py": _HERE / "overlay_start.py"}
+    stand_ins = missing_packages()
+    if not _has_moveit(installation):
+        own[_MOVEIT] = _HERE / "overlay" / _MOVEIT
+        stand_ins.append(_HERE / "ros_packages")
     overlay = make_overlay({**links_to_messages(), **links_to_ros(), **own})
     packages = _prepend(FROBS_RL, "ROS_PACKAGE_PATH")
-    for folder in missing_packages():
+    for folder in stand_ins:
         packages = _append(folder, packages)
     set_by_use_ros = {name: os.environ[name] for name in _OF_ROS if name in os.environ}
     return {
@@ -41,6 +55,12 @@ def legacy_variables() -> dict[str, str]:
         **({"PATH": _append(installation.programs, os.environ.get("PATH", os.defpath))} if installation else {}),
         **set_by_use_ros,
     }
+
+
+def _has_moveit(installation: RosInstallation | None) -> bool:
+    """Return whether MoveIt's own moveit_commander is installed, here or beside the rest of ROS."""
+    beside = installation is not None and (installation.modules / _MOVEIT / "__init__.py").is_file()
+    return beside or environment_has(_MOVEIT)
 
 
 def _append(folder: Path, value: str) -> str:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 _MODULES = {
     "RobotBasicEnv": "frobs_ros.robot_basic_env",
     "RobotSettings": "frobs_ros.robot_settings",
+    "RosInstallation": "frobs_ros.environment",
+    "environment_has": "frobs_ros.overlay",
     "find_ros": "frobs_ros.environment",
     "gazebo_elements": "frobs_ros.bridge.urdf",
     "links_to_messages": "frobs_ros.overlay",

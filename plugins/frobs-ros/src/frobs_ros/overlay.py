@@ -25,7 +25,7 @@ _KEPT = 60 * 24 * 3600.0  # [s]
 
 LIBRARIES = frozenset([
     "actionlib", "catkin", "dynamic_reconfigure", "genmsg", "genpy", "joint_state_publisher", "laser_geometry",
-    "message_filters", "rosbag", "rosclean", "rosgraph", "roslaunch", "roslib", "roslz4", "rosmaster", "rosmsg",
+    "message_filters", "moveit_commander", "moveit_ros_planning_interface", "rosbag", "rosclean", "rosgraph", "roslaunch", "roslib", "roslz4", "rosmaster", "rosmsg",
     "rosnode", "rosparam", "rospy", "rosservice", "rostopic", "rosunit", "roswtf", "tf", "tf2_geometry_msgs",
     "tf2_kdl", "tf2_py", "tf2_ros", "tf_conversions",
 ])  # fmt: skip

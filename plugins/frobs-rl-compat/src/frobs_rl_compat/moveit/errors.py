@@ -1,0 +1,30 @@
+"""Errors of the stand-in for moveit_commander."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from frobs_core.errors import FrobsError, nearest
+
+
+class MoveItCommanderException(FrobsError):  # noqa: N818 - the name is MoveIt's
+    """A call of moveit_commander that cannot be carried out."""
+
+
+class NotOfferedError(MoveItCommanderException, AttributeError):
+    """A function of MoveIt that the stand-in does not have.
+
+    Args:
+        owner: The class or module.
+        name: The function.
+        available: The names that the owner has.
+    """
+
+    def __init__(self, owner: str, name: str, available: Iterable[str]) -> None:
+        self.owner, self.missing = owner, name
+        self.available = tuple(sorted(found for found in available if not found.startswith("_")))
+        suggestion = nearest(name, self.available)
+        hint = f" The nearest name is '{suggestion}'." if suggestion else ""
+        super().__init__(
+            f"the stand-in for moveit_commander does not offer {owner}.{name}.{hint} Install MoveIt to use all of it."
+        )

@@ -1,0 +1,197 @@
+"""Executes trajectories with the controllers that MoveIt's parameters list."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from frobs_rl_compat.moveit.errors import MoveItCommanderException
+from frobs_rl_compat.moveit.joints import JointStates
+from frobs_rl_compat.moveit.node import group_parameters, resolve
+from frobs_rl_compat.moveit.settings import SETTINGS
+
+LOG = logging.getLogger("rosout.moveit_commander")
+
+_CONNECT = 5.0  # [s] that a controller's action server may take to answer
+_PERIOD = 0.05  # [s]
+
+
+class Execution:
+    """Sends trajectories to controllers through the action ``follow_joint_trajectory``.
+
+    Args:
+        namespace: Of the node ``move_group``.
+        states: Where the robot is.
+    """
+
+    def __init__(self, namespace: str, states: JointStates) -> None:
+        self._namespace, self._states = namespace, states
+        self._clients: dict[str, Any] = {}
+        self._goals: list[Any] = []
+        self._changed, self._stopped = threading.Event(), threading.Event()
+
+    def execute(self, trajectory: Any, *, wait: bool) -> bool:
+        """Execute a ``trajectory_msgs/JointTrajectory``.
+
+        Args:
+            trajectory: It starts where the robot is.
+            wait: Return when the controllers have finished; otherwise at once.
+
+        Returns:
+            Whether the controllers have reached the end; without ``wait``, whether the trajectory was sent.
+
+        Raises:
+            MoveItCommanderException: No controller moves these joints.
+        """
+        parameters = group_parameters(self._namespace)
+        settings = {**SETTINGS, **parameters.get("trajectory_execution", {})}
+        if not trajectory.points:
+            return True
+        if not self._starts_here(trajectory, float(settings["allowed_start_tolerance"])):
+            return False
+        parts = self._split(trajectory, parameters.get("controller_list"))
+        clients = {action: self._client(action) for action in parts}
+        self._stopped.clear()
+        self._changed.clear()
+        self._goals = [clients[action].send_goal(goal, self._transition) for action, goal in parts.items()]
+        if not wait:
+            return True
+        limit = None
+        if settings["execution_duration_monitoring"]:
+            planned = trajectory.points[-1].time_from_start.to_sec()
+            scaling, margin = settings["allowed_execution_duration_scaling"], settings["allowed_goal_duration_margin"]
+            limit = planned * float(scaling) + float(margin)
+        return self._wait(limit)
+
+    def stop(self) -> None:
+        """Cancel what is being executed; the controllers then hold the robot where it is."""
+        goals, self._goals = self._goals, []
+        for goal in goals:
+            if not _is_done(goal):
+                goal.cancel()
+        self._stopped.set()
+        self._changed.set()
+
+    def _transition(self, _: Any) -> None:
+        self._changed.set()
+
+    def _starts_here(self, trajectory: Any, tolerance: float) -> bool:
+        if tolerance <= 0.0:
+            return True
+        current = self._states.current(trajectory.joint_names)
+        for name, planned in zip(trajectory.joint_names, trajectory.points[0].positions, strict=True):
+            if abs(planned - current[name]) > tolerance:
+                LOG.error(
+                    "The trajectory is not executed: it starts with %s at %.4g, but that joint is at %.4g. Plan again.",
+                    name, planned, current[name],
+                )  # fmt: skip
+                return False
+        return True
+
+    def _split(self, trajectory: Any, controllers: Any) -> dict[str, Any]:
+        """Return a goal for each controller that moves some of the joints, by the name of its action."""
+        from control_msgs.msg import FollowJointTrajectoryGoal
+        from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+        names, parts = list(trajectory.joint_names), {}
+        for action, joints in choose(names, controllers, resolve(self._namespace, "move_group")).items():
+            columns = [names.index(joint) for joint in joints]
+            part = JointTrajectory(joint_names=joints)
+            for point in trajectory.points:
+                fields = {
+                    field: np.array(values)[columns].tolist()
+                    for field in ("positions", "velocities", "accelerations")
+                    if (values := getattr(point, field))
+                }
+                part.points.append(JointTrajectoryPoint(time_from_start=point.time_from_start, **fields))
+            parts[resolve(self._namespace, action)] = FollowJointTrajectoryGoal(trajectory=part)
+        return parts
+
+    def _client(self, action: str) -> Any:
+        import rospy
+        from actionlib import ActionClient
+        from control_msgs.msg import FollowJointTrajectoryAction
+
+        if action not in self._clients:
+            client = ActionClient(action, FollowJointTrajectoryAction)
+            end = time.monotonic() + _CONNECT
+            while not _is_connected(client):  # its own method waits by the robot's clock, which may stand still
+                time.sleep(0.01)
+                if time.monotonic() > end or rospy.is_shutdown():
+                    raise MoveItCommanderException(
+                        f"no controller offers the action {action}; load and start the controller, or correct "
+                        "controller_list."
+                    )
+            self._clients[action] = client
+        return self._clients[action]
+
+    def _wait(self, limit: float | None) -> bool:
+        """Wait until the goals have ended; cancel them if that takes longer than a limit [s].
+
+        The limit counts on the robot's clock and on this computer's: in a simulation that runs 20 times faster than real
+        time, messages that arrive 50 ms late are late by a second.
+        """
+        import rospy
+        from actionlib_msgs.msg import GoalStatus
+
+        goals, begin, began = self._goals, self._states.stamp, time.monotonic()
+        while not all(map(_is_done, goals)):
+            if rospy.is_shutdown() or self._stopped.is_set():
+                return False
+            if limit is not None and min(self._states.stamp - begin, time.monotonic() - began) > limit:
+                LOG.error("The controllers have not finished after %.3g s; the motion is stopped.", limit)
+                self.stop()
+                return False
+            self._changed.wait(_PERIOD)
+            self._changed.clear()
+        failed = [goal for goal in goals if goal.get_terminal_state() != GoalStatus.SUCCEEDED]
+        for goal in failed:
+            text = getattr(goal.get_result(), "error_string", "") or goal.get_goal_status_text() or "no reason given"
+            LOG.error("A controller did not finish the motion: %s", text)
+        return not failed
+
+
+def choose(names: Sequence[str], controllers: Any, owner: str) -> dict[str, list[str]]:
+    """Return which controller moves which joints, by the name of its action.
+
+    Args:
+        names: The joints.
+        controllers: The parameter ``controller_list``.
+        owner: Name of the node whose parameter that is.
+
+    Raises:
+        MoveItCommanderException: There is no such parameter, or no controller moves one of the joints.
+    """
+    if not isinstance(controllers, list) or not controllers:
+        raise MoveItCommanderException(
+            f"the parameter {owner}/controller_list is missing; load the controllers' YAML file of the MoveIt package there."
+        )
+    chosen: dict[str, list[str]] = {}
+    for name in names:
+        found = [entry for entry in controllers if isinstance(entry, Mapping) and name in entry.get("joints", ())]
+        usable = [entry for entry in found if entry.get("type") == "FollowJointTrajectory"]
+        if not usable:
+            others = f"; those of the type {found[0].get('type')} are not supported" if found else ""
+            raise MoveItCommanderException(
+                f"no controller of the type FollowJointTrajectory in {owner}/controller_list moves the joint '{name}'{others}."
+            )
+        best = max(usable, key=lambda entry: bool(entry.get("default")))
+        action = "/".join(filter(None, (best["name"], best.get("action_ns", ""))))
+        chosen.setdefault(action, []).append(name)
+    return chosen
+
+
+def _is_connected(client: Any) -> bool:
+    connections = client.pub_goal.get_num_connections(), client.result_sub.get_num_connections()
+    return client.last_status_msg is not None and all(connections)
+
+
+def _is_done(goal: Any) -> bool:
+    from actionlib import CommState
+
+    return bool(goal.get_comm_state() == CommState.DONE)

@@ -1,0 +1,475 @@
+"""``MoveGroupCommander``: plans and executes motions of one group of joints."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from frobs_controllers_planning import Plan, Reason, ToolGoal
+from frobs_core.arrays import Floats
+from frobs_core.models import compose
+from frobs_rl_compat.moveit import poses
+from frobs_rl_compat.moveit.description import read_description
+from frobs_rl_compat.moveit.errors import MoveItCommanderException, NotOfferedError
+from frobs_rl_compat.moveit.execution import Execution
+from frobs_rl_compat.moveit.joints import joint_states
+from frobs_rl_compat.moveit.node import ensure_node
+from frobs_rl_compat.moveit.planning import GroupPlanner
+from frobs_rl_compat.moveit.scene_service import current_scene, wait_for_move_group
+from frobs_rl_compat.moveit.trajectories import to_message
+
+LOG = logging.getLogger("rosout.moveit_commander")
+
+_ERROR_CODES = {
+    Reason.PLANNED: "SUCCESS",
+    Reason.START_OUTSIDE_LIMITS: "INVALID_ROBOT_STATE",
+    Reason.START_IN_COLLISION: "START_STATE_IN_COLLISION",
+    Reason.GOAL_OUTSIDE_LIMITS: "INVALID_GOAL_CONSTRAINTS",
+    Reason.GOAL_IN_COLLISION: "GOAL_IN_COLLISION",
+    Reason.GOAL_OUT_OF_REACH: "NO_IK_SOLUTION",
+    Reason.NO_WAY_FOUND: "PLANNING_FAILED",
+}
+_BOUND = 1e-6  # [rad or m] that a target may be beyond a limit, by rounding
+
+
+class MoveGroupCommander:
+    """Plans and executes motions of one group of joints, as MoveIt's class of this name does.
+
+    Args:
+        name: Of the group.
+        robot_description: Parameter with the URDF.
+        ns: Namespace of the parameters and of ``move_group``.
+        wait_for_servers: How long to wait for ``move_group`` [s].
+
+    Raises:
+        MoveItCommanderException: There is no such group, a parameter is missing, or ``move_group`` does not run.
+    """
+
+    def __init__(
+        self, name: str, robot_description: str = "robot_description", ns: str = "", wait_for_servers: float = 5.0
+    ) -> None:
+        ensure_node()
+        self._namespace = ns
+        self._description = read_description(robot_description, ns)
+        self._group = self._description.group(name)
+        wait_for_move_group(ns, wait_for_servers)
+        self._names = self._group.joint_names
+        limits = {joint.name: joint.limits for joint in self._description.model.actuated_joints}
+        self._lower = np.array([limits[joint].lower for joint in self._names])
+        self._upper = np.array([limits[joint].upper for joint in self._names])
+        self._endless = np.isinf(self._lower) & np.isinf(self._upper)
+        self._planner = GroupPlanner(self._description, self._group)
+        self._states = joint_states(ns)
+        self._execution = Execution(ns, self._states)
+        self._frame = self._description.semantics.planning_frame
+        self._link = self._group.tip
+        self._joint_target: Floats | None = None
+        self._pose_target: tuple[str, Floats, bool] | None = None  # the link, its pose, and whether the rotation counts
+        self._tolerances = {"joint": 1e-4, "position": 1e-4, "orientation": 1e-3}
+        self._velocity_scaling = self._description.velocity_scaling
+        self._acceleration_scaling = self._description.acceleration_scaling
+        self._planning_time = 5.0
+        self._random = np.random.default_rng()
+
+    def __getattr__(self, name: str) -> Any:
+        raise NotOfferedError("MoveGroupCommander", name, dir(self))
+
+    # What it is
+
+    def get_name(self) -> str:
+        """Return the group's name."""
+        return self._group.name
+
+    def get_joints(self) -> list[str]:
+        """Return the names of the group's joints that move."""
+        return list(self._names)
+
+    get_active_joints = get_joints
+
+    def get_variable_count(self) -> int:
+        """Return how many joints of the group move."""
+        return len(self._names)
+
+    def get_planning_frame(self) -> str:
+        """Return the frame in which motions are planned."""
+        return self._description.semantics.planning_frame
+
+    def get_pose_reference_frame(self) -> str:
+        """Return the frame of pose targets that name no frame."""
+        return self._frame
+
+    def set_pose_reference_frame(self, reference_frame: str) -> None:
+        """Set the frame of pose targets that name no frame: the planning frame or a link of the robot."""
+        self._frame_pose(reference_frame)
+        self._frame = reference_frame
+
+    def has_end_effector_link(self) -> bool:
+        """Return whether the group has an end-effector link."""
+        return bool(self._link)
+
+    def get_end_effector_link(self) -> str:
+        """Return the link that pose targets refer to; empty if the group has none."""
+        return self._link
+
+    def set_end_effector_link(self, link_name: str) -> None:
+        """Set the link that pose targets refer to."""
+        self._link = self._tool(link_name)
+
+    # Where the robot is
+
+    def get_current_joint_values(self) -> list[float]:
+        """Return the joints' positions [rad or m]."""
+        current = self._states.current(self._names)
+        return [current[name] for name in self._names]
+
+    def get_current_pose(self, end_effector_link: str = "") -> Any:
+        """Return the pose of the end-effector link in the planning frame, as ``geometry_msgs/PoseStamped``."""
+        return self._stamped(self._link_pose(self._tool(end_effector_link), self._everything()))
+
+    def get_current_rpy(self, end_effector_link: str = "") -> list[float]:
+        """Return roll, pitch and yaw of the end-effector link in the planning frame [rad]."""
+        return poses.rpy(self._link_pose(self._tool(end_effector_link), self._everything())[3:])
+
+    def get_random_joint_values(self) -> list[float]:
+        """Return random joint positions within the limits [rad or m]; the robot may collide there."""
+        lower = np.where(np.isinf(self._lower), -math.pi, self._lower)
+        upper = np.where(np.isinf(self._upper), math.pi, self._upper)
+        drawn: list[float] = self._random.uniform(lower, upper).tolist()
+        return drawn
+
+    def get_random_pose(self, end_effector_link: str = "") -> Any:
+        """Return the pose that the end-effector link has at random joint positions, as ``geometry_msgs/PoseStamped``."""
+        positions = {**self._everything(), **dict(zip(self._names, self.get_random_joint_values(), strict=True))}
+        return self._stamped(self._link_pose(self._tool(end_effector_link), positions))
+
+    # Targets
+
+    def set_joint_value_target(self, arg1: Any, arg2: Any = None, arg3: Any = None) -> None:
+        """Set joint positions as the target.
+
+        Args:
+            arg1: All positions in the order of the group, positions by joint name, a ``JointState``, the name of one
+                joint, or a pose.
+            arg2: The position of the joint that ``arg1`` names, or the end-effector link of the pose.
+            arg3: Whether a position near the pose is enough; not supported.
+
+        Raises:
+            MoveItCommanderException: A joint does not exist, or a position is beyond its limits.
+        """
+        if isinstance(arg1, str):
+            if arg2 is None:
+                raise MoveItCommanderException(f"a position of the joint '{arg1}' is missing.")
+            arg1 = {arg1: np.ravel(arg2)[0]}
+        elif _is_pose(arg1):
+            if arg3 or isinstance(arg2, bool):
+                raise NotOfferedError("MoveGroupCommander", "set_joint_value_target(pose, approximate)", ())
+            self._pose_target = (self._tool(arg2 or ""), self._pose(arg1), True)
+            self._joint_target = None
+            return
+        elif hasattr(arg1, "name") and hasattr(arg1, "position"):
+            if len(arg1.name) != len(arg1.position):
+                raise MoveItCommanderException("a JointState must have as many positions as names.")
+            arg1 = {name: value for name, value in zip(arg1.name, arg1.position, strict=True) if name in self._names}
+        self._joint_target = self._within(self._joint_vector(arg1))
+        self._pose_target = None
+
+    def get_joint_value_target(self) -> list[float]:
+        """Return the joint positions that are the target [rad or m]; where the robot is, if there are none."""
+        if self._joint_target is None:
+            return self.get_current_joint_values()
+        target: list[float] = self._joint_target.tolist()
+        return target
+
+    def set_pose_target(self, pose: Any, end_effector_link: str = "") -> None:
+        """Set a pose of the end-effector link as the target.
+
+        Args:
+            pose: ``Pose``, ``PoseStamped``, or a list: x, y, z and roll, pitch, yaw or a quaternion x, y, z, w.
+            end_effector_link: Empty: the group's.
+        """
+        self._pose_target = (self._tool(end_effector_link), self._pose(pose), True)
+        self._joint_target = None
+
+    def set_position_target(self, xyz: Sequence[float], end_effector_link: str = "") -> None:
+        """Set a position of the end-effector link as the target; its rotation is free."""
+        position = [float(value) for value in xyz]
+        if len(position) != 3:
+            raise MoveItCommanderException(f"a position has 3 numbers, not {len(position)}.")
+        pose = poses.from_list([*position, 0.0, 0.0, 0.0, 1.0])
+        self._pose_target = (self._tool(end_effector_link), compose(self._frame_pose(self._frame), pose), False)
+        self._joint_target = None
+
+    def clear_pose_targets(self) -> None:
+        """Remove the pose or position target."""
+        self._pose_target = None
+
+    def set_named_target(self, name: str) -> None:
+        """Set a named state of the SRDF as the target."""
+        self.set_joint_value_target(self.get_named_target_values(name))
+
+    def get_named_targets(self) -> list[str]:
+        """Return the names of the SRDF's states of this group."""
+        return list(self._group.states)
+
+    def get_named_target_values(self, target: str) -> dict[str, float]:
+        """Return the joint positions of a named state [rad or m], by joint name."""
+        if target not in self._group.states:
+            known = ", ".join(self._group.states) or "none"
+            raise MoveItCommanderException(f"the group '{self._group.name}' has no state '{target}'; it has {known}.")
+        return {name: value for name, value in self._group.states[target].items() if name in self._names}
+
+    # Settings
+
+    def set_max_velocity_scaling_factor(self, value: float) -> None:
+        """Set the share of the velocity limits that motions use, in (0, 1]."""
+        self._velocity_scaling = _share("velocity", value)
+
+    def set_max_acceleration_scaling_factor(self, value: float) -> None:
+        """Set the share of the acceleration limits that motions use, in (0, 1]."""
+        self._acceleration_scaling = _share("acceleration", value)
+
+    def get_goal_tolerance(self) -> tuple[float, float, float]:
+        """Return the tolerances of joint positions, position and orientation."""
+        joint, position, orientation = self._tolerances.values()
+        return joint, position, orientation
+
+    def get_goal_joint_tolerance(self) -> float:
+        """Return the tolerance of joint targets [rad or m]."""
+        return self._tolerances["joint"]
+
+    def get_goal_position_tolerance(self) -> float:
+        """Return the largest distance from a pose target [m]."""
+        return self._tolerances["position"]
+
+    def get_goal_orientation_tolerance(self) -> float:
+        """Return the largest angle from a pose target [rad]."""
+        return self._tolerances["orientation"]
+
+    def set_goal_tolerance(self, value: float) -> None:
+        """Set all three tolerances."""
+        for kind in self._tolerances:
+            self._tolerances[kind] = _positive(f"the {kind} tolerance", value)
+
+    def set_goal_joint_tolerance(self, value: float) -> None:
+        """Set the tolerance of joint targets [rad or m]; planned motions end exactly at the target anyway."""
+        self._tolerances["joint"] = _positive("the joint tolerance", value)
+
+    def set_goal_position_tolerance(self, value: float) -> None:
+        """Set the largest distance from a pose target [m]."""
+        self._tolerances["position"] = _positive("the position tolerance", value)
+
+    def set_goal_orientation_tolerance(self, value: float) -> None:
+        """Set the largest angle from a pose target [rad]."""
+        self._tolerances["orientation"] = _positive("the orientation tolerance", value)
+
+    def set_planning_time(self, seconds: float) -> None:
+        """Set how long the search for a motion may take [s]."""
+        self._planning_time = _positive("the planning time", seconds)
+
+    def get_planning_time(self) -> float:
+        """Return how long the search for a motion may take [s]."""
+        return self._planning_time
+
+    def set_workspace(self, ws: Sequence[float]) -> None:
+        """Check a workspace: nothing, or its corners as 4 or 6 numbers.
+
+        As in MoveIt, it limits the motion of mobile bases alone, which are not supported here.
+        """
+        corners = [float(value) for value in ws]
+        half = len(corners) // 2
+        if len(corners) not in (0, 4, 6) or any(a > b for a, b in zip(corners[:half], corners[half:], strict=True)):
+            raise MoveItCommanderException(
+                f"a workspace is [], [min x, min y, max x, max y] or [min x, y, z, max x, y, z], not {corners}."
+            )
+
+    def set_start_state_to_current_state(self) -> None:
+        """Do nothing: motions always start where the robot is."""
+
+    # Motions
+
+    def plan(self, joints: Any = None) -> tuple[bool, Any, float, Any]:
+        """Plan a motion from where the robot is to the target.
+
+        Args:
+            joints: A target, as :meth:`set_joint_value_target` takes it, or a pose; None: the target that is set.
+
+        Returns:
+            Whether there is a motion, the motion as ``RobotTrajectory``, the planning time [s], and the ``MoveItErrorCodes``.
+        """
+        from moveit_msgs.msg import MoveItErrorCodes
+
+        self._take(joints)
+        plan, trajectory = self._plan()
+        name = _ERROR_CODES[plan.reason] if plan is not None else "INVALID_GOAL_CONSTRAINTS"
+        seconds = plan.seconds if plan is not None else 0.0
+        success = plan is not None and plan.success
+        if not success:
+            LOG.warning("%s: no motion was planned: %s", self._group.name, name if plan else "no target is set")
+        return success, trajectory, seconds, MoveItErrorCodes(val=getattr(MoveItErrorCodes, name))
+
+    def go(self, joints: Any = None, wait: bool = True) -> bool:
+        """Plan a motion to the target, and execute it.
+
+        Args:
+            joints: As in :meth:`plan`.
+            wait: Return when the motion has ended; otherwise when it was sent.
+
+        Returns:
+            Whether the motion was planned, and executed or sent.
+        """
+        if isinstance(joints, bool):
+            joints, wait = None, joints
+        success, trajectory, _, _ = self.plan(joints)
+        return success and self.execute(trajectory, wait)
+
+    def execute(self, plan_msg: Any, wait: bool = True) -> bool:
+        """Execute a motion that :meth:`plan` has returned; see :meth:`go`."""
+        return self._execution.execute(plan_msg.joint_trajectory, wait=wait)
+
+    def stop(self) -> None:
+        """Stop the motion."""
+        self._execution.stop()
+
+    def _take(self, target: Any) -> None:
+        if target is None:
+            return
+        if _is_pose(target):
+            self.set_pose_target(target)
+        elif isinstance(target, str):
+            self.set_named_target(target)
+        else:
+            self.set_joint_value_target(target)
+
+    def _plan(self) -> tuple[Plan | None, Any]:
+        """Return the planner's answer, None without a target, and the motion as a message."""
+        goal = self._goal()
+        start = self._everything()
+        values = np.array([start[name] for name in self._names])
+        turns = np.where(self._endless, 2.0 * np.pi * np.round(values / (2.0 * np.pi)), 0.0)
+        start.update(zip(self._names, (values - turns).tolist(), strict=True))
+        if goal is None:
+            empty = Plan(reason=Reason.GOAL_OUTSIDE_LIMITS)
+            return None, self._message(empty, turns)
+        plan = self._planner.plan(
+            start,
+            goal,
+            link=self._pose_target[0] if self._pose_target else self._link,
+            scene=current_scene(self._namespace),
+            velocity_scaling=self._velocity_scaling,
+            acceleration_scaling=self._acceleration_scaling,
+            max_seconds=self._planning_time,
+        )
+        return plan, self._message(plan, turns)
+
+    def _message(self, plan: Plan, offset: Floats) -> Any:
+        columns = [self._description.model.joint_names.index(name) for name in self._names]
+        return to_message(plan, self._names, columns, offset, self.get_planning_frame())
+
+    def _goal(self) -> Floats | ToolGoal | None:
+        if self._pose_target is None:
+            return self._joint_target
+        _, pose, is_turned = self._pose_target
+        return ToolGoal(
+            pose[:3],
+            pose[3:] if is_turned else None,
+            position_tolerance=self._tolerances["position"],
+            rotation_tolerance=self._tolerances["orientation"],
+        )
+
+    def _joint_vector(self, values: Any) -> Floats:
+        """Return joint positions (dof,), with those of the last target or of the robot for joints that are not named."""
+        if isinstance(values, Mapping):
+            unknown = [name for name in values if name not in self._names]
+            if unknown:
+                raise MoveItCommanderException(
+                    f"the group '{self._group.name}' has no joint '{unknown[0]}'; it has {', '.join(self._names)}."
+                )
+            target = dict(zip(self._names, self.get_joint_value_target(), strict=True))
+            target.update({name: float(value) for name, value in values.items()})
+            return np.array([target[name] for name in self._names])
+        if not isinstance(values, Iterable):
+            raise MoveItCommanderException(f"{values!r} is no joint target; pass positions as a list or by joint name.")
+        vector = np.array([float(value) for value in values])
+        if vector.shape != (len(self._names),):
+            raise MoveItCommanderException(
+                f"the group '{self._group.name}' has {len(self._names)} joints, but {len(vector)} positions were given."
+            )
+        return vector
+
+    def _within(self, target: Floats) -> Floats:
+        """Return a joint target exactly within the limits, if it is beyond them by rounding at most."""
+        target = np.where(self._endless, target - 2.0 * np.pi * np.round(target / (2.0 * np.pi)), target)
+        inside = np.clip(target, self._lower, self._upper)
+        beyond = ~(np.abs(inside - target) <= _BOUND)
+        if beyond.any():
+            i = int(np.argmax(beyond))
+            raise MoveItCommanderException(
+                f"the target {target[i]:.6g} of the joint '{self._names[i]}' is not within its limits "
+                f"{self._lower[i]:.6g} and {self._upper[i]:.6g}."
+            )
+        return inside
+
+    def _tool(self, link: str) -> str:
+        link = link or self._link
+        if not link:
+            raise MoveItCommanderException(
+                f"the group '{self._group.name}' has no end-effector link, as its joints form no chain; name a link."
+            )
+        links = [found.name for found in self._description.model.links]
+        if link not in links:
+            raise MoveItCommanderException(f"the robot has no link '{link}'; it has {', '.join(links)}.")
+        return link
+
+    def _pose(self, pose: Any) -> Floats:
+        """Return a pose target in the planning frame."""
+        if hasattr(pose, "pose"):
+            return compose(self._frame_pose(pose.header.frame_id or self._frame), poses.from_message(pose.pose))
+        array = poses.from_message(pose) if hasattr(pose, "orientation") else poses.from_list(pose)
+        return compose(self._frame_pose(self._frame), array)
+
+    def _frame_pose(self, frame: str) -> Floats:
+        """Return where a frame is in the planning frame."""
+        frame = frame.removeprefix("/")
+        if frame in (self.get_planning_frame(), self._description.model.root):
+            return poses.IDENTITY
+        if frame not in {link.name for link in self._description.model.links}:
+            raise MoveItCommanderException(
+                f"the frame '{frame}' is neither the planning frame '{self.get_planning_frame()}' nor a link of the robot."
+            )
+        return self._link_pose(frame, self._everything())
+
+    def _everything(self) -> dict[str, float]:
+        return self._states.current(self._description.model.joint_names)
+
+    def _link_pose(self, link: str, positions: Mapping[str, float]) -> Floats:
+        model = self._description.model
+        pos, quat = model.frame_pose(link, np.array([[positions[name] for name in model.joint_names]]))
+        return np.concatenate([pos[0], quat[0]])
+
+    def _stamped(self, pose: Floats) -> Any:
+        import rospy
+        from geometry_msgs.msg import PoseStamped
+
+        message = PoseStamped(pose=poses.to_message(pose))
+        message.header.stamp, message.header.frame_id = rospy.Time.now(), self.get_planning_frame()
+        return message
+
+
+def _is_pose(value: Any) -> bool:
+    return hasattr(value, "pose") or (hasattr(value, "position") and hasattr(value, "orientation"))
+
+
+def _share(kind: str, value: float) -> float:
+    if not 0.0 < float(value) <= 1.0:
+        raise MoveItCommanderException(f"the {kind} scaling factor is {value}; it must be above 0 and at most 1.")
+    return float(value)
+
+
+def _positive(name: str, value: float) -> float:
+    if not 0.0 < float(value) < math.inf:
+        raise MoveItCommanderException(f"{name} is {value}; it must be above 0.")
+    return float(value)

@@ -1,0 +1,84 @@
+"""The current positions of a robot's joints, from the topic ``joint_states``."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterable
+from functools import cache
+from typing import Any
+
+from frobs_rl_compat.moveit.errors import MoveItCommanderException
+from frobs_rl_compat.moveit.node import resolve
+
+_PAUSED = 0.1  # [s] without a message: the simulation is paused, and the last message is current
+
+
+class JointStates:
+    """Listens to the joint states.
+
+    Args:
+        topic: Their full name.
+    """
+
+    def __init__(self, topic: str) -> None:
+        import rospy
+        from sensor_msgs.msg import JointState
+
+        self._topic = topic
+        self._positions: dict[str, float] = {}
+        self._count, self._stamp = 0, 0.0
+        self._changed = threading.Condition()
+        self._listener = rospy.Subscriber(topic, JointState, self._take, queue_size=1, tcp_nodelay=True)
+
+    def _take(self, message: Any) -> None:
+        with self._changed:
+            self._positions.update(zip(message.name, message.position, strict=False))
+            self._stamp = message.header.stamp.to_sec()
+            self._count += 1
+            self._changed.notify_all()
+
+    @property
+    def stamp(self) -> float:
+        """Time of the last message, on the robot's clock [s]."""
+        return self._stamp
+
+    def current(self, names: Iterable[str], wait: float = 1.0) -> dict[str, float]:
+        """Return the positions of joints, from a message that arrives after the call unless the simulation is paused.
+
+        Args:
+            names: The joints.
+            wait: How long to wait for the first message [s].
+
+        Raises:
+            MoveItCommanderException: No message told the position of a joint in time.
+        """
+        wanted, began = list(names), time.monotonic()
+        with self._changed:
+            count = self._count
+            while not self._is_known(wanted) or self._count == count:
+                waited = time.monotonic() - began
+                limit = _PAUSED if self._is_known(wanted) else wait
+                if waited >= limit:
+                    break
+                self._changed.wait(limit - waited)
+            missing = [name for name in wanted if name not in self._positions]
+            if missing:
+                raise MoveItCommanderException(
+                    f"the topic {self._topic} told no position of {', '.join(missing)} within {wait:g} s; start the "
+                    "joint_state_controller and unpause the simulation."
+                )
+            return {name: self._positions[name] for name in wanted}
+
+    def _is_known(self, names: Iterable[str]) -> bool:
+        return all(name in self._positions for name in names)
+
+
+@cache
+def _listen(topic: str) -> JointStates:
+    return JointStates(topic)
+
+
+def joint_states(namespace: str) -> JointStates:
+    """Return the joint states of a namespace; there is one listener for each topic."""
+    return _listen(resolve(namespace, "joint_states"))

@@ -1,0 +1,28 @@
+"""The ROS node of this process, and names in its graph."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def ensure_node() -> None:
+    """Start a node if this process has none: with MoveIt a script does not have to call ``rospy.init_node``."""
+    import rospy
+
+    if not rospy.core.is_initialized():
+        rospy.init_node("moveit_commander", anonymous=True, disable_signals=True)
+
+
+def resolve(namespace: str, name: str) -> str:
+    """Return the global name of something in a namespace; an empty namespace is that of this node."""
+    import rospy
+
+    return str(rospy.resolve_name(f"{namespace.rstrip('/')}/{name}" if namespace else name))
+
+
+def group_parameters(namespace: str) -> dict[str, Any]:
+    """Return the parameters of the node ``move_group``."""
+    import rospy
+
+    found = rospy.get_param(resolve(namespace, "move_group"), {})
+    return found if isinstance(found, dict) else {}

@@ -1,0 +1,140 @@
+"""Plans motions of one group of joints in a planning scene."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from frobs_controllers_planning import Plan, Planner, ToolGoal
+from frobs_core.arrays import Floats
+from frobs_core.interfaces import Robot, Scene
+from frobs_core.models import Joint, JointLimits, JointType, Link, RobotModel
+from frobs_rl_compat.moveit import scene as scenes
+from frobs_rl_compat.moveit.description import RobotDescription
+from frobs_rl_compat.moveit.errors import MoveItCommanderException
+from frobs_rl_compat.moveit.semantics import Group
+
+CLEARANCE = 0.01
+"""[m] that planned motions keep from everything: the controller does not follow them exactly."""
+
+_HELD = 1e-9  # [rad or m]: the search needs a range for every joint
+_MOVED = 1e-4  # [rad or m]: the planner is built again when a joint outside the group has moved so far
+
+
+class GroupPlanner:
+    """Plans motions of one group; all other joints stay where they are when a motion begins.
+
+    Args:
+        description: The robot.
+        group: The joints that move.
+    """
+
+    def __init__(self, description: RobotDescription, group: Group) -> None:
+        self._description, self._group = description, group
+        self._key: tuple[Any, ...] = ()
+        self._planner: Planner | None = None
+
+    def plan(
+        self,
+        start: Mapping[str, float],
+        goal: Floats | ToolGoal,
+        *,
+        link: str,
+        scene: Any,
+        velocity_scaling: float,
+        acceleration_scaling: float,
+        max_seconds: float,
+    ) -> Plan:
+        """Plan a motion.
+
+        Args:
+            start: Positions of all joints of the robot, by name [rad or m].
+            goal: Positions of the group's joints [rad or m], or a pose of ``link`` in the planning frame.
+            link: The tool of pose goals; empty: there is none.
+            scene: The ``moveit_msgs/PlanningScene``.
+            velocity_scaling: Share of the velocity limits.
+            acceleration_scaling: Share of the acceleration limits.
+            max_seconds: The search gives up after this time.
+
+        Returns:
+            A plan for all joints of the robot.
+
+        Raises:
+            MoveItCommanderException: The scene has an object that is not supported.
+        """
+        names, group = self._description.model.joint_names, self._group.joint_names
+        others = {name: start[name] for name in names if name not in group}
+        planner = self._made(others, link, scene, velocity_scaling, acceleration_scaling)
+        if not isinstance(goal, ToolGoal):
+            wanted = {**start, **dict(zip(group, goal.tolist(), strict=True))}
+            goal = np.clip(
+                [wanted[name] for name in names], planner.lower, planner.upper
+            )  # of the others, where they are held
+        return planner.plan([start[name] for name in names], goal, max_seconds=max_seconds)
+
+    def _made(
+        self, others: Mapping[str, float], link: str, scene: Any, velocity_scaling: float, acceleration_scaling: float
+    ) -> Planner:
+        """Return the planner; it is built again only if something has changed."""
+        objects, attached = scene.world.collision_objects, scene.robot_state.attached_collision_objects
+        places = tuple(round(value / _MOVED) for value in others.values())
+        key = (places, link, velocity_scaling, acceleration_scaling, repr(objects), repr(attached))
+        if self._planner is not None and key == self._key:
+            return self._planner
+        description = self._description
+        model = with_attached(hold(description.model, others), attached)
+        touching = [
+            (item.object.id, other)
+            for item in attached
+            for other in (*item.touch_links, *(another.object.id for another in attached))
+        ]
+        self._planner = Planner(
+            Robot(model=str(model.path), name=model.name, tcp=link or model.root),
+            Scene(floor=False, bodies={item.id: scenes.body(item) for item in objects}),
+            model=model,
+            clearance=CLEARANCE,
+            velocity_scaling=velocity_scaling,
+            acceleration_scaling=acceleration_scaling,
+            max_acceleration=description.max_acceleration,
+            may_touch=[*description.semantics.may_touch, *touching],
+        )
+        self._key = key
+        return self._planner
+
+
+def hold(model: RobotModel, positions: Mapping[str, float]) -> RobotModel:
+    """Return a robot of which some joints cannot leave their positions [rad or m], by joint name.
+
+    They stay joints, so that the same links may touch as in the whole robot.
+    """
+
+    def limits(joint: Joint) -> JointLimits:
+        if joint.name not in positions:
+            return joint.limits
+        position = positions[joint.name]
+        return replace(joint.limits, lower=position - _HELD, upper=position + _HELD)
+
+    return replace(model, joints=tuple(replace(joint, limits=limits(joint)) for joint in model.joints))
+
+
+def with_attached(model: RobotModel, attached: Collection[Any]) -> RobotModel:
+    """Return a robot with further links: the ``moveit_msgs/AttachedCollisionObject`` that it carries.
+
+    Raises:
+        MoveItCommanderException: An object has the name of a link, or a shape that is not supported.
+    """
+    names = {link.name for link in model.links}
+    links, joints = [*model.links], [*model.joints]
+    for item in attached:
+        name = item.object.id
+        if name in names:
+            raise MoveItCommanderException(
+                f"the attached object '{name}' has the name of a link; give it another name."
+            )
+        placed = scenes.body(item.object).pose
+        links.append(Link(name, collisions=scenes.collisions(item.object)))
+        joints.append(Joint(f"{name} (attached)", JointType.FIXED, item.link_name, name, origin=placed))
+    return replace(model, links=tuple(links), joints=tuple(joints))

@@ -1,0 +1,79 @@
+"""Converts between poses as arrays, (7,): position [m] and quat_wxyz, and messages of geometry_msgs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.rotations import matrix_from_quat, quat_conjugate, quat_from_rpy, quat_rotate
+from frobs_rl_compat.moveit.errors import MoveItCommanderException
+
+IDENTITY = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+
+
+def from_message(pose: Any) -> Floats:
+    """Return a ``geometry_msgs/Pose`` as an array; a quaternion of zeros, the message's default, is no rotation.
+
+    Raises:
+        MoveItCommanderException: A number is not finite, or the quaternion is not of length 1.
+    """
+    p, q = pose.position, pose.orientation
+    return _checked([p.x, p.y, p.z, q.w, q.x, q.y, q.z])
+
+
+def _checked(numbers: Sequence[float]) -> Floats:
+    array = np.array(numbers, float)
+    if not array[3:].any():
+        array[3] = 1.0
+    length = float(np.linalg.norm(array[3:]))
+    if not np.isfinite(array).all() or abs(length - 1.0) > 0.01:
+        raise MoveItCommanderException(
+            f"the pose has the position {array[:3].tolist()} and the quaternion {array[[4, 5, 6, 3]].tolist()} (x, y, z, "
+            "w); all numbers must be finite, and the quaternion must have the length 1."
+        )
+    array[3:] /= length
+    return array
+
+
+def to_message(array: Floats) -> Any:
+    """Return a pose as ``geometry_msgs/Pose``."""
+    from geometry_msgs.msg import Point, Pose, Quaternion
+
+    x, y, z, w, i, j, k = array.tolist()
+    return Pose(Point(x, y, z), Quaternion(i, j, k, w))
+
+
+def from_list(numbers: Sequence[float]) -> Floats:
+    """Return the pose of x, y, z, roll, pitch, yaw, or of x, y, z and a quaternion x, y, z, w.
+
+    Raises:
+        MoveItCommanderException: There are neither 6 nor 7 numbers, or they are no pose.
+    """
+    values = [float(number) for number in numbers]
+    if len(values) == 6:
+        return _checked([*values[:3], *quat_from_rpy(values[3:]).tolist()])
+    if len(values) != 7:
+        raise MoveItCommanderException(
+            f"a pose is a list of 6 numbers (x, y, z, roll, pitch, yaw) or 7 (x, y, z and a quaternion), not {len(values)}."
+        )
+    x, y, z, i, j, k, w = values
+    return _checked([x, y, z, w, i, j, k])
+
+
+def inverse(pose: Floats) -> Floats:
+    """Return the pose of the outer frame in this one."""
+    quat = quat_conjugate(pose[3:])
+    return np.concatenate([-quat_rotate(quat, pose[:3]), quat])
+
+
+def rpy(quat_wxyz: Floats) -> list[float]:
+    """Return roll, pitch and yaw [rad] of a rotation: R = Rz(yaw)·Ry(pitch)·Rx(roll)."""
+    matrix = matrix_from_quat(quat_wxyz)
+    level = float(np.hypot(matrix[0, 0], matrix[1, 0]))
+    pitch = float(np.arctan2(-matrix[2, 0], level))
+    if level < 1e-9:  # the tool points straight up or down: only the sum of roll and yaw is defined
+        return [float(np.arctan2(-matrix[1, 2], matrix[1, 1])), pitch, 0.0]
+    return [float(np.arctan2(matrix[2, 1], matrix[2, 2])), pitch, float(np.arctan2(matrix[1, 0], matrix[0, 0]))]

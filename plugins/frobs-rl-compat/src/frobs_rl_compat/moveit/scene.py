@@ -1,0 +1,134 @@
+"""Objects of a planning scene: from messages to what the planner avoids."""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from frobs_core.interfaces import Body, Shape
+from frobs_core.models import (
+    Box,
+    Collision,
+    Cylinder,
+    Geometry,
+    Mesh,
+    MeshPart,
+    Sphere,
+    compose,
+    joined,
+    pose_from_array,
+    read_mesh,
+    scaled,
+    write_stl,
+)
+from frobs_rl_compat.moveit import poses
+from frobs_rl_compat.moveit.errors import MoveItCommanderException
+
+
+def body(collision_object: Any) -> Body:
+    """Return a ``moveit_msgs/CollisionObject`` as a body at the pose of the message, whatever its frame.
+
+    Raises:
+        MoveItCommanderException: It has no shape, or one that is not supported.
+    """
+    shapes = tuple(Shape(found.geometry, found.origin) for found in collisions(collision_object))
+    return Body(shapes=shapes, pose=pose_from_array(poses.from_message(collision_object.pose)))
+
+
+def collisions(collision_object: Any) -> tuple[Collision, ...]:
+    """Return the shapes of a ``moveit_msgs/CollisionObject`` in the object's own frame.
+
+    Raises:
+        MoveItCommanderException: It has no shape, or one that is not supported.
+    """
+    name = collision_object.id
+    if collision_object.planes:
+        raise MoveItCommanderException(
+            f"the object '{name}' has a plane, which is not supported; use a large, thin box."
+        )
+    shapes = [(_primitive(name, primitive), primitive) for primitive in collision_object.primitives]
+    places = [*collision_object.primitive_poses]
+    origins = [poses.from_message(places[i]) if i < len(places) else poses.IDENTITY for i in range(len(shapes))]
+    found = [Collision(shape, pose_from_array(pose)) for (shape, _), pose in zip(shapes, origins, strict=True)]
+    places = [*collision_object.mesh_poses]
+    for i, mesh in enumerate(collision_object.meshes):
+        pose = poses.from_message(places[i]) if i < len(places) else poses.IDENTITY
+        found.append(Collision(_mesh(name, mesh), pose_from_array(pose)))
+    if not found:
+        raise MoveItCommanderException(f"the object '{name}' has no shapes.")
+    return tuple(found)
+
+
+def _primitive(name: str, primitive: Any) -> Geometry:
+    lengths = [float(number) for number in primitive.dimensions]
+    kinds: dict[int, tuple[int, Any]] = {
+        primitive.BOX: (3, lambda x, y, z: Box((x, y, z))),
+        primitive.SPHERE: (1, Sphere),
+        primitive.CYLINDER: (2, lambda height, radius: Cylinder(radius, height)),
+    }
+    if primitive.type not in kinds:
+        raise MoveItCommanderException(
+            f"the object '{name}' has a shape of the type {primitive.type}; boxes, spheres, cylinders and meshes are supported."
+        )
+    count, make = kinds[primitive.type]
+    if len(lengths) != count or not all(0.0 < length < np.inf for length in lengths):
+        raise MoveItCommanderException(
+            f"the object '{name}' has the dimensions {lengths}; they must be {count} numbers above 0."
+        )
+    geometry: Geometry = make(*lengths)
+    return geometry
+
+
+def _mesh(name: str, mesh: Any) -> Mesh:
+    """Return a mesh as a file, which is written once for each shape."""
+    vertices = np.array([[point.x, point.y, point.z] for point in mesh.vertices], float).reshape(-1, 3)
+    faces = np.array([list(triangle.vertex_indices) for triangle in mesh.triangles], np.int32).reshape(-1, 3)
+    if not len(faces) or faces.max() >= len(vertices) or not np.isfinite(vertices).all():
+        raise MoveItCommanderException(
+            f"the mesh of the object '{name}' has no triangles, or vertices that do not exist."
+        )
+    digest = hashlib.sha256(vertices.tobytes() + faces.tobytes()).hexdigest()[:16]
+    path = Path(_mesh_folder().name, f"{digest}.stl")
+    if not path.is_file():
+        write_stl(MeshPart(vertices, faces), path)
+    return Mesh(path)
+
+
+@cache
+def _mesh_folder() -> tempfile.TemporaryDirectory[str]:
+    """Return a folder for meshes, which is deleted when the process ends."""
+    return tempfile.TemporaryDirectory(prefix="frobs-moveit-")
+
+
+def mesh_message(path: str, scale: tuple[float, float, float]) -> Any:
+    """Read a mesh file as ``shape_msgs/Mesh``.
+
+    Raises:
+        ModelFileError: The file cannot be read.
+    """
+    from geometry_msgs.msg import Point
+    from shape_msgs.msg import Mesh as Message
+    from shape_msgs.msg import MeshTriangle
+
+    x, y, z = map(float, scale)
+    part = joined(scaled(read_mesh(Path(path).expanduser()), (x, y, z)))
+    triangles = [MeshTriangle(vertex_indices=face) for face in part.faces.tolist()]
+    return Message(triangles=triangles, vertices=[Point(*vertex) for vertex in part.vertices.tolist()])
+
+
+def append(known: Any, added: Any) -> None:
+    """Add the shapes of one ``moveit_msgs/CollisionObject`` to another of the same frame, where they are."""
+    into = poses.inverse(poses.from_message(known.pose))
+    outer = compose(into, poses.from_message(added.pose))
+    for shapes, places in (("primitives", "primitive_poses"), ("meshes", "mesh_poses")):
+        for item in (known, added):
+            missing = len(getattr(item, shapes)) - len(getattr(item, places))
+            setattr(item, places, [*getattr(item, places), *[poses.to_message(poses.IDENTITY)] * missing])
+        moved = [poses.to_message(compose(outer, poses.from_message(pose))) for pose in getattr(added, places)]
+        setattr(known, shapes, [*getattr(known, shapes), *getattr(added, shapes)])
+        setattr(known, places, [*getattr(known, places), *moved])

@@ -1,0 +1,74 @@
+"""The planning scene of the node ``move_group``, through its services."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from frobs_rl_compat.moveit.errors import MoveItCommanderException
+from frobs_rl_compat.moveit.node import resolve
+
+GET, APPLY = "get_planning_scene", "apply_planning_scene"
+
+
+def wait_for_move_group(namespace: str, timeout: float) -> None:
+    """Wait until ``move_group`` runs.
+
+    Raises:
+        MoveItCommanderException: It does not run in time [s].
+    """
+    import rospy
+
+    for service in (GET, APPLY):
+        name = resolve(namespace, service)
+        try:
+            rospy.wait_for_service(name, timeout)
+        except rospy.ROSException as error:
+            raise MoveItCommanderException(
+                f"the service {name} is not offered after {timeout:g} s; start move_group, which the launch file "
+                "move_group.launch of the robot's MoveIt package does."
+            ) from error
+
+
+def current_scene(namespace: str) -> Any:
+    """Return the ``moveit_msgs/PlanningScene``.
+
+    Raises:
+        MoveItCommanderException: ``move_group`` does not answer.
+    """
+    from moveit_msgs.msg import PlanningSceneComponents as Components
+    from moveit_msgs.srv import GetPlanningScene
+
+    wanted = Components(components=Components.WORLD_OBJECT_GEOMETRY | Components.ROBOT_STATE_ATTACHED_OBJECTS)
+    return _call(resolve(namespace, GET), GetPlanningScene, wanted).scene
+
+
+def apply_scene(namespace: str, scene: Any) -> bool:
+    """Change the scene by a ``moveit_msgs/PlanningScene``; return whether ``move_group`` accepted it.
+
+    Raises:
+        MoveItCommanderException: ``move_group`` does not answer.
+    """
+    from moveit_msgs.srv import ApplyPlanningScene
+
+    return bool(_call(resolve(namespace, APPLY), ApplyPlanningScene, scene).success)
+
+
+@cache
+def _connection(name: str, service: Any) -> Any:
+    import rospy
+
+    return rospy.ServiceProxy(name, service, persistent=True)
+
+
+def _call(name: str, service: Any, request: Any) -> Any:
+    import rospy
+
+    for attempt in range(2):  # the connection may lead to a move_group that has ended
+        try:
+            return _connection(name, service)(request)
+        except (rospy.ServiceException, rospy.exceptions.TransportException, OSError) as error:
+            _connection.cache_clear()
+            if attempt:
+                raise MoveItCommanderException(f"the service {name} does not answer: {error}.") from error
+    raise AssertionError("the loop returns or raises")

@@ -1,0 +1,138 @@
+"""Reads SRDF files: the groups, named states and end effectors of a robot, and the links that may touch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from frobs_core.models import Element, RobotModel, joint_path, outward, parse_xml
+
+
+@dataclass(frozen=True)
+class Group:
+    """Joints that are planned together.
+
+    Attributes:
+        name: Unique in the robot.
+        joint_names: Its actuated joints, in the order of the robot's model.
+        links: The links that its joints carry, from the root outward.
+        tip: The last link, if the joints form a chain; otherwise empty.
+        states: Named joint positions [rad or m], each by joint name.
+    """
+
+    name: str
+    joint_names: tuple[str, ...]
+    links: tuple[str, ...]
+    tip: str
+    states: Mapping[str, Mapping[str, float]]
+
+
+@dataclass(frozen=True)
+class Semantics:
+    """What an SRDF says.
+
+    Attributes:
+        groups: By name.
+        end_effectors: The link that carries each end effector, by the end effector's name.
+        planning_frame: Name of the frame of all poses. It coincides with the robot's root link.
+        may_touch: Pairs of links for which collisions are disabled.
+    """
+
+    groups: Mapping[str, Group]
+    end_effectors: Mapping[str, str]
+    planning_frame: str
+    may_touch: tuple[tuple[str, str], ...]
+
+
+def read_srdf(text: str, model: RobotModel, source: str) -> Semantics:
+    """Read an SRDF.
+
+    Args:
+        text: Its XML.
+        model: The robot.
+        source: Where the text comes from, for messages.
+
+    Raises:
+        ModelFileError: It is no SRDF, names a joint or link that the robot does not have, or uses an unsupported feature.
+    """
+    root = parse_xml(text, Path(source))
+    if root.tag != "robot":
+        root.refuse("the first element of an SRDF must be <robot>.")
+    elements = {element.required("name"): element for element in root.children("group")}
+    virtual = {element.required("name") for element in root.children("virtual_joint")}
+    return Semantics(
+        groups={name: _group(name, elements, virtual, root, model) for name in elements},
+        end_effectors={
+            element.required("name"): element.required("parent_link") for element in root.children("end_effector")
+        },
+        planning_frame=_planning_frame(root, model),
+        may_touch=tuple(
+            (element.required("link1"), element.required("link2")) for element in root.children("disable_collisions")
+        ),
+    )
+
+
+def _group(name: str, elements: Mapping[str, Element], virtual: set[str], root: Element, model: RobotModel) -> Group:
+    members = _members(name, elements, model, virtual)
+    joints = [joint for joint in outward(model) if joint.name in members]
+    if not joints:
+        elements[name].refuse(f"the group '{name}' has no joints.")
+    on_the_way = {joint.name for joint in joint_path(model, joints[-1].child)}
+    states = {
+        state.required("name"): {joint.required("name"): joint.number("value") for joint in state.children("joint")}
+        for state in root.children("group_state")
+        if state.get("group") == name
+    }
+    return Group(
+        name=name,
+        joint_names=tuple(joint for joint in model.joint_names if joint in members),
+        links=tuple(joint.child for joint in joints),
+        tip=joints[-1].child if members <= on_the_way else "",
+        states=states,
+    )
+
+
+def _members(
+    name: str, elements: Mapping[str, Element], model: RobotModel, virtual: set[str], outer: tuple[str, ...] = ()
+) -> set[str]:
+    """Return the names of a group's joints, fixed ones included; ``outer`` are the groups that it is part of."""
+    joints, above = {joint.name for joint in model.joints}, {joint.child: joint.name for joint in model.joints}
+    links = {link.name for link in model.links}
+    members: set[str] = set()
+    for element in elements[name].children("joint", "link", "chain", "group"):
+        if element.tag == "joint":
+            joint = element.required("name")
+            if joint not in joints | virtual:
+                element.refuse(f"the robot has no joint '{joint}'.")
+            members |= {joint} & joints
+        elif element.tag == "link":
+            members |= {above[link] for link in [_link(element, "name", links)] if link in above}
+        elif element.tag == "chain":
+            base, tip = _link(element, "base_link", links), _link(element, "tip_link", links)
+            path = joint_path(model, tip)
+            passed = [joint.parent for joint in path] + [tip]
+            if base not in passed:
+                element.refuse(f"no chain leads from the link '{base}' to the link '{tip}'.")
+            members |= {joint.name for joint in path[passed.index(base) :]}
+        else:
+            other = element.required("name")
+            if other not in elements or other in (*outer, name):
+                element.refuse(f"there is no group '{other}' that can be part of '{name}'.")
+            members |= _members(other, elements, model, virtual, (*outer, name))
+    return members
+
+
+def _link(element: Element, attribute: str, links: set[str]) -> str:
+    name = element.required(attribute)
+    if name not in links:
+        element.refuse(f"the robot has no link '{name}'.")
+    return name
+
+
+def _planning_frame(root: Element, model: RobotModel) -> str:
+    for joint in root.children("virtual_joint"):
+        if joint.get("type") != "fixed":
+            joint.refuse("only virtual joints of the type 'fixed' are supported: the base cannot move.")
+        return joint.required("parent_frame")
+    return model.root

@@ -1,0 +1,28 @@
+"""The ``moveit_commander`` of 'frobs legacy run', for processes in which MoveIt's cannot be imported."""
+
+from collections.abc import Sequence
+
+from frobs_rl_compat.moveit.errors import MoveItCommanderException, NotOfferedError
+from frobs_rl_compat.moveit.group import MoveGroupCommander
+from frobs_rl_compat.moveit.robot import RobotCommander
+from frobs_rl_compat.moveit.scene_interface import PlanningSceneInterface
+
+__all__ = [
+    "MoveGroupCommander", "MoveItCommanderException", "PlanningSceneInterface", "RobotCommander",
+    "roscpp_initialize", "roscpp_shutdown",
+]  # fmt: skip
+
+
+def roscpp_initialize(args: Sequence[str]) -> None:
+    """Do nothing: there is no node in C++ here. The commanders start a node if the process has none."""
+    del args
+
+
+def roscpp_shutdown() -> None:
+    """Do nothing: there is no node in C++ here."""
+
+
+def __getattr__(name: str) -> object:
+    if name.startswith("__"):
+        raise AttributeError(name)
+    raise NotOfferedError("moveit_commander", name, __all__)
