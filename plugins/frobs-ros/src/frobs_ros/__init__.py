@@ -8,9 +8,11 @@ if TYPE_CHECKING:
     from frobs_ros.bridge.extras import read_plugins as read_plugins
     from frobs_ros.bridge.urdf import gazebo_elements as gazebo_elements
     from frobs_ros.bridge.urdf import read_friction as read_friction
+    from frobs_ros.environment import RosInstallation as RosInstallation
     from frobs_ros.environment import find_ros as find_ros
     from frobs_ros.environment import links_to_ros as links_to_ros
     from frobs_ros.environment import use_ros as use_ros
+    from frobs_ros.overlay import environment_has as environment_has
     from frobs_ros.overlay import links_to_messages as links_to_messages
     from frobs_ros.overlay import make_overlay as make_overlay
     from frobs_ros.robot_basic_env import RobotBasicEnv as RobotBasicEnv

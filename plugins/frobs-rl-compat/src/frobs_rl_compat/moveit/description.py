@@ -71,7 +71,8 @@ def read_description(parameter: str = "robot_description", namespace: str = "") 
                 f"the parameter {required} does not exist; load the robot's {file} into it before you use moveit_commander."
             )
         texts.append(str(rospy.get_param(required)))
-    return describe(*texts, rospy.get_param(f"{name}_planning", {}), source=name)
+    urdf, srdf = texts
+    return describe(urdf, srdf, rospy.get_param(f"{name}_planning", {}), source=name)
 
 
 def describe(urdf: str, srdf: str, planning: Mapping[str, Any], source: str = "robot_description") -> RobotDescription:
