@@ -107,6 +107,6 @@ def test_stand_ins_are_offered_only_for_packages_that_are_missing(
 
 def test_every_stand_in_is_a_package_whose_programs_can_be_started() -> None:
     assert sorted(path.parent.name for path in STAND_INS.glob("*/package.xml")) == sorted(stand_ins.PACKAGES)
-    programs = [path for path in STAND_INS.glob("*/**/*") if path.is_file() and path.read_text().startswith("#!")]
+    programs = [path for path in STAND_INS.glob("*/**/*") if path.is_file() and path.read_bytes().startswith(b"#!")]
     assert len(programs) == 6
     assert all(os.access(path, os.X_OK) for path in programs)
