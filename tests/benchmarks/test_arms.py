@@ -20,6 +20,7 @@ def row(arm: str, controller: str, success: float) -> dict[str, object]:
         "arm": arm,
         "steps": 150_528,
         "seconds": 90.0,
+        "shared": True,
         "success_rate": success,
         "success_interval": (success - 0.01, success + 0.01),
         "commit": "abc1234",
@@ -38,6 +39,8 @@ def test_the_page_shows_each_arm_with_both_controllers() -> None:
     page = arms.report(rows, episodes=1000)
     assert "| SO-101 | `tcp_delta_position` | 150,528 | 1.5 min | 90.0% | 89.0% to 91.0% | abc1234 |" in page
     assert "| SO-101 | `joint_delta_position` | 150,528 | 1.5 min | 84.0% (missed) | 83.0% to 85.0% | abc1234 |" in page
+    assert "The machine was shared" in page
+    assert "The machine was shared" not in arms.report([{**rows[0], "shared": False}], episodes=1000)
     assert "Not measured yet: Franka Panda with `tcp_delta_position`, " in page
     assert "so_arm_description/urdf/so101.urdf` | `environment_kwargs.tcp=gripper_frame_link` |" in page
 
