@@ -5,8 +5,8 @@ The files are those of the PyPI packages example-robot-data and pybullet. The sc
 
     python tests/benchmarks/arms.py
 
-Results stay in ``build/benchmarks/arms``, so that a run can be interrupted, or split into several processes. ``--kept`` trains
-nothing and writes the page of these results::
+``arms_measured.json`` beside this script keeps each result, so that a run can be interrupted, split into several processes, and
+continued on another machine. ``--kept`` trains nothing and writes the page of these results::
 
     python tests/benchmarks/arms.py --only UR10 "Franka Panda"
     python tests/benchmarks/arms.py --kept
@@ -28,15 +28,21 @@ from typing import Any, cast
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "public_robots"))
 
+sys.path.insert(0, str(Path(__file__).parent))
+
 from corpus import files  # noqa: E402 - where the packages keep them
+from tasks import is_shared  # noqa: E402
 
 from frobs_train import evaluate, resolve_config, train  # noqa: E402
 
 PAGE = ROOT / "docs" / "explanation" / "arms-measured.md"
-KEPT = ROOT / "build" / "benchmarks" / "arms"
+RECORD = Path(__file__).with_name("arms_measured.json")
 ID = "frobs/Reach-v0"
 WANTED: Mapping[str, float] = {"tcp_delta_position": 0.9, "joint_delta_position": 0.85}
 """The success that each arm must reach, by controller."""
+_SHARED = (
+    " The machine was shared: other programs ran at the same time, which lengthens it. Compare steps rather than times."
+)
 MINUTES = 5
 """The processor time that a training run may take [min]."""
 _BENT = {"shoulder_lift_joint": -1.6, "elbow_joint": 1.6, "wrist_1_joint": -1.6, "wrist_2_joint": -1.6}
@@ -56,23 +62,24 @@ ARMS: Mapping[str, tuple[str, Mapping[str, Any]]] = {
 joints at zero stretch them out along the floor."""
 
 
-def measure(controller: str, arm: str, episodes: int, steps: int | None = None, kept: Path = KEPT) -> dict[str, Any]:
-    """Train an arm and evaluate it, or return the result that is kept.
+def measure(
+    controller: str, arm: str, episodes: int, steps: int | None = None, record: Path = RECORD
+) -> dict[str, Any]:
+    """Train an arm and evaluate it, or return the recorded result.
 
     Args:
         controller: Controller of the environment.
         arm: A key of :data:`ARMS`.
         episodes: Episodes of the evaluation.
         steps: Steps of the training run; None: the tuned number.
-        kept: The folder of results.
+        record: The file of results.
 
     Returns:
-        ``controller``, ``arm``, ``steps``, ``seconds`` of processor time of the training run, ``success_rate``,
-        ``success_interval`` and ``commit``.
+        ``controller``, ``arm``, ``steps``, ``seconds`` of processor time of the training run, ``shared`` (whether other
+        programs slowed it), ``success_rate``, ``success_interval`` and ``commit``.
     """
-    result = _result(controller, arm, kept)
-    if result.is_file():
-        return cast("dict[str, Any]", json.loads(result.read_text("utf-8")))
+    if (known := recorded(controller, arm, record)) is not None:
+        return known
     file, keywords = ARMS[arm]
     flags = {"controller": controller, "robot": str(files()[file]), "seed": 0, "steps": steps}
     commit = current_commit()
@@ -87,13 +94,18 @@ def measure(controller: str, arm: str, episodes: int, steps: int | None = None, 
         "arm": arm,
         "steps": found.steps,
         "seconds": seconds,
+        "shared": is_shared(),
         "success_rate": found.success_rate,
         "success_interval": found.success_interval,
         "commit": commit,
     }
-    kept.mkdir(parents=True, exist_ok=True)
-    result.write_text(json.dumps(row, indent=1), "utf-8")
+    _write([*_read(record), row], record)  # read again: another process may have added a row
     return row
+
+
+def recorded(controller: str, arm: str, record: Path = RECORD) -> dict[str, Any] | None:
+    """Return the recorded result; None if there is none."""
+    return next((row for row in _read(record) if (row["controller"], row["arm"]) == (controller, arm)), None)
 
 
 def current_commit() -> str:
@@ -108,24 +120,23 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
     lines = [
         "# Any arm, measured",
         "",
-        f"Written by `tests/benchmarks/arms.py`, {date.today():%d %B %Y}, at commit "
-        f"{', '.join(dict.fromkeys(row['commit'] for row in rows))}. PPO learned each arm from its URDF file alone, with "
+        f"Written by `tests/benchmarks/arms.py`, {date.today():%d %B %Y}. PPO learned each arm from its URDF file alone, with "
         f"the settings for any arm: `frobs train {ID} --robot FILE --controller NAME --seed 0`. Success is the share of "
         f"{episodes:,} new goals, drawn from the whole reach of the arm, that the deterministic policy holds within 5 cm "
         f"when the episode ends. The goal is at least {wanted}, within {MINUTES} minutes of processor time.",
         "",
-        "Processor time is that of all threads of the training run. Other programs used the machine at the same time, "
-        "which makes it longer, so compare steps rather than times.",
+        "Processor time is that of all threads of the training run."
+        + (_SHARED if any(r["shared"] for r in rows) else ""),
         "",
-        "| arm | controller | steps | processor time | success | 95 % interval |",
-        "|---|---|---:|---:|---:|---|",
+        "| arm | controller | steps | processor time | success | 95 % interval | commit |",
+        "|---|---|---:|---:|---:|---|---|",
     ]
     for row in rows:
         low, high = row["success_interval"]
         missed = " (missed)" if row["success_rate"] < WANTED[row["controller"]] else ""
         lines.append(
             f"| {row['arm']} | `{row['controller']}` | {row['steps']:,} | {row['seconds'] / 60:.1f} min | "
-            f"{row['success_rate']:.1%}{missed} | {low:.1%} to {high:.1%} |"
+            f"{row['success_rate']:.1%}{missed} | {low:.1%} to {high:.1%} | {row['commit']} |"
         )
     measured = {(row["arm"], row["controller"]) for row in rows}
     if missing := [f"{arm} with `{name}`" for arm in ARMS for name in WANTED if (arm, name) not in measured]:
@@ -138,8 +149,14 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _result(controller: str, arm: str, kept: Path) -> Path:
-    return kept / f"{arm.lower().replace(' ', '-')}-{controller}.json"
+def _read(record: Path) -> list[dict[str, Any]]:
+    return cast("list[dict[str, Any]]", json.loads(record.read_text("utf-8"))) if record.is_file() else []
+
+
+def _write(rows: Sequence[Mapping[str, Any]], record: Path) -> None:
+    order = [(arm, controller) for arm in ARMS for controller in WANTED]
+    rows = sorted(rows, key=lambda row: order.index((row["arm"], row["controller"])))
+    record.write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
 
 
 def _settings(keywords: Mapping[str, Any]) -> list[str]:
@@ -157,12 +174,11 @@ def main() -> None:
         "--kept", action="store_true", help="train nothing; write the page of the results that are kept"
     )
     given = parser.parse_args()
-    if given.fresh:
-        for result in KEPT.glob("*.json"):
-            result.unlink()
     chosen = [(controller, arm) for arm in given.only or ARMS for controller in given.controllers]
+    if given.fresh:
+        _write([row for row in _read(RECORD) if (row["controller"], row["arm"]) not in chosen], RECORD)
     if given.kept:
-        chosen = [case for case in chosen if _result(*case, KEPT).is_file()]
+        chosen = [case for case in chosen if recorded(*case) is not None]
     rows = [measure(*case, given.episodes) for case in chosen]
     if not given.only:
         PAGE.write_text(report(rows, given.episodes), "utf-8")

@@ -147,7 +147,7 @@ def measure(
         "seconds": trained["seconds"],
         "in_training": trained.get("success"),
         "machine": machine(),
-        "shared": os.getloadavg()[2] > BUSY * (os.cpu_count() or 1),
+        "shared": is_shared(),
         "commit": trained["commit"],
         "mujoco": found,
         "pybullet": other,
@@ -317,6 +317,11 @@ def current_commit() -> str:
 
     changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", ":!docs", f":!{RECORD.relative_to(ROOT)}")
     return git("rev-parse", "--short=7", "HEAD") + ("+" if changed else "") or "unknown"
+
+
+def is_shared() -> bool:
+    """Return whether other programs kept the machine busy during the last 15 minutes."""
+    return os.getloadavg()[2] > BUSY * (os.cpu_count() or 1)
 
 
 @cache
