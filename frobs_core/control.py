@@ -69,6 +69,8 @@ class RobotControl:
         self._covers_all = len(controllers) == 1 and self._columns == [slice(None)]
         self.physics_rate = any(controller.rate == "physics" for controller in controllers.values())
         self.only = next(iter(controllers.values())) if self._covers_all and not self.physics_rate else None
+        # Columns of joints without a controller stay at home; the others are written in each step.
+        self._held: Floats = np.repeat(robot.home[:1], robot.num_envs, axis=0)
         self._commands: list[Floats] = []
         self._physics_step = 0
 
@@ -105,10 +107,10 @@ class RobotControl:
 
     def _join(self, commands: list[Floats]) -> Floats:
         """Join commands of groups, (num_envs, dof) each or (num_envs, 1 or decimation, dof) each."""
-        robot = self.robot
-        between = (max(command.shape[1] for command in commands),) if commands and commands[0].ndim == 3 else ()
-        whole = np.empty((robot.num_envs, *between, robot.dof))
-        whole[...] = robot.home[:1]
+        whole = self._held
+        if commands and commands[0].ndim == 3:
+            rows = max(command.shape[1] for command in commands)
+            whole = np.repeat(whole[:, None], rows, axis=1)
         for columns, command in zip(self._columns, commands, strict=True):
             whole[..., columns] = command
         return whole

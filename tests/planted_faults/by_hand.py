@@ -91,7 +91,7 @@ _TABLE = (
     # -- joint groups, several robots, wrapped controllers, the physics rate --
     ("commands of all groups in the first columns", _CONTROL,
      "whole[..., columns] = command", "whole[..., : command.shape[-1]] = command"),
-    ("joints without a controller sent to zero", _CONTROL, "whole[...] = robot.home[:1]", "whole[...] = 0.0"),
+    ("joints without a controller sent to zero", _CONTROL, "np.repeat(robot.home[:1], robot.num_envs, axis=0)", "np.zeros((robot.num_envs, robot.dof))"),
     ("limits of the first joints for every group", _GROUP,
      "getattr(whole, limit)[:, self.columns])", "getattr(whole, limit)[:, : len(numbers)])"),
     ("positions of the first joints for every group", _GROUP,

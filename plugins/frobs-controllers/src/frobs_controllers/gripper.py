@@ -47,6 +47,7 @@ class Gripper(Controller):
         self._control_timestep = control_timestep
         with np.errstate(divide="ignore"):
             self._fastest = joints.velocity_limit * control_timestep / np.abs(self._stroke)  # opening in a control step
+        self._slowest = -self._fastest
         self._wanted, self._opening = np.zeros((joints.num_envs, 1)), np.zeros((joints.num_envs, joints.dof))
         self.action_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
         self.reset(None)
@@ -59,8 +60,11 @@ class Gripper(Controller):
 
     def apply(self, action: Action) -> Floats:
         """Return the joint positions to go to, (num_envs, dof) [rad or m]."""
-        self._wanted[:] = np.clip(self._want(np.clip(action, -1.0, 1.0)), 0.0, 1.0)
-        self._opening += np.clip(self._wanted - self._opening, -self._fastest, self._fastest)
+        # Two calls take less than half the time of np.clip.
+        wanted = self._want(np.minimum(np.maximum(action, -1.0), 1.0))
+        np.minimum(np.maximum(wanted, 0.0), 1.0, out=self._wanted)
+        change = np.minimum(np.maximum(self._wanted - self._opening, self._slowest), self._fastest)
+        np.add(self._opening, change, out=self._opening)
         return np.asarray(self._closed + self._opening * self._stroke)
 
     @abstractmethod

@@ -197,7 +197,7 @@ class MujocoSimulation(Simulation):
         self._wrench_reader = WrenchReader(self.model, robots)
         self.sensor_wrenches = {name: np.zeros((num_envs, 6)) for name in self._wrench_reader.names}
         self._records: dict[int, Any] = {}  # arrays of a rollout by its number of steps, for the next one
-        self._recorded_fields: tuple[str, ...] = ("actuator_force", "sensordata")
+        self._recorded_fields: tuple[str, ...] = ("sensordata",)
         if self.sensor_wrenches:
             self._recorded_fields += self._wrench_reader.fields
         self._senses = bool(scene.contacts or self.sensor_wrenches)
@@ -288,7 +288,7 @@ class MujocoSimulation(Simulation):
         )
         self._records[decimation] = recorded
         self._rows = None
-        self.efforts[:] = recorded["actuator_force"][:, -1]
+        self.efforts[:] = self._actuator_force
         self._stale = self._everywhere  # computed when it is read: a task may move bodies first
         if self.scene.contacts:
             self._contact_reader.read(recorded["sensordata"], self.contacts)
