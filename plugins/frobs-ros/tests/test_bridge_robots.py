@@ -117,6 +117,43 @@ def test_robot_of_frobs_stands_with_controllers_and_transforms(simulator: str, b
         joints.close()
 
 
+@pytest.mark.parametrize("robot", ["irb120", pytest.param("kobuki", marks=pytest.mark.slow)])
+def test_frames_of_a_served_robot_are_where_its_links_are(
+    robot: str, simulator: str, bridges: Callable[..., Any], publish: Callable[[str, Any], None]
+) -> None:
+    import rospy
+    import tf2_ros
+    from gazebo_msgs.srv import GetLinkState
+    from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+    bridges("--simulator", simulator, "--robot", robot, "--paused")
+    model = load_model(get_record("robot", robot).load().model)
+    buffer = tf2_ros.Buffer()
+    listener = tf2_ros.TransformListener(buffer)
+    try:
+        if robot == "irb120":
+            point = JointTrajectoryPoint(positions=[0.4, 0.3, -0.2, 0.5, 0.6, 0.7], time_from_start=rospy.Duration(1))
+            names = list(model.joint_names)
+            publish("/arm_controller/command", JointTrajectory(joint_names=names, points=[point]))
+        else:
+            publish("/cmd_vel", twist(0.2, 0.5))
+        step(1500)
+        links = [link.name for link in model.links if link.name != model.root]
+        until(lambda: all(buffer.can_transform(model.root, link, rospy.Time()) for link in links))
+        time.sleep(0.3)  # the newest frames have arrived
+        for link in links:
+            found = buffer.lookup_transform(model.root, link, rospy.Time()).transform
+            state = proxy("/gazebo/get_link_state", GetLinkState)(
+                f"{robot}::{link}", f"{robot}::{model.root}"
+            ).link_state
+            for axis in "xyz":
+                assert getattr(found.translation, axis) == pytest.approx(getattr(state.pose.position, axis), abs=5e-3)
+            turns = [(getattr(found.rotation, i), getattr(state.pose.orientation, i)) for i in "xyzw"]
+            assert abs(sum(a * b for a, b in turns)) == pytest.approx(1.0, abs=2e-3), link
+    finally:
+        listener.unregister()
+
+
 @pytest.mark.slow
 def test_robot_on_wheels_drives_and_scans(
     simulator: str, bridges: Callable[..., Any], publish: Callable[[str, Any], None]

@@ -152,8 +152,8 @@ class Smooth(MujocoSimulation):
 class Farsighted(MujocoSimulation):
     """Rays are 2 mm too long."""
 
-    def cast(self, *args: Any) -> Any:
-        return super().cast(*args) + 0.002
+    def cast(self, *args: Any, **kwargs: Any) -> Any:
+        return super().cast(*args, **kwargs) + 0.002
 
 
 class Mad(MujocoSimulation):

@@ -86,7 +86,7 @@ FAULTS: dict[str, tuple[str, Callable[[str], str], str]] = {
     ),
     "takes_ctrl_c": (
         "import_changes_nothing",
-        add("import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"),
+        add("import signal; signal.signal(signal.SIGINT, print)"),
         "signal handlers",
     ),
     "replaces_stdout": (

@@ -181,9 +181,8 @@ class StatePublisher:
         if strange:
             rospy.logwarn("joint_states tells of joints that %s lacks: %s", DESCRIPTION, ", ".join(sorted(strange)))
         positions = self._moving.positions(dict(zip(message.name, message.position, strict=True)))
-        known = np.isfinite(positions)
-        if known.any():
-            self._tf.publish(self._transforms(self._moving, np.where(known, positions, 0.0), known, stamp))
+        if np.isfinite(positions).any():
+            self._tf.publish(to_message(self._moving, positions, stamp, self._prefix))
 
     def _repeat(self, _: Any) -> None:
         import rospy
@@ -191,27 +190,28 @@ class StatePublisher:
         self._tf.publish(self._fixed_frames(rospy.Time.now() + rospy.Duration(_AHEAD)))
 
     def _fixed_frames(self, stamp: Any) -> Any:
-        count = len(self._fixed.joints)
-        return self._transforms(self._fixed, np.zeros(count), np.ones(count, bool), stamp)
+        return to_message(self._fixed, np.zeros(len(self._fixed.joints)), stamp, self._prefix)
 
-    def _transforms(self, frames: Frames, positions: Floats, wanted: Any, stamp: Any) -> Any:
-        """Return the message of those frames that are wanted (k,)."""
-        from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
-        from std_msgs.msg import Header
-        from tf2_msgs.msg import TFMessage
 
-        pos, quat = frames.poses(positions)
-        return TFMessage([
-            TransformStamped(
-                Header(stamp=stamp, frame_id=prefixed(self._prefix, joint.parent)),
-                prefixed(self._prefix, joint.child),
-                Transform(Vector3(x, y, z), Quaternion(i, j, k, w)),
-            )
-            for joint, (x, y, z), (w, i, j, k), told in zip(
-                frames.joints, pos.tolist(), quat.tolist(), wanted.tolist(), strict=True
-            )
-            if told
-        ])  # fmt: skip
+def to_message(frames: Frames, positions: Floats, stamp: Any, prefix: str = "") -> Any:
+    """Return a ``tf2_msgs/TFMessage`` of the frames whose positions (k,) [rad or m] are finite."""
+    from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+    from std_msgs.msg import Header
+    from tf2_msgs.msg import TFMessage
+
+    known = np.isfinite(positions)
+    pos, quat = frames.poses(np.where(known, positions, 0.0))
+    return TFMessage([
+        TransformStamped(
+            Header(stamp=stamp, frame_id=prefixed(prefix, joint.parent)),
+            prefixed(prefix, joint.child),
+            Transform(Vector3(x, y, z), Quaternion(i, j, k, w)),
+        )
+        for joint, (x, y, z), (w, i, j, k), told in zip(
+            frames.joints, pos.tolist(), quat.tolist(), known.tolist(), strict=True
+        )
+        if told
+    ])  # fmt: skip
 
 
 def read_description() -> tuple[Joint, ...]:

@@ -18,6 +18,7 @@ from frobs_ros.bridge.plugins.drive import Drive, DriveSettings
 from frobs_ros.bridge.plugins.sensors import Scan
 from frobs_ros.bridge.poses import WORLD
 from frobs_ros.bridge.sdf import WorldFile
+from frobs_ros.bridge.transforms import Transforms
 from frobs_ros.bridge.urdf import describe_robot
 from frobs_ros.bridge.wheels import Base
 
@@ -43,8 +44,8 @@ def stand_up(bridge: Bridge, model: Model, description: Robot) -> None:
 
     The parameter ``robot_description`` holds its URDF. Where its file asks for no controller manager, it has one:
     joint states are published, ``arm_controller`` follows trajectories, ``joint_group_position_controller`` is loaded.
-    A robot that drives on wheels listens to ``cmd_vel`` and tells ``odom``; a lidar tells ``scan``, or by its own name
-    where there are several.
+    Its frames are on ``/tf`` and ``/tf_static``. A robot that drives on wheels listens to ``cmd_vel``
+    and publishes ``odom``; a lidar publishes ``scan``, or under its own name if there are several.
 
     Raises:
         FrobsError: The simulator refuses it.
@@ -76,6 +77,8 @@ def _components(bridge: Bridge, model: Model, robot: Robot, prefix: str) -> Sequ
     placement = model.description.placement
     assert placement is not None
     components: list[Component] = []
+    if placement.model.format == "urdf":
+        components.append(Transforms(model, placement.model.xml))
     wheels: tuple[str, ...] = ()
     drive = robot.differential_drive
     if drive is not None:

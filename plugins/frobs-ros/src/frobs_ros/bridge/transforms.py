@@ -1,0 +1,42 @@
+"""``/tf`` and ``/tf_static`` of a robot that the bridge puts into the world; spawned robots have a state publisher."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frobs_core.models import MOVING, JointType
+from frobs_ros.bridge.component import Component, stamp
+from frobs_ros.bridge.model import Model
+from frobs_ros.bridge.world import World
+from frobs_ros.state_publisher import FREQUENCY, Frames, read_joints, to_message
+
+
+class Transforms(Component):
+    """Publishes where each joint's child is in its parent.
+
+    Args:
+        model: The robot.
+        urdf: Its URDF, which clients read too.
+    """
+
+    def __init__(self, model: Model, urdf: str) -> None:
+        import rospy
+        from tf2_msgs.msg import TFMessage
+
+        super().__init__(FREQUENCY)
+        joints = read_joints(urdf, model.name)
+        fixed = Frames(joint for joint in joints if joint.type in (JointType.FIXED, JointType.PLANAR))
+        self._model = model
+        self._moving = Frames(joint for joint in joints if joint.type in MOVING)
+        self._tf = self.own(rospy.Publisher("/tf", TFMessage, queue_size=100, tcp_nodelay=True))
+        self._static = self.own(rospy.Publisher("/tf_static", TFMessage, queue_size=100, latch=True))
+        self._static.publish(to_message(fixed, np.zeros(len(fixed.joints)), rospy.Time()))
+
+    def tell(self, world: World) -> None:
+        """Publish the joints that move, if somebody listens."""
+        robot = self._model.robot
+        if robot is None or not self._moving.joints or not self._tf.get_num_connections():
+            return
+        told = dict(zip(robot.joint_names, robot.joint_positions[0].tolist(), strict=True))
+        positions = self._moving.positions(told)
+        self._tf.publish(to_message(self._moving, positions, stamp(world.time_ns)))
