@@ -33,8 +33,8 @@ class ObservationTerm:
         dtype: ``"float32"`` for a vector; an image may have another, and needs a key of its own.
         imperfect: Whether it reads a sensor with noise, delay or another imperfection of its own. ``randomize`` then rejects
             noise and delays of this term.
-        view: What takes an image, for the records of policies that see it: name of the ``camera``, its place and field of view
-            as in :class:`~frobs_core.interfaces.Camera`, the ``modality``, and whether ``markers`` are drawn.
+        view: The camera of an image, for the records of policies that use it: name of the ``camera``, its place and field of
+            view as in :class:`~frobs_core.interfaces.Camera`, the ``modality``, and whether ``markers`` are drawn.
     """
 
     read: Callable[[], np.ndarray[Any, Any]]

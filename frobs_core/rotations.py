@@ -6,6 +6,7 @@ functions and sums over the last axis are used.
 
 from __future__ import annotations
 
+import math
 from typing import TypeVar
 
 import numpy as np
@@ -59,14 +60,13 @@ def cross(first: Floats, second: Floats) -> Floats:
         (…, 3)
     """
     if first.size == second.size == 3:  # for a single one, Python's own floats are faster; they round alike
-        products: Floats = np.array(_cross_components(*first.ravel().tolist(), *second.ravel().tolist()))
+        products: Floats = np.array(cross_components(*first.ravel().tolist(), *second.ravel().tolist()))
         return products.reshape(np.broadcast_shapes(first.shape, second.shape))
-    return np.stack(_cross_components(*_columns(first), *_columns(second)), axis=-1)
+    return np.stack(cross_components(*_columns(first), *_columns(second)), axis=-1)
 
 
-def _cross_components(
-    a: Number, b: Number, c: Number, p: Number, q: Number, r: Number
-) -> tuple[Number, Number, Number]:
+def cross_components(a: Number, b: Number, c: Number, p: Number, q: Number, r: Number) -> tuple[Number, Number, Number]:
+    """Return the cross product of (a, b, c) and (p, q, r); floats are faster than arrays for a single one."""
     return b * r - c * q, c * p - a * r, a * q - b * p
 
 
@@ -109,6 +109,22 @@ def rotate_components(
     """
     p, q, r = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
     return a + w * p + (y * r - z * q), b + w * q + (z * p - x * r), c + w * r + (x * q - y * p)
+
+
+def rpy_from_quat(quat_wxyz: npt.ArrayLike) -> tuple[float, float, float]:
+    """Return roll, pitch and yaw about fixed axes [rad], exact also where the pitch is ±90°: the roll is then 0.
+
+    The yaw is computed from what the roll leaves over, so that errors of the roll near ±90° cancel.
+
+    Args:
+        quat_wxyz: (4,), of length 1.
+    """
+    r = matrix_from_quat(quat_wxyz).tolist()
+    pitch = math.atan2(-r[2][0], math.hypot(r[0][0], r[1][0]))
+    roll = math.atan2(r[2][1], r[2][2]) if abs(pitch) < 0.5 * math.pi - 1e-9 else 0.0
+    sine, cosine = math.sin(roll), math.cos(roll)
+    yaw = math.atan2(sine * r[0][2] - cosine * r[0][1], cosine * r[1][1] - sine * r[1][2])
+    return roll, pitch, yaw
 
 
 def quat_from_rpy(rpy: npt.ArrayLike) -> Floats:

@@ -85,6 +85,18 @@ class Frames:
         return self._pos + self._ways * positions[:, None], quat_multiply(self._quat, turned)
 
 
+def split(joints: Iterable[Joint]) -> tuple[Frames, Frames]:
+    """Return the frames of the joints that move, and of the fixed ones.
+
+    As in ROS's own publisher, planar joints count as fixed, and floating ones are left out.
+    """
+    joints = tuple(joints)
+    return (
+        Frames(joint for joint in joints if joint.type in MOVING),
+        Frames(joint for joint in joints if joint.type in (JointType.FIXED, JointType.PLANAR)),
+    )
+
+
 class Pace:
     """When a message of joint states is due: no sooner than some time after the last of its joints.
 
@@ -151,9 +163,7 @@ class StatePublisher:
         if not frequency > 0:
             raise ParameterValueError("publish_frequency", frequency, "above 0 [Hz]")
         joints = tuple(joints)
-        self._moving = Frames(joint for joint in joints if joint.type in MOVING)
-        # ROS's own takes planar joints as fixed as well, and says nothing of floating ones.
-        self._fixed = Frames(joint for joint in joints if joint.type in (JointType.FIXED, JointType.PLANAR))
+        self._moving, self._fixed = split(joints)
         self._pace, self._prefix = Pace(frequency, always), prefix
         self._names = {joint.name for joint in joints}
         self._lock = threading.Lock()  # each that publishes joint states is heard in a thread of its own

@@ -109,10 +109,10 @@ class ContactReader:
 
         Args:
             data: (num_envs, decimation, nsensordata)
-            contacts: Where to.
+            contacts: Receives the values.
         """
         np.logical_or.reduce(data[..., self._counts] @ self._counted > 0, axis=1, out=contacts.closed)
-        if not self._totals:  # no force is told of contacts that ignore something
+        if not self._totals:  # contacts that ignore something report no force
             return
         np.maximum.reduce(np.abs(data[..., self._forces]), axis=1, out=contacts.normal_force)
         mean = np.add.reduce(data, axis=1) / data.shape[1]

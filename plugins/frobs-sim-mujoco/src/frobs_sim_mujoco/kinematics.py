@@ -12,12 +12,13 @@ _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 class Kinematics:
-    """Computes what tasks and sensors read of a written or recorded state, with the bits of a batch's forward pass.
+    """Computes poses and velocities after a state was written or steps were recorded.
 
-    A forward pass of the batch also detects collisions and computes mass matrices, which nothing here reads.
+    The results equal those of the batch's forward pass bit for bit. That pass also detects collisions and computes mass
+    matrices, which tasks and sensors do not read.
 
     Args:
-        batch: Of one environment.
+        batch: The batch of one environment.
     """
 
     def __init__(self, batch: Batch) -> None:

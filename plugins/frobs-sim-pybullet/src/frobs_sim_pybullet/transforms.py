@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import TypeAlias
 
-import numpy as np
-
+from frobs_core import rotations
 from frobs_core.models import Pose
-from frobs_core.rotations import matrix_from_quat, multiply_components, rotate_components
+from frobs_core.rotations import cross_components, multiply_components, rotate_components
 
 Vector: TypeAlias = tuple[float, float, float]
 Quat: TypeAlias = tuple[float, float, float, float]
@@ -32,7 +30,7 @@ def multiply(first: Quat, second: Quat) -> Quat:
 
 def cross(a: Vector, b: Vector) -> Vector:
     """Return a × b."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    return cross_components(*a, *b)
 
 
 def rotate(quat: Quat, vector: Vector) -> Vector:
@@ -62,14 +60,6 @@ def invert(transform: tuple[Vector, Quat]) -> tuple[Vector, Quat]:
 
 
 def rpy_from_quat(quat: Quat) -> Vector:
-    """Return roll, pitch and yaw about fixed axes, exact also where the pitch is ±90°; quat_xyzw.
-
-    The yaw is computed from what the roll leaves over, so that errors of the roll near ±90° cancel.
-    """
+    """Return roll, pitch and yaw about fixed axes; quat_xyzw."""
     x, y, z, w = quat
-    r = matrix_from_quat(np.array([w, x, y, z])).tolist()
-    pitch = math.atan2(-r[2][0], math.hypot(r[0][0], r[1][0]))
-    roll = math.atan2(r[2][1], r[2][2]) if abs(pitch) < 0.5 * math.pi - 1e-9 else 0.0
-    sine, cosine = math.sin(roll), math.cos(roll)
-    yaw = math.atan2(sine * r[0][2] - cosine * r[0][1], cosine * r[1][1] - sine * r[1][2])
-    return roll, pitch, yaw
+    return rotations.rpy_from_quat((w, x, y, z))

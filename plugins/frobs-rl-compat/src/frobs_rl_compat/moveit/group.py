@@ -12,6 +12,7 @@ import numpy as np
 from frobs_controllers_planning import Plan, Reason, ToolGoal
 from frobs_core.arrays import Floats
 from frobs_core.models import compose
+from frobs_core.rotations import rpy_from_quat
 from frobs_rl_compat.moveit import poses
 from frobs_rl_compat.moveit.description import read_description
 from frobs_rl_compat.moveit.errors import MoveItCommanderException, NotOfferedError
@@ -132,7 +133,7 @@ class MoveGroupCommander:
 
     def get_current_rpy(self, end_effector_link: str = "") -> list[float]:
         """Return roll, pitch and yaw of the end-effector link in the planning frame [rad]."""
-        return poses.rpy(self._link_pose(self._tool(end_effector_link), self._everything())[3:])
+        return list(rpy_from_quat(self._link_pose(self._tool(end_effector_link), self._everything())[3:]))
 
     def get_random_joint_values(self) -> list[float]:
         """Return random joint positions within the limits [rad or m]; the robot may collide there."""
@@ -277,7 +278,7 @@ class MoveGroupCommander:
     def set_workspace(self, ws: Sequence[float]) -> None:
         """Check a workspace: nothing, or its corners as 4 or 6 numbers.
 
-        As in MoveIt, it limits the motion of mobile bases alone, which are not supported here.
+        As in MoveIt, it limits only the motion of mobile bases, which are not supported here.
         """
         corners = [float(value) for value in ws]
         half = len(corners) // 2

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.rotations import matrix_from_quat, quat_conjugate, quat_from_rpy, quat_rotate
+from frobs_core.rotations import quat_conjugate, quat_from_rpy, quat_rotate
 from frobs_rl_compat.moveit.errors import MoveItCommanderException
 
 IDENTITY = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
@@ -67,13 +67,3 @@ def inverse(pose: Floats) -> Floats:
     """Return the pose of the outer frame in this one."""
     quat = quat_conjugate(pose[3:])
     return np.concatenate([-quat_rotate(quat, pose[:3]), quat])
-
-
-def rpy(quat_wxyz: Floats) -> list[float]:
-    """Return roll, pitch and yaw [rad] of a rotation: R = Rz(yaw)·Ry(pitch)·Rx(roll)."""
-    matrix = matrix_from_quat(quat_wxyz)
-    level = float(np.hypot(matrix[0, 0], matrix[1, 0]))
-    pitch = float(np.arctan2(-matrix[2, 0], level))
-    if level < 1e-9:  # the tool points straight up or down: only the sum of roll and yaw is defined
-        return [float(np.arctan2(-matrix[1, 2], matrix[1, 1])), pitch, 0.0]
-    return [float(np.arctan2(matrix[2, 1], matrix[2, 2])), pitch, float(np.arctan2(matrix[1, 0], matrix[0, 0]))]

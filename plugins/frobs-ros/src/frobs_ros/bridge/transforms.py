@@ -1,14 +1,13 @@
-"""``/tf`` and ``/tf_static`` of a robot that the bridge puts into the world; spawned robots have a state publisher."""
+"""``/tf`` and ``/tf_static`` of a robot that the bridge puts into the world; spawned robots have their own publisher."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.models import MOVING, JointType
 from frobs_ros.bridge.component import Component, stamp
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.world import World
-from frobs_ros.state_publisher import FREQUENCY, Frames, read_joints, to_message
+from frobs_ros.state_publisher import FREQUENCY, read_joints, split, to_message
 
 
 class Transforms(Component):
@@ -24,10 +23,8 @@ class Transforms(Component):
         from tf2_msgs.msg import TFMessage
 
         super().__init__(FREQUENCY)
-        joints = read_joints(urdf, model.name)
-        fixed = Frames(joint for joint in joints if joint.type in (JointType.FIXED, JointType.PLANAR))
         self._model = model
-        self._moving = Frames(joint for joint in joints if joint.type in MOVING)
+        self._moving, fixed = split(read_joints(urdf, model.name))
         self._tf = self.own(rospy.Publisher("/tf", TFMessage, queue_size=100, tcp_nodelay=True))
         self._static = self.own(rospy.Publisher("/tf_static", TFMessage, queue_size=100, latch=True))
         self._static.publish(to_message(fixed, np.zeros(len(fixed.joints)), rospy.Time()))

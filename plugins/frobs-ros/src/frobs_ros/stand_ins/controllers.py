@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 from argparse import ArgumentParser
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -74,16 +75,15 @@ def _spawn(namespace: str, options: Any, *, start: bool) -> None:
     if getattr(options, "wait_for", None):
         rospy.wait_for_message(options.wait_for, rospy.AnyMsg)
     names = [name for given in options.controllers for name in _names(given, namespace)]
-    undo: Callable[[], Any]
     if not start:
         or_raise(ros_controllers.stop_controllers_srv)(names, namespace)
-        undo = lambda: ros_controllers.start_controllers_srv(names, namespace)  # noqa: E731
+        undo = partial(ros_controllers.start_controllers_srv, names, namespace)
     else:
         for name in names:
             or_raise(ros_controllers.load_controller_srv)(name, namespace)
         if not options.stopped:
             or_raise(ros_controllers.start_controllers_srv)(names, namespace)
-        undo = lambda: ros_controllers.kill_controllers_srv(names, namespace)  # noqa: E731
+        undo = partial(ros_controllers.kill_controllers_srv, names, namespace)
     sys.stdout.write(f"{'spawned' if start else 'stopped'}: {', '.join(names)}\n")
     sys.stdout.flush()
     rospy.on_shutdown(undo)
