@@ -78,11 +78,13 @@ class Marker:
         pos: (num_envs, 3) [m] in the world.
         radius: [m]
         rgba: Each in [0, 1].
+        name: What it marks. Viewers such as RViz show and hide markers by name.
     """
 
     pos: Floats
     radius: float
     rgba: tuple[float, float, float, float] = (0.1, 0.75, 0.3, 0.6)
+    name: str = "goal"
 
 
 @dataclass(frozen=True, kw_only=True)

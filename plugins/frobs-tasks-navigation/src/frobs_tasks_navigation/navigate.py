@@ -273,10 +273,10 @@ class Navigate(Task):
     def markers(self) -> Sequence[Marker]:
         """Return the way-points, the one that is next as large as the tolerance, and a ball above the robot."""
         way = np.concatenate([self._course.way, np.zeros((*self._course.way.shape[:2], 1))], axis=-1)
-        beacons = [Marker(way[:, i], 0.15, (0.95, 0.75, 0.15, 1.0)) for i in range(way.shape[1])]
+        beacons = [Marker(way[:, i], 0.15, (0.95, 0.75, 0.15, 1.0), "way_points") for i in range(way.shape[1])]
         target = np.concatenate([self._course.target, np.zeros((len(way), 1))], axis=-1)
         above = self._robot.base_pose[0] + np.array([0.0, 0.0, 0.4])  # so that it is seen in a picture of all the plan
-        return (*beacons, Marker(target, self.tolerance), Marker(above, 0.2, (0.85, 0.12, 0.25, 1.0)))
+        return (*beacons, Marker(target, self.tolerance), Marker(above, 0.2, (0.85, 0.12, 0.25, 1.0), "robot"))
 
     def snapshot(self) -> Snapshot:
         """Return routes, boxes, and what the last step measured."""

@@ -190,7 +190,7 @@ class Reach(EpisodeStart):
 
     def markers(self) -> Sequence[Marker]:
         """Return the goal, as large as the tolerance, and the tool."""
-        return (Marker(self._goal, self.tolerance), Marker(self._tcp, 0.012, (0.95, 0.45, 0.1, 1.0)))
+        return (Marker(self._goal, self.tolerance), Marker(self._tcp, 0.012, (0.95, 0.45, 0.1, 1.0), "tool"))
 
     def snapshot(self) -> Snapshot:
         """Return the measured state and the goal."""
