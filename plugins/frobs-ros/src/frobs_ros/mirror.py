@@ -134,12 +134,19 @@ class Mirror:
         """Whether the base moves, so that it must be measured."""
         return self.env.robot.robot.base != "fixed"
 
+    @property
+    def goal_size(self) -> int:
+        """Number of coordinates of a goal: 2 for a robot that has no joints but its wheels, else 3."""
+        drive = self.env.robot.robot.differential_drive
+        wheels = drive.left + drive.right if drive is not None else ()
+        return 2 if set(wheels) == set(self.joint_names) else 3
+
     def begin(self, state: State, options: Mapping[str, Any] | None = None) -> None:
         """Begin an episode where the robot is.
 
         Args:
             state: What it measures.
-            options: Of the task's reset: ``{"goal": (3,)}``.
+            options: Of the task's reset: ``{"goal": (goal_size,)}``.
 
         Raises:
             UnknownParameterError: The task understands no such option.

@@ -66,7 +66,7 @@ def act(
         robot: That measures and obeys.
         mirror: Of the policy's bundle.
         policy: It.
-        goal: (3,) [m] of the task; None: the task draws one, until the robot hears of another.
+        goal: (3,) [m] of the task; a robot on wheels uses x and y. None: the task draws one, until the robot hears of another.
         timeout: For how long the robot may be silent [s].
         seconds: By the robot's clock; None: for ever.
         on_step: Called behind each step.
@@ -79,7 +79,7 @@ def act(
     report = Report()
 
     def begin(goal: Floats | None) -> None:
-        mirror.begin(state, {} if goal is None else {"goal": goal})
+        mirror.begin(state, {} if goal is None else {"goal": goal[: mirror.goal_size]})
         policy.reset()
 
     try:
