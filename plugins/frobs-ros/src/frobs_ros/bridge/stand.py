@@ -19,7 +19,7 @@ from frobs_ros.bridge.plugins.sensors import Scan
 from frobs_ros.bridge.poses import WORLD
 from frobs_ros.bridge.sdf import WorldFile
 from frobs_ros.bridge.transforms import Transforms
-from frobs_ros.bridge.urdf import describe_robot
+from frobs_ros.bridge.urdf import describe_robot, with_file_uris
 from frobs_ros.bridge.wheels import Base
 
 LOG = logging.getLogger("frobs.bridge")
@@ -56,7 +56,7 @@ def stand_up(bridge: Bridge, model: Model, description: Robot) -> None:
     assert model.description.placement is not None
     file = model.description.placement.model
     if file.format == "urdf":
-        rospy.set_param(f"{prefix}/robot_description", file.xml)
+        rospy.set_param(f"{prefix}/robot_description", with_file_uris(file.xml))
     else:
         LOG.warning("'%s' is described in MJCF, which ROS cannot read: there is no robot_description", model.name)
     bridge.add(model)

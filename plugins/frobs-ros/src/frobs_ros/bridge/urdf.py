@@ -56,6 +56,16 @@ def describe_robot(robot: Robot) -> Description:
     )
 
 
+def with_file_uris(text: str) -> str:
+    """Return a URDF whose absolute mesh paths are ``file://`` URIs, the only form of a path that RViz can open."""
+    root = ElementTree.fromstring(text)
+    for mesh in root.iter("mesh"):
+        name = mesh.get("filename", "")
+        if name.startswith("/"):
+            mesh.set("filename", f"file://{name}")
+    return ElementTree.tostring(root, encoding="unicode")
+
+
 def gazebo_elements(model: RobotModel) -> tuple[Element, ...]:
     """Return the ``<gazebo>`` elements of a robot's file."""
     return tuple(ElementTree.fromstring(model.xml).findall("gazebo")) if model.format == "urdf" else ()
