@@ -50,6 +50,9 @@ class RosRobot:
     Args:
         controller: Its controller that gets the commands; None: a wheeled robot's ``cmd_vel``.
 
+    Attributes:
+        odom_frame: Frame of the odometry that was measured last.
+
     Raises:
         ConfigurationError: The controller is unknown, does not run, or takes other commands than the policy gives; or there
             are several lidars.
@@ -77,6 +80,7 @@ class RosRobot:
         self._base: tuple[Floats, Floats, Floats, Floats] | None = None
         self._scan: Any = None
         self._goal: Floats | None = None
+        self.odom_frame = "odom"
         self._heard: dict[str, float] = {"joint states": -math.inf}
         rospy.Subscriber(self._name(topics.joint_states), JointState, self._hear_joints, queue_size=1, tcp_nodelay=True)
         if mirror.moves:
@@ -176,6 +180,7 @@ class RosRobot:
         turning = np.array([[twist.angular.x, twist.angular.y, twist.angular.z]])
         pos = np.array([pose.position.x, pose.position.y, pose.position.z])
         with self._lock:  # a twist is told in the base's own frame
+            self.odom_frame = message.header.frame_id
             self._base = pos, quat, quat_rotate(quat[None], moving)[0], quat_rotate(quat[None], turning)[0]
             self._heard["odometry"] = time.monotonic()
 

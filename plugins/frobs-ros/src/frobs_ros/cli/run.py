@@ -34,7 +34,9 @@ def run(
     goal: Annotated[
         tuple[float, float, float] | None,
         typer.Option(
-            metavar="X Y Z", show_default=False, help="The task's goal, in metres; drawn by the task without it."
+            metavar="X Y Z",
+            show_default=False,
+            help="Goal of the task [m]; wheeled robots use X and Y. Default: drawn by the task.",
         ),
     ] = None,
     joint_states: Annotated[str, typer.Option(metavar="TOPIC", help="Where joints are measured.")] = "joint_states",
@@ -68,6 +70,7 @@ def run(
     from frobs_ros.mirror import Mirror
     from frobs_ros.policy_loop import Report, act
     from frobs_ros.ros_robot import RosRobot, Topics
+    from frobs_ros.visualization import Visualization
 
     opened = read_bundle(pretrained_path(bundle) if pretrained else bundle)
     if robot is None:
@@ -85,7 +88,13 @@ def run(
             live = RosRobot(mirror, namespace, controller, Topics(joint_states, odom, scan, goal_topic))
             print_note(f"acting each {mirror.env.control_timestep:g} s; Ctrl-C ends it")
             report: Report = act(
-                live, mirror, policy, goal=None if goal is None else np.array(goal), timeout=timeout, seconds=seconds
+                live,
+                mirror,
+                policy,
+                goal=None if goal is None else np.array(goal),
+                timeout=timeout,
+                seconds=seconds,
+                on_step=Visualization(live, mirror, namespace).update,
             )
         finally:
             rospy.signal_shutdown("the policy has ended")

@@ -1,0 +1,16 @@
+"""Prints where a configuration of RViz is: ``rviz -d "$(python -m frobs_ros.rviz arm)"``."""
+
+import argparse
+
+from frobs_ros import rviz
+
+
+def main() -> None:
+    """Print the path of the configuration that the command line names."""
+    parser = argparse.ArgumentParser(prog="python -m frobs_ros.rviz", description=__doc__)
+    parser.add_argument("kind", choices=["arm", "mobile"], help="kind of robot that RViz shows")
+    print({"arm": rviz.ARM, "mobile": rviz.MOBILE}[parser.parse_args().kind])  # noqa: T201 - its only output
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,134 @@
+"""Shows in RViz what a policy does: the path of the robot, and what its task marks, such as the goal."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.interfaces import Marker
+from frobs_core.rotations import quat_conjugate, quat_multiply, quat_rotate
+
+if TYPE_CHECKING:
+    from frobs_ros.mirror import Mirror
+    from frobs_ros.policy_loop import Report
+    from frobs_ros.ros_robot import RosRobot
+
+PATH, MARKERS = "path", "visualization_marker_array"
+"""Names of the topics in the robot's namespace."""
+
+_INTERVAL = 0.1  # [s] between two messages of a topic
+_SPACING = 0.01  # [m] between two poses of a tool's path
+_BASE_SPACING = 0.05  # [m] between two poses of a base's path
+_LENGTH = 1000  # poses of a path; serializing them takes about 5 ms of a control step
+
+
+class Visualization:
+    """Publishes the path and the markers of a policy while somebody subscribes. The process must be a ROS node already.
+
+    The path (``nav_msgs/Path``) is that of a moving base, or of the tool of an arm whose base is fixed. It begins with the
+    episode. The markers (``visualization_msgs/MarkerArray``) are those of the task; each marker's namespace is its name.
+    Both are in the frame of the odometry if the base moves, and else in the frame of the robot's root link.
+
+    Args:
+        robot: The robot that the policy acts on.
+        mirror: The environment that follows it.
+        namespace: Namespace of the topics.
+    """
+
+    def __init__(self, robot: RosRobot, mirror: Mirror, namespace: str = "/") -> None:
+        import rospy
+        from nav_msgs.msg import Path
+        from visualization_msgs.msg import MarkerArray
+
+        self._robot, self._mirror = robot, mirror
+        space = namespace.rstrip("/")
+        self._path = rospy.Publisher(f"{space}/{PATH}", Path, queue_size=1)
+        self._markers = rospy.Publisher(f"{space}/{MARKERS}", MarkerArray, queue_size=1)
+        self._poses: deque[Any] = deque(maxlen=_LENGTH)
+        self._spacing = _BASE_SPACING if mirror.moves else _SPACING
+        self._last_pos = np.full(3, np.inf)
+        self._published = -np.inf
+        self._restarts = 0
+
+    def update(self, report: Report) -> None:
+        """Add the robot's present pose to its path, and publish what is due.
+
+        Args:
+            report: Report of the policy after its step; a new path begins when its number of restarts changes.
+        """
+        if report.restarts != self._restarts:
+            self._restarts = report.restarts
+            self._poses.clear()
+            self._last_pos = np.full(3, np.inf)
+        now = self._robot.now()
+        frame = _Frame(self._robot, self._mirror)
+        self._extend(frame)
+        if abs(now - self._published) < _INTERVAL:
+            return
+        self._published = now
+        if self._path.get_num_connections():
+            self._path.publish(self._path.data_class(header=frame.header(), poses=list(self._poses)))
+        if self._markers.get_num_connections():
+            self._markers.publish(self._markers.data_class(markers=self._shapes(frame)))
+
+    def _extend(self, frame: _Frame) -> None:
+        from geometry_msgs.msg import PoseStamped
+
+        handle = self._mirror.env.robot
+        pos, quat = handle.base_pose if self._mirror.moves else handle.frame_pose("tcp")
+        if np.linalg.norm(pos[0] - self._last_pos) >= self._spacing:
+            self._last_pos = pos[0].copy()
+            self._poses.append(PoseStamped(frame.header(), frame.pose(pos[0], quat[0])))
+
+    def _shapes(self, frame: _Frame) -> list[Any]:
+        """Return the task's markers as a list of ``visualization_msgs/Marker``."""
+        return [_sphere(frame, number, marker) for number, marker in enumerate(self._mirror.env.task.markers())]
+
+
+class _Frame:
+    """The frame of a robot's messages, and where the mirror's world is in it."""
+
+    def __init__(self, robot: RosRobot, mirror: Mirror) -> None:
+        if mirror.moves:
+            self.name = robot.odom_frame
+            self._pos, self._quat = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
+        else:
+            handle = mirror.env.robot
+            self.name = handle.model.root
+            pos, quat = handle.frame_pose(self.name)
+            self._pos, self._quat = pos[0], quat_conjugate(quat[0])
+
+    def header(self) -> Any:
+        """Return a ``std_msgs/Header`` of now."""
+        import rospy
+        from std_msgs.msg import Header
+
+        return Header(stamp=rospy.Time.now(), frame_id=self.name)
+
+    def pose(self, pos: Floats, quat_wxyz: Floats) -> Any:
+        """Return a pose in the world, pos (3,) [m] and quat_wxyz (4,), as a ``geometry_msgs/Pose`` in this frame."""
+        from geometry_msgs.msg import Point, Pose, Quaternion
+
+        x, y, z = quat_rotate(self._quat, pos - self._pos).tolist()
+        w, i, j, k = quat_multiply(self._quat, quat_wxyz).tolist()
+        return Pose(Point(x, y, z), Quaternion(i, j, k, w))
+
+
+def _sphere(frame: _Frame, number: int, marker: Marker) -> Any:
+    from geometry_msgs.msg import Vector3
+    from std_msgs.msg import ColorRGBA
+    from visualization_msgs.msg import Marker as Message
+
+    return Message(
+        header=frame.header(),
+        ns=marker.name,
+        id=number,
+        type=Message.SPHERE,
+        action=Message.ADD,
+        pose=frame.pose(marker.pos[0], np.array([1.0, 0.0, 0.0, 0.0])),
+        scale=Vector3(*[2.0 * marker.radius] * 3),
+        color=ColorRGBA(*marker.rgba),
+    )
