@@ -16,6 +16,7 @@ from generate import (
     hooks,
     plugins,
     ros,
+    ros_features,
     rules,
     signatures,
     step_files,
@@ -31,6 +32,7 @@ PAGES = {
     "model-rules": rules.page,
     "commands": commands.page,
     "ros": ros.page,
+    "ros-features": ros_features.page,
     "api": api.page,
 }
 """Each page of the reference, with what writes it."""

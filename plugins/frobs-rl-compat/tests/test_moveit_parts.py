@@ -93,6 +93,7 @@ def test_what_is_no_pose_is_an_error(numbers):
         poses.from_list(numbers)
 
 
+@pytest.mark.ros_feature("gripper commands through MoveIt", "stand-in", works=False)
 def test_the_default_controller_is_chosen_and_other_types_are_refused():
     entries = [
         {"name": "slow", "type": "FollowJointTrajectory", "joints": ["a", "b"]},
@@ -195,6 +196,7 @@ HALF = 0.08
 
 
 @pytest.mark.slow
+@pytest.mark.ros_feature("planning scene of MoveIt", "stand-in")
 def test_200_planned_motions_touch_nothing_in_mujoco(messages, robot, tmp_path):
     from moveit_msgs.msg import CollisionObject, PlanningScene
     from shape_msgs.msg import SolidPrimitive

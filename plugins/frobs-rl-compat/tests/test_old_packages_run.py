@@ -15,6 +15,7 @@ EXAMPLES = HERE.parent / "examples"
 @pytest.mark.slow
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("name", ["old_gym_package", "gymnasium_package"])
+@pytest.mark.ros_feature("packages that use FRobs_RL", "mujoco", "gazebo")
 def test_an_old_package_spawns_trains_saves_loads_and_predicts(name, backend, run_package, tmp_path):
     run = run_package(HERE / name, backend)
     trained = run("train.py")
@@ -32,6 +33,7 @@ def test_an_old_package_spawns_trains_saves_loads_and_predicts(name, backend, ru
 @pytest.mark.slow
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("name", ["abb_irb120_reacher", "kobuki_maze_rl"])
+@pytest.mark.ros_feature("packages that use FRobs_RL", "mujoco", "gazebo")
 def test_the_examples_train_for_a_short_while(name, backend, run_package, tmp_path):
     run = run_package(EXAMPLES / name, backend)
     config = tmp_path / name / "config"
@@ -80,6 +82,7 @@ env.close()
 
 
 @pytest.mark.slow
+@pytest.mark.ros_feature("packages that use FRobs_RL", "mujoco", "gazebo")
 def test_the_boxes_of_the_maze_move_begin_anew_and_are_seen(backend, run_package, tmp_path):
     run = run_package(EXAMPLES / "kobuki_maze_rl", backend)
     (tmp_path / "kobuki_maze_rl" / "scripts" / "boxes.py").write_text(BOXES)

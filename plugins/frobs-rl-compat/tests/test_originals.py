@@ -77,6 +77,7 @@ def shorten(config: Path) -> None:
         ),
     ],
 )
+@pytest.mark.ros_feature("packages that use FRobs_RL", "mujoco", "gazebo")
 def test_training_starts_steps_learns_saves_and_ends(run_original, workspace, backend, package, script, models):
     for config in (workspace / package / "config").glob("td3*.yaml"):
         shorten(config)
@@ -96,6 +97,7 @@ def processes_with(variable: str) -> list[str]:
     return found
 
 
+@pytest.mark.ros_feature("packages that use FRobs_RL", "mujoco")
 def test_ctrl_c_ends_a_training_script_quietly_and_leaves_no_process(workspace, start_in_workspace, tmp_path):
     config = workspace / MAZE / "config" / "td3.yaml"
     shorten(config)
@@ -155,6 +157,7 @@ def result_of(output: str) -> dict:
         ("kobuki_dynamic_v3", "KobukiDynamicEnv", None),
     ],
 )
+@pytest.mark.ros_feature("packages that use FRobs_RL", "mujoco", "gazebo")
 def test_every_other_task_steps_for_200_actions(run_original, backend, module, name, width):
     text = DRIVE.format(module=module, name=name, before="more = {}", between="")
     records = result_of(run_original(MAZE, "drive.py", backend, text))["records"]
@@ -239,6 +242,7 @@ def recomputed(observation: list[float], numbers: dict, remaining: range) -> set
     return rewards
 
 
+@pytest.mark.ros_feature("packages that use FRobs_RL", "mujoco", "gazebo")
 def test_the_maze_is_the_original_one(run_original, workspace, backend, mazes):
     expected = dict(wall_places(workspace / MAZE / WORLD))
     text = DRIVE.format(

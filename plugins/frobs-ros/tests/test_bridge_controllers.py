@@ -118,6 +118,7 @@ def robot(request: pytest.FixtureRequest, server: Any) -> Iterator[Arm]:
     rospy.delete_param("/two")
 
 
+@pytest.mark.ros_feature("controller manager", "mujoco", "gazebo")
 def test_controllers_go_through_their_life(robot: Arm) -> None:
     import rospy
 
@@ -136,6 +137,7 @@ def test_controllers_go_through_their_life(robot: Arm) -> None:
     assert robot.list_controllers().controller == []
 
 
+@pytest.mark.ros_feature("controller manager", "mujoco", "gazebo")
 def test_strictness_decides_about_what_cannot_be_switched(robot: Arm) -> None:
     robot.load("states", "joint_state_controller/JointStateController")
     assert not robot.start("states", "nobody")
@@ -146,6 +148,7 @@ def test_strictness_decides_about_what_cannot_be_switched(robot: Arm) -> None:
     assert robot.start("states", stop=("states",))  # restarted, as resets do
 
 
+@pytest.mark.ros_feature("controller manager", "mujoco", "gazebo")
 def test_types_are_listed_and_libraries_reloaded(robot: Arm) -> None:
     told = robot.list_controller_types()
     assert "position_controllers/JointTrajectoryController" in told.types
@@ -157,6 +160,7 @@ def test_types_are_listed_and_libraries_reloaded(robot: Arm) -> None:
     assert robot.list_controllers().controller == []
 
 
+@pytest.mark.ros_feature("controller manager", "mujoco", "gazebo")
 def test_two_controllers_cannot_claim_one_joint(robot: Arm) -> None:
     robot.load("one", "position_controllers/JointPositionController", joint="a_joint")
     robot.load("both", "position_controllers/JointGroupPositionController", joints=list(JOINTS))
@@ -167,11 +171,13 @@ def test_two_controllers_cannot_claim_one_joint(robot: Arm) -> None:
     assert claimed["both"] == list(JOINTS)
 
 
+@pytest.mark.ros_feature("controller manager", "mujoco", "gazebo")
 def test_controller_needs_the_interface_of_the_transmission(robot: Arm) -> None:
     assert not robot.load("wrong", "effort_controllers/JointEffortController", joint="a_joint")
     assert not robot.load("nothing", "position_controllers/JointPositionController", joint="c_joint")
 
 
+@pytest.mark.ros_feature("joint states", "mujoco", "gazebo")
 def test_joint_states_are_sorted_and_their_stamps_advance(robot: Arm) -> None:
     import rospy
     from std_srvs.srv import Empty
@@ -191,6 +197,7 @@ def test_joint_states_are_sorted_and_their_stamps_advance(robot: Arm) -> None:
     assert all(later > earlier for earlier, later in itertools.pairwise(after))
 
 
+@pytest.mark.ros_feature("position controllers", "mujoco", "gazebo")
 def test_position_commands_are_followed_and_kept_in_the_limits(robot: Arm) -> None:
     from std_msgs.msg import Float64, Float64MultiArray
 
@@ -211,6 +218,7 @@ def test_position_commands_are_followed_and_kept_in_the_limits(robot: Arm) -> No
 
 
 @pytest.mark.parametrize("robot", ["Velocity"], indirect=True)
+@pytest.mark.ros_feature("velocity controllers", "mujoco", "gazebo")
 def test_velocity_commands_are_followed(robot: Arm) -> None:
     from std_msgs.msg import Float64
 
@@ -228,6 +236,7 @@ def test_velocity_commands_are_followed(robot: Arm) -> None:
 
 
 @pytest.mark.parametrize("robot", ["Effort"], indirect=True)
+@pytest.mark.ros_feature("effort controllers", "mujoco", "gazebo")
 def test_effort_commands_are_followed(robot: Arm) -> None:
     from std_msgs.msg import Float64, Float64MultiArray
 
@@ -247,6 +256,8 @@ def test_effort_commands_are_followed(robot: Arm) -> None:
 
 
 @pytest.mark.parametrize("robot", [("Position", "Velocity")], indirect=True)
+@pytest.mark.ros_feature("position controllers", "mujoco", "gazebo")
+@pytest.mark.ros_feature("velocity controllers", "mujoco", "gazebo")
 def test_joints_of_one_robot_may_follow_different_things(robot: Arm) -> None:
     from std_msgs.msg import Float64
 
@@ -261,6 +272,8 @@ def test_joints_of_one_robot_may_follow_different_things(robot: Arm) -> None:
 
 
 @pytest.mark.parametrize("robot", ["Position", "Effort"], indirect=True)
+@pytest.mark.ros_feature("trajectory controllers", "mujoco", "gazebo")
+@pytest.mark.ros_feature("actionlib", "ros", "mujoco", "gazebo")
 def test_trajectory_goals_succeed_fail_and_are_cancelled(robot: Arm, request: pytest.FixtureRequest) -> None:
     import actionlib
     import rospy
@@ -314,6 +327,7 @@ def test_trajectory_goals_succeed_fail_and_are_cancelled(robot: Arm, request: py
     client.stop_tracking_goal()
 
 
+@pytest.mark.ros_feature("trajectory controllers", "mujoco", "gazebo")
 def test_trajectory_topic_is_followed_and_told(robot: Arm) -> None:
     import rospy
     from control_msgs.msg import JointTrajectoryControllerState

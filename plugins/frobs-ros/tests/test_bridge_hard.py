@@ -67,6 +67,7 @@ def bridge(bridges: Callable[..., Any]) -> Any:
     return bridges("--paused")
 
 
+@pytest.mark.ros_feature("closed to other machines", "mujoco")
 def test_only_the_loopback_address_is_listened_at(bridge: Any, listening: Callable[[int], set[str]]) -> None:
     assert listening(bridge.process.pid) == {"127.0.0.1"}
 
@@ -181,6 +182,7 @@ def test_models_come_and_go_without_a_leak(bridge: Any) -> None:
     assert after[3] == before[3]
 
 
+@pytest.mark.ros_feature("the command gz", "mujoco")
 def test_gz_steps_pauses_and_resets_and_waits(bridge: Any) -> None:
     from gazebo_msgs.srv import GetPhysicsProperties, GetWorldProperties
 

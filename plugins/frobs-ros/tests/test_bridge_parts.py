@@ -184,6 +184,7 @@ def test_static_sdf_is_put_and_holds_what_falls() -> None:
     ],
     ids=["projector", "nested", "camera", "ball", "relative", "loose", "polyline", "size", "empty"],
 )
+@pytest.mark.ros_feature("SDF elements that the bridge does not read", "mujoco", works=False)
 def test_what_is_outside_of_the_part_of_sdf_is_refused_by_name(inside: str, words: str) -> None:
     with pytest.raises(ModelFileError, match=words):
         describe_sdf(f'<sdf version="1.6"><model name="m">{inside}</model></sdf>')

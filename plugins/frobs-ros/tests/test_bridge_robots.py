@@ -70,6 +70,8 @@ def twist(linear: float, angular: float = 0.0) -> Any:
     return Twist(linear=Vector3(x=linear), angular=Vector3(z=angular))
 
 
+@pytest.mark.ros_feature("controller manager", "mujoco", "gazebo")
+@pytest.mark.ros_feature("tf and robot_state_publisher", "ros", "mujoco", "gazebo")
 def test_robot_of_frobs_stands_with_controllers_and_transforms(simulator: str, bridges: Callable[..., Any]) -> None:
     import rospy
     from controller_manager_msgs.srv import ListControllers
@@ -118,6 +120,7 @@ def test_robot_of_frobs_stands_with_controllers_and_transforms(simulator: str, b
 
 
 @pytest.mark.parametrize("robot", ["irb120", pytest.param("kobuki", marks=pytest.mark.slow)])
+@pytest.mark.ros_feature("tf and robot_state_publisher", "mujoco", "gazebo")
 def test_frames_of_a_served_robot_are_where_its_links_are(
     robot: str, simulator: str, bridges: Callable[..., Any], publish: Callable[[str, Any], None]
 ) -> None:
@@ -155,6 +158,9 @@ def test_frames_of_a_served_robot_are_where_its_links_are(
 
 
 @pytest.mark.slow
+@pytest.mark.ros_feature("laser scans", "mujoco", "gazebo")
+@pytest.mark.ros_feature("odometry", "mujoco", "gazebo")
+@pytest.mark.ros_feature("differential drives", "mujoco", "gazebo")
 def test_robot_on_wheels_drives_and_scans(
     simulator: str, bridges: Callable[..., Any], publish: Callable[[str, Any], None]
 ) -> None:
@@ -216,6 +222,10 @@ def spawn(name: str, xml: str, namespace: str, y: float = 0.0) -> Any:
 
 
 @pytest.mark.slow
+@pytest.mark.ros_feature("Gazebo plugins in a URDF", "mujoco", "gazebo")
+@pytest.mark.ros_feature("laser scans", "mujoco", "gazebo")
+@pytest.mark.ros_feature("odometry", "mujoco", "gazebo")
+@pytest.mark.ros_feature("plugins of Gazebo that the bridge does not know", "mujoco", "gazebo", works=False)
 def test_plugins_of_gazebo_are_honoured_or_named(
     simulator: str, bridges: Callable[..., Any], publish: Callable[[str, Any], None]
 ) -> None:
@@ -238,6 +248,8 @@ def test_plugins_of_gazebo_are_honoured_or_named(
 
 
 @pytest.mark.slow
+@pytest.mark.ros_feature("differential drives", "mujoco", "gazebo")
+@pytest.mark.ros_feature("odometry", "mujoco", "gazebo")
 def test_two_robots_live_in_their_namespaces(
     simulator: str, bridges: Callable[..., Any], publish: Callable[[str, Any], None]
 ) -> None:

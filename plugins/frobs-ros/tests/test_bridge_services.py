@@ -74,6 +74,7 @@ def gazebo(server: Gazebo) -> Gazebo:
     return server
 
 
+@pytest.mark.ros_feature("physics properties", "mujoco", "pybullet", "gazebo")
 def test_physics_properties_are_those_of_gazebo(gazebo: Gazebo) -> None:
     told = gazebo.get_physics_properties()
     assert (told.success, told.status_message) == (True, "GetPhysicsProperties: got properties")
@@ -89,6 +90,7 @@ def test_logging_asks_the_master_for_nothing(gazebo: Gazebo) -> None:
     assert rospy.get_param("/rosout_disable_topics_generation") is False  # rospy only caches parameters with a value
 
 
+@pytest.mark.ros_feature("physics properties", "mujoco", "pybullet", "gazebo")
 def test_physics_properties_are_kept_and_felt(gazebo: Gazebo) -> None:
     before = gazebo.get_physics_properties()
     gazebo.spawn("box", BOX, z=10.0)
@@ -107,6 +109,7 @@ def test_physics_properties_are_kept_and_felt(gazebo: Gazebo) -> None:
 
 
 @pytest.mark.parametrize("time_step", [0.0, -1.0, math.nan, 1e9])
+@pytest.mark.ros_feature("physics properties", "mujoco", "pybullet", "gazebo")
 def test_impossible_time_step_is_refused(gazebo: Gazebo, time_step: float) -> None:
     now = gazebo.get_physics_properties()
     told = gazebo.set_physics_properties(time_step, 1000.0, now.gravity, now.ode_config)
@@ -115,6 +118,7 @@ def test_impossible_time_step_is_refused(gazebo: Gazebo, time_step: float) -> No
     assert gazebo.get_physics_properties().time_step == 0.001
 
 
+@pytest.mark.ros_feature("pausing, resuming and stepping", "mujoco", "pybullet", "gazebo")
 def test_steps_are_made_before_the_answer(gazebo: Gazebo) -> None:
     assert gazebo.step(10).time == pytest.approx(0.01)
     told = gazebo.step(2500)
@@ -122,6 +126,7 @@ def test_steps_are_made_before_the_answer(gazebo: Gazebo) -> None:
     assert gazebo.get_world_properties().sim_time == pytest.approx(2.51)
 
 
+@pytest.mark.ros_feature("pausing, resuming and stepping", "mujoco", "pybullet", "gazebo")
 def test_time_runs_and_stands_still(gazebo: Gazebo) -> None:
     gazebo.unpause_physics()
     assert not gazebo.get_physics_properties().pause
@@ -139,6 +144,7 @@ LEANING = """<sdf version="1.7"><model name="m"><pose>1 2 0.5 0 0 1.570796326794
 </link></model></sdf>"""
 
 
+@pytest.mark.ros_feature("spawning and deleting models", "mujoco", "pybullet", "gazebo")
 def test_the_pose_of_an_sdf_model_is_relative_to_the_pose_that_is_asked_for(gazebo: Gazebo) -> None:
     from geometry_msgs.msg import Point, Pose, Quaternion
 
@@ -153,6 +159,7 @@ def test_the_pose_of_an_sdf_model_is_relative_to_the_pose_that_is_asked_for(gaze
     assert (link.x, link.y, link.z) == pytest.approx((8.0, 1.0, 4.5))
 
 
+@pytest.mark.ros_feature("spawning and deleting models", "mujoco", "pybullet", "gazebo")
 def test_models_are_spawned_and_deleted(gazebo: Gazebo) -> None:
     for name, xml in (("box", BOX), ("ball", SPHERE)):
         told = gazebo.spawn(name, xml, z=1.0)
@@ -164,6 +171,7 @@ def test_models_are_spawned_and_deleted(gazebo: Gazebo) -> None:
     assert gazebo.height("ball") == pytest.approx(1.0)
 
 
+@pytest.mark.ros_feature("spawning and deleting models", "mujoco", "pybullet", "gazebo")
 def test_name_that_is_taken_is_refused(gazebo: Gazebo) -> None:
     assert gazebo.spawn("box", BOX, z=1.0).success
     told = gazebo.spawn("box", BOX)
@@ -188,6 +196,7 @@ def test_name_that_is_taken_is_refused(gazebo: Gazebo) -> None:
     ],
     ids=["empty", "torn", "no-link", "no-size", "sdf", "plugin"],
 )
+@pytest.mark.ros_feature("spawning and deleting models", "mujoco", "pybullet", "gazebo")
 def test_invalid_model_is_refused_and_changes_nothing(gazebo: Gazebo, xml: str, words: str) -> None:
     told = gazebo.spawn("bad", xml)
     assert not told.success
@@ -197,6 +206,7 @@ def test_invalid_model_is_refused_and_changes_nothing(gazebo: Gazebo, xml: str, 
     assert gazebo.step(1).success
 
 
+@pytest.mark.ros_feature("spawning and deleting models", "mujoco", "pybullet", "gazebo")
 def test_spawning_keeps_the_motion_of_what_is_there(gazebo: Gazebo) -> None:
     gazebo.spawn("box", BOX, z=5.0)
     gazebo.spawn("arm", ARM, x=3.0)
@@ -212,6 +222,7 @@ def test_spawning_keeps_the_motion_of_what_is_there(gazebo: Gazebo) -> None:
     assert (now.position, now.rate) == (pytest.approx(angle.position), pytest.approx(angle.rate))
 
 
+@pytest.mark.ros_feature("model states", "mujoco", "pybullet", "gazebo")
 def test_model_state_is_set_and_told_in_any_frame(gazebo: Gazebo) -> None:
     from gazebo_msgs.msg import ModelState
 
@@ -235,6 +246,7 @@ def test_model_state_is_set_and_told_in_any_frame(gazebo: Gazebo) -> None:
         assert not gazebo.set_model_state(ModelState(model_name=name, reference_frame=frame)).success
 
 
+@pytest.mark.ros_feature("model states", "mujoco", "pybullet", "gazebo")
 def test_state_that_is_published_is_taken(gazebo: Gazebo) -> None:
     import rospy
     from gazebo_msgs.msg import ModelState
@@ -251,6 +263,7 @@ def test_state_that_is_published_is_taken(gazebo: Gazebo) -> None:
     publisher.unregister()
 
 
+@pytest.mark.ros_feature("resets of the world and of the time", "mujoco", "pybullet", "gazebo")
 def test_reset_brings_models_back_and_the_time_where_told(gazebo: Gazebo) -> None:
     gazebo.spawn("box", BOX, z=2.0)
     gazebo.step(500)
@@ -266,6 +279,7 @@ def test_reset_brings_models_back_and_the_time_where_told(gazebo: Gazebo) -> Non
     assert gazebo.get_model_state("box", "").twist.linear.z == pytest.approx(-0.0098, rel=1e-3)
 
 
+@pytest.mark.ros_feature("model states", "mujoco", "pybullet", "gazebo")
 def test_model_properties_name_its_parts(gazebo: Gazebo) -> None:
     gazebo.spawn("arm", ARM)
     told = gazebo.get_model_properties("arm")
@@ -276,6 +290,7 @@ def test_model_properties_name_its_parts(gazebo: Gazebo) -> None:
     assert not gazebo.get_model_properties("none").success
 
 
+@pytest.mark.ros_feature("joint properties and model configuration", "mujoco", "pybullet", "gazebo")
 def test_joint_is_put_and_told(gazebo: Gazebo) -> None:
     gazebo.spawn("arm", ARM)
     told = gazebo.set_model_configuration("arm", "", ["j"], [0.7])
@@ -287,6 +302,8 @@ def test_joint_is_put_and_told(gazebo: Gazebo) -> None:
     assert not gazebo.get_joint_properties("x").success
 
 
+@pytest.mark.ros_feature("joint properties and model configuration", "mujoco", "pybullet", "gazebo")
+@pytest.mark.ros_feature("joint properties other than the damping", "mujoco", "pybullet", "gazebo", works=False)
 def test_joint_damping_is_set_and_other_properties_are_refused(gazebo: Gazebo) -> None:
     from gazebo_msgs.msg import ODEJointProperties
 
@@ -301,6 +318,7 @@ def test_joint_damping_is_set_and_other_properties_are_refused(gazebo: Gazebo) -
     assert gazebo.get_joint_properties("j").damping == (2.5,)
 
 
+@pytest.mark.ros_feature("joint efforts and body wrenches", "mujoco", "pybullet", "gazebo")
 def test_joint_effort_pushes_for_its_duration(gazebo: Gazebo) -> None:
     import rospy
 
@@ -321,6 +339,7 @@ def test_joint_effort_pushes_for_its_duration(gazebo: Gazebo) -> None:
     assert not gazebo.apply_joint_effort("x", 0.2, rospy.Time(0), rospy.Duration(1)).success
 
 
+@pytest.mark.ros_feature("joint efforts and body wrenches", "mujoco", "pybullet", "gazebo")
 def test_wrench_pushes_for_its_duration(gazebo: Gazebo) -> None:
     import rospy
     from geometry_msgs.msg import Point, Vector3, Wrench
@@ -338,6 +357,8 @@ def test_wrench_pushes_for_its_duration(gazebo: Gazebo) -> None:
     assert not gazebo.apply_body_wrench("none::b", "", Point(), push, rospy.Time(0), rospy.Duration(1)).success
 
 
+@pytest.mark.ros_feature("link states and properties", "mujoco", "pybullet", "gazebo")
+@pytest.mark.ros_feature("link states of links that are not a root", "mujoco", "pybullet", "gazebo", works=False)
 def test_link_state_is_told_and_set(gazebo: Gazebo) -> None:
     from gazebo_msgs.msg import LinkState
 
@@ -357,6 +378,7 @@ def test_link_state_is_told_and_set(gazebo: Gazebo) -> None:
     assert "set_model_configuration" in refused.status_message
 
 
+@pytest.mark.ros_feature("link states and properties", "mujoco", "pybullet", "gazebo")
 def test_link_mass_is_told_and_set(gazebo: Gazebo) -> None:
     gazebo.spawn("box", BOX, z=1.0)
     told = gazebo.get_link_properties("box::b")
@@ -368,6 +390,7 @@ def test_link_mass_is_told_and_set(gazebo: Gazebo) -> None:
     assert not gazebo.get_link_properties("none").success
 
 
+@pytest.mark.ros_feature("lights", "mujoco", "pybullet", "gazebo")
 def test_lights_are_told_set_and_deleted(bridges: Callable[..., Any], gazebo: Gazebo) -> None:
     if not gazebo.get_light_properties("sun").success:
         pytest.skip("the sun of this world is gone")
@@ -385,6 +408,9 @@ def test_lights_are_told_set_and_deleted(bridges: Callable[..., Any], gazebo: Ga
     assert not gazebo.delete_light("sun").success
 
 
+@pytest.mark.ros_feature("the clock", "mujoco", "pybullet", "gazebo")
+@pytest.mark.ros_feature("model states", "mujoco", "pybullet", "gazebo")
+@pytest.mark.ros_feature("link states and properties", "mujoco", "pybullet", "gazebo")
 def test_topics_tell_the_clock_models_and_links(gazebo: Gazebo) -> None:
     import rospy
     from gazebo_msgs.msg import LinkStates, ModelStates
@@ -408,6 +434,7 @@ def test_topics_tell_the_clock_models_and_links(gazebo: Gazebo) -> None:
     assert heard["/gazebo/link_states"][-1].pose[0].position.z < 1.0
 
 
+@pytest.mark.ros_feature("the clock", "mujoco", "pybullet", "gazebo")
 def test_clock_is_published_once_for_each_time_and_not_read_by_the_bridge_itself(gazebo: Gazebo) -> None:
     import rosgraph
     import rospy

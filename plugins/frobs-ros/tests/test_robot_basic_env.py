@@ -103,6 +103,7 @@ def is_paused() -> bool:
     return sim_time() == before
 
 
+@pytest.mark.ros_feature("RobotBasicEnv of FRobs_RL", "mujoco", "gazebo")
 def test_an_episode_runs_and_each_step_takes_its_physics_steps(env: ArmEnv) -> None:
     _, info = env.reset(seed=3)
     assert info == {}
@@ -117,6 +118,7 @@ def test_an_episode_runs_and_each_step_takes_its_physics_steps(env: ArmEnv) -> N
     assert observation == pytest.approx([0.5, -0.5], abs=0.2)
 
 
+@pytest.mark.ros_feature("RobotBasicEnv of FRobs_RL", "mujoco", "gazebo")
 def test_seeds_repeat_and_options_are_kept(env: ArmEnv) -> None:
     goals = []
     for seed in (1, 2, 1):
@@ -126,6 +128,7 @@ def test_seeds_repeat_and_options_are_kept(env: ArmEnv) -> None:
     assert goals[0] == goals[2] != goals[1]
 
 
+@pytest.mark.ros_feature("RobotBasicEnv of FRobs_RL", "mujoco", "gazebo")
 def test_mode_1_lets_the_time_run_during_the_action_and_mode_2_resets_the_clock(world: None) -> None:
     env = ArmEnv(step_mode=1, num_gazebo_steps=1, reset_mode=2)
     try:
@@ -140,11 +143,13 @@ def test_mode_1_lets_the_time_run_during_the_action_and_mode_2_resets_the_clock(
         env.close()
 
 
+@pytest.mark.ros_feature("RobotBasicEnv of FRobs_RL", "mujoco", "gazebo")
 def test_gymnasium_is_content(env: ArmEnv, recwarn: pytest.WarningsRecorder) -> None:
     env._get_observation = lambda: np.zeros(2, np.float32)  # type: ignore[method-assign] # topics repeat no noise to the bit
     check_env(env, skip_render_check=True, skip_close_check=True)
 
 
+@pytest.mark.ros_feature("RobotBasicEnv of FRobs_RL", "mujoco", "gazebo")
 def test_closing_ends_what_the_environment_started_and_nothing_else(env: ArmEnv) -> None:
     (publisher,) = [process for process in processes.owned() if process.kind == "state publisher"]
     env.close()

@@ -95,6 +95,7 @@ def test_worlds_are_found_by_path_and_by_package(monkeypatch: pytest.MonkeyPatch
     assert find_world(None, "tiny_arm", "box.world") == file
 
 
+@pytest.mark.ros_feature("world files", "mujoco")
 def test_a_simulation_is_launched_as_told_and_closed(own_master: str, reasons: Callable[[], str]) -> None:
     import rospy
 

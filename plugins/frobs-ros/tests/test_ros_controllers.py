@@ -27,6 +27,7 @@ def states() -> dict[str, str]:
     return ros_controllers._states(NS)
 
 
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "mujoco", "gazebo")
 def test_controllers_are_loaded_started_stopped_and_unloaded() -> None:
     assert ros_controllers.load_controller_srv("arm_controller", NS) is True
     assert states() == {"arm_controller": "initialized"}
@@ -39,6 +40,7 @@ def test_controllers_are_loaded_started_stopped_and_unloaded() -> None:
     assert states() == {}
 
 
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "mujoco", "gazebo")
 def test_lists_are_loaded_and_unloaded() -> None:
     assert ros_controllers.load_controller_list_srv(BOTH, NS) is None
     assert set(states()) == set(BOTH)
@@ -46,6 +48,7 @@ def test_lists_are_loaded_and_unloaded() -> None:
     assert states() == {}
 
 
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "mujoco", "gazebo")
 def test_controllers_are_spawned_switched_reset_and_killed() -> None:
     assert ros_controllers.spawn_controllers_srv(BOTH, NS) is True
     assert set(states().values()) == {"running"}

@@ -37,6 +37,7 @@ def defaults(world: None) -> object:
     assert ros_gazebo.gazebo_set_default_properties()
 
 
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "mujoco", "gazebo")
 def test_update_rate_is_a_real_time_factor_and_outlives_a_time_step(defaults: None) -> None:
     assert ros_gazebo.gazebo_set_max_update_rate(5) is True
     assert ros_gazebo.gazebo_get_max_update_rate() == pytest.approx(5.0)
@@ -51,12 +52,14 @@ def test_a_time_step_that_is_none_is_refused(value: float, reasons: Callable[[],
     assert "new_time_step is" in reasons()
 
 
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "mujoco", "gazebo")
 def test_gravity_is_set_and_read(defaults: None) -> None:
     assert ros_gazebo.gazebo_set_gravity(0.1, 0.2, -1.6) is True
     found = ros_gazebo.gazebo_get_gravity()
     assert (found.x, found.y, found.z) == pytest.approx((0.1, 0.2, -1.6))
 
 
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "mujoco", "gazebo")
 def test_the_engines_settings_are_those_that_are_given(defaults: None) -> None:
     assert ros_gazebo.gazebo_set_ODE_physics(True, 1, 60, 1.2, 0.1, 0.002, 90.0, 0.01, 0.3, 10) is True
     found = ros_gazebo.gazebo_get_ODE_physics()
@@ -64,6 +67,7 @@ def test_the_engines_settings_are_those_that_are_given(defaults: None) -> None:
     assert (found.erp, found.max_contacts) == (pytest.approx(0.3), 10)
 
 
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "mujoco", "gazebo")
 def test_the_default_properties_are_frobs_rls(defaults: None) -> None:
     ros_gazebo.gazebo_set_time_step(0.003)
     assert ros_gazebo.gazebo_set_default_properties() is True
@@ -74,6 +78,7 @@ def test_the_default_properties_are_frobs_rls(defaults: None) -> None:
     assert {name: getattr(found, name) for name in physics.ODE} == pytest.approx(physics.ODE)
 
 
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "mujoco", "gazebo")
 def test_steps_are_made_when_the_answer_comes() -> None:
     ros_gazebo.gazebo_pause_physics()
     before = sim_time()
@@ -87,6 +92,7 @@ def test_a_number_of_steps_that_is_none_is_refused(steps: int, reasons: Callable
     assert "steps is" in reasons()
 
 
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "mujoco", "gazebo")
 def test_time_runs_while_it_is_not_paused() -> None:
     before = sim_time()
     assert ros_gazebo.gazebo_unpause_physics() is True
@@ -98,6 +104,7 @@ def test_time_runs_while_it_is_not_paused() -> None:
     assert sim_time() == paused
 
 
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "mujoco", "gazebo")
 def test_resets_put_models_back_and_one_of_them_the_clock() -> None:
     ros_gazebo.gazebo_spawn_urdf_string(BOX, "box", pos_z=2.0)
     for reset, keeps_the_clock in ((ros_gazebo.gazebo_reset_world, True), (ros_gazebo.gazebo_reset_sim, False)):
@@ -112,6 +119,7 @@ def test_resets_put_models_back_and_one_of_them_the_clock() -> None:
 
 @pytest.mark.parametrize("way", ["string", "path", "pkg", "param"])
 @pytest.mark.parametrize("kind", ["urdf", "sdf"])
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "mujoco", "gazebo")
 def test_models_come_by_each_way_and_go(kind: str, way: str) -> None:
     import rospy
 
@@ -160,6 +168,7 @@ def test_what_is_missing_is_refused_as_a_pair(
     assert reason in said
 
 
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "mujoco", "gazebo")
 def test_a_model_is_put_somewhere_and_four_zeros_turn_nothing() -> None:
     ros_gazebo.gazebo_spawn_urdf_string(BOX, "box", pos_z=1.0)
     assert ros_gazebo.gazebo_set_model_state("box", pos_x=2.0, pos_z=3.0, lin_vel_y=0.5) is True
@@ -182,6 +191,7 @@ def test_models_that_are_not_there_are_refused(reasons: Callable[[], str]) -> No
     assert "'nobody'" in reasons()
 
 
+@pytest.mark.ros_feature("a second simulation on one master", "mujoco", "gazebo", works=False)
 def test_a_second_simulation_on_one_master_is_refused(reasons: Callable[[], str]) -> None:
     assert ros_gazebo.launch_Gazebo(gui=False) is False
     assert "a simulation runs already" in reasons()

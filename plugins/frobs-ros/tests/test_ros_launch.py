@@ -19,6 +19,8 @@ def no_launch_left() -> Iterator[None]:
 
 
 @pytest.mark.parametrize("way", ["package", pytest.param("path", marks=pytest.mark.slow)])
+@pytest.mark.ros_feature("launch files", "ros")
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "ros")
 def test_a_launch_file_runs_with_its_arguments_and_ends_with_its_nodes(way: str) -> None:
     import rospy
 

@@ -125,11 +125,13 @@ def serve(machines: tuple[Machine, Machine], tmp_path: Path) -> Callable[..., st
 
 
 @pytest.mark.slow
+@pytest.mark.ros_feature("clients on other machines", "mujoco")
 def test_another_machine_reaches_the_bridge_with_listen(serve: Callable[..., str]) -> None:
     assert "bridge ['ground_plane', 'irb120'] 6" in serve("--listen", SERVER)
 
 
 @pytest.mark.slow
+@pytest.mark.ros_feature("closed to other machines", "mujoco")
 def test_no_other_machine_reaches_the_bridge_without_listen(serve: Callable[..., str]) -> None:
     seen = serve()
     assert "master True" in seen  # the master of this test, which listens

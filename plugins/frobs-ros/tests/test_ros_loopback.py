@@ -105,6 +105,7 @@ def assert_only_loopback(pids: list[int], listening: Callable[[int], set[str]], 
 
 
 @pytest.mark.slow
+@pytest.mark.ros_feature("closed to other machines", "ros", "mujoco", "gazebo")
 def test_what_functions_start_listens_on_the_loopback_address_alone(
     session: Callable[..., list[int]], listening: Callable[[int], set[str]], simulator: str
 ) -> None:
@@ -122,6 +123,7 @@ def test_what_functions_start_listens_on_the_loopback_address_alone(
 
 
 @pytest.mark.slow
+@pytest.mark.ros_feature("closed to other machines", "ros", "mujoco")
 def test_what_commands_start_listens_on_the_loopback_address_alone(
     session: Callable[..., list[int]], listening: Callable[[int], set[str]]
 ) -> None:

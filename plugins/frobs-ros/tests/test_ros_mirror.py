@@ -116,6 +116,7 @@ def test_a_speed_out_of_range_is_refused(speed: float) -> None:
         Mirror(read_pretrained(REACH), speed=speed)
 
 
+@pytest.mark.ros_feature("policies that see images", "mujoco", works=False)
 def test_a_policy_that_sees_images_is_refused() -> None:
     bundle = read_pretrained(REACH)
     observation = {**bundle.manifest["observation"], "images": {"eye": {"camera": "wrist"}}}

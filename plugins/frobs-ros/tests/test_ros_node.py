@@ -22,6 +22,8 @@ def running(own_master: str) -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("running")
+@pytest.mark.ros_feature("nodes", "ros")
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "ros")
 def test_a_node_runs_under_its_name_and_is_killed() -> None:
     import rospy
     from std_msgs.msg import String
@@ -52,6 +54,8 @@ def test_a_python_node_runs_with_this_python_and_its_failure_is_logged(reasons: 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("running")
+@pytest.mark.ros_feature("nodes", "ros")
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "ros")
 def test_all_our_nodes_are_killed_and_no_other() -> None:
     import rospy
 

@@ -11,6 +11,8 @@ NUMBERS = Path(__file__).parent / "packages" / "tiny_arm" / "config"
 
 
 @pytest.mark.parametrize("ns", ["/", "/robot1", "robot1/inner/"])
+@pytest.mark.ros_feature("parameters", "ros")
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "ros")
 def test_a_file_of_a_package_is_loaded_below_its_namespace(own_master: str, ns: str) -> None:
     import rospy
 
@@ -24,6 +26,8 @@ def test_a_file_of_a_package_is_loaded_below_its_namespace(own_master: str, ns: 
     }
 
 
+@pytest.mark.ros_feature("parameters", "ros")
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "ros")
 def test_a_file_is_loaded_and_what_stands_beside_stays(own_master: str) -> None:
     import rospy
 

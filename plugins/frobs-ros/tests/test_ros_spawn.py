@@ -40,6 +40,7 @@ def test_the_state_publisher_needs_a_robot_in_it(reasons: Callable[[], str]) -> 
     assert "/torn/robot_state_publisher" not in nodes.names()
 
 
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "mujoco", "gazebo")
 def test_a_robot_comes_with_all_that_belongs_to_it() -> None:
     import rospy
     from sensor_msgs.msg import JointState

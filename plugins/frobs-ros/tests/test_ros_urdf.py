@@ -15,6 +15,7 @@ def package_path(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(ARM.parents[2]))
 
 
+@pytest.mark.ros_feature("xacro", "stand-in")
 def test_a_xacro_is_expanded_with_its_arguments_and_without_ros() -> None:
     text = ros_urdf.urdf_parse_from_path(str(ARM), ["length:=0.7"])
     assert text is not None
@@ -23,6 +24,7 @@ def test_a_xacro_is_expanded_with_its_arguments_and_without_ros() -> None:
 
 
 @pytest.mark.parametrize("ns", [None, "/robot1"])
+@pytest.mark.ros_feature("helper functions of FRobs_RL", "ros")
 def test_a_description_is_loaded_into_a_parameter(own_master: str, ns: str | None) -> None:
     import rospy
 

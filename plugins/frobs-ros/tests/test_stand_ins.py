@@ -45,6 +45,9 @@ def test_worlds_are_found_by_path_and_in_the_resource_path(monkeypatch: pytest.M
         (["no.world"], "no.world does not exist; pass the absolute path of a world file, or set GAZEBO_RESOURCE_PATH"),
     ],
 )
+@pytest.mark.ros_feature(
+    "recording, physics other than ode, and enable_ros_network:=false in empty_world.launch", "stand-in", works=False
+)
 def test_what_the_bridge_cannot_do_is_rejected(given: list[str], message: str) -> None:
     with pytest.raises(FrobsError) as caught:
         server.read(given)
@@ -76,6 +79,7 @@ def test_spawn_model_needs_a_format_a_source_and_a_name(given: list[str], monkey
     assert caught.value.code == 2
 
 
+@pytest.mark.ros_feature("xacro", "stand-in")
 def test_xacro_prints_or_writes_the_urdf(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

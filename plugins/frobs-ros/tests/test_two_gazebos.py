@@ -95,6 +95,7 @@ def fallen(height: float, steps: int) -> float:
 
 
 @pytest.mark.slow
+@pytest.mark.ros_feature("several masters on one machine", "mujoco", "gazebo")
 def test_two_simulations_with_masters_of_their_own_do_not_meet(programs: Callable[..., Program]) -> None:
     first, second = programs("one", 10.0), programs("two", 20.0)
     assert first.hear() == second.hear() == "ready"
@@ -109,6 +110,7 @@ def test_two_simulations_with_masters_of_their_own_do_not_meet(programs: Callabl
 
 
 @pytest.mark.slow
+@pytest.mark.ros_feature("several masters on one machine", "mujoco", "gazebo")
 def test_a_simulation_goes_on_when_the_other_program_is_killed(programs: Callable[..., Program]) -> None:
     first, second = programs("one", 10.0), programs("two", 20.0)
     assert first.hear() == second.hear() == "ready"
