@@ -20,6 +20,7 @@ from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.node import OnlyOnce
 from frobs_ros.bridge.poses import WORLD, Place
 from frobs_ros.bridge.sdf import describe_sdf, read_world
+from frobs_ros.bridge.urdf import with_file_uris
 from frobs_ros.bridge.world import World
 
 
@@ -234,3 +235,9 @@ def test_world_file_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     file.write_text(file.read_text().replace("<gravity>", "<road name='r'/><gravity>"))
     with pytest.raises(ModelFileError, match=r"my\.world:1: <road name=\"r\">"):
         read_world(file)
+
+
+def test_meshes_of_a_description_are_uris_that_rviz_opens() -> None:
+    link = '<link name="l"><visual><geometry><mesh filename="{}"/></geometry></visual></link>'
+    for name, uri in (("/a/b.stl", "file:///a/b.stl"), ("package://a/b.stl", "package://a/b.stl")):
+        assert f'filename="{uri}"' in with_file_uris(f'<robot name="r">{link.format(name)}</robot>')

@@ -73,7 +73,7 @@ def shown(mirror: Mirror, viewer: Viewer, states: list[State], restart_before: i
         mirror.observe(state)
         robot.time += 1.0
         made.update(report)
-    until(lambda: len(viewer.paths) == len(viewer.markers) == len(states))
+        until(lambda: len(viewer.paths) == len(viewer.markers) == number + 1)  # noqa: B023 - it is called here
     made._path.unregister()
     made._markers.unregister()
     return viewer.paths[-1], {marker.ns: marker for marker in viewer.markers[-1].markers}
