@@ -71,6 +71,7 @@ def shown(mirror: Mirror, viewer: Viewer, states: list[State], restart_before: i
     for number, state in enumerate(states):
         report.restarts += number == restart_before
         mirror.observe(state)
+        mirror.act(np.ones(mirror.env.action_space.shape or ()))  # moves the mirror, but not the robot
         robot.time += 1.0
         made.update(report)
         until(lambda: len(viewer.paths) == len(viewer.markers) == number + 1)  # noqa: B023 - it is called here

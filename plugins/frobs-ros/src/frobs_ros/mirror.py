@@ -91,6 +91,8 @@ class Mirror:
 
     Attributes:
         lidars: Those that must be measured, by name.
+        measured_pose: Pose in the world at the last :meth:`observe`, of the base if it moves and else of the tool: pos (3,)
+            [m] and quat_wxyz (4,).
 
     Raises:
         ConfigurationError: The policy was trained behind wrappers, or sees images, or ``speed`` is out of range.
@@ -123,6 +125,7 @@ class Mirror:
         handle = self.env.robot
         self.lidars: Mapping[str, Any] = handle.robot.lidars
         self._speed = speed
+        self.measured_pose: tuple[Floats, Floats] = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -161,6 +164,9 @@ class Mirror:
         context = self.env.step_context
         context.rng.clock += 1
         self._follow(state)
+        handle = self.env.robot
+        pos, quat = handle.base_pose if self.moves else handle.frame_pose("tcp")
+        self.measured_pose = pos[0].copy(), quat[0].copy()
         self.env.task.advance(context)
         observation = self.env.observations.observe()
         if isinstance(observation, dict):

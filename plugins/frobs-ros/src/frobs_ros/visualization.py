@@ -54,7 +54,7 @@ class Visualization:
         self._restarts = 0
 
     def update(self, report: Report) -> None:
-        """Add the robot's present pose to its path, and publish what is due.
+        """Add the robot's measured pose to its path, and publish what is due.
 
         Args:
             report: Report of the policy after its step; a new path begins when its number of restarts changes.
@@ -77,11 +77,10 @@ class Visualization:
     def _extend(self, frame: _Frame) -> None:
         from geometry_msgs.msg import PoseStamped
 
-        handle = self._mirror.env.robot
-        pos, quat = handle.base_pose if self._mirror.moves else handle.frame_pose("tcp")
-        if np.linalg.norm(pos[0] - self._last_pos) >= self._spacing:
-            self._last_pos = pos[0].copy()
-            self._poses.append(PoseStamped(frame.header(), frame.pose(pos[0], quat[0])))
+        pos, quat = self._mirror.measured_pose
+        if np.linalg.norm(pos - self._last_pos) >= self._spacing:
+            self._last_pos = pos
+            self._poses.append(PoseStamped(frame.header(), frame.pose(pos, quat)))
 
     def _shapes(self, frame: _Frame) -> list[Any]:
         """Return the task's markers as a list of ``visualization_msgs/Marker``."""
