@@ -48,6 +48,7 @@ PROGRAMS = (
     ("rosmaster", "python3-rosmaster", "the master", True),
     ("roslaunch", "python3-roslaunch", "launch files", True),
     ("rosrun", "rosbash", "nodes by hand", False),
+    ("rviz", "rviz", "views of robots, scans, paths and markers", False),
     ("xterm", "xterm", "windows of processes", False),
     ("gzserver", "", "Gazebo 11, from its own packages", False),
 )
