@@ -9,10 +9,10 @@ TWO_FINGER_HAND = Robot(
     name="two_finger_hand",
     home={"finger_joint": 0.04},
     tcp="tcp",
-    # Critically damped for the 0.2 kg of both fingers at 25 Hz. Pads that stop 1 cm short of their command press with 50 N,
-    # and never with more than the effort limit.
+    # More than critically damped for the 0.2 kg of both fingers. Pads that are stopped 1 cm before the commanded position press
+    # with 50 N each, and never with more than half of the effort limit.
     gains=DriveGains(stiffness=10_000.0, damping=100.0),
     friction={"left_finger": 1.2, "right_finger": 1.2},
     default_controllers={"all": "gripper_delta"},
-    end_effectors={"hand": EndEffector(tcp="tcp", open={"finger_joint": 0.04}, closed={"finger_joint": 0.0})},
+    end_effectors={"fingers": EndEffector(tcp="tcp", open={"finger_joint": 0.04}, closed={"finger_joint": 0.0})},
 )

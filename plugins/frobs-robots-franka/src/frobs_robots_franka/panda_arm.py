@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import math
 
-from frobs_core.interfaces import Robot
+from frobs_core.interfaces import DriveGains, Robot
+
+_STIFFNESS = (6000.0, 6000.0, 4000.0, 4000.0, 400.0, 400.0, 100.0)  # [N·m/rad]: the tool hangs by less than 4 mm
+_DAMPING = (305.0, 305.0, 160.0, 135.0, 11.0, 10.0, 2.0)  # [N·m·s/rad]: critical where a joint carries most, hand included
+
+
+def _by_joint(numbers: tuple[float, ...]) -> dict[str, float]:
+    return {f"panda_joint{i}": number for i, number in enumerate(numbers, start=1)}
+
 
 PANDA_ARM = Robot(
     model="frobs_robots_franka:models/panda_arm.urdf.xacro",
@@ -17,4 +25,5 @@ PANDA_ARM = Robot(
         "panda_joint7": math.pi / 4,
     },
     tcp="panda_tool0",
+    gains=DriveGains(stiffness=_by_joint(_STIFFNESS), damping=_by_joint(_DAMPING)),
 )
