@@ -19,7 +19,7 @@ VISUAL_GROUP = 1
 ROBOT_GROUPS = (2, 3, 4, 5)
 """Geom groups of what each robot collides with: seen by rays, and left out of the robot's own."""
 
-PAD_IMPEDANCE = (0.95, 0.99, 0.001, 0.5, 2.0)
+PAD_IMPEDANCE = (0.98, 0.995, 0.001, 0.5, 2.0)
 """Impedance of contacts of links that set their friction, as the pads of a gripper do, with a time constant of two
 timesteps. With MuJoCo's default, a spring of 20 ms, pads that press with 70 N sink 10 mm into an object of 0.1 kg."""
 
