@@ -7,7 +7,15 @@ import math
 from frobs_core.interfaces import DriveGains, Robot
 
 _STIFFNESS = (4000.0, 4000.0, 3000.0, 4000.0, 200.0, 200.0, 40.0)  # [N·m/rad]
-_DAMPING = (250.0, 250.0, 140.0, 135.0, 7.8, 7.0, 1.0)  # [N·m·s/rad]: critical where a joint carries most, hand included
+_DAMPING = (
+    250.0,
+    250.0,
+    140.0,
+    135.0,
+    7.8,
+    7.0,
+    1.0,
+)  # [N·m·s/rad]: critical where a joint carries most, hand included
 
 
 def _by_joint(numbers: tuple[float, ...]) -> dict[str, float]:
