@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from frobs_core import plugins
+from frobs_core.errors import UnknownNameError
 from frobs_core.interfaces import ForceTorque, Robot
 from frobs_core.models import Box, RobotModel, load_model
 from frobs_core.robot_config import RobotConfig
@@ -92,3 +93,13 @@ def test_every_tool_attaches_to_every_arm(arm: str, name: str, simulator: str) -
     assert robot.tcp == "gripper_tcp"
     fingers = () if name == "suction_cup" else ("gripper_finger_joint",)
     assert robot.groups == {"arm": model_of(arm_alone).joint_names, **({"gripper": fingers} if fingers else {})}
+
+
+def test_a_tool_that_does_not_exist_is_named() -> None:
+    with pytest.raises(UnknownNameError, match=r"paralel_gripper.*parallel_gripper"):
+        RobotConfig(robot="irb120+paralel_gripper").describe()
+
+
+def test_the_path_of_a_model_file_may_be_the_arm() -> None:
+    path = model_of(tool("irb120")).path
+    assert RobotConfig(robot=f"{path}+suction_cup").describe().tcp == "gripper_tcp"
