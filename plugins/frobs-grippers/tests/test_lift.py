@@ -58,6 +58,7 @@ class Script:
         robot: The robot with a gripper.
         simulator: The engine.
         gripper: Controller of the gripper.
+        physics_timestep: [s]
     """
 
     def __init__(self, robot: str | Robot, simulator: str, gripper: str, physics_timestep: float) -> None:
