@@ -55,7 +55,8 @@ class EnvConfig:
 
     Args:
         task: Name of the task, or a record.
-        robot: Name of the robot, path of a URDF, xacro or MJCF file, or a description.
+        robot: Name of the robot, path of a URDF, xacro or MJCF file, or a description. ``"ARM+TOOL"`` attaches a tool, by
+            its name, to the tool center point of an arm: ``"irb120+parallel_gripper"``.
         robots: Several robots, by name, in place of ``robot``: names, or mappings with the fields of
             :class:`frobs_core.robot_config.RobotConfig`, as in ``{"left": "irb120", "right": {"robot": "ur5", "controller":
             "joint_position"}}``. ``controller`` and ``controller_kwargs`` hold for entries without their own.

@@ -16,7 +16,17 @@ from frobs_core.errors import (
     UnknownParameterError,
 )
 from frobs_core.interfaces import ALL, DifferentialDrive, Robot
-from frobs_core.models import Pose, RobotModel, compose, home_positions, lowest_points, pose_array, pose_from_array
+from frobs_core.models import (
+    Pose,
+    RobotModel,
+    compose,
+    default_tcp,
+    home_positions,
+    load_model,
+    lowest_points,
+    pose_array,
+    pose_from_array,
+)
 from frobs_core.rotations import quat_from_rpy
 from frobs_core.sensors.settings import apply_settings
 from frobs_core.specs import ControllerRecord, Record
@@ -36,7 +46,8 @@ class RobotConfig:
     """One robot of an environment.
 
     Args:
-        robot: Name of the robot, path of a URDF, xacro or MJCF file, or a description.
+        robot: Name of the robot, path of a URDF, xacro or MJCF file, or a description. ``"ARM+TOOL"`` attaches a tool, by
+            its name, to the tool center point of an arm: ``"irb120+parallel_gripper"``.
         controller: Name of the controller of the robot's first joint group, or a record; or a mapping from joint group to
             name, in which None leaves a group without a controller. Groups you omit use the robot's default controllers.
         controller_kwargs: Keywords of the controller; where ``controller`` is a mapping, keywords by joint group.
@@ -231,6 +242,11 @@ def _look_up(robot: str | Robot) -> Robot:
         )
     if robot.lower().endswith(_MODEL_ENDINGS):
         return Robot(model=robot, name=Path(robot).name.partition(".")[0])
+    arm_name, _, tool_name = robot.rpartition("+")
+    if arm_name:
+        arm, tool = _look_up(arm_name), _look_up(tool_name)
+        model = load_model(arm.model, xacro_args=arm.xacro_args, package_paths=arm.package_paths)
+        return arm.attach(arm.tcp or default_tcp(model), tool)
     found: Robot = plugins.get_record("robot", robot).load()
     return found
 

@@ -11,6 +11,7 @@ from frobs_core.models import RobotModel, forward_kinematics, home_positions, lo
 from frobs_devkit.testing import check_robot, pytest_checks
 from frobs_robots_ur.plugin import frobs_robots
 from frobs_robots_ur.ur5 import UR5
+from frobs_robots_ur.ur5_gripper import UR5_GRIPPER
 
 MASSES = [4.0, 3.7, 8.393, 2.275, 1.219, 1.219, 0.1879]
 LENGTHS = [0.05, 0.15, 0.56, 0.39225, 0.12, 0.12, 0.0823]  # [m] of the cylinders whose inertias the links have
@@ -28,11 +29,12 @@ def limits(model: RobotModel) -> tuple[np.ndarray, np.ndarray]:
 
 
 test_the_kit = pytest_checks(check_robot("ur5"), allow_inconclusive=False)
+test_the_kit_with_a_gripper = pytest_checks(check_robot("ur5_gripper"), allow_inconclusive=False)
 
 
-def test_the_record_leads_to_the_robot() -> None:
-    (record,) = frobs_robots()
-    assert plugins.get_record("robot", "ur5").load() is record.load() is UR5
+def test_the_records_lead_to_the_robots() -> None:
+    assert [record.load() for record in frobs_robots()] == [UR5, UR5_GRIPPER]
+    assert plugins.get_record("robot", "ur5").load() is UR5
 
 
 def test_limits_are_the_robots(model: RobotModel) -> None:

@@ -15,6 +15,7 @@ from frobs_core.interfaces import Bumper, DriveGains, EndEffector, Imu, Lidar, R
 from frobs_core.models import JointLimits
 from frobs_core.specs import RobotRecord
 from frobs_devkit.testing import check_robot, pytest_checks, run_checks
+from frobs_devkit.testing.checks import CheckFailure, NotApplicable
 from frobs_devkit.testing.robot import subject
 from frobs_sim_mujoco.robot import MujocoRobot
 
@@ -89,6 +90,20 @@ DESCRIPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
 def test_the_kit_catches_a_description(sound: Robot, check: str, change: dict[str, Any]) -> None:
     with pytest.raises(FrobsError):
         run(replace(sound, **change), check)
+
+
+def test_a_tool_needs_no_joint_that_moves_its_tool_center_point(sound: Robot) -> None:
+    tool = replace(sound, tcp="link_0", end_effectors={"fingers": EndEffector(tcp="link_0")})
+    with pytest.raises(NotApplicable):
+        run(tool, "tcp_moves")
+    with pytest.raises(CheckFailure):
+        run(replace(tool, end_effectors={}), "tcp_moves")
+
+
+def test_a_tool_needs_no_joints(tmp_path: Path) -> None:
+    cup = arm(tmp_path, type="fixed", limit="")
+    with pytest.raises(NotApplicable):
+        run(replace(cup, end_effectors={"cup": EndEffector(tcp="link_0")}), "model_has_joints")
 
 
 MODELS: dict[str, tuple[str, dict[str, Any]]] = {

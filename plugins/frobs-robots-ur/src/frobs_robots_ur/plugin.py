@@ -6,12 +6,18 @@ from frobs_core.specs import RobotRecord
 
 @hookimpl
 def frobs_robots() -> list[RobotRecord]:
-    """Offer the arms."""
+    """Offer the arm with and without a gripper."""
     return [
         RobotRecord(
             name="ur5",
             summary="Universal Robots UR5: six axes, 5 kg payload, 0.85 m reach",
             entry_point="frobs_robots_ur.ur5:UR5",
             install_hint="pip install frobs-robots-ur",
-        )
+        ),
+        RobotRecord(
+            name="ur5_gripper",
+            summary="Universal Robots UR5 with a parallel gripper in the size of the Robotiq 2F-85",
+            entry_point="frobs_robots_ur.ur5_gripper:UR5_GRIPPER",
+            install_hint="pip install frobs-robots-ur",
+        ),
     ]

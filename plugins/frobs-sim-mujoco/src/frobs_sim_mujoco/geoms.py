@@ -19,6 +19,10 @@ VISUAL_GROUP = 1
 ROBOT_GROUPS = (2, 3, 4, 5)
 """Geom groups of what each robot collides with: seen by rays, and left out of the robot's own."""
 
+PAD_IMPEDANCE = (0.98, 0.995, 0.001, 0.5, 2.0)
+"""Impedance of contacts of links that set their friction, as the pads of a gripper do, with a time constant of two
+timesteps. With MuJoCo's default, a spring of 20 ms, pads that press with 70 N sink 10 mm into an object of 0.1 kg."""
+
 
 @cache
 def seen_except(group: int | None = None) -> npt.NDArray[np.uint8]:
@@ -75,7 +79,7 @@ def set_friction(spec: mujoco.MjSpec, body: str, friction: float) -> None:
     """Give a body's shapes a sliding friction coefficient that holds whatever they touch.
 
     MuJoCo takes the larger of two coefficients, unless one has priority; and it does without friction only where a
-    contact has one dimension.
+    contact has one dimension. Shapes with friction also become as hard as :data:`PAD_IMPEDANCE` and the timestep allow.
 
     Raises:
         ConfigurationError: There is no such body.
@@ -87,5 +91,6 @@ def set_friction(spec: mujoco.MjSpec, body: str, friction: float) -> None:
         geom.priority = 1
         if friction > 0.0:
             geom.friction[0] = friction
+            geom.solref, geom.solimp = (2.0 * spec.option.timestep, 1.0), PAD_IMPEDANCE
         else:
             geom.condim = 1

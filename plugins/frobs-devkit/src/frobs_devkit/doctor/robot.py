@@ -56,15 +56,15 @@ def examine_robot(
     reading = read(own.model, {**own.xacro_args, **(xacro_args or {})}, {**own.package_paths, **(package_paths or {})})
     model = reading.model
     home = home_positions(model, own.home)
-    joints, links, tools = joint_facts(model, home), link_facts(model), tool_candidates(model)
-    asked = simulator_facts(model, simulators)
+    joints, links, tools = joint_facts(model, home), link_facts(model), tool_candidates(model, own.tcp)
+    asked = simulator_facts(model, simulators, own.home)
     findings = [
         *reading.findings,
         *joint_findings(model, joints),
         *body_findings(model),
         *simulator_findings(model, asked),
         *_notes(model),
-        *tool_findings(model, tools),
+        *(() if own.tcp else tool_findings(model, tools)),
     ]
     findings.sort(key=lambda finding: _ORDER.index(finding.severity))
     low, high = robot_bounds(model, home)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 
 from frobs_core import plugins
@@ -15,18 +15,25 @@ _DEEP = 1e-4  # [m]: what overlaps by less only touches
 _TIMESTEP = 0.002  # [s]
 
 
-def simulator_facts(model: RobotModel, wanted: Sequence[str] = ()) -> tuple[SimulatorFacts, ...]:
+def simulator_facts(
+    model: RobotModel, wanted: Sequence[str] = (), home: Mapping[str, float] | None = None
+) -> tuple[SimulatorFacts, ...]:
     """Return the facts about each installed simulator.
+
+    Args:
+        model: The robot.
+        wanted: Names of the simulators to ask; empty: all that are installed.
+        home: Rest configuration by joint name [rad or m], as in :class:`~frobs_core.interfaces.Robot`.
 
     Raises:
         UnknownNameError: A name is no simulator's.
     """
     for name in wanted:
         plugins.get_record("simulator", name)
-    return tuple(_facts(name, model) for name in wanted or plugins.records("simulator"))
+    return tuple(_facts(name, model, home or {}) for name in wanted or plugins.records("simulator"))
 
 
-def _facts(name: str, model: RobotModel) -> SimulatorFacts:
+def _facts(name: str, model: RobotModel, home: Mapping[str, float]) -> SimulatorFacts:
     report = plugins.get_report("simulator", name)
     builds: bool | None = None
     overlaps: Sequence[Overlap] | None = None
@@ -35,7 +42,7 @@ def _facts(name: str, model: RobotModel) -> SimulatorFacts:
     try:
         cls: type[Simulation] = plugins.get_record("simulator", name).load()
         rows = _elements(cls, model)
-        builds, reason, overlaps = _build(cls, model)
+        builds, reason, overlaps = _build(cls, model, home)
     except FrobsError as error:  # it is installed, but what it needs is not
         reason = str(error)
     return SimulatorFacts(
@@ -51,10 +58,12 @@ def _facts(name: str, model: RobotModel) -> SimulatorFacts:
     )
 
 
-def _build(cls: type[Simulation], model: RobotModel) -> tuple[bool, str, Sequence[Overlap] | None]:
+def _build(
+    cls: type[Simulation], model: RobotModel, home: Mapping[str, float]
+) -> tuple[bool, str, Sequence[Overlap] | None]:
     """Build the robot alone, at home; return whether that worked, why not, and what overlaps."""
     placement = Placement(
-        robot=Robot(model=str(model.path), name=model.name), model=model, command_mode=CommandMode.POSITION
+        robot=Robot(model=str(model.path), name=model.name, home=home), model=model, command_mode=CommandMode.POSITION
     )
     scene = Scene(floor=False, gravity=(0.0, 0.0, 0.0), cameras={})
     try:

@@ -16,10 +16,15 @@ _TURN = math.pi  # [rad] either way, for a joint without limits
 _SLIDE = 1.0  # [m] either way
 
 
-def tool_candidates(model: RobotModel) -> tuple[ToolCandidate, ...]:
-    """Return the links at the ends of chains and those with a tool's name, the likeliest first."""
+def tool_candidates(model: RobotModel, tcp: str | None = None) -> tuple[ToolCandidate, ...]:
+    """Return the links at the ends of chains and those with a tool's name, the likeliest first.
+
+    Args:
+        model: The robot.
+        tcp: Link that its description names; None: the default.
+    """
     parents = {joint.parent for joint in model.joints}
-    moving, chosen, drawn = set(model.joint_names), default_tcp(model), _random_positions(model)
+    moving, chosen, drawn = set(model.joint_names), tcp or default_tcp(model), _random_positions(model)
     ranked = []
     for link in model.links:
         usual = usual_rank(link.name)

@@ -35,8 +35,10 @@ _NEAR = 0.01  # [m] a tcp as near as this to the tool is at the tool
 
 
 def model_has_joints(subject: RobotUnderTest) -> None:
-    """The model file can be read, and it has at least one actuated joint."""
+    """The model file can be read, and it has at least one actuated joint; a tool for an arm needs none."""
     expect(isinstance(subject.robot, Robot), f"the entry point is {subject.robot!r}, no Robot.")
+    if not subject.model.joint_names and subject.robot.end_effectors:
+        raise NotApplicable("the robot is a tool without joints")
     expect(subject.model.joint_names, f"{subject.model.path} has no revolute, continuous or prismatic joint.")
 
 
@@ -79,7 +81,10 @@ def tcp_moves(subject: RobotUnderTest) -> None:
         return
     home = home_positions(model, subject.robot.home)
     poses = np.concatenate(model.frame_pose(tcp, np.stack([home, home + 0.1])), axis=1)
-    expect(np.abs(poses[0] - poses[1]).max() > 1e-6, f"no joint moves the tcp '{tcp}'; name a link at the chain's end.")
+    moves = np.abs(poses[0] - poses[1]).max() > 1e-6
+    if not moves and not subject.robot.groups and tcp in (tool.tcp for tool in subject.robot.end_effectors.values()):
+        raise NotApplicable("the robot is a tool, which the joints of an arm move")
+    expect(moves, f"no joint moves the tcp '{tcp}'; name a link at the chain's end.")
     fixed = {joint.name for joint in joint_path(model, tcp)}
     for name in names:
         beyond = [

@@ -1,0 +1,1 @@
+"""Grippers and other end effectors for FRobs."""

@@ -1,0 +1,18 @@
+"""A parallel gripper in the size of the Robotiq 2F-85."""
+
+from __future__ import annotations
+
+from frobs_core.interfaces import DriveGains, EndEffector, Robot
+
+PARALLEL_GRIPPER = Robot(
+    model="frobs_grippers:models/parallel_gripper.urdf.xacro",
+    name="parallel_gripper",
+    home={"finger_joint": 0.0425},
+    tcp="tcp",
+    # More than critically damped for the 0.3 kg of both fingers. Pads that are stopped 1 cm before the commanded position press
+    # with 50 N each, and never with more than half of the effort limit.
+    gains=DriveGains(stiffness=10_000.0, damping=120.0),
+    friction={"left_finger": 1.2, "right_finger": 1.2},
+    default_controllers={"all": "gripper_delta"},
+    end_effectors={"fingers": EndEffector(tcp="tcp", open={"finger_joint": 0.0425}, closed={"finger_joint": 0.0})},
+)

@@ -1,0 +1,24 @@
+"""Records of this distribution."""
+
+from frobs_core.hookspecs import hookimpl
+from frobs_core.specs import RobotRecord
+
+_SUMMARIES = {
+    "parallel_gripper": "gripper in the size of the Robotiq 2F-85: 85 mm, 20 to 235 N, 0.9 kg",
+    "suction_cup": "suction cup of 40 mm with a force-torque sensor; nothing holds an object to it yet",
+    "two_finger_hand": "gripper in the size of the Franka hand: 80 mm, 70 N, 0.73 kg",
+}
+
+
+@hookimpl
+def frobs_robots() -> list[RobotRecord]:
+    """Offer the end effectors."""
+    return [
+        RobotRecord(
+            name=name,
+            summary=summary,
+            entry_point=f"frobs_grippers.{name}:{name.upper()}",
+            install_hint="pip install frobs-grippers",
+        )
+        for name, summary in _SUMMARIES.items()
+    ]

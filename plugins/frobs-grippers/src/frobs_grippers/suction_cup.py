@@ -1,0 +1,13 @@
+"""A suction cup: where it is, what it weighs and what it feels. Nothing holds an object to it yet."""
+
+from __future__ import annotations
+
+from frobs_core.interfaces import EndEffector, ForceTorque, Robot
+
+SUCTION_CUP = Robot(
+    model="frobs_grippers:models/suction_cup.urdf.xacro",
+    name="suction_cup",
+    tcp="tcp",
+    sensors={"wrench": ForceTorque(frame="cup")},
+    end_effectors={"cup": EndEffector(tcp="tcp")},
+)

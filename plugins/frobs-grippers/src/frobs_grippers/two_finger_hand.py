@@ -1,0 +1,18 @@
+"""A hand with two fingers in the size of the Franka hand."""
+
+from __future__ import annotations
+
+from frobs_core.interfaces import DriveGains, EndEffector, Robot
+
+TWO_FINGER_HAND = Robot(
+    model="frobs_grippers:models/two_finger_hand.urdf.xacro",
+    name="two_finger_hand",
+    home={"finger_joint": 0.04},
+    tcp="tcp",
+    # More than critically damped for the 0.2 kg of both fingers. Pads that are stopped 1 cm before the commanded position press
+    # with 50 N each, and never with more than half of the effort limit.
+    gains=DriveGains(stiffness=10_000.0, damping=100.0),
+    friction={"left_finger": 1.2, "right_finger": 1.2},
+    default_controllers={"all": "gripper_delta"},
+    end_effectors={"fingers": EndEffector(tcp="tcp", open={"finger_joint": 0.04}, closed={"finger_joint": 0.0})},
+)

@@ -1,0 +1,1 @@
+"""Franka Emika arms for FRobs."""
