@@ -32,6 +32,10 @@ class Component:
         self._last_stamp_ns = max(world.time_ns, self._last_stamp_ns + 1)
         return stamp(self._last_stamp_ns)
 
+    def publish_no_more(self) -> None:
+        """Stop publishing for good."""
+        self._period_ns = None
+
     def before(self, world: World, steps: int) -> None:
         """Set what the drives follow in the next physics steps."""
 
