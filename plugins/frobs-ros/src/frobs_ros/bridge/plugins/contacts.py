@@ -9,6 +9,7 @@ the torque is 0. All collisions of the link count, whichever the ``<contact>`` e
 
 from __future__ import annotations
 
+from frobs_core.errors import UnknownNameError
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.extras import Plugin
 from frobs_ros.bridge.model import Model
@@ -26,7 +27,7 @@ class BumperTopic(Component):
         space: Namespace of its topic; empty, or begins with a slash.
 
     Raises:
-        ConfigurationError: The plugin is in no contact sensor.
+        ConfigurationError: The plugin is in no contact sensor, or the model has no such link.
     """
 
     def __init__(self, model: Model, plugin: Plugin, space: str) -> None:
@@ -35,6 +36,9 @@ class BumperTopic(Component):
 
         if plugin.sensor is None or plugin.sensor.kind != "contact":
             raise GazeboElementError(f"the plugin '{plugin.name}'", 'must be in a <sensor type="contact">.')
+        if plugin.sensor.link not in model.links:
+            what = f"link of '{model.name}' for the plugin '{plugin.name}'"
+            raise UnknownNameError(what, plugin.sensor.link, model.links)
         super().__init__(plugin.sensor.rate or _USUAL_RATE)
         self._key = model.name, plugin.sensor.link
         self._frame = plugin.text("frameName", default="world").strip("/")
