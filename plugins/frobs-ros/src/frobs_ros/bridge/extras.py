@@ -42,6 +42,11 @@ class SensorElement:
         return self.kind in CAMERAS
 
     @property
+    def has_plugin(self) -> bool:
+        """Whether a plugin of its own reads it; what no plugin reads is not simulated."""
+        return self.element.find("plugin") is not None
+
+    @property
     def rate(self) -> float:
         """Samples per second [Hz]; 0 if the file names none."""
         return self.number("update_rate", 0.0)

@@ -79,8 +79,8 @@ class Model:
 
     @property
     def has_camera(self) -> bool:
-        """Whether it carries cameras."""
-        return any(sensor.is_camera for sensor in self.sensors)
+        """Whether it carries cameras that publish."""
+        return any(sensor.is_camera and sensor.has_plugin for sensor in self.sensors)
 
     @property
     def links(self) -> tuple[str, ...]:

@@ -61,7 +61,7 @@ def make_scene(
             camera_name(model, sensor): make_camera(model, sensor)
             for model in models
             for sensor in model.sensors
-            if sensor.is_camera
+            if sensor.is_camera and sensor.has_plugin
         }
     return Scene(
         floor=floor,
@@ -84,7 +84,7 @@ def find_touches(models: Sequence[Model], *, floor: bool) -> Touches:
     return {
         (model.name, link): tuple(_touches(model, link, models, floor))
         for model in models
-        for link in {sensor.link for sensor in model.sensors if sensor.kind == "contact"}
+        for link in {sensor.link for sensor in model.sensors if sensor.kind == "contact" and sensor.has_plugin}
     }
 
 
