@@ -173,7 +173,7 @@ def test_depth_is_where_the_wall_is(bridges: Callable[..., Any], listen: Callabl
     sensors = CAMERA.format(kind="depth", name="kinect", plugin="gazebo_ros_openni_kinect", more="")
     more = "<pointCloudTopicName>cloud</pointCloudTopicName><pointCloudCutoff>0.1</pointCloudCutoff>"
     far = CAMERA.format(kind="depth", name="far", plugin="gazebo_ros_depth_camera", more=more)
-    sensors += far.replace("<far>8</far>", "<far>1000</far>")  # farther than any simulator draws
+    sensors += far.replace("<far>8</far>", "<far>1e6</far>")  # farther than any simulator draws
     spawn("mast", MAST.format(sensors=sensors))
     spawn("wall", WALL, (3.1, 0.0, 6.0))
     topics = listen(
