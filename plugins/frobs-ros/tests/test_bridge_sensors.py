@@ -165,6 +165,7 @@ def test_cameras_show_what_is_there(simulator: str, bridges: Callable[..., Any],
     assert_rate(topics.heard["mast__grey__image_raw"], 20)
 
 
+@pytest.mark.slow
 def test_depth_is_where_the_wall_is(bridges: Callable[..., Any], listen: Callable[..., Topics]) -> None:
     from sensor_msgs import point_cloud2
     from sensor_msgs.msg import CameraInfo, Image, PointCloud2
@@ -343,12 +344,15 @@ def test_imu_noise_has_the_deviation_that_the_file_says(
     [
         (CAMERA.format(kind="camera", name="e", plugin="gazebo_ros_camera", more="<distortionK1>0.1</distortionK1>"), "distortionK1"),
         (CAMERA.format(kind="camera", name="e", plugin="gazebo_ros_camera", more="").replace("R8G8B8", "BAYER_RGGB8"), "BAYER_RGGB8"),
+        (CAMERA.format(kind="camera", name="e", plugin="gazebo_ros_camera", more="").replace(">160<", ">1e30<"), "8192"),
+        (CAMERA.format(kind="camera", name="e", plugin="gazebo_ros_camera", more="").replace(">20<", ">nan<"), "update_rate"),
+        (CAMERA.format(kind="camera", name="e", plugin="gazebo_ros_camera", more="").replace(">1.2<", ">3.2<"), "horizontal_fov"),
         (CAMERA.format(kind="imu", name="e", plugin="gazebo_ros_camera", more=""), "<camera>"),
         (CAMERA.format(kind="camera", name="e", plugin="gazebo_ros_camera", more="").replace("0.5 0.1 0.3", "0.5"), "6 finite numbers"),
         ('<sensor type="imu" name="i"><plugin name="b" filename="libgazebo_ros_bumper.so"/></sensor>', 'type="contact"'),
         ('<plugin name="i" filename="libgazebo_ros_imu.so"><bodyName>haed</bodyName></plugin>', "haed"),
     ],
-    ids=["distortion", "format", "no camera", "pose", "bumper", "link"],
+    ids=["distortion", "format", "size", "rate", "view", "no camera", "pose", "bumper", "link"],
 )  # fmt: skip
 def test_sensors_that_cannot_be_made_are_refused(bridges: Callable[..., Any], sensor: str, words: str) -> None:
     from gazebo_msgs.srv import GetWorldProperties, SpawnModel

@@ -17,7 +17,7 @@ class Component:
     """
 
     def __init__(self, rate: float = 0.0) -> None:
-        self._period_ns = round(NANO / rate) if rate > 0.0 else None
+        self._period_ns = max(1, round(NANO / rate)) if rate > 0.0 else None
         self._next_ns = 0
         self._last_stamp_ns = -1
         self._topics: list[Any] = []

@@ -157,9 +157,12 @@ def read_lidars(elements: Iterable[Element]) -> dict[str, Lidar]:
 
 def _number(text: str | None, default: float, element: str, name: str) -> float:
     try:
-        return float(text) if text else default
-    except ValueError as error:
-        raise GazeboElementError(element, f"{name} is '{text}', which is no number.") from error
+        number = float(text) if text else default
+    except ValueError:
+        number = math.nan
+    if math.isnan(number):
+        raise GazeboElementError(element, f"{name} is '{text}', which is not a number.")
+    return number
 
 
 def _numbers(text: str, count: int, element: str, name: str) -> list[float]:

@@ -23,6 +23,7 @@ ENCODINGS = {
 }
 """Encoding of sensor_msgs/Image by ``<format>``."""
 _SIZE = {"width": 320, "height": 240}
+_MOST_PIXELS = 8192  # in each direction
 
 
 @dataclass(frozen=True)
@@ -68,9 +69,11 @@ def read_lens(sensor: SensorElement) -> Lens:
         ConfigurationError: A number is impossible, the lens distorts, or the format is not supported.
     """
     fov = sensor.number("camera/horizontal_fov", 1.047)
-    width, height = (round(sensor.number(f"camera/image/{name}", usual)) for name, usual in _SIZE.items())
-    if not (0.0 < fov < math.pi and width > 0 and height > 0):
-        raise sensor.error(f"{width} x {height} pixels with a field of view of {fov} rad; it must be in (0, pi).")
+    width, height = (sensor.number(f"camera/image/{name}", usual) for name, usual in _SIZE.items())
+    if not 0.0 < fov < math.pi:
+        raise sensor.error(f"its <horizontal_fov> is {fov:g} rad; write one in (0, pi).")
+    if not (1.0 <= width <= _MOST_PIXELS and 1.0 <= height <= _MOST_PIXELS):
+        raise sensor.error(f"its image has {width:g} x {height:g} pixels; write 1 to {_MOST_PIXELS} in each direction.")
     for name in ("k1", "k2", "k3", "p1", "p2"):
         if sensor.number(f"camera/distortion/{name}", 0.0):
             raise sensor.error(f"its lens distorts (<{name}>); only images without distortion are drawn: set it to 0.")
@@ -78,7 +81,9 @@ def read_lens(sensor: SensorElement) -> Lens:
     if given not in ENCODINGS:
         raise sensor.error(f"the image format {given} is not supported; choose one of {', '.join(ENCODINGS)}.")
     noise = sensor.number("camera/noise/mean", 0.0), sensor.number("camera/noise/stddev", 0.0)
-    return Lens(width, height, fov, sensor.number("camera/clip/far", 100.0), ENCODINGS[given], noise)
+    if not noise[1] >= 0.0:
+        raise sensor.error(f"its noise has the standard deviation {noise[1]:g}; write one that is at least 0.")
+    return Lens(round(width), round(height), fov, sensor.number("camera/clip/far", 100.0), ENCODINGS[given], noise)
 
 
 def camera_name(model: Model, sensor: SensorElement) -> str:
