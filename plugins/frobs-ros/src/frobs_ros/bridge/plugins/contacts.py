@@ -1,7 +1,7 @@
 """libgazebo_ros_bumper.so: what a link touches, and with what force.
 
 A message has one state for each link, or shape of a static model, that is touched, and for the ground plane. ``total_wrench``
-holds the mean force on the sensor's link since the last look, friction included [N], in the axes of the world. Simulators
+holds the mean force on the sensor's link over the last physics steps, friction included [N], in the axes of the world. Simulators
 report no single contact points, so ``wrenches``, ``contact_positions``, ``contact_normals`` and ``depths`` are empty, and
 the torque is 0. All collisions of the link count, whichever the ``<contact>`` element names. As in gazebo_ros,
 ``frameName`` is written into the header and turns nothing.
