@@ -212,6 +212,8 @@ class AddedTerms:
         camera = _known(f"camera of the observation term '{name}'", term["camera"], self._scene.cameras)
         size, modality, fast, with_markers = tuple(term["size"]), term["modality"], term["fast"], term["markers"]
         view = {"camera": camera, **asdict(self._scene.cameras[camera]), "modality": modality, "markers": with_markers}
+        if view["up"] is None:  # records of policies that were exported before cameras had an up vector stay equal
+            del view["up"]
 
         def read() -> np.ndarray[Any, Any]:
             markers = self._markers() if with_markers else ()

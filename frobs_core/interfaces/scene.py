@@ -62,12 +62,15 @@ class Camera:
         target: Point that it looks at [m], in the same frame.
         fov_y: Vertical field of view [deg].
         frame: None for the world, or ``"robot/link"``.
+        up: Direction that points up in the image, in the same frame, not parallel to the view. None: the z axis, or the
+            y axis for a camera that looks along z.
     """
 
     pos: tuple[float, float, float]
     target: tuple[float, float, float]
     fov_y: float = 45.0
     frame: str | None = None
+    up: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -340,6 +343,8 @@ class Scene:
         for name, camera in self.cameras.items():
             if camera.frame is not None and camera.frame not in links and camera.frame not in self.bodies:
                 raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is no body of the scene.")
+            if camera.up is not None and not np.any(np.cross(camera.up, np.subtract(camera.pos, camera.target))):
+                raise SceneError(f"camera '{name}'", f"has the up vector {camera.up}, which is parallel to its view.")
         for name, attachment in self.attachments.items():
             for side in (attachment.first, attachment.second):
                 if side not in links and side not in self.bodies:

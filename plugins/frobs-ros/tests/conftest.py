@@ -42,37 +42,58 @@ def free_port() -> int:
         return int(found.getsockname()[1])
 
 
-@pytest.fixture(scope="session")
-def rosmaster(ros: None) -> Iterator[str]:
-    """A real master on a port of its own, and this process a node there; its URI."""
+@contextlib.contextmanager
+def running_master() -> Iterator[str]:
+    """A real master on a port of its own; its URI."""
+    import rosgraph
+
     from frobs_ros.environment import child_variables
 
     uri = f"http://127.0.0.1:{free_port()}"
-    kept = {name: os.environ.get(name) for name in ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")}
-    os.environ |= {"ROS_MASTER_URI": uri, "ROS_IP": "127.0.0.1"}
-    os.environ.pop("ROS_HOSTNAME", None)
+    environment = {**child_variables(), "ROS_MASTER_URI": uri, "ROS_IP": "127.0.0.1"}
+    environment.pop("ROS_HOSTNAME", None)
     command = ["rosmaster", "--core", "-p", uri.rpartition(":")[2]]
     process = subprocess.Popen(
-        command, env=child_variables(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+        command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
     )
     try:
-        import rosgraph
-        import rospy
-
         _wait(lambda: rosgraph.is_master_online(uri), 30.0, "the master does not answer")
-        rospy.init_node("client", disable_signals=True)  # before any clock: it lives in real time
-        _MASTERS.append(uri)
         yield uri
-        _MASTERS.remove(uri)
-        with warnings.catch_warnings():  # the last test of the process, which need not be one with ROS, ends with this
-            warnings.simplefilter("ignore", ResourceWarning)
-            rospy.signal_shutdown("the tests are over")
-            gc.collect()
     finally:
         os.killpg(process.pid, signal.SIGKILL)
         process.wait()
+
+
+@pytest.fixture(scope="session")
+def rosmaster(ros: None) -> Iterator[str]:
+    """A real master on a port of its own, and this process a node there; its URI."""
+    kept = {name: os.environ.get(name) for name in ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")}
+    try:
+        with running_master() as uri:
+            import rospy
+
+            os.environ |= {"ROS_MASTER_URI": uri, "ROS_IP": "127.0.0.1"}
+            os.environ.pop("ROS_HOSTNAME", None)
+            rospy.init_node("client", disable_signals=True)  # before any clock: it lives in real time
+            _MASTERS.append(uri)
+            yield uri
+            _MASTERS.remove(uri)
+            with (
+                warnings.catch_warnings()
+            ):  # the last test of the process, which need not be one with ROS, ends with this
+                warnings.simplefilter("ignore", ResourceWarning)
+                rospy.signal_shutdown("the tests are over")
+                gc.collect()
+    finally:
         for name, value in kept.items():
             os.environ.pop(name, None) if value is None else os.environ.__setitem__(name, value)
+
+
+@pytest.fixture
+def second_master(ros: None) -> Iterator[str]:
+    """A real master of which this process is no node; its URI."""
+    with running_master() as uri:
+        yield uri
 
 
 class BridgeProcess:

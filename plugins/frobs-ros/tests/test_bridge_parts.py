@@ -169,7 +169,7 @@ def test_static_sdf_is_put_and_holds_what_falls() -> None:
     [
         ('<link name="l"><projector/></link>', "<projector>"),
         ('<link name="l"/><model name="inner"/>', "<model>"),
-        ('<link name="l"><sensor name="s" type="camera"/></link>', "camera"),
+        ('<link name="l"><sensor name="s" type="sonar"/></link>', "sonar"),
         (
             '<link name="l"/><link name="m"/><joint name="j" type="ball"><parent>l</parent><child>m</child></joint>',
             "ball",
@@ -183,7 +183,7 @@ def test_static_sdf_is_put_and_holds_what_falls() -> None:
         ),
         ("", "no <link>"),
     ],
-    ids=["projector", "nested", "camera", "ball", "relative", "loose", "polyline", "size", "empty"],
+    ids=["projector", "nested", "sonar", "ball", "relative", "loose", "polyline", "size", "empty"],
 )
 @pytest.mark.ros_feature("SDF elements that the bridge does not read", "mujoco", works=False)
 def test_what_is_outside_of_the_part_of_sdf_is_refused_by_name(inside: str, words: str) -> None:

@@ -11,7 +11,8 @@ import pytest
 from robots import place
 
 from frobs_core.errors import RenderingUnavailableError
-from frobs_core.interfaces import CommandMode, Scene
+from frobs_core.interfaces import Body, CommandMode, Scene
+from frobs_core.models import Box, Pose
 from frobs_sim_pybullet.simulation import PybulletSimulation
 
 
@@ -55,6 +56,16 @@ def test_the_drive_law_holds_to_the_last_digit(tmp_path: Path, limit: float) -> 
         sim.step(1)
         assert arm.joint_velocities[0] == pytest.approx(v + h * acceleration, abs=1e-12)
     assert (saturated > 5) == (limit == 3.0)
+
+
+def test_names_of_bodies_may_contain_slashes(tmp_path: Path) -> None:
+    body = Body(geometry=Box((0.1, 0.1, 0.1)), pose=Pose(pos=(1.0, 0.0, 2.0)), kinematic=True, collides=False)
+    sim = simulate(tmp_path, "arm", num_envs=1, scene=Scene(bodies={"table/top/board": body}))
+    np.testing.assert_allclose(sim.bodies["table/top/board"].pose[0], [[1.0, 0.0, 2.0]])
+    np.testing.assert_allclose(sim.bodies["table/top/board"].twist[0], 0.0)
+    assert not any("board" in name for name in sim.snapshot() if name.endswith(("pose", "twist")))
+    sim.render(size=(6, 8))
+    sim.close()
 
 
 def test_a_window_without_a_display_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

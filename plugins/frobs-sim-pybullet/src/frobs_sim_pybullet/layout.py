@@ -68,7 +68,16 @@ def row(whole: Arrays, env: int) -> Arrays:
 
 def state_names(names: Iterable[str]) -> list[str]:
     """Return the arrays that belong to the state, not only tell of it."""
-    return [name for name in names if name.split("/")[2:3] not in (["pose"], ["twist"], ["jacobian"])]
+    return [name for name in names if split(name)[2:3] not in (["pose"], ["twist"], ["jacobian"])]
+
+
+def split(name: str) -> list[str]:
+    """Return the parts of an array's name: kind, robot or body, field, link. Names of bodies may contain slashes."""
+    kind, _, rest = name.partition("/")
+    if kind == "bodies":
+        body, _, field = rest.rpartition("/")
+        return [kind, body, field]
+    return [kind, *rest.split("/", 2)]
 
 
 def _size(shape: tuple[int, ...], num_envs: int) -> int:

@@ -142,11 +142,11 @@ class Viewer:
 
 
 def _view(camera: Camera, frame: tuple[Vector, Quat]) -> list[float]:
-    """Return OpenGL's view matrix, by columns; the picture's up is the frame's z, or y where the camera looks along z."""
+    """Return OpenGL's view matrix, by columns."""
     pos, quat = frame
     back = np.subtract(camera.pos, camera.target)
     upright = abs(back[2]) <= 0.999 * float(np.linalg.norm(back))
-    up = rotate(quat, (0.0, 0.0, 1.0) if upright else (0.0, 1.0, 0.0))
+    up = rotate(quat, camera.up or ((0.0, 0.0, 1.0) if upright else (0.0, 1.0, 0.0)))
     eye = np.add(pos, rotate(quat, camera.pos)).tolist()
     target = np.add(pos, rotate(quat, camera.target)).tolist()
     return list(p.computeViewMatrix(eye, target, up))

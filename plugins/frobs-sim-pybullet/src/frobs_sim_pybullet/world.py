@@ -19,7 +19,7 @@ from frobs_sim_pybullet.contacts import Side, force_on_first, question
 from frobs_sim_pybullet.drive import Drive
 from frobs_sim_pybullet.engine import Dynamics, connect
 from frobs_sim_pybullet.frames import Frames
-from frobs_sim_pybullet.layout import Arrays
+from frobs_sim_pybullet.layout import Arrays, split
 from frobs_sim_pybullet.lidar import Collider, Rays
 from frobs_sim_pybullet.meshes import MeshFiles
 from frobs_sim_pybullet.options import Engine
@@ -368,14 +368,14 @@ class World:
         self._moving = [read for channel, read in self._watched.items() if channel not in self._still]
 
     def _stands(self, channel: str) -> bool:
-        kind, name, field, *link = channel.split("/", 3)
+        kind, name, field, *link = split(channel)
         if kind == "bodies":
             return not self._scene.bodies[name].is_free
         robot = self.robots[name]
         return not robot.floating and field != "jacobian" and robot.links[robot.bones.frames[link[0]][0]] < 0
 
     def _reader(self, channel: str) -> Callable[[], None]:
-        kind, name, field, *link = channel.split("/", 3)
+        kind, name, field, *link = split(channel)
         if kind == "robots":
             return Frames(self.robots[name], self._drives[name], self._row).reader(field, link[0])
         row = self._row[channel]

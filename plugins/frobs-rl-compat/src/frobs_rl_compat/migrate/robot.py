@@ -99,9 +99,9 @@ def find_robot(package: OldPackage, package_paths: Mapping[str, str | Path]) -> 
     except FrobsError as error:
         problem = str(error)
     topics = {
-        plugin.text("topicName").strip("/"): plugin.sensor
+        plugin.text("topicName").strip("/"): plugin.sensor.name
         for plugin in read_plugins(elements)
-        if plugin.sensor in lidars
+        if plugin.sensor is not None and plugin.sensor.name in lidars
     }
     return RobotSource(path, args, paths, model, _wheels(model), friction, lidars, topics, problem), ""
 

@@ -123,7 +123,7 @@ class Bridge:
 
     def close(self) -> None:
         """End the loop and leave the ROS graph; twice is harmless."""
-        self.loop.close()
+        self.loop.close(self.world.close)  # OpenGL contexts belong to the thread that draws
         for component in self._all():
             component.close()
         self._components.clear()

@@ -17,7 +17,7 @@ class Component:
     """
 
     def __init__(self, rate: float = 0.0) -> None:
-        self._period_ns = round(NANO / rate) if rate > 0.0 else None
+        self._period_ns = max(1, round(NANO / rate)) if rate > 0.0 else None
         self._next_ns = 0
         self._last_stamp_ns = -1
         self._topics: list[Any] = []
@@ -31,6 +31,10 @@ class Component:
         """Return a stamp for now as a ``rospy.Time``: never the same twice until :meth:`reset`."""
         self._last_stamp_ns = max(world.time_ns, self._last_stamp_ns + 1)
         return stamp(self._last_stamp_ns)
+
+    def publish_no_more(self) -> None:
+        """Stop publishing for good."""
+        self._period_ns = None
 
     def before(self, world: World, steps: int) -> None:
         """Set what the drives follow in the next physics steps."""

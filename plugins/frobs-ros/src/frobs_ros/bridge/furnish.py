@@ -11,10 +11,15 @@ from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.controllers.manager import ControllerManager
 from frobs_ros.bridge.controllers.types import TYPES
-from frobs_ros.bridge.extras import Plugin, read_plugins
+from frobs_ros.bridge.extras import LIDARS, Plugin, read_plugins
 from frobs_ros.bridge.model import Model
+from frobs_ros.bridge.plugins.cameras import CameraTopics
+from frobs_ros.bridge.plugins.contacts import BumperTopic
+from frobs_ros.bridge.plugins.depth import DepthTopics
 from frobs_ros.bridge.plugins.drive import Drive, read_diff_drive, read_kobuki, topic
+from frobs_ros.bridge.plugins.imu import ImuTopic, read_imu, read_imu_sensor
 from frobs_ros.bridge.plugins.sensors import Scan, Truth
+from frobs_ros.errors import GazeboElementError
 
 LOG = logging.getLogger("frobs.bridge")
 
@@ -38,7 +43,14 @@ def furnish(bridge: Bridge, model: Model) -> Sequence[Component]:
                     plugin.name,
                     plugin.file,
                 )
-            elif not model.is_static:
+            elif (need := _NEEDS.get(plugin.file)) and not bridge.world.can(need):
+                LOG.warning(
+                    "model '%s': the sensor '%s' publishes nothing, because the simulator does not offer %s",
+                    model.name,
+                    plugin.sensor.name if plugin.sensor else plugin.name,
+                    need,
+                )
+            elif plugin.file in _ON_STATIC_MODELS or not model.is_static:
                 components.append(make(bridge, model, plugin, f"/{space}" if space else ""))
     except BaseException:
         for component in components:
@@ -67,9 +79,11 @@ def _joint_states(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> C
 
 
 def _scan(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Component:
+    if plugin.sensor is None or plugin.sensor.kind not in LIDARS:
+        raise GazeboElementError(f"the plugin '{plugin.name}'", 'must be in a <sensor type="ray">.')
     return Scan(
         model,
-        plugin.sensor,
+        plugin.sensor.name,
         topic(space, plugin.text("topicName", default="scan")),
         plugin.text("frameName", default=plugin.link).strip("/"),
         plugin.number("gaussianNoise", default=0.0),
@@ -98,5 +112,27 @@ PLUGINS: dict[str, Callable[[Bridge, Model, Plugin, str], Component]] = {
     "gazebo_ros_laser": _scan,
     "gazebo_ros_gpu_laser": _scan,
     "gazebo_ros_p3d": _truth,
+    "gazebo_ros_camera": lambda bridge, model, plugin, space: CameraTopics(model, plugin, space),
+    "gazebo_ros_depth_camera": lambda bridge, model, plugin, space: DepthTopics(model, plugin, space),
+    "gazebo_ros_openni_kinect": lambda bridge, model, plugin, space: DepthTopics(model, plugin, space, most=5.0),
+    "gazebo_ros_imu": lambda bridge, model, plugin, space: ImuTopic(*read_imu(plugin, model, space)),
+    "gazebo_ros_imu_sensor": lambda bridge, model, plugin, space: ImuTopic(*read_imu_sensor(plugin, model, space)),
+    "gazebo_ros_bumper": lambda bridge, model, plugin, space: BumperTopic(model, plugin, space),
 }
 """What makes a part from a plugin's library: the bridge, the model, the plugin and the namespace of its topics."""
+
+_NEEDS = {
+    "gazebo_ros_laser": "rays",
+    "gazebo_ros_gpu_laser": "rays",
+    "gazebo_ros_camera": "cameras",
+    "gazebo_ros_depth_camera": "cameras",
+    "gazebo_ros_openni_kinect": "cameras",
+    "gazebo_ros_bumper": "contacts",
+}
+"""Ability that a simulator needs for a plugin's sensor."""
+
+_ON_STATIC_MODELS = {name for name, need in _NEEDS.items() if need != "rays"} | {
+    "gazebo_ros_imu",
+    "gazebo_ros_imu_sensor",
+}
+"""Plugins that also work on models that do not move."""

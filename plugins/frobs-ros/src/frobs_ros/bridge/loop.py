@@ -60,15 +60,23 @@ class Loop:
             self._waiting.put((function, done))
         return done.result()
 
-    def close(self) -> None:
-        """End; who still waits is told. Twice is harmless."""
+    def close(self, last: Callable[[], None] = lambda: None) -> None:
+        """End; who still waits is told. Twice is harmless.
+
+        Args:
+            last: Function that the loop's thread calls at the end, to release what belongs to a thread. It is not called
+                if the loop never ran.
+        """
+        done: Future[None] = Future()
         with self._gate:
             if not self._open:
                 return
             self._open = False
+            self._waiting.put((last, done))
             self._waiting.put(None)
         if threading.current_thread() is not self._thread and self._thread.ident is not None:
             self._thread.join()
+            done.result()
 
     def _run(self) -> None:
         self.keep_pace()

@@ -12,6 +12,7 @@ from frobs_core.arrays import Floats
 from frobs_core.interfaces import Body, CommandMode, Placement, Robot, RobotHandle
 from frobs_core.models import Pose, RobotModel, default_gains, home_positions
 from frobs_ros.bridge.drive import Drive
+from frobs_ros.bridge.extras import read_sensors
 from frobs_ros.bridge.poses import REST, WORLD, Motion, Place, place_of
 
 
@@ -56,12 +57,14 @@ class Model:
 
     Attributes:
         key: What the simulation calls it.
+        sensors: The ``<sensor>`` elements of its file.
         robot: Its handle; None: it is static, or the world has not been built with it yet.
     """
 
     def __init__(self, name: str, namespace: str, description: Description, place: Place) -> None:
         self.name, self.namespace, self.description, self.spawned = name, namespace, description, place
         self.key = name
+        self.sensors = tuple(read_sensors(description.elements))
         self.robot: RobotHandle | None = None
         placement = description.placement
         names = placement.model.joint_names if placement else ()
@@ -73,6 +76,11 @@ class Model:
     def is_static(self) -> bool:
         """Whether it moves only where it is put."""
         return self.description.placement is None
+
+    @property
+    def has_camera(self) -> bool:
+        """Whether it carries cameras that publish."""
+        return any(sensor.is_camera and sensor.has_plugin for sensor in self.sensors)
 
     @property
     def links(self) -> tuple[str, ...]:

@@ -45,6 +45,7 @@ def describe_robot(robot: Robot) -> Description:
     """
     model = load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)
     elements = gazebo_elements(model)
+    robot = replace(robot, sensors={**read_lidars(elements), **robot.sensors})
     modes = _modes(ElementTree.fromstring(model.xml)) if model.format == "urdf" else {}
     wheels = robot.differential_drive.left + robot.differential_drive.right if robot.differential_drive else ()
     held = {name: CommandMode.VELOCITY if name in wheels else CommandMode.POSITION for name in model.joint_names}

@@ -9,11 +9,12 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import ConfigurationError, ParameterValueError, UnknownNameError
-from frobs_core.interfaces import Scene, Simulation
+from frobs_core.interfaces import Simulation
 from frobs_core.specs import SimulatorRecord
 from frobs_ros.bridge.forces import Forces
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.poses import REST, WORLD, Motion, Place
+from frobs_ros.bridge.scene import Touches, find_touches, make_scene
 
 NANO = 1_000_000_000
 
@@ -31,6 +32,7 @@ class World:
     Attributes:
         time_ns: [ns] since the start, or since the last reset of the time.
         steps: Physics steps that were made.
+        touches: What links with a contact sensor can touch, by the model's name and the link's.
     """
 
     def __init__(
@@ -50,6 +52,7 @@ class World:
         self.simulation: Simulation | None = None
         self.models: dict[str, Model] = {}
         self.forces = Forces()
+        self.touches: Touches = {}
         self.time_ns = 0
         self.steps = 0
 
@@ -142,10 +145,17 @@ class World:
         self.simulation.write_parameter(name, target, values)
         self._parameters[name, target] = values
 
+    def can(self, ability: str) -> bool:
+        """Return whether the simulator has an ability."""
+        return bool(self._simulator.capabilities.get(ability))
+
     def put(self, model: Model, place: Place, motion: Motion = REST) -> None:
         """Put a model somewhere at once."""
+        was = model.place()
         model.put(place, motion)
-        if self.simulation is not None:
+        if model.is_static and model.has_camera and not all(map(np.array_equal, was, place)):
+            self._build(self.models.values())  # a camera that stands in the world cannot be moved
+        elif self.simulation is not None:
             for name, body in model.static_bodies().items():
                 self.simulation.bodies[name].write_pose(np.array([body.pose.pos]), np.array([body.pose.quat_wxyz]))
 
@@ -255,13 +265,15 @@ class World:
         moving.sort(key=lambda model: not (model.description.placement and model.description.placement.robot.lidars))
         states = {model.name: model.state() for model in moving if model.robot is not None}
         new: Simulation | None = None
-        if moving:
-            bodies = {name: body for model in models for name, body in model.static_bodies().items()}
-            scene = Scene(floor=self._floor, gravity=self._gravity, bodies=bodies)
+        touches = find_touches(models, floor=self._floor) if self.can("contacts") else {}
+        if moving or (self.can("cameras") and any(model.has_camera for model in models)):
+            scene = make_scene(
+                models, touches, floor=self._floor, gravity=self._gravity, with_cameras=self.can("cameras")
+            )
             robots = {model.key: model.placement() for model in moving}
             new = self._simulator.load()(robots, scene, num_envs=1, physics_timestep=self._timestep, num_threads=1)
         self.close()
-        self.simulation = new
+        self.simulation, self.touches = new, touches
         for model in moving:
             assert new is not None
             model.robot = new.robots[model.key]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,23 +17,32 @@ from frobs_devkit.testing.simulator.subject import WALL, SimulatorUnderTest, ver
 
 _RED = Body(geometry=Box((0.1, 0.2, 0.2)), pose=Pose(pos=(1.5, 0.5, 1.4)), rgba=(1.0, 0.0, 0.0, 1.0), kinematic=True)
 _CAMERA = Camera(pos=(0.0, 0.0, 1.0), target=(1.0, 0.0, 1.0))
+_ROLLED = replace(_CAMERA, up=(0.0, 1.0, 0.0))
 _SIZE = (48, 64)
 
 
 @verifies("cameras")
 def pictures_are_true(subject: SimulatorUnderTest) -> None:
-    """A red box up and to the left is drawn up and to the left, red, with a number of its own."""
-    with subject.build(bodies={"wall": WALL, "red": _RED}, cameras={"front": _CAMERA}, num_threads=1) as (sim, _):
+    """A red box up and to the left is drawn up and to the left, red, with a number of its own; a rolled camera rolls it."""
+    cameras = {"front": _CAMERA, "rolled": _ROLLED}
+    with subject.build(bodies={"wall": WALL, "red": _RED}, cameras=cameras, num_threads=1) as (sim, _):
         mask = np.arange(sim.num_envs) == 0
         try:
             shown = [one for one in sim.render_modalities if one != "depth"]  # depth_is_in_metres has it
             drawn = {modality: sim.render(mask, "front", _SIZE, modality)[0] for modality in shown}
+            rolled = _red(sim.render(mask, "rolled", _SIZE)[0])
         except RenderingUnavailableError as error:
             raise Inconclusive(str(error)) from error
         red = _red(drawn["rgb"])  # (h, w)
         expect(red.any(), "no pixel is red, and a red box is in front of the camera.")
         up, left = np.argwhere(red).mean(0)
         expect(up < 20 and left < 24, f"the red box is drawn at row {up:.0f}, column {left:.0f}; it is up and left.")
+        expect(rolled.any(), "no pixel is red in the image of a camera whose up vector is the y axis.")
+        up, right = np.argwhere(rolled).mean(0)
+        where = f"at row {up:.0f}, column {right:.0f}"
+        expect(
+            up < 20 and right > 40, f"with the y axis as up vector, the red box is drawn {where}; it is up and right."
+        )
         if "segmentation" in drawn:
             numbers = drawn["segmentation"][..., 0]
             (values, counts) = np.unique(numbers[red], return_counts=True)

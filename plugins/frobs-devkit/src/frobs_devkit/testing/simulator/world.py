@@ -179,10 +179,12 @@ def depth_is_in_metres(subject: SimulatorUnderTest) -> None:
 def contradictions_are_refused(subject: SimulatorUnderTest) -> None:
     """A scene that contradicts itself, or names what is not there, is a ConfigurationError that says so."""
     camera = Camera(pos=(1.0, 0.0, 0.0), target=(0.0, 0.0, 0.0), frame="robot/no_such_link")
+    upright = Camera(pos=(1.0, 0.0, 0.0), target=(0.0, 0.0, 0.0), up=(2.0, 0.0, 0.0))
     scenes: dict[str, dict[str, Any]] = {
         "a body that is kinematic and has a mass": {"bodies": {"x": replace(BALL, kinematic=True)}},
         "a contact of no body": {"contacts": {"c": Contact(first="no_such_body")}},
         "a camera on no link": {"cameras": {"c": camera}},
+        "a camera whose up vector is parallel to its view": {"cameras": {"c": upright}},
     }
     for what, scene in scenes.items():
         with expect_raises(ConfigurationError, f"a scene with {what}"), subject.build(**scene):

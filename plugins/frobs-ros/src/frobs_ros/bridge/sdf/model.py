@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element as PlainElement
 from frobs_core.errors import ModelFileError
 from frobs_core.interfaces import Body, CommandMode, Placement, Robot
 from frobs_core.models import Element, Pose, parse_xml, read_urdf
-from frobs_ros.bridge.extras import read_lidars
+from frobs_ros.bridge.extras import SENSORS, read_lidars
 from frobs_ros.bridge.model import Description, with_gains
 from frobs_ros.bridge.poses import Place
 from frobs_ros.bridge.sdf.reading import check, model_paths, open_sdf, packages_of, place_of, says
@@ -21,7 +21,6 @@ from frobs_ros.bridge.sdf.shapes import Shape, read_collision, read_visual
 from frobs_ros.bridge.sdf.urdf import write_urdf
 
 LOG = logging.getLogger("frobs.bridge")
-_SENSORS = ("ray", "gpu_ray")
 
 
 @dataclass(frozen=True)
@@ -91,10 +90,8 @@ def _link(element: Element) -> SdfLink:
         if says(element, tag, usual) is not usual:
             element.refuse(f"<{tag}>{str(not usual).lower()}</{tag}> is not understood; take it out.")
     for sensor in element.children("sensor"):
-        if sensor.get("type") not in _SENSORS:
-            sensor.refuse(
-                f"a sensor of type '{sensor.get('type')}' is not understood; there are {', '.join(_SENSORS)}."
-            )
+        if sensor.get("type") not in SENSORS:
+            sensor.refuse(f"a sensor of type '{sensor.get('type')}' is not understood; there are {', '.join(SENSORS)}.")
     return SdfLink(
         element,
         place_of(element),

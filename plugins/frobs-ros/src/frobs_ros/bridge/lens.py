@@ -1,0 +1,113 @@
+"""Cameras that a model's file declares: their optics, and where they look."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from frobs_core.interfaces import Camera
+from frobs_core.rotations import quat_rotate
+from frobs_ros.bridge.extras import SensorElement
+from frobs_ros.bridge.model import Model
+from frobs_ros.bridge.poses import Place, place_of
+
+ENCODINGS = {
+    "R8G8B8": "rgb8",
+    "RGB_INT8": "rgb8",
+    "B8G8R8": "bgr8",
+    "BGR_INT8": "bgr8",
+    "L8": "mono8",
+    "L_INT8": "mono8",
+}
+"""Encoding of sensor_msgs/Image by ``<format>``."""
+_SIZE = {"width": 320, "height": 240}
+_MOST_PIXELS = 8192  # in each direction
+
+
+@dataclass(frozen=True)
+class Lens:
+    """What a ``<camera>`` element says about its images.
+
+    Attributes:
+        width: [pixels]
+        height: [pixels]
+        fov_x: Horizontal field of view [rad].
+        far: Distance along the view beyond which nothing is seen [m].
+        encoding: Encoding of sensor_msgs/Image.
+        noise: Mean and standard deviation of the noise of each channel, as fractions of white.
+    """
+
+    width: int
+    height: int
+    fov_x: float
+    far: float
+    encoding: str
+    noise: tuple[float, float]
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Height and width [pixels]."""
+        return self.height, self.width
+
+    @property
+    def focal_length(self) -> float:
+        """Focal length [pixels]; pixels are square."""
+        return self.width / (2.0 * math.tan(0.5 * self.fov_x))
+
+    @property
+    def fov_y(self) -> float:
+        """Vertical field of view [deg]."""
+        return math.degrees(2.0 * math.atan(0.5 * self.height / self.focal_length))
+
+
+def read_lens(sensor: SensorElement) -> Lens:
+    """Read the ``<camera>`` element of a sensor, with the defaults of SDF.
+
+    Raises:
+        ConfigurationError: A number is impossible, the lens distorts, or the format is not supported.
+    """
+    fov = sensor.number("camera/horizontal_fov", 1.047)
+    width, height = (sensor.number(f"camera/image/{name}", usual) for name, usual in _SIZE.items())
+    if not 0.0 < fov < math.pi:
+        raise sensor.error(f"its <horizontal_fov> is {fov:g} rad; write one in (0, pi).")
+    if not (1.0 <= width <= _MOST_PIXELS and 1.0 <= height <= _MOST_PIXELS):
+        raise sensor.error(f"its image has {width:g} x {height:g} pixels; write 1 to {_MOST_PIXELS} in each direction.")
+    for name in ("k1", "k2", "k3", "p1", "p2"):
+        if sensor.number(f"camera/distortion/{name}", 0.0):
+            raise sensor.error(f"its lens distorts (<{name}>); only images without distortion are drawn: set it to 0.")
+    given = sensor.text("camera/image/format", "R8G8B8")
+    if given not in ENCODINGS:
+        raise sensor.error(f"the image format {given} is not supported; choose one of {', '.join(ENCODINGS)}.")
+    noise = sensor.number("camera/noise/mean", 0.0), sensor.number("camera/noise/stddev", 0.0)
+    if not noise[1] >= 0.0:
+        raise sensor.error(f"its noise has the standard deviation {noise[1]:g}; write one that is at least 0.")
+    return Lens(round(width), round(height), fov, sensor.number("camera/clip/far", 100.0), ENCODINGS[given], noise)
+
+
+def camera_name(model: Model, sensor: SensorElement) -> str:
+    """Return what the simulation calls the camera of a sensor."""
+    return f"{model.key}/{sensor.link}/{sensor.name}"
+
+
+def make_camera(model: Model, sensor: SensorElement) -> Camera:
+    """Return the camera of a sensor: it looks along the x axis of its pose, and z points up in the image.
+
+    The camera of a model that moves is fixed to its link. That of a static model stands in the world.
+
+    Raises:
+        ConfigurationError: The element has impossible numbers.
+    """
+    if model.is_static:
+        frame, place = None, sensor.place.after(model.link_place(sensor.link))
+    else:
+        frame, offset = f"{model.key}/{sensor.link}", model.description.offsets.get(sensor.link)
+        place = sensor.place if offset is None else sensor.place.after(place_of(offset))
+    pos, target, up = _looking(place)
+    return Camera(pos=pos, target=target, up=up, fov_y=read_lens(sensor).fov_y, frame=frame)
+
+
+def _looking(place: Place) -> tuple[tuple[float, float, float], ...]:
+    ahead, up = quat_rotate(place.quat_wxyz, np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
+    return tuple((float(x), float(y), float(z)) for x, y, z in (place.pos, place.pos + ahead, up))

@@ -1,0 +1,133 @@
+"""libgazebo_ros_camera.so: images and camera_info.
+
+Intrinsics are those of gazebo_ros: for an image of w by h pixels with the horizontal field of view a, the focal length is
+f = w / (2 tan(a/2)) in both directions, and the optical center is at ((w + 1)/2, (h + 1)/2). Images are drawn about the
+pixel coordinates ((w - 1)/2, (h - 1)/2), so the center in camera_info is one pixel off in each direction, as in Gazebo.
+
+A camera looks along the x axis of its sensor element, with z up. The image follows the optical convention of ROS (x right,
+y down, z ahead). ``frameName`` is written into the header unchanged and moves nothing.
+"""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from frobs_core.errors import RenderingUnavailableError
+from frobs_core.interfaces import Simulation
+from frobs_ros.bridge.component import Component
+from frobs_ros.bridge.extras import Plugin
+from frobs_ros.bridge.lens import Lens, camera_name, read_lens
+from frobs_ros.bridge.model import Model
+from frobs_ros.bridge.plugins.drive import topic
+from frobs_ros.bridge.world import World
+from frobs_ros.errors import GazeboElementError
+
+LOG = logging.getLogger("frobs.bridge")
+Pixels = npt.NDArray[np.uint8]
+
+_USUAL_RATE = 30.0  # [Hz] of a camera whose file names no rate; Gazebo would draw as often as it can
+_LUMA = np.array([0.299, 0.587, 0.114])  # ITU-R BT.601
+_DISTORTION = ("distortionK1", "distortionK2", "distortionK3", "distortionT1", "distortionT2")
+
+
+class CameraTopics(Component):
+    """``sensor_msgs/Image`` and ``sensor_msgs/CameraInfo`` of a camera, both with the same stamp.
+
+    Args:
+        space: Namespace of its topics; empty, or begins with a slash.
+
+    Raises:
+        ConfigurationError: A number is impossible, the plugin is in no camera, or asks for distortion.
+    """
+
+    def __init__(self, model: Model, plugin: Plugin, space: str) -> None:
+        import rospy
+        from sensor_msgs.msg import CameraInfo, Image
+
+        sensor = plugin.sensor
+        if sensor is None or not sensor.is_camera:
+            raise GazeboElementError(f"the plugin '{plugin.name}'", "must be in a <sensor> with a <camera>.")
+        for name in _DISTORTION:
+            if plugin.number(name, default=0.0):
+                raise GazeboElementError(
+                    f"the plugin '{plugin.name}'", f"{name} is not 0; only images without distortion are drawn."
+                )
+        rates = [rate for rate in (sensor.rate, plugin.number("updateRate", default=0.0)) if rate > 0.0]
+        super().__init__(min(rates, default=_USUAL_RATE))
+        self._plugin, self._space = plugin, topic(space, plugin.text("cameraName")).rstrip("/")
+        self._camera, self._title = camera_name(model, sensor), f"model '{model.name}': the camera '{sensor.name}'"
+        self._frame = plugin.text("frameName", default="world").strip("/")
+        self._random = np.random.default_rng(0)
+        self._rospy = rospy
+        self.lens: Lens = read_lens(sensor)
+        self._image = self._publisher("imageTopicName", "image_raw", Image)
+        self._info = self._publisher("cameraInfoTopicName", "camera_info", CameraInfo)
+        self._intrinsics = _intrinsics(self.lens, plugin)
+
+    def tell(self, world: World) -> None:
+        """Draw and publish, if somebody listens."""
+        if world.simulation is None or not any(publisher.get_num_connections() for publisher in self._topics):
+            return
+        from std_msgs.msg import Header
+
+        try:
+            self._send(world.simulation, Header(stamp=self.next_stamp(world), frame_id=self._frame))
+        except RenderingUnavailableError as error:
+            LOG.error("%s publishes nothing: %s", self._title, error)
+            self.publish_no_more()
+
+    def _send(self, simulation: Simulation, header: Any) -> None:
+        """Publish on the topics that somebody listens to."""
+        if self._image.get_num_connections():
+            self._image.publish(self._image_message(header, self._colors(simulation)))
+        self._send_info(self._info, header)
+
+    def _send_info(self, publisher: Any, header: Any) -> None:
+        if publisher.get_num_connections():
+            publisher.publish(publisher.data_class(header=header, **self._intrinsics))
+
+    def _publisher(self, parameter: str, usual: str, kind: Any) -> Any:
+        name = topic(self._space, self._plugin.text(parameter, default=usual))
+        return self.own(self._rospy.Publisher(name, kind, queue_size=2, tcp_nodelay=True))
+
+    def _colors(self, simulation: Simulation) -> Pixels:
+        """Return an image, (h, w, 3) in rgb."""
+        drawn: Pixels = self._draw(simulation, "rgb")
+        mean, deviation = self.lens.noise
+        if not (mean or deviation):
+            return drawn
+        noisy = drawn + 255.0 * self._random.normal(mean, deviation, drawn.shape)
+        return np.clip(np.rint(noisy), 0.0, 255.0).astype(np.uint8)
+
+    def _draw(self, simulation: Simulation, modality: str) -> npt.NDArray[Any]:
+        drawn: npt.NDArray[Any] = simulation.render(None, self._camera, self.lens.size, modality, fast=True)[0]
+        return drawn
+
+    def _image_message(self, header: Any, colors: Pixels) -> Any:
+        encoding = self.lens.encoding
+        if encoding == "mono8":
+            colors = np.rint(colors @ _LUMA).astype(np.uint8)
+        elif encoding == "bgr8":
+            colors = colors[..., ::-1]
+        height, width = self.lens.size
+        step = width * (1 if encoding == "mono8" else 3)
+        return self._image.data_class(header, height, width, encoding, 0, step, colors.tobytes())
+
+
+def _intrinsics(lens: Lens, plugin: Plugin) -> dict[str, Any]:
+    """Return the fields of a CameraInfo."""
+    f, cx, cy = lens.focal_length, 0.5 * (lens.width + 1), 0.5 * (lens.height + 1)
+    shift = -f * plugin.number("hackBaseline", default=0.0)
+    return {
+        "height": lens.height,
+        "width": lens.width,
+        "distortion_model": "plumb_bob",
+        "D": [0.0] * 5,
+        "K": [f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0],
+        "R": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        "P": [f, 0.0, cx, shift, 0.0, f, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+    }

@@ -1,0 +1,89 @@
+"""libgazebo_ros_openni_kinect.so and libgazebo_ros_depth_camera.so: depth images and point clouds beside the colors.
+
+Depth is measured along the view (z in the optical frame), not along the ray. A pixel that shows nothing, or that is not
+between ``pointCloudCutoff`` and ``pointCloudCutoffMax`` and nearer than ``<clip><far>``, is NaN in both.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from frobs_core.interfaces import Simulation
+from frobs_ros.bridge.extras import Plugin
+from frobs_ros.bridge.model import Model
+from frobs_ros.bridge.plugins.cameras import CameraTopics, Pixels
+
+_POINT = np.dtype(
+    {"names": ["x", "y", "z", "bgr"], "formats": ["<f4", "<f4", "<f4", "3u1"], "offsets": [0, 4, 8, 16], "itemsize": 32}
+)
+"""Memory of a point, as gazebo_ros has it: the color is in the lower three bytes of a float32."""
+
+
+class DepthTopics(CameraTopics):
+    """The topics of a camera, a depth image (32FC1) [m] with its camera_info, and a ``sensor_msgs/PointCloud2``.
+
+    The cloud has a point for each pixel, (height, width), in the optical frame: x right, y down, z ahead [m].
+
+    Args:
+        space: Namespace of its topics; empty, or begins with a slash.
+        most: Default of ``pointCloudCutoffMax`` [m].
+
+    Raises:
+        ConfigurationError: See :class:`CameraTopics`.
+    """
+
+    def __init__(self, model: Model, plugin: Plugin, space: str, most: float = math.inf) -> None:
+        from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+
+        super().__init__(model, plugin, space)
+        self._range = (
+            plugin.number("pointCloudCutoff", default=0.4),
+            min(plugin.number("pointCloudCutoffMax", default=most), self.lens.far),
+        )
+        self._depth = self._publisher("depthImageTopicName", "depth/image_raw", Image)
+        self._depth_info = self._publisher("depthImageCameraInfoTopicName", "depth/camera_info", CameraInfo)
+        self._cloud = self._publisher("pointCloudTopicName", "points", PointCloud2)
+        height, width = self.lens.size
+        self._right = (np.arange(width) - 0.5 * (width - 1)) / self.lens.focal_length  # (w,) of a point at depth 1
+        self._down = (np.arange(height) - 0.5 * (height - 1))[:, None] / self.lens.focal_length  # (h, 1)
+
+    def _send(self, simulation: Simulation, header: Any) -> None:
+        super()._send(simulation, header)
+        self._send_info(self._depth_info, header)
+        wants_cloud = self._cloud.get_num_connections() > 0
+        if wants_cloud or self._depth.get_num_connections():
+            depth = self._measure(simulation)
+            height, width = self.lens.size
+            self._depth.publish(self._depth.data_class(header, height, width, "32FC1", 0, 4 * width, depth.tobytes()))
+            if wants_cloud:
+                self._cloud.publish(self._cloud_message(header, depth, self._draw(simulation, "rgb")))
+
+    def _measure(self, simulation: Simulation) -> npt.NDArray[np.float32]:
+        """Return the depth of each pixel [m], (h, w)."""
+        depth = self._draw(simulation, "depth")[..., 0]
+        nothing = self._draw(simulation, "segmentation")[..., 0] < 0
+        least, most = self._range
+        return np.where(nothing | (depth <= least) | (depth >= most), np.nan, depth).astype("<f4")
+
+    def _cloud_message(self, header: Any, depth: npt.NDArray[np.float32], colors: Pixels) -> Any:
+        from sensor_msgs.msg import PointField
+
+        points = np.zeros(depth.shape, _POINT)
+        points["x"], points["y"], points["z"] = depth * self._right, depth * self._down, depth
+        points["bgr"] = colors[..., ::-1]
+        height, width = depth.shape
+        offsets = {"x": 0, "y": 4, "z": 8, "rgb": 16}
+        return self._cloud.data_class(
+            header=header,
+            height=height,
+            width=width,
+            fields=[PointField(name, offset, PointField.FLOAT32, 1) for name, offset in offsets.items()],
+            point_step=_POINT.itemsize,
+            row_step=_POINT.itemsize * width,
+            data=points.tobytes(),
+            is_dense=not np.isnan(depth).any(),
+        )

@@ -1,0 +1,179 @@
+"""libgazebo_ros_imu.so and libgazebo_ros_imu_sensor.so: orientation, angular velocity and acceleration.
+
+The two plugins of gazebo_ros disagree about gravity, and so do these:
+
+- ``gazebo_ros_imu`` (a plugin of the model) reports the acceleration of the link without gravity: at rest it reads 0.
+- ``gazebo_ros_imu_sensor`` (in a ``<sensor type="imu">``) reports the specific force, acceleration minus gravity: at rest
+  and upright it reads +9.8 m/s² along z.
+
+Both report the orientation in the world, and vectors in the frame of the sensor. The acceleration is the change of the
+sensor's velocity since the last message, divided by the time between them. ``rpyOffset`` turns the orientation about the
+axes of the world; with ``gazebo_ros_imu`` the vectors are reported in the turned frame. ``xyzOffset`` changes nothing, as
+in gazebo_ros. ``gaussianNoise`` is the standard deviation of each number, its square the diagonal of the covariances.
+
+One thing differs: gazebo_ros_imu rotates its vectors by the orientation of the link in place of the inverse, so that they
+are in the frame of the link only while it is level. Here they always are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.errors import UnknownNameError
+from frobs_core.rotations import quat_conjugate, quat_from_rpy, quat_multiply, quat_rotate
+from frobs_ros.bridge.component import Component
+from frobs_ros.bridge.extras import Plugin
+from frobs_ros.bridge.model import Model
+from frobs_ros.bridge.plugins.drive import topic
+from frobs_ros.bridge.poses import WORLD, Motion, Place
+from frobs_ros.bridge.world import NANO, World
+from frobs_ros.errors import GazeboElementError
+
+_USUAL_RATE = 100.0  # [Hz] of a plugin without a rate; Gazebo would publish in each physics step
+
+
+@dataclass(frozen=True)
+class Mount:
+    """Where a sensor is fixed: a pose in a link."""
+
+    model: Model
+    link: str
+    offset: Place = WORLD
+
+    def place(self) -> Place:
+        """Return the pose in the world."""
+        return self.offset.after(self.model.link_place(self.link))
+
+    def motion(self) -> Motion:
+        """Return the velocity in the world."""
+        linear, angular = self.model.link_motion(self.link)
+        lever = quat_rotate(self.model.link_place(self.link).quat_wxyz, self.offset.pos)
+        return Motion(linear + np.cross(angular, lever), angular)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImuSettings:
+    """How measurements are reported.
+
+    Attributes:
+        rate: [Hz]
+        noise: Standard deviation of each number.
+        turn: Quaternion (wxyz) of ``rpyOffset``.
+        turns_vectors: Whether ``turn`` also applies to angular velocity and acceleration.
+        with_gravity: Whether gravity is subtracted from the acceleration.
+        relative: Whether the orientation is reported relative to the first one.
+    """
+
+    topic: str
+    frame: str
+    rate: float
+    noise: float
+    turn: Floats
+    turns_vectors: bool
+    with_gravity: bool
+    relative: bool = False
+
+
+def read_imu(plugin: Plugin, model: Model, space: str) -> tuple[Mount, ImuSettings]:
+    """Read the parameters of libgazebo_ros_imu.so.
+
+    Raises:
+        ConfigurationError: The model has no such link, or a parameter is not a number.
+    """
+    link = plugin.text("bodyName").rpartition("::")[2]
+    return _mount(plugin, model, link, WORLD), ImuSettings(
+        topic=topic(space, plugin.text("topicName", default="/default_imu")),
+        frame=plugin.text("frameName", default=link).strip("/"),
+        rate=plugin.number("updateRate", default=0.0) or _USUAL_RATE,
+        noise=plugin.number("gaussianNoise", default=0.0),
+        turn=quat_from_rpy(plugin.numbers("rpyOffset", 3)),
+        turns_vectors=True,
+        with_gravity=False,
+    )
+
+
+def read_imu_sensor(plugin: Plugin, model: Model, space: str) -> tuple[Mount, ImuSettings]:
+    """Read the parameters of libgazebo_ros_imu_sensor.so.
+
+    Raises:
+        ConfigurationError: The plugin is in no sensor, the model has no such link, or a parameter is not a number.
+    """
+    sensor = plugin.sensor
+    if sensor is None:
+        raise GazeboElementError(f"the plugin '{plugin.name}'", 'must be in a <sensor type="imu">.')
+    rates = [rate for rate in (sensor.rate, plugin.number("updateRateHZ", default=1.0)) if rate > 0.0]
+    return _mount(plugin, model, sensor.link, sensor.place), ImuSettings(
+        topic=topic(space, plugin.text("topicName", default="imu_data")),
+        frame=plugin.text("frameName", default=sensor.link).strip("/"),
+        rate=min(rates, default=_USUAL_RATE),
+        noise=plugin.number("gaussianNoise", default=0.0),
+        turn=quat_from_rpy(plugin.numbers("rpyOffset", 3)),
+        turns_vectors=False,
+        with_gravity=True,
+        relative=plugin.says("initialOrientationAsReference", False),
+    )
+
+
+def _mount(plugin: Plugin, model: Model, link: str, offset: Place) -> Mount:
+    if link not in model.links:
+        raise UnknownNameError(f"link of '{model.name}' for the plugin '{plugin.name}'", link, model.links)
+    return Mount(model, link, offset)
+
+
+class ImuTopic(Component):
+    """``sensor_msgs/Imu`` of a sensor. The first sample after somebody subscribes has no acceleration and is skipped."""
+
+    def __init__(self, mount: Mount, settings: ImuSettings) -> None:
+        import rospy
+        from sensor_msgs.msg import Imu
+
+        super().__init__(settings.rate)
+        self._mount, self._settings = mount, settings
+        self._random = np.random.default_rng(0)
+        self._reference = quat_conjugate(mount.place().quat_wxyz) if settings.relative else WORLD.quat_wxyz
+        self._last: tuple[int, Floats] | None = None
+        self._publisher = self.own(rospy.Publisher(settings.topic, Imu, queue_size=1, tcp_nodelay=True))
+
+    def tell(self, world: World) -> None:
+        """Publish, if somebody listens."""
+        if self._publisher.get_num_connections() == 0:
+            self._last = None
+            return
+        (linear, angular), settings = self._mount.motion(), self._settings
+        last, self._last = self._last, (world.time_ns, linear)
+        if last is None or last[0] == world.time_ns:
+            return
+        acceleration = (linear - last[1]) * (NANO / (world.time_ns - last[0]))
+        if settings.with_gravity:
+            acceleration = acceleration - np.array(world.gravity)
+        quat = self._mount.place().quat_wxyz
+        turned = quat_multiply(settings.turn, quat_multiply(self._reference, quat))
+        axes = quat_conjugate(turned if settings.turns_vectors else quat)
+        self._publisher.publish(
+            self._message(self.next_stamp(world), turned, quat_rotate(axes, angular), quat_rotate(axes, acceleration))
+        )
+
+    def reset(self, world: World) -> None:
+        """Begin again: a jump of the model is no acceleration."""
+        super().reset(world)
+        self._last = None
+
+    def _message(self, stamp: Any, quat: Floats, angular: Floats, acceleration: Floats) -> Any:
+        message, noise = self._publisher.data_class(), self._settings.noise
+        message.header.stamp, message.header.frame_id = stamp, self._settings.frame
+        w, x, y, z, *vectors = np.concatenate([quat, angular, acceleration]) + noise * self._random.normal(size=10)
+        for part, numbers in (
+            (message.orientation, (x, y, z, w)),
+            (message.angular_velocity, vectors[:3]),
+            (message.linear_acceleration, vectors[3:]),
+        ):
+            for name, number in zip(part.__slots__, numbers, strict=True):
+                setattr(part, name, float(number))
+        variances = [noise * noise if place % 4 == 0 else 0.0 for place in range(9)]
+        message.orientation_covariance = message.angular_velocity_covariance = variances
+        message.linear_acceleration_covariance = variances
+        return message

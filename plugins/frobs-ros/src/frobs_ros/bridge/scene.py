@@ -1,0 +1,113 @@
+"""The scene of a simulation: what is static, and the cameras and contacts that sensors of the models need."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from frobs_core.interfaces import Contact, Scene
+from frobs_ros.bridge.lens import camera_name, make_camera
+from frobs_ros.bridge.model import Model
+
+
+@dataclass(frozen=True)
+class Touch:
+    """A pair of parts whose contact is measured.
+
+    Attributes:
+        contact: What the scene declares.
+        first: Name of the first part, as Gazebo scopes collisions: ``"model::link::collision"``.
+        second: Name of the second part.
+    """
+
+    contact: Contact
+    first: str
+    second: str
+
+    @property
+    def name(self) -> str:
+        """Name of the contact in the scene."""
+        return f"{self.contact.first} {self.contact.second}"
+
+
+Touches: TypeAlias = Mapping[tuple[str, str], Sequence[Touch]]
+"""What links with a contact sensor can touch, by the model's name and the link's."""
+
+
+def make_scene(
+    models: Sequence[Model],
+    touches: Touches,
+    *,
+    floor: bool,
+    gravity: tuple[float, float, float],
+    with_cameras: bool,
+) -> Scene:
+    """Return the scene around the models that move.
+
+    Args:
+        models: All models.
+        touches: Pairs of parts whose contact is measured.
+        floor: Whether there is a ground plane at z = 0.
+        gravity: [m/s²]
+        with_cameras: Whether the simulator draws images.
+
+    Raises:
+        ConfigurationError: A camera has impossible numbers.
+    """
+    cameras = dict(Scene().cameras)  # the first of a scene is what a window shows
+    if with_cameras:
+        cameras |= {
+            camera_name(model, sensor): make_camera(model, sensor)
+            for model in models
+            for sensor in model.sensors
+            if sensor.is_camera and sensor.has_plugin
+        }
+    return Scene(
+        floor=floor,
+        gravity=gravity,
+        bodies={name: body for model in models for name, body in model.static_bodies().items()},
+        cameras=cameras,
+        contacts={touch.name: touch.contact for each in touches.values() for touch in each},
+    )
+
+
+def find_touches(models: Sequence[Model], *, floor: bool) -> Touches:
+    """Return what each link with a contact sensor can touch.
+
+    Each other link and each static shape is a pair of its own, so that a sensor can name what it touches.
+
+    Args:
+        models: All models.
+        floor: Whether there is a ground plane.
+    """
+    return {
+        (model.name, link): tuple(_touches(model, link, models, floor))
+        for model in models
+        for link in {sensor.link for sensor in model.sensors if sensor.kind == "contact" and sensor.has_plugin}
+    }
+
+
+def _touches(model: Model, link: str, models: Sequence[Model], floor: bool) -> Iterator[Touch]:
+    others = [("floor", "ground_plane::link::collision")] if floor and not model.is_static else []
+    for other in models:
+        if model.is_static and other.is_static:
+            continue
+        if other is not model:
+            others += [side for name in other.links for side in _sides(other, name)]
+        elif model.description.placement is not None and model.description.placement.robot.self_collision:
+            others += [side for name in model.links if name != link for side in _sides(model, name)]
+    for first, first_name in _sides(model, link):
+        for second, second_name in others:
+            yield Touch(Contact(first=first, second=second), first_name, second_name)
+
+
+def _sides(model: Model, link: str) -> list[tuple[str, str]]:
+    """Return the sides of contacts that a link consists of, each with its name in Gazebo; none if it does not collide."""
+    placement = model.description.placement
+    if placement is None:
+        shapes = [name for name in model.shapes if name.startswith(f"{link}/")]
+        return [(f"{model.key}/{shape}", f"{model.name}::{shape.replace('/', '::')}") for shape in shapes]
+    if not any(each.collisions for each in placement.model.links if each.name == link):
+        return []
+    return [(f"{model.key}/{link}", f"{model.name}::{link}::{link}_collision")]
