@@ -22,6 +22,7 @@ from frobs_core.errors import (
     UnknownParameterError,
 )
 from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Scene, Simulation, StepContext, Task
+from frobs_core.keywords import constructor_parameters
 from frobs_core.models import load_model
 from frobs_core.observation import Observations
 from frobs_core.random import RandomSource
@@ -269,7 +270,7 @@ def check_parameters(owner: str, given: Iterable[str], known: Iterable[str], oth
 
 def parameter_defaults(cls: type[Any]) -> dict[str, Any]:
     """Return the keywords that a constructor takes, with their defaults."""
-    found = inspect.signature(cls).parameters.values()
+    found = constructor_parameters(cls).values()
     return {p.name: p.default for p in found if p.kind is inspect.Parameter.KEYWORD_ONLY}
 
 

@@ -44,6 +44,7 @@ class Task(ABC):
         reward_meanings: What each of :meth:`reward_terms` is, by name; for lists and pages.
         late_terms: Terms of the observation that change only once something is achieved, as a way-point of which the
             first is always the same; the kit, which acts at random, does not expect them to vary.
+        expert: ``"module:class"`` of its :class:`~frobs_core.interfaces.Expert`; empty: it has none.
         reward_type: The one in force; set before ``bind``.
     """
 
@@ -54,6 +55,7 @@ class Task(ABC):
     success_rule: ClassVar[str] = ""
     reward_meanings: ClassVar[Mapping[str, str]] = {}
     late_terms: ClassVar[Sequence[str]] = ()
+    expert: ClassVar[str] = ""
 
     reward_type: str
 

@@ -180,3 +180,33 @@ def test_the_arm_is_still_where_it_is_asked_beyond_its_reach(fake_arm, bound, di
     controller = bound(TcpDeltaPosition(), robot)
     drive(controller, robot, direction, 80)
     assert np.abs(drive(controller, robot, direction, 1)).max() < 1e-3
+
+
+def test_the_tool_holds_the_axes_that_an_action_does_not_have(fake_arm, bound):
+    robot, whole = fake_arm(), fake_arm()
+    reduced, controller = bound(TcpDeltaPose(axes=["x", "z"]), robot), bound(TcpDeltaPose(), whole)
+    assert reduced.action_space.shape == (2,)
+    drive(reduced, robot, [0.5, -0.25], 5)
+    drive(controller, whole, [0.5, 0.0, -0.25, 0.0, 0.0, 0.0], 5)
+    assert np.array_equal(robot.joint_positions, whole.joint_positions)
+
+
+def test_the_target_stays_in_its_box_and_comes_back_at_once(fake_arm, bound):
+    robot = fake_arm()
+    start = robot.frame_pose("tcp")[0][0]
+    low, high = start - 0.1, start + np.array([0.1, 0.1, 0.03])
+    controller = bound(TcpDeltaPose(max_delta=0.02, target_low=low.tolist(), target_high=high.tolist()), robot)
+    up = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
+    moved = drive(controller, robot, up, 10) + settle(controller, robot)
+    assert moved[:, 2] == pytest.approx(0.03, abs=1e-3)
+    back = drive(controller, robot, [0.0, 0.0, -1.0, 0.0, 0.0, 0.0], 1) + settle(controller, robot)
+    assert back[:, 2] == pytest.approx(-0.02, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    "given", [{"axes": []}, {"axes": ["z", "x"]}, {"axes": ["x", "x"]}, {"axes": ["yaw"]}, {"target_low": [0, 0]},
+              {"target_low": [0, 0, 1], "target_high": [1, 1, 1]}], ids=str
+)  # fmt: skip
+def test_axes_and_boxes_are_checked(given):
+    with pytest.raises(ConfigurationError, match=r"axes|target_low"):
+        TcpDeltaPose(**given)

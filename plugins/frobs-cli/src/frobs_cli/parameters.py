@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from frobs_core.keywords import constructor_parameters
+
 _SECTIONS = ("Args:", "Attributes:")
 _ENTRY = re.compile(r"^(\w+)(?:\s*\([^)]*\))?:\s*(.*)$")
 
@@ -18,19 +20,12 @@ def parameters(cls: type) -> list[dict[str, Any]]:
         For each ``name``, ``required``, ``default`` (None where required) and ``help``.
     """
     documented = descriptions(cls)
-    found: dict[str, dict[str, Any]] = {}
-    for parameter in _signature(cls):
+    found = []
+    for name, parameter in constructor_parameters(cls).items():
         required = parameter.default is inspect.Parameter.empty
-        found.setdefault(
-            parameter.name,
-            {
-                "name": parameter.name,
-                "required": required,
-                "default": None if required else parameter.default,
-                "help": documented.get(parameter.name, ""),
-            },
-        )
-    return list(found.values())
+        default = None if required else parameter.default
+        found.append({"name": name, "required": required, "default": default, "help": documented.get(name, "")})
+    return found
 
 
 def descriptions(cls: type) -> Mapping[str, str]:
@@ -41,18 +36,6 @@ def descriptions(cls: type) -> Mapping[str, str]:
             for name, text in _entries(inspect.cleandoc(document or "")):
                 found.setdefault(name, text)
     return found
-
-
-def _signature(cls: type) -> Iterator[inspect.Parameter]:
-    """Yield the parameters of the constructor, and of the next one that it passes ``**keywords`` on to."""
-    for parent in cls.__mro__[:-1]:
-        if "__init__" not in vars(parent):
-            continue
-        given = list(inspect.signature(vars(parent)["__init__"]).parameters.values())[1:]
-        kinds = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
-        yield from (parameter for parameter in given if parameter.kind not in kinds)
-        if all(parameter.kind is not inspect.Parameter.VAR_KEYWORD for parameter in given):
-            return
 
 
 def _entries(document: str) -> Iterator[tuple[str, str]]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import gymnasium as gym
 import numpy as np
 
 from frobs_controllers.rotations import quat_between, quat_from_rotation_vector, quat_multiply
@@ -9,7 +12,10 @@ from frobs_controllers.tcp_delta_position import TcpDeltaPosition
 from frobs_core.arrays import Action, Floats, Mask, rows_of
 from frobs_core.errors import ParameterValueError
 from frobs_core.interfaces import JointGroup, Snapshot
-from frobs_core.validation import positive
+from frobs_core.validation import choice, number_list, positive
+
+AXES = ("x", "y", "z", "rx", "ry", "rz")
+"""Components of an action: moves along the world's axes, and turns about them."""
 
 
 class TcpDeltaPose(TcpDeltaPosition):
@@ -26,17 +32,40 @@ class TcpDeltaPose(TcpDeltaPosition):
             slower. A larger step wants more: about the root of half of it.
         posture_gain: Share of the way home that the joints go in each step, as far as the tool stays where it is,
             in [0, 1).
+        axes: Components that an action has, of ``x``, ``y``, ``z``, ``rx``, ``ry``, ``rz``, in this order. The tool holds
+            the others: with ``["x", "y", "z"]`` it keeps its orientation.
+        target_low: Lowest corner of the box that the target point stays in [m], in the world; None: no limit.
+        target_high: Highest corner of this box [m].
     """
 
     owner = "tcp_delta_pose"
 
     def __init__(
-        self, *, max_delta: float = 0.05, max_rotation: float = 0.15, damping: float = 0.1, posture_gain: float = 0.02
+        self,
+        *,
+        max_delta: float = 0.05,
+        max_rotation: float = 0.15,
+        damping: float = 0.1,
+        posture_gain: float = 0.02,
+        axes: Sequence[str] = AXES,
+        target_low: Sequence[float] | None = None,
+        target_high: Sequence[float] | None = None,
     ) -> None:
         super().__init__(max_delta=max_delta, damping=damping, posture_gain=posture_gain)
         self.max_rotation = positive(f"{self.owner}: max_rotation", max_rotation, "rad")
         if self.max_rotation > 1.0:  # two of them on each axis must stay short of half a turn
             raise ParameterValueError("max_rotation", max_rotation, "in (0, 1] rad", self.owner)
+        self.axes = tuple(choice(f"{self.owner}: axes", axis, AXES) for axis in axes)
+        if not self.axes or list(self.axes) != sorted({*self.axes}, key=AXES.index):
+            raise ParameterValueError("axes", list(axes), f"some of {', '.join(AXES)}, in this order", self.owner)
+        self._has_box = target_low is not None or target_high is not None
+        self._target_low, self._target_high = np.full((2, 3), [[-np.inf], [np.inf]])
+        if target_low is not None:
+            self._target_low = np.array(number_list(f"{self.owner}: target_low", target_low, 3))
+        if target_high is not None:
+            self._target_high = np.array(number_list(f"{self.owner}: target_high", target_high, 3))
+        if not np.all(self._target_low < self._target_high):
+            raise ParameterValueError("target_low", target_low, f"below target_high={target_high}", self.owner)
 
     @property
     def _steps(self) -> tuple[float, ...]:
@@ -46,6 +75,9 @@ class TcpDeltaPose(TcpDeltaPosition):
         """Prepare for the joints to control."""
         self._target_quat = np.zeros((joints.num_envs, 4))
         super().bind(joints, control_timestep, decimation)
+        self._columns = None if self.axes == AXES else [AXES.index(axis) for axis in self.axes]
+        self._whole = np.zeros((joints.num_envs, len(AXES)))
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (len(self.axes),), np.float32)
 
     def reset(self, mask: Mask | None) -> None:
         """Command the present positions, and take the tool's pose as the target."""
@@ -55,9 +87,15 @@ class TcpDeltaPose(TcpDeltaPosition):
     def apply(self, action: Action) -> Floats:
         """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""
         step, left, remainder = self._step, self._moved, self._remainder
+        if self._columns is not None:
+            self._whole[:, self._columns] = action
+            action = self._whole
         np.maximum(action, self._minus_ones, out=step)
         np.minimum(step, self._ones, out=step)
         np.multiply(step, self._leash, out=step)
+        if self._has_box:
+            wanted = np.clip(self._target + step[:, :3], self._target_low, self._target_high)
+            step[:, :3] = np.clip(wanted - self._target, -self.max_delta, self.max_delta)
 
         pos, quat_wxyz = self._joints.frame_pose("tcp")
         np.subtract(self._target, pos, out=left[:, :3])

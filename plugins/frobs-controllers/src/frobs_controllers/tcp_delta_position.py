@@ -33,6 +33,9 @@ class TcpDeltaPosition(Controller):
     owner: ClassVar[str] = "tcp_delta_position"
     """Name of the controller, for messages."""
 
+    axes: tuple[str, ...] = ("x", "y", "z")
+    """Components of an action."""
+
     def __init__(self, *, max_delta: float = 0.05, damping: float = 0.1, posture_gain: float = 0.02) -> None:
         self.max_delta = positive(f"{self.owner}: max_delta", max_delta, "m")
         self.damping = positive(f"{self.owner}: damping", damping, "m/rad")

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from frobs_train.plots.plot_comparison import plot_comparison as plot_comparison
     from frobs_train.runs.checkpoints import Checkpoint as Checkpoint
     from frobs_train.runs.existing import ON_EXISTING as ON_EXISTING
+    from frobs_train.runs.expert_run import ExpertRun as ExpertRun
     from frobs_train.runs.model_file import ModelFile as ModelFile
     from frobs_train.runs.run import Run as Run
     from frobs_train.runs.run import default_run_dir as default_run_dir
@@ -65,6 +66,7 @@ _MODULES = {
     "ComponentConfig": "frobs_train.configuration.config",
     "Evaluation": "frobs_train.evaluation.evaluate",
     "INK": "frobs_train.plots.figures",
+    "ExpertRun": "frobs_train.runs.expert_run",
     "ModelFile": "frobs_train.runs.model_file",
     "ON_EXISTING": "frobs_train.runs.existing",
     "OctantResult": "frobs_train.evaluation.playing",

@@ -11,6 +11,7 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from frobs_core.errors import FrobsError
+from frobs_core.keywords import constructor_parameters
 
 
 class CheckFailure(FrobsError, AssertionError):  # noqa: N818 - pytest's word, and what an author sees
@@ -107,7 +108,7 @@ def only(name: str, description: str, outcome: Inconclusive | NotApplicable) -> 
 
 def expect_keyword_only(cls: type) -> None:
     """Raise CheckFailure unless a constructor takes keyword-only parameters, each with a default."""
-    for name, parameter in inspect.signature(cls).parameters.items():
+    for name, parameter in constructor_parameters(cls).items():
         expect(
             parameter.kind is inspect.Parameter.KEYWORD_ONLY and parameter.default is not inspect.Parameter.empty,
             f"the constructor's parameter '{name}' is not keyword-only with a default; users give it by name or not at all.",

@@ -10,7 +10,16 @@ from frobs_cli.facts import print_facts
 from frobs_cli.formats import number, percent
 from frobs_cli.options import CheckpointName, Json, Randomized, Seed, Simulator
 from frobs_cli.output import console, only_json, print_json
-from frobs_train.cli.opened import ModelAlgorithm, ModelPath, ModelSettings, Pretrained, RunOrId, Trust, open_run
+from frobs_train.cli.opened import (
+    ModelAlgorithm,
+    ModelPath,
+    ModelSettings,
+    Pretrained,
+    RunOrId,
+    Trust,
+    UsesExpert,
+    open_run,
+)
 
 if TYPE_CHECKING:
     from frobs_train import Evaluation
@@ -19,6 +28,7 @@ if TYPE_CHECKING:
 def evaluate(
     run: RunOrId,
     pretrained: Pretrained = False,
+    expert: UsesExpert = False,
     model: ModelPath = None,
     algorithm: ModelAlgorithm = None,
     settings: ModelSettings = None,
@@ -36,6 +46,7 @@ def evaluate(
         $ frobs evaluate runs/first
         $ frobs evaluate reach.frobs
         $ frobs evaluate frobs/Irb120Reach-v0 --pretrained
+        $ frobs evaluate frobs/PandaPush-v0 --expert --episodes 200
         $ frobs evaluate runs/first --simulator pybullet
         $ frobs evaluate runs/first --randomized
         $ frobs evaluate frobs/Irb120Reach-v0 --model trained_model.zip
@@ -44,7 +55,7 @@ def evaluate(
     from frobs_train import evaluate as evaluate_run
 
     with only_json(json):
-        opened = open_run(run, model, algorithm, settings, trust, pretrained)
+        opened = open_run(run, model, algorithm, settings, trust, pretrained, expert)
         with console(stderr=True).status(f"playing {episodes:,} episodes"):
             found = evaluate_run(
                 opened, episodes, simulator=simulator, randomize=randomized, seed=seed, checkpoint=checkpoint
@@ -52,7 +63,8 @@ def evaluate(
     if json:
         print_json({"run" if model is None else "model": model or opened.path, **found.to_dict()})
     else:
-        kind = "trained policy" if pretrained else "run" if model is None else "model file"
+        kinds = {"trained policy": pretrained, "expert": expert, "model file": model is not None}
+        kind = next((name for name, given in kinds.items() if given), "run")
         print_facts({"name": str(run if pretrained else model or opened.path), "kind": kind, **summary(found)})
 
 
@@ -71,5 +83,5 @@ def summary(found: Evaluation) -> dict[str, object]:
         facts["tracking_error"] = f"{1e3 * found.tracking_error:.1f} mm on the mean, in the second half of the episodes"
     facts["reward"] = f"{number(found.mean_reward)} per episode"
     facts["length"] = f"{number(found.mean_length)} steps per episode"
-    facts["episodes"] = f"{found.episodes:,}, after {found.steps:,} steps of training"
+    facts["episodes"] = f"{found.episodes:,}" + (f", after {found.steps:,} steps of training" if found.steps else "")
     return facts

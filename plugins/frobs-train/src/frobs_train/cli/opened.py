@@ -18,8 +18,8 @@ RunOrId = Annotated[
     typer.Argument(
         metavar="RUN",
         show_default=False,
-        help="The folder that 'frobs train' wrote, or the bundle that 'frobs export' wrote; with --model or "
-        "--pretrained, a Gymnasium ID.",
+        help="The folder that 'frobs train' wrote, or the bundle that 'frobs export' wrote; with --model, "
+        "--pretrained or --expert, a Gymnasium ID.",
     ),
 ]
 
@@ -38,6 +38,8 @@ Pretrained = Annotated[
     typer.Option("--pretrained", help="Take the trained policy that comes with the ID; 'frobs list envs' says which."),
 ]
 
+UsesExpert = Annotated[bool, typer.Option("--expert", help="Use the scripted expert of the ID's task.")]
+
 ModelAlgorithm = Annotated[
     str | None,
     typer.Option("--algorithm", metavar="NAME", show_default="the file tells", help="Of --model."),
@@ -49,7 +51,7 @@ ModelSettings = Annotated[
         "--set",
         metavar="KEY=VALUE",
         show_default=False,
-        help="With --model: how the environment is made: environment_kwargs.controller=joint_position, wrappers=[…].",
+        help="With --model or --expert: settings of the environment, such as environment_kwargs.robot=ur5 or wrappers=[…].",
     ),
 ]
 
@@ -70,8 +72,9 @@ def open_run(
     settings: Sequence[str] | None,
     trust: bool,
     pretrained: bool = False,
+    expert: bool = False,
 ) -> Run:
-    """Open a run, a bundle, a model file or the policy that comes with an ID.
+    """Open a run, a bundle, a model file, the policy that comes with an ID, or the expert of its task.
 
     Raises:
         ConfigurationError: A flag that belongs to ``--model`` stands alone, or a setting cannot be used.
@@ -80,11 +83,14 @@ def open_run(
         UntrustedFileError: The bundle needs ``--trust``.
     """
     from frobs_core.registry import bare_id, pretrained_ids
-    from frobs_train import ModelFile, open_pretrained
+    from frobs_train import ExpertRun, ModelFile, open_pretrained
     from frobs_train.export.bundle_run import open_run_or_bundle
 
-    if model is not None and pretrained:
-        raise ConflictingOptionsError(["--model", "--pretrained"])
+    chosen = {"--model": model is not None, "--pretrained": pretrained, "--expert": expert}
+    if sum(chosen.values()) > 1:
+        raise ConflictingOptionsError([flag for flag, given in chosen.items() if given])
+    if expert and algorithm is None and not trust:
+        return ExpertRun(str(run), settings or ())
     if model is not None:
         return ModelFile(model, str(run), algorithm, settings or (), trust)
     for flag, given in (("--algorithm", algorithm), ("--set", settings), ("--trust", trust and not run.is_file())):

@@ -10,12 +10,22 @@ import typer
 from frobs_cli.options import CheckpointName, Randomized
 from frobs_cli.output import console, print_line
 from frobs_core.errors import ConflictingOptionsError, RenderingUnavailableError, RunError
-from frobs_train.cli.opened import ModelAlgorithm, ModelPath, ModelSettings, Pretrained, RunOrId, Trust, open_run
+from frobs_train.cli.opened import (
+    ModelAlgorithm,
+    ModelPath,
+    ModelSettings,
+    Pretrained,
+    RunOrId,
+    Trust,
+    UsesExpert,
+    open_run,
+)
 
 
 def play(
     run: RunOrId,
     pretrained: Pretrained = False,
+    expert: UsesExpert = False,
     model: ModelPath = None,
     algorithm: ModelAlgorithm = None,
     settings: ModelSettings = None,
@@ -33,6 +43,7 @@ def play(
 
     Example:
         $ frobs play frobs/Irb120Reach-v0 --pretrained
+        $ frobs play frobs/PandaStack-v0 --expert --video stack.mp4
         $ frobs play runs/first
         $ frobs play runs/first --video first.mp4
         $ frobs play frobs/Irb120Reach-v0 --model trained_model.zip
@@ -41,14 +52,13 @@ def play(
         raise ConflictingOptionsError(["--video", "--viewer"])
     from frobs_train import record_video, view
 
-    opened = open_run(run, model, algorithm, settings, trust, pretrained)
+    opened = open_run(run, model, algorithm, settings, trust, pretrained, expert)
     if video is None:
         try:
             view(opened, randomized=randomized, checkpoint=checkpoint)
         except RenderingUnavailableError as error:
-            raise RunError(
-                f"{error} Without a window: frobs play {run}{' --pretrained' if pretrained else ''} --video FILE"
-            ) from error
+            flag = " --pretrained" if pretrained else " --expert" if expert else ""
+            raise RunError(f"{error} Without a window: frobs play {run}{flag} --video FILE") from error
         return
     with console(stderr=True).status(f"recording {episodes} episodes"):
         path = record_video(opened, video, episodes=episodes, randomized=randomized, checkpoint=checkpoint)

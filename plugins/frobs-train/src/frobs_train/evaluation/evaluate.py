@@ -22,7 +22,8 @@ from frobs_core.validation import whole_number
 from frobs_train.configuration.config import RunConfig
 from frobs_train.environments import is_paced, make_vector_env
 from frobs_train.evaluation.playing import OctantResult, play_episodes
-from frobs_train.runs.policy import load_policy
+from frobs_train.runs.expert_run import ExpertRun
+from frobs_train.runs.policy import acting_policy
 from frobs_train.runs.run import Run
 from frobs_train.training.seeds import spread_seed
 
@@ -113,7 +114,7 @@ def evaluate(
     randomized = plain(kwargs.get("randomize"), for_yaml=True)
     env = make_vector_env(config.environment, min(num_envs, episodes), kwargs, config.wrappers)
     try:
-        policy, steps = load_policy(run, env.single_observation_space, env.single_action_space, checkpoint)
+        policy, steps = acting_policy(run, env, checkpoint)
         counter = play_episodes(env, policy, episodes, spread_seed(chosen_seed).evaluation, deterministic)
     finally:
         env.close()
@@ -137,7 +138,7 @@ def evaluate(
     if randomized:
         name += "_randomized" if randomize is True else f"_randomized-{_digest(randomized)}"
     path = run.path / "evaluations" / f"{name}.json"
-    if run.path.is_file():  # a bundle, which stays as it is
+    if run.path.is_file() or isinstance(run, ExpertRun):  # a bundle, which stays as it is, or no run at all
         return result
     try:
         write_json(path, result.to_dict())

@@ -16,7 +16,7 @@ from frobs_core.files import write_aside
 from frobs_core.interfaces import Algorithm
 from frobs_core.validation import whole_number
 from frobs_train.environments import make_env
-from frobs_train.runs.policy import load_policy
+from frobs_train.runs.policy import acting_policy
 from frobs_train.runs.run import Run
 
 Frame = npt.NDArray[np.uint8]
@@ -65,7 +65,7 @@ def record_video(
         wrappers=run.config.wrappers,
     )
     try:
-        policy, _ = load_policy(run, env.observation_space, env.action_space, checkpoint)
+        policy, _ = acting_policy(run, env, checkpoint)
         frames = play_frames(env, policy, episodes, run.seeds.evaluation)
         first = next(frames)  # before anything is written: drawing may be impossible here
         height, width = first.shape[:2]

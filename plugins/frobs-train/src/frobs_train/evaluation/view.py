@@ -8,7 +8,7 @@ import numpy as np
 
 from frobs_train.environments import make_env
 from frobs_train.evaluation.video import add_batch
-from frobs_train.runs.policy import load_policy
+from frobs_train.runs.policy import acting_policy
 from frobs_train.runs.run import Run
 
 
@@ -39,7 +39,7 @@ def view(run: Run, *, episodes: int | None = None, randomized: bool = False, che
     control_timestep = float(getattr(env.unwrapped, "control_timestep", 0.0))
     ended = 0
     try:
-        policy, _ = load_policy(run, env.observation_space, env.action_space, checkpoint)
+        policy, _ = acting_policy(run, env, checkpoint)
         seed: int | None = run.seeds.evaluation
         while episodes is None or ended < episodes:
             observation, _ = env.reset(seed=seed)

@@ -11,10 +11,31 @@ from frobs_core.errors import CheckpointError, RunError
 from frobs_core.interfaces import Algorithm
 from frobs_train.configuration.config import algorithm_record, differences
 from frobs_train.export.bundle_run import BundleRun
+from frobs_train.runs.expert_run import ExpertPolicy, ExpertRun
 from frobs_train.runs.model_file import ModelFile
 from frobs_train.runs.run import Run
 
 _log = logging.getLogger("frobs")
+
+
+def acting_policy(run: Run, env: Any, checkpoint: str | int = "newest") -> tuple[Algorithm, int]:
+    """Return what acts in an environment: the policy of a run, a bundle or a model file, or the expert of the task.
+
+    Args:
+        run: The run.
+        env: The environment, single or a vector.
+        checkpoint: ``"newest"`` that is undamaged, ``"best"``, or its environment steps.
+
+    Returns:
+        What acts, of which ``predict`` can be used, and the environment steps that it was trained for.
+
+    Raises:
+        RunError: The environment is not like the one of the training, or its task has no expert.
+    """
+    if isinstance(run, ExpertRun):
+        return cast("Algorithm", ExpertPolicy(env)), 0
+    observation_space = getattr(env, "single_observation_space", env.observation_space)
+    return load_policy(run, observation_space, getattr(env, "single_action_space", env.action_space), checkpoint)
 
 
 def load_policy(

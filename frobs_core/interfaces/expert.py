@@ -1,0 +1,37 @@
+"""An expert: a scripted policy that proves a task solvable and produces demonstrations."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING
+
+from frobs_core.arrays import Action, Mask
+
+if TYPE_CHECKING:
+    from frobs_core.env import RobotEnv
+    from frobs_core.vector_env import RobotVectorEnv
+
+
+class Expert(ABC):
+    """Base class of experts. A task names its expert in :attr:`Task.expert <frobs_core.interfaces.Task.expert>`.
+
+    An expert may read the whole state of the environment: the task, the simulation and the controllers. It changes nothing.
+    It is created before the first reset, when there is no state yet.
+
+    Args:
+        env: An environment with the task, without wrappers. The single environment is a batch of one.
+
+    Raises:
+        ConfigurationError: The expert cannot use the environment's controllers.
+    """
+
+    @abstractmethod
+    def __init__(self, env: RobotEnv | RobotVectorEnv) -> None: ...
+
+    @abstractmethod
+    def act(self, episode_start: Mask) -> Action:
+        """Return actions for the present state, (num_envs, …).
+
+        Args:
+            episode_start: (num_envs,) bool: where an episode has just begun.
+        """

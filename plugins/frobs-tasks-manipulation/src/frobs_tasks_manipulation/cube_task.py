@@ -1,0 +1,132 @@
+"""What the tasks with one cube and a goal for it share."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask, rows_of
+from frobs_core.interfaces import Body, Marker, Scene, Snapshot
+from frobs_core.models import Box, Pose
+from frobs_core.observation import ObservationTerm
+from frobs_core.random import RandomSource
+from frobs_core.rotations import quat_from_axis_angle
+from frobs_core.validation import positive
+from frobs_tasks_manipulation.manipulation import FLOOR_FRICTION, Manipulation
+from frobs_tasks_manipulation.observed import bounded
+from frobs_tasks_manipulation.rewards import length
+from frobs_tasks_manipulation.tracked import Tracked
+
+CUBE = "cube"
+BLUE = (0.16, 0.42, 0.82, 1.0)
+_TURN = np.pi / 12
+"""[rad] by which a cube at the start is turned about the vertical at most, so that fingers fit around it."""
+
+
+class CubeTask(Manipulation):
+    """Base class of tasks in which one cube is to be somewhere.
+
+    Args:
+        size: Edge of the cube [m].
+        mass: Of the cube [kg].
+        friction: Sliding friction coefficient of the cube.
+        tolerance: Distance of the cube's center from the goal that counts as reached [m].
+        max_speed: Speed of the cube below which it counts as still [m/s].
+        keywords: Those of :class:`~frobs_tasks_manipulation.manipulation.Manipulation`.
+
+    Raises:
+        ConfigurationError: A value is out of range.
+    """
+
+    shows_goal: ClassVar[bool] = True
+
+    def __init__(
+        self,
+        *,
+        size: float = 0.04,
+        mass: float = 0.1,
+        friction: float = 0.5,
+        tolerance: float = 0.05,
+        max_speed: float = 0.1,
+        **keywords: Any,
+    ) -> None:
+        super().__init__(**keywords)
+        self.size = positive("size", size, "m")
+        self.mass = positive("mass", mass, "kg")
+        self.friction = positive("friction", friction)
+        self.tolerance = positive("tolerance", tolerance, "m")
+        self.max_speed = positive("max_speed", max_speed, "m/s")
+
+    def scene(self) -> Scene:
+        """Return a cube on the floor."""
+        x, y = self.center.tolist()
+        cube = Body(
+            geometry=Box((self.size,) * 3),
+            pose=Pose((x, y, self.size / 2)),
+            mass=self.mass,
+            friction=self.friction,
+            rgba=BLUE,
+        )
+        return Scene(floor_friction=FLOOR_FRICTION, bodies={CUBE: cube}, cameras=self.cameras())
+
+    def _bind_objects(self) -> None:
+        self.cube = Tracked(self._simulation.bodies[CUBE])
+        self.goal = np.zeros((self.num_envs, 3))
+
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        """Return the terms of the tool, the cube, the goal, and cube − tool and goal − cube."""
+        terms = {
+            **self.tool_terms(),
+            **self.cube.terms("cube"),
+            "cube_offset": bounded(lambda: self.grip - self.tcp, 3, 2.0, "m", scale=5.0),
+        }
+        if self.shows_goal:
+            terms["goal"] = bounded(lambda: self.goal, 3, 2.0, "m", scale=4.0)
+            terms["goal_offset"] = bounded(lambda: self.goal - self.cube.pos, 3, 2.0, "m", scale=5.0)
+        return terms
+
+    @property
+    def rest_height(self) -> float:
+        """Height of the cube's center where it lies on the floor [m]."""
+        return self.size / 2
+
+    @property
+    def grip(self) -> Floats:
+        """Where the tool grips the cube, (num_envs, 3) [m]."""
+        return self.cube.pos
+
+    def markers(self) -> Sequence[Marker]:
+        """Return the goal, as large as the tolerance."""
+        return (Marker(self.goal, self.tolerance),) if self.shows_goal else ()
+
+    def snapshot(self) -> Snapshot:
+        """Return the goal, and how long the condition of success has held."""
+        return {**super().snapshot(), "goal": self.goal.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self.goal[:] = snapshot["goal"]
+        super().restore(snapshot)
+
+    def _measure(self) -> None:
+        super()._measure()
+        self.cube.read()
+        self.to_cube = length(self.grip - self.tcp)  # (num_envs,) [m]
+        self.to_goal = length(self.goal - self.cube.pos)  # (num_envs,) [m]
+        self.speed = length(self.cube.velocity)  # (num_envs,) [m/s]
+
+    def _place_objects(self, mask: Mask | None, rng: RandomSource) -> None:
+        cube = self.draw_place("cube", rng, mask, height=self.rest_height)
+        angle = rng.uniform("cube_turn", -_TURN, _TURN, (), mask)
+        self.cube.body.write_pose(cube, quat_from_axis_angle((0.0, 0.0, 1.0), angle), mask)
+        self.goal[rows_of(mask)] = self._draw_goal(cube, mask, rng)
+
+    def _is_achieved(self) -> Mask:
+        return np.asarray((self.to_goal <= self.tolerance) & (self.speed <= self.max_speed))
+
+    @abstractmethod
+    def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Any:
+        """Return goals (n, 3) [m] for the cubes (n, 3) of the environments of the mask."""

@@ -1,0 +1,97 @@
+"""Experts that grasp a cube and carry it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_tasks_manipulation.cube_task import CubeTask
+from frobs_tasks_manipulation.experts.tool_expert import TaskT, ToolExpert
+from frobs_tasks_manipulation.manipulation import UP
+from frobs_tasks_manipulation.rewards import length
+
+ABOVE, DOWN, CLOSE, CARRY, RELEASE, RETREAT = range(6)
+_CLEARANCE = 0.08  # [m] above the grip, before the tool goes down
+_ALIGNED = 0.008  # [m]
+_LOST = 0.03  # [m] between tool and grip, from which the object has been lost
+_OPENING = 8  # control steps
+_STOPPED = 0.005  # change of the opening in a control step, below which the fingers have met something
+
+
+class GraspCube(ToolExpert[TaskT]):
+    """Goes above an object, goes down, closes the gripper, and carries the object to :meth:`_carry_to`."""
+
+    task: CubeTask  # type: ignore[assignment]
+
+    def _next_phase(self) -> np.ndarray[Any, np.dtype[np.int64]]:
+        task, phase = self.task, self.phase
+        aside = length((task.grip - task.tcp)[:, :2])
+        return np.select(
+            [
+                (phase == ABOVE) & (aside < _ALIGNED),
+                (phase == DOWN) & (aside > 3 * _ALIGNED),
+                (phase == DOWN) & (task.to_cube < _ALIGNED),
+                (phase == CLOSE) & (self.age >= _OPENING) & (self.finger_speed < _STOPPED),
+                ((phase == CLOSE) | (phase == CARRY)) & (task.to_cube > _LOST),
+            ],
+            [DOWN, ABOVE, CLOSE, CARRY, ABOVE],
+            phase,
+        )
+
+    def _aim(self) -> tuple[Floats, Floats]:
+        grip, phase = self.task.grip, self.phase[:, None]
+        carried = self._carry_to() - self.task.cube.pos + self.task.tcp
+        place = np.select([phase == ABOVE, phase == CARRY], [grip + _CLEARANCE * UP, carried], grip)
+        return place, np.where(self.phase <= DOWN, 1.0, 0.0)
+
+    def _carry_to(self) -> Floats:
+        """Return where the object's center is to be, (num_envs, 3) [m]."""
+        return self.task.goal + self._detour(0.04)[:, None] * UP
+
+    def _detour(self, height: float) -> Floats:
+        """Return how far above its place the object must be, so that it does not go along the floor, (num_envs,) [m]."""
+        aside = length((self.task.goal - self.task.cube.pos)[:, :2])
+        return np.where(aside > 0.01, np.minimum(height, aside), 0.0)
+
+
+class CarryCube(GraspCube[Any]):
+    """Carries the cube to the goal."""
+
+
+class LiftCube(GraspCube[Any]):
+    """Lifts the cube straight up."""
+
+    def _carry_to(self) -> Floats:
+        place = self.task.cube.pos.copy()
+        place[:, 2] = self.task.size / 2 + 0.15
+        return place
+
+
+class StackCube(GraspCube[Any]):
+    """Carries the cube onto the other one, opens the gripper, and moves up."""
+
+    def _next_phase(self) -> np.ndarray[Any, np.dtype[np.int64]]:
+        task, phase = self.task, self.phase
+        placed = (task.to_goal < 0.6 * task.tolerance) & (task.speed < 0.03)
+        return np.select(
+            [
+                (phase == CARRY) & placed,
+                (phase == RELEASE) & (task.opening > 0.8),
+                (phase == RETREAT) & (task.to_goal > task.tolerance) & (self.age > _OPENING),
+            ],
+            [RELEASE, RETREAT, ABOVE],
+            super()._next_phase(),
+        )
+
+    def _carry_to(self) -> Floats:
+        aside = length((self.task.goal - self.task.cube.pos)[:, :2])
+        # High enough to clear the other cube until the place is right below.
+        return self.task.goal + np.where(aside > 0.006, 0.04, 0.0)[:, None] * UP
+
+    def _aim(self) -> tuple[Floats, Floats]:
+        place, opening = super()._aim()
+        phase, grip = self.phase[:, None], self.task.grip
+        place = np.select([phase == RELEASE, phase == RETREAT], [self.task.tcp, grip + 0.12 * UP], place)
+        return place, np.where(self.phase >= RELEASE, 1.0, opening)

@@ -1,0 +1,111 @@
+"""The base of the experts: phases, each with a place for the tool and an opening of the gripper."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.env import RobotEnv
+from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import Controller, Expert
+from frobs_core.vector_env import RobotVectorEnv
+from frobs_tasks_manipulation.manipulation import Manipulation, gripper_of
+
+_GAIN = 0.4
+"""Share of the way to its place by which the tool is asked to move in a control step."""
+
+_LAG = 0.06
+"""[s] by which the tool follows its commands late: it brakes in time."""
+
+TaskT = TypeVar("TaskT", bound=Manipulation)
+
+
+class ToolExpert(Expert, Generic[TaskT]):
+    """Moves the tool of any arm to places, in phases, and opens and closes its gripper.
+
+    The arm needs a controller that moves the tool along the world's axes, such as ``tcp_delta_pose``, and the gripper any
+    of the gripper controllers.
+
+    Attributes:
+        task: The task of the environment.
+        phase: (num_envs,) int: number of the present phase, 0 at the start of an episode.
+        age: (num_envs,) int: control steps in this phase.
+        finger_speed: (num_envs,) change of the gripper's opening in the last control step, ≥ 0.
+    """
+
+    def __init__(self, env: RobotEnv | RobotVectorEnv) -> None:
+        self.task: TaskT = env.task  # type: ignore[assignment] # the task names its expert
+        robot = env.robot
+        tool = gripper_of(robot)
+        arm = tool.arm or next(iter(robot.robot.groups))
+        controllers = env.control.controllers
+        if len(env.control.robots) != 1:
+            raise ConfigurationError("the expert moves one robot; this environment has several.")
+        self._arm, self._gripper = controllers.get(f"{robot.name}/{arm}"), controllers.get(f"{robot.name}/{tool.group}")
+        if tuple(getattr(self._arm, "axes", ())[:3]) != ("x", "y", "z"):
+            raise ConfigurationError(
+                "the expert moves the tool along the axes of the world; choose the controller 'tcp_delta_pose' for the arm."
+            )
+        self._columns, self._width = _columns(controllers)
+        self._arm_columns = self._columns[f"{robot.name}/{arm}"][:3]
+        self._gripper_columns = self._columns.get(f"{robot.name}/{tool.group}", [])
+        num_envs = self.task.num_envs
+        self.phase, self.age = np.zeros(num_envs, np.int64), np.zeros(num_envs, np.int64)
+        self.finger_speed = np.zeros(num_envs)
+        self._opening = np.zeros(num_envs)
+
+    def act(self, episode_start: Mask) -> Floats:
+        """Return actions for the present state, (num_envs, width of the action)."""
+        if episode_start.any():
+            self.phase[episode_start] = self.age[episode_start] = 0
+            self._begin(episode_start)
+        self.finger_speed = np.abs(self.task.opening - self._opening)
+        self._opening = self.task.opening
+        phase = self._next_phase()
+        self.age = np.where(phase == self.phase, self.age + 1, 0)
+        self.phase = phase
+        place, opening = self._aim()
+        action = np.zeros((len(phase), self._width))
+        soon = self.task.tcp + _LAG * self.task.tcp_velocity
+        step = _GAIN * (place - soon) / self._arm.max_delta  # type: ignore[union-attr] # checked above
+        # All axes are scaled alike, so that the tool moves straight.
+        largest = np.maximum(np.abs(step).max(axis=1, keepdims=True), 1.0)
+        action[:, self._arm_columns] = step / largest
+        if self._gripper is not None:
+            action[:, self._gripper_columns] = self._gripper_action(opening)[:, None]
+        return action
+
+    def _gripper_action(self, opening: Floats) -> Floats:
+        max_delta = getattr(self._gripper, "max_delta", None)
+        if max_delta is None:  # the action is the opening itself, or its sign opens and closes
+            return 2.0 * opening - 1.0
+        # A gripper that holds an object is asked to close further, so that it keeps pressing.
+        wanted = np.where(opening <= 0.0, -1.0, opening)
+        return np.asarray(np.clip((wanted - self.task.opening) / max_delta, -1.0, 1.0))
+
+    # -- What experts define --
+
+    def _begin(self, mask: Mask) -> None:
+        """Forget what belongs to earlier episodes of the environments of the mask."""
+
+    @abstractmethod
+    def _next_phase(self) -> np.ndarray[Any, np.dtype[np.int64]]:
+        """Return the phase of each environment for the present state, (num_envs,)."""
+
+    @abstractmethod
+    def _aim(self) -> tuple[Floats, Floats]:
+        """Return where the tool is to be, (num_envs, 3) [m], and the opening of the gripper, (num_envs,) in [0, 1]."""
+
+
+def _columns(controllers: dict[str, Controller]) -> tuple[dict[str, list[int]], int]:
+    """Return the columns of each controller in the action, and the width of the action."""
+    columns: dict[str, list[int]] = {}
+    start = 0
+    for name, controller in controllers.items():
+        width = (controller.action_space.shape or (1,))[0]
+        columns[name] = list(range(start, start + width))
+        start += width
+    return columns, start

@@ -1,0 +1,66 @@
+"""Lift: grasp a cube and hold it in the air."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.random import RandomSource
+from frobs_tasks_manipulation.cube_task import CubeTask
+from frobs_tasks_manipulation.manipulation import UP
+from frobs_tasks_manipulation.rewards import nearness
+
+
+class Lift(CubeTask):
+    """Grasp a cube and hold it in the air.
+
+    The condition of success: the bottom of the cube is between ``lowest`` and ``highest``, the cube is between the
+    fingers, and it moves slowly.
+
+    Reward:
+
+    - ``dense``: 0.2 · nearness of the tool to the cube + 0.8 · the share of ``lowest`` by which the cube is lifted + 0.5 if
+      the condition is met
+    - ``sparse``: 0 if the condition is met, else −1
+
+    Args:
+        lowest: Height of the cube's bottom above the floor that counts as lifted [m].
+        highest: Height beyond which it does not count [m].
+        keywords: Those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
+    """
+
+    expert: ClassVar[str] = "frobs_tasks_manipulation.experts.grasp:LiftCube"
+    success_rule: ClassVar[str] = (
+        "the cube has been between the fingers, in the air and slow for the last hold_steps when the time limit ends the "
+        "episode"
+    )
+    reward_meanings: ClassVar[Mapping[str, str]] = {
+        "approach": "0.2 · (1 − tanh(d / 0.2 m)), d being the distance from tool to cube",
+        "lift": "0.8 · min(h / lowest, 1), h being the height of the cube's bottom",
+        "achieved": "0.5 where the cube is held in the air and slow",
+        "unachieved": "−1 where it is not",
+    }
+    shows_goal: ClassVar[bool] = False
+
+    def __init__(self, *, lowest: float = 0.1, highest: float = 0.4, **keywords: Any) -> None:
+        super().__init__(**keywords)
+        self.lowest, self.highest = lowest, highest
+
+    def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
+        return cube + self.lowest * UP
+
+    def _is_achieved(self) -> Mask:
+        height = self.cube.pos[:, 2] - self.size / 2
+        lifted = (height >= self.lowest) & (height <= self.highest)
+        return np.asarray(lifted & (self.to_cube <= self.size / 2) & (self.speed <= self.max_speed))
+
+    def _dense_terms(self) -> Mapping[str, Floats]:
+        height = np.minimum(np.maximum(self.cube.pos[:, 2] - self.size / 2, 0.0), self.lowest)
+        return {
+            "approach": 0.2 * nearness(self.to_cube, 0.2),
+            "lift": 0.8 / self.lowest * height,
+            "achieved": np.where(self._is_achieved(), 0.5, 0.0),
+        }

@@ -1,0 +1,232 @@
+"""What all manipulation tasks share: an arm with a gripper above a working area on the floor."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask, rows_of
+from frobs_core.capabilities import Level
+from frobs_core.errors import UnsuitableRobotError
+from frobs_core.interfaces import Camera, Controller, EndEffector, RobotHandle, Simulation, Snapshot, StepContext, Task
+from frobs_core.observation import ObservationTerm
+from frobs_core.random import RandomSource
+from frobs_core.rotations import quat_multiply
+from frobs_core.validation import finite, number_list, positive, whole_number
+from frobs_tasks_manipulation.observed import bounded
+from frobs_tasks_manipulation.posture import posture_at
+
+DOWN = (0.0, 1.0, 0.0, 0.0)
+"""Orientation (w, x, y, z) of a tool whose z axis points down and whose y axis, along which fingers close, is −y."""
+
+UP: Floats = np.array([0.0, 0.0, 1.0])
+
+FLOOR_FRICTION = 0.5
+"""With 1, a pushed cube jams between the tool and the floor (self-locking)."""
+
+_CANDIDATES = 16
+"""Places that are drawn at once, of which the first that is far enough from another one is taken."""
+
+
+class Manipulation(Task):
+    """Base class of the manipulation tasks.
+
+    An episode starts with the tool above the middle of the working area, pointing down. It never terminates. It is a
+    success if the condition of the task has held for the last ``hold_steps`` control steps when the time limit ends it.
+
+    Args:
+        center: Middle of the working area on the floor (x, y) [m], in the world.
+        area: Side of the square in which objects and goals are placed [m].
+        start_height: Height of the tool at the start [m].
+        hold_steps: Control steps for which the condition of success must hold.
+
+    Attributes:
+        start_opening: Opening of the gripper at the start: 0 is closed, 1 is open.
+        finger_axis: Along which axis of the world the fingers close: ``"x"`` or ``"y"``.
+
+    Raises:
+        ConfigurationError: A value is out of range.
+    """
+
+    reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
+    reset_options: ClassVar[Sequence[str]] = ()
+    control_timestep: ClassVar[float] = 0.04
+    physics_timestep: ClassVar[float] = 0.004
+    start_opening: ClassVar[float] = 1.0
+    finger_axis: ClassVar[str] = "y"
+
+    def __init__(
+        self,
+        *,
+        center: Sequence[float] = (0.5, 0.0),
+        area: float = 0.3,
+        start_height: float = 0.15,
+        hold_steps: int = 5,
+    ) -> None:
+        self.center = np.array(number_list("center", center, 2))
+        self.area = positive("area", area, "m")
+        self.start_height = positive("start_height", start_height, "m")
+        self.hold_steps = whole_number("hold_steps", hold_steps, 1)
+        self.reward_type = self.reward_types[0]
+
+    def reset_needs(self, options: Collection[str] = ()) -> Mapping[str, Level]:
+        """Return ``teleport``: the arm and the objects are placed at each reset."""
+        return {"teleport": Level.APPROXIMATE}
+
+    def cameras(self) -> dict[str, Camera]:
+        """Return a camera that looks at the working area from the front right."""
+        x, y = self.center.tolist()
+        return {"overview": Camera(pos=(x + 0.75, y - 0.75, 0.65), target=(x - 0.1, y, 0.12), fov_y=42.0)}
+
+    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+        """Prepare for a simulation.
+
+        Raises:
+            UnsuitableRobotError: The robot has no gripper, or its tool cannot reach the working area.
+        """
+        self._simulation = simulation
+        self._robot: RobotHandle = simulation.robots["robot"]
+        self.num_envs = self._robot.num_envs
+        tool = gripper_of(self._robot)
+        names = self._robot.joint_names
+        self._fingers = [names.index(joint) for joint in tool.closed]
+        self._closed = np.array([tool.closed[joint] for joint in tool.closed])
+        self._stroke = np.array([tool.open[joint] for joint in tool.closed]) - self._closed
+        self._start = posture_at(self._robot, np.array([*self.center, self.start_height]), self._tool_quat())
+        self._start[self._fingers] = self._closed + self.start_opening * self._stroke
+        self._held = np.zeros(self.num_envs, np.int64)
+        self._reward_terms: dict[str, Floats] = {}
+        self._bind_objects()
+
+    def _tool_quat(self) -> Floats:
+        """Return the orientation of the tool at the start, (4,)."""
+        half = np.sqrt(0.5)
+        return np.array(DOWN) if self.finger_axis == "y" else quat_multiply((half, 0.0, 0.0, half), DOWN)
+
+    def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
+        """Place the arm, the objects and the goal."""
+        rows = rows_of(mask)
+        self._robot.write_joint_state(np.tile(self._start, (len(self._held[rows]), 1)), mask=mask)
+        self._place_objects(mask, rng)
+        self._held[rows] = 0
+        self._measure()
+
+    def advance(self, context: StepContext) -> None:
+        """Measure the tool and the objects, and count how long the condition of success has held."""
+        self._measure()
+        np.add(self._held, 1, out=self._held)
+        np.multiply(self._held, self._is_achieved(), out=self._held)
+
+    def is_success(self) -> Mask:
+        """Return where the condition of success has held for ``hold_steps``, (num_envs,) bool."""
+        return self._held >= self.hold_steps
+
+    def reward_terms(self) -> Mapping[str, Floats]:
+        """Return the terms of the last reward, (num_envs,) each."""
+        return self._reward_terms
+
+    def reward(self, context: StepContext) -> Floats:
+        """Return the reward, (num_envs,)."""
+        if self.reward_type == "sparse":
+            self._reward_terms = {"unachieved": np.where(self._is_achieved(), 0.0, -1.0)}
+        else:
+            self._reward_terms = dict(self._dense_terms())
+        total, *others = self._reward_terms.values()
+        for term in others:
+            total = total + term
+        return total
+
+    def tool_terms(self) -> dict[str, ObservationTerm]:
+        """Return the terms of the tool: position [m], linear velocity [m/s] and opening of the gripper [1]."""
+        return {
+            "tcp_position": bounded(lambda: self.tcp, 3, 2.0, "m", scale=4.0),
+            "tcp_velocity": bounded(lambda: self.tcp_velocity, 3, 5.0, "m/s"),
+            "gripper_opening": bounded(lambda: self.opening[:, None], 1, 1.5, "1"),
+        }
+
+    def snapshot(self) -> Snapshot:
+        """Return how long the condition of success has held."""
+        return {"held": self._held.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot."""
+        self._held[:] = snapshot["held"]
+        self._measure()
+
+    def _measure(self) -> None:
+        """Read what the terms, the reward and the success share."""
+        self.tcp = self._robot.frame_pose("tcp")[0]  # (num_envs, 3) [m]
+        self.tcp_velocity = self._robot.frame_velocity("tcp")[0]  # (num_envs, 3) [m/s]
+        fingers = (self._robot.joint_positions[:, self._fingers] - self._closed) / self._stroke
+        self.opening = fingers.sum(axis=1) / len(self._fingers)  # (num_envs,): 0 is closed, 1 is open
+
+    # -- What tasks define --
+
+    @abstractmethod
+    def _bind_objects(self) -> None:
+        """Take the handles of the objects, and make buffers for the goal."""
+
+    @abstractmethod
+    def _place_objects(self, mask: Mask | None, rng: RandomSource) -> None:
+        """Place the objects and the goal at random."""
+
+    @abstractmethod
+    def _is_achieved(self) -> Mask:
+        """Return where the condition of success is met now, (num_envs,) bool."""
+
+    @abstractmethod
+    def _dense_terms(self) -> Mapping[str, Floats]:
+        """Return the terms of the dense reward, (num_envs,) each."""
+
+    # -- Helpers --
+
+    def draw_place(
+        self,
+        stream: str,
+        rng: RandomSource,
+        mask: Mask | None,
+        *,
+        height: float,
+        apart_from: Floats | None = None,
+        distance: float = 0.0,
+    ) -> Floats:
+        """Draw a place in the working area, uniformly.
+
+        Args:
+            stream: Name of the stream of random numbers.
+            rng: Source.
+            mask: The n environments.
+            height: Of the place [m].
+            apart_from: (n, 3) place from which to keep a horizontal distance.
+            distance: This distance [m]; if no candidate keeps it, the farthest one is taken.
+
+        Returns:
+            (n, 3) [m] in the world.
+        """
+        half = finite("area", self.area) / 2
+        candidates = rng.uniform(stream, -half, half, (_CANDIDATES, 2), mask) + self.center  # (n, candidates, 2)
+        if apart_from is None:
+            chosen = candidates[:, 0]
+        else:
+            offset = candidates - apart_from[:, None, :2]
+            away = np.sqrt((offset * offset).sum(axis=2))
+            ranks = np.where(away >= distance, np.arange(_CANDIDATES, 0, -1) + 10.0, away)
+            chosen = candidates[np.arange(len(candidates)), ranks.argmax(axis=1)]
+        return np.concatenate([chosen, np.full((len(chosen), 1), height)], axis=1)
+
+
+def gripper_of(robot: RobotHandle) -> EndEffector:
+    """Return the end effector of a robot that has fingers.
+
+    Raises:
+        UnsuitableRobotError: It has none.
+    """
+    for tool in robot.robot.end_effectors.values():
+        if tool.group and tool.closed:
+            return tool
+    raise UnsuitableRobotError(
+        robot.robot.name, "has no gripper; attach one with Robot.attach, or choose a robot such as 'panda'."
+    )

@@ -1,0 +1,26 @@
+"""Observation terms that stay in their bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.observation import ObservationTerm
+
+
+def bounded(read: Callable[[], Floats], size: int, limit: float, unit: str, scale: float = 1.0) -> ObservationTerm:
+    """Return a term whose values are clipped to [−limit, limit].
+
+    Args:
+        read: Returns the value, (num_envs, size).
+        size: Numbers of one environment.
+        limit: Largest absolute value.
+        unit: Of the values.
+        scale: Suggested factor for a learner.
+    """
+    high = np.full(size, limit)
+    return ObservationTerm(
+        read=lambda: np.minimum(np.maximum(read(), -limit), limit), low=-high, high=high, unit=unit, scale=scale
+    )

@@ -1,0 +1,71 @@
+"""Pick and place: bring a cube to a goal on the floor or in the air."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.random import RandomSource
+from frobs_core.validation import positive
+from frobs_tasks_manipulation.cube_task import CubeTask
+from frobs_tasks_manipulation.rewards import nearness
+
+_APART = 2.5
+"""Times the tolerance that goal and cube are apart at the start."""
+
+
+class PickAndPlace(CubeTask):
+    """Bring a cube to a goal. Half of the goals are on the floor, the others in the air.
+
+    The condition of success: the cube's center is within the tolerance of the goal, and the cube is slow.
+
+    Reward, with d the distance from cube to goal:
+
+    - ``dense``: 0.2 · nearness of the tool to the cube + 0.8 · nearness of the cube to the goal, and for goals in the air 0.3 ·
+      the share of the way up + 0.5 if the condition is met
+    - ``sparse``: 0 if the condition is met, else −1
+
+    Args:
+        air_share: Share of the goals that are in the air, in [0, 1].
+        highest: Height of the highest goal above the floor [m].
+        keywords: Those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
+    """
+
+    expert: ClassVar[str] = "frobs_tasks_manipulation.experts.grasp:CarryCube"
+    success_rule: ClassVar[str] = (
+        "the cube has been within the tolerance of the goal, and slow, for the last hold_steps when the time limit ends "
+        "the episode"
+    )
+    reward_meanings: ClassVar[Mapping[str, str]] = {
+        "approach": "0.2 · (1 − tanh(d / 0.2 m)), d being the distance from tool to cube",
+        "carry": "0.8 · (1 − tanh(d / 0.25 m)), d being the distance from cube to goal",
+        "lift": "0.3 · min(h / 0.05 m, 1), h being the height of the cube's bottom, where the goal is in the air",
+        "achieved": "0.5 where the cube is at the goal and slow",
+        "unachieved": "−1 where it is not",
+    }
+
+    def __init__(self, *, air_share: float = 0.5, highest: float = 0.25, **keywords: Any) -> None:
+        super().__init__(**keywords)
+        self.air_share, self.highest = air_share, positive("highest", highest, "m")
+
+    def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
+        goal = self.draw_place(
+            "goal", rng, mask, height=self.size / 2, apart_from=cube, distance=_APART * self.tolerance
+        )
+        chance = rng.uniform("goal_in_air", mask=mask)
+        height = rng.uniform("goal_height", 0.05, self.highest, mask=mask)
+        goal[:, 2] += np.where(chance < self.air_share, height, 0.0)
+        return goal
+
+    def _dense_terms(self) -> Mapping[str, Floats]:
+        height = np.minimum(np.maximum(self.cube.pos[:, 2] - self.size / 2, 0.0), 0.05)
+        in_air = self.goal[:, 2] > self.size
+        return {
+            "approach": 0.2 * nearness(self.to_cube, 0.2),
+            "carry": 0.8 * nearness(self.to_goal, 0.25),
+            "lift": np.where(in_air, 0.3 / 0.05 * height, 0.0),
+            "achieved": np.where(self._is_achieved(), 0.5, 0.0),
+        }

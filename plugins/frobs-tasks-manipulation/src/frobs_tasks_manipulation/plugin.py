@@ -1,0 +1,58 @@
+"""Records of this distribution."""
+
+from frobs_core.hookspecs import hookimpl
+from frobs_core.specs import EnvironmentRecord, TaskRecord
+
+_INSTALL = "pip install frobs-tasks-manipulation"
+_ARMS = {"Panda": ("panda", "Panda"), "Ur5": ("ur5_gripper", "UR5 with a parallel gripper")}
+"""Robot and its name in sentences, by how its IDs begin."""
+
+_CONTROLLERS = {
+    "controller": {"arm": "tcp_delta_pose", "gripper": "gripper_delta"},
+}
+
+
+def _task(name: str, title: str, entry_point: str, summary: str, steps: int) -> TaskRecord:
+    """Return the record of a task with an ID for each arm."""
+    return TaskRecord(
+        name=name,
+        summary=summary,
+        entry_point=f"frobs_tasks_manipulation.{entry_point}",
+        install_hint=_INSTALL,
+        environments=tuple(
+            EnvironmentRecord(
+                id=f"frobs/{arm}{title}-v0",
+                summary=f"{words} must {summary}",
+                robot=robot,
+                controller="tcp_delta_pose",
+                max_episode_steps=steps,
+                parameters={
+                    "controller_kwargs": {
+                        "max_delta": 0.02,
+                        "axes": ["x", "y", "z"],
+                        "target_low": [0.2, -0.4, 0.01],
+                        "target_high": [0.8, 0.4, 0.5],
+                    },
+                    "simulator_kwargs": {"cone": "elliptic"},
+                },
+            )
+            for arm, (robot, words) in _ARMS.items()
+        ),
+    )
+
+
+@hookimpl
+def frobs_tasks() -> list[TaskRecord]:
+    """Offer the manipulation tasks."""
+    return [
+        _task("push", "Push", "push:Push", "push a cube to a goal on the floor", 125),
+        _task("lift", "Lift", "lift:Lift", "grasp a cube and hold it in the air", 75),
+        _task(
+            "pick_and_place",
+            "PickAndPlace",
+            "pick_and_place:PickAndPlace",
+            "bring a cube to a goal, half of them in the air",
+            100,
+        ),
+        _task("stack", "Stack", "stack:Stack", "put a cube on another one and let go", 125),
+    ]

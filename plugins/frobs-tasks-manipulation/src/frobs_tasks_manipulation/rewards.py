@@ -1,0 +1,22 @@
+"""Terms of rewards: pure functions of arrays with one row per environment."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+
+
+def length(vector: Floats) -> Floats:
+    """Return the length of vectors (n, k), (n,)."""
+    return np.asarray(np.sqrt((vector * vector).sum(axis=-1)))
+
+
+def nearness(distance: Floats, reach: float) -> Floats:
+    """Return 1 − tanh(distance / reach): 1 at the goal, 0.24 at ``reach``, and 0 far away.
+
+    Args:
+        distance: (n,) [m], ≥ 0.
+        reach: Distance over which it decreases [m].
+    """
+    return np.asarray(1.0 - np.tanh(distance / reach))

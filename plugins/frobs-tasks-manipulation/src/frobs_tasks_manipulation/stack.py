@@ -1,0 +1,120 @@
+"""Stack: put a cube on another one and let go."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import ClassVar
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.interfaces import Scene
+from frobs_core.observation import ObservationTerm
+from frobs_core.random import RandomSource
+from frobs_tasks_manipulation.cube_task import CUBE, CubeTask
+from frobs_tasks_manipulation.manipulation import UP
+from frobs_tasks_manipulation.rewards import length, nearness
+from frobs_tasks_manipulation.tracked import Tracked
+
+BASE = "base"
+RED = (0.84, 0.24, 0.2, 1.0)
+_APART = 2.5
+"""Edges between the centers of the cubes at the start, at least."""
+
+
+class Stack(CubeTask):
+    """Put a cube on another one, let go and move the tool away.
+
+    The condition of success: the cube is on the middle of the other one, both are still, and the tool is ``released`` away.
+
+    Reward:
+
+    - ``dense``: 0.2 · nearness of the tool to the cube, or of being away if the cube is in its place + 0.8 · nearness of the
+      cube to its place, by way of the air + 1 if the condition is met
+    - ``sparse``: 0 if the condition is met, else −1
+
+    The parameters are those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`; the goal is the place on the other
+    cube.
+
+    Args:
+        tolerance: Distance of the cube's center from its place that counts as stacked [m].
+        released: Distance between tool and cube that counts as released [m].
+        keywords: Those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
+    """
+
+    expert: ClassVar[str] = "frobs_tasks_manipulation.experts.grasp:StackCube"
+    success_rule: ClassVar[str] = (
+        "the cube has been on the other one, both still and released, for the last hold_steps when the time limit ends the "
+        "episode"
+    )
+    reward_meanings: ClassVar[Mapping[str, str]] = {
+        "approach": "0.2 · (1 − tanh(d / 0.2 m)), d being the distance from tool to cube; 0.2 where the cube is stacked",
+        "carry": "0.6 · (1 − tanh(d / 0.15 m)), d being the distance from the cube to its place",
+        "lift": "0.2 · min(h / size, 1), h being the height of the cube's bottom",
+        "release": "0.5 · min(d / released, 1) where the cube is stacked, d being the distance from tool to cube",
+        "achieved": "0.5 where the condition is met",
+        "unachieved": "−1 where it is not",
+    }
+
+    def __init__(self, *, tolerance: float = 0.015, released: float = 0.07, **keywords: float) -> None:
+        super().__init__(tolerance=tolerance, **keywords)
+        self.released = released
+
+    def scene(self) -> Scene:
+        """Return two cubes on the floor."""
+        scene = super().scene()
+        base = replace(
+            scene.bodies[CUBE], rgba=RED, pose=replace(scene.bodies[CUBE].pose, pos=(0.6, 0.1, self.size / 2))
+        )
+        return replace(scene, bodies={**scene.bodies, BASE: base})
+
+    def _bind_objects(self) -> None:
+        super()._bind_objects()
+        self.base = Tracked(self._simulation.bodies[BASE])
+
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        """Return the terms of the tool and of both cubes, cube − tool, and place − cube."""
+        terms = super().observation_terms()
+        return {
+            **{name: term for name, term in terms.items() if name not in ("goal", "goal_offset")},
+            **self.base.terms("base"),
+            "goal_offset": terms["goal_offset"],
+        }
+
+    def markers(self) -> tuple[()]:
+        """Return nothing: the goal is the other cube."""
+        return ()
+
+    def _place_objects(self, mask: Mask | None, rng: RandomSource) -> None:
+        super()._place_objects(mask, rng)
+        self.base.body.write_pose(self._drawn_base, None, mask)
+
+    def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
+        self._drawn_base = self.draw_place(
+            "base", rng, mask, height=self.size / 2, apart_from=cube, distance=_APART * self.size
+        )
+        return self._drawn_base + self.size * UP
+
+    def _measure(self) -> None:
+        self.base.read()
+        self.goal[:] = self.base.pos + self.size * UP
+        super()._measure()
+
+    def _is_stacked(self) -> Mask:
+        still = (self.speed <= self.max_speed) & (length(self.base.velocity) <= self.max_speed)
+        return np.asarray((self.to_goal <= self.tolerance) & still)
+
+    def _is_achieved(self) -> Mask:
+        return np.asarray(self._is_stacked() & (self.to_cube >= self.released))
+
+    def _dense_terms(self) -> Mapping[str, Floats]:
+        stacked = self._is_stacked()
+        height = np.minimum(np.maximum(self.cube.pos[:, 2] - self.size / 2, 0.0), self.size)
+        return {
+            "approach": np.where(stacked, 0.2, 0.2 * nearness(self.to_cube, 0.2)),
+            "carry": 0.6 * nearness(self.to_goal, 0.15),
+            "lift": 0.2 / self.size * height,
+            "release": np.where(stacked, 0.5 / self.released * np.minimum(self.to_cube, self.released), 0.0),
+            "achieved": np.where(self._is_achieved(), 0.5, 0.0),
+        }

@@ -1,0 +1,52 @@
+"""An object that a task follows: its state is read once in each step."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.interfaces import BodyHandle
+from frobs_core.observation import ObservationTerm
+from frobs_core.rotations import matrix_from_quat
+from frobs_tasks_manipulation.observed import bounded
+
+
+class Tracked:
+    """The state of a free body of the scene.
+
+    Attributes:
+        body: The body.
+        pos: (num_envs, 3) [m] in the world.
+        quat_wxyz: (num_envs, 4)
+        velocity: (num_envs, 3) [m/s]
+        angular_velocity: (num_envs, 3) [rad/s]
+    """
+
+    def __init__(self, body: BodyHandle) -> None:
+        self.body = body
+        self.read()
+
+    def read(self) -> None:
+        """Read the state."""
+        self.pos, self.quat_wxyz = self.body.pose
+        self.velocity, self.angular_velocity = self.body.twist
+
+    def terms(self, name: str) -> dict[str, ObservationTerm]:
+        """Return the terms of the observation: position, orientation, linear and angular velocity.
+
+        The orientation is the x axis and the y axis of the object in the world: six numbers that are continuous and
+        unique.
+
+        Args:
+            name: Of the object, with which the names of the terms begin.
+        """
+        return {
+            f"{name}_position": bounded(lambda: self.pos, 3, 2.0, "m", scale=4.0),
+            f"{name}_orientation": bounded(self._axes, 6, 1.0, "1"),
+            f"{name}_velocity": bounded(lambda: self.velocity, 3, 5.0, "m/s"),
+            f"{name}_angular_velocity": bounded(lambda: self.angular_velocity, 3, 50.0, "rad/s", scale=0.1),
+        }
+
+    def _axes(self) -> Floats:
+        matrix = matrix_from_quat(self.quat_wxyz)
+        return np.concatenate([matrix[:, :, 0], matrix[:, :, 1]], axis=1)

@@ -1,0 +1,88 @@
+"""The experts solve their tasks, with both arms and on two engines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from importlib import import_module
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from frobs_core.errors import ConfigurationError
+from frobs_core.vector_env import RobotVectorEnv
+
+TASKS = ("Push", "Lift", "PickAndPlace", "Stack")
+IDS = [f"frobs_core:frobs/{arm}{task}-v0" for arm in ("Panda", "Ur5") for task in TASKS]
+
+
+@contextmanager
+def made(id: str, **keywords: Any) -> Iterator[RobotVectorEnv]:
+    with closing(gym.make_vec(id, **keywords)) as env:
+        assert isinstance(env.unwrapped, RobotVectorEnv)
+        yield env.unwrapped
+
+
+def expert_of(env: RobotVectorEnv) -> Any:
+    module, _, name = env.task.expert.partition(":")
+    return getattr(import_module(module), name)(env)
+
+
+def success_rate(env: RobotVectorEnv) -> float:
+    """Return the success of the expert in one episode of each environment."""
+    expert = expert_of(env)
+    env.reset(seed=0)
+    start = np.ones(env.num_envs, bool)
+    ended = False
+    while not ended:
+        *_, truncated, info = env.step(expert.act(start))
+        start = np.zeros(env.num_envs, bool)
+        ended = bool(truncated.all())
+    return float(info["final_info"]["is_success"].mean())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("id", IDS)
+def test_the_expert_succeeds_from_200_random_starts(id: str) -> None:
+    with made(id, num_envs=200) as env:
+        assert success_rate(env) >= 0.98
+
+
+@pytest.mark.slow
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("id", IDS)
+def test_the_expert_succeeds_on_pybullet(id: str) -> None:
+    pytest.importorskip("pybullet")
+    with made(id, num_envs=10, simulator="pybullet") as env:
+        assert success_rate(env) >= 0.9
+
+
+def test_an_expert_acts_alike_alone_and_among_others() -> None:
+    with made(IDS[2], num_envs=3) as env, closing(gym.make(IDS[2])) as alone:
+        expert, single = expert_of(env), expert_of(alone.unwrapped)  # type: ignore[arg-type] # a batch of one
+        env.reset(seed=5)
+        alone.reset(seed=7)
+        for step in range(40):
+            action = expert.act(np.full(3, step == 0))
+            one = single.act(np.array([step == 0]))
+            assert np.array_equal(one[0], action[2])
+            env.step(action)
+            alone.step(one[0])
+
+
+def test_an_expert_needs_a_controller_that_moves_the_tool() -> None:
+    with (
+        made(IDS[0], num_envs=1, controller="joint_delta_position", controller_kwargs={}) as env,
+        pytest.raises(ConfigurationError, match="tcp_delta_pose"),
+    ):
+        expert_of(env)
+
+
+def test_an_expert_knows_every_kind_of_gripper_controller() -> None:
+    for gripper in ("gripper_position", "gripper_binary"):
+        controllers = {"arm": "tcp_delta_pose", "gripper": gripper}
+        kwargs = {"arm": {"max_delta": 0.02, "axes": ["x", "y", "z"]}}
+        with made(IDS[1], num_envs=8, controller=controllers, controller_kwargs=kwargs) as env:
+            assert success_rate(env) == 1.0

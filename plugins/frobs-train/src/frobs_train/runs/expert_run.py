@@ -1,0 +1,60 @@
+"""The scripted expert of a task, in the place of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from frobs_core.arrays import Action, Mask
+from frobs_core.errors import RunError
+from frobs_core.interfaces import Expert
+from frobs_core.validation import validate
+from frobs_core.yaml import merge
+from frobs_train.configuration.config import RunConfig
+from frobs_train.configuration.resolve import read_setting
+from frobs_train.runs.run import Run
+
+
+class ExpertRun(Run):
+    """The scripted expert of an environment's task: it acts, and has not been trained.
+
+    Args:
+        environment: Gymnasium ID.
+        settings: ``"environment_kwargs.robot=ur5"``, ``"seed=3"``: keys of :class:`frobs_train.RunConfig` and YAML values.
+
+    Raises:
+        ConfigurationError: A setting cannot be used.
+    """
+
+    def __init__(self, environment: str, settings: Sequence[str] = ()) -> None:
+        given = merge({"environment": environment, "seed": 0}, *(read_setting(setting) for setting in settings))
+        super().__init__(Path(environment), validate(RunConfig, given, "an expert"))
+
+
+class ExpertPolicy:
+    """Acts as the expert of an environment's task does; it has the ``predict`` of an algorithm.
+
+    Args:
+        env: The environment, single or a vector.
+
+    Raises:
+        RunError: The environment's task has no expert.
+        ConfigurationError: The expert cannot use the environment's controllers.
+    """
+
+    def __init__(self, env: Any) -> None:
+        bare = env.unwrapped
+        expert = getattr(getattr(bare, "task", None), "expert", "")
+        if not expert:
+            name = env.spec.id if env.spec is not None else type(bare).__name__
+            raise RunError(f"{name}: its task has no scripted expert; use --pretrained, --model or a run.")
+        module, _, attribute = expert.partition(":")
+        self._expert: Expert = getattr(import_module(module), attribute)(bare)
+
+    def predict(
+        self, observation: Any, state: Any, episode_start: Mask, deterministic: bool = True
+    ) -> tuple[Action, Any]:
+        """Return actions for the present state of the environment, (num_envs, …), and ``state``."""
+        return self._expert.act(episode_start), state
