@@ -89,6 +89,7 @@ def stamps(bag: Path, topic: str) -> list[int]:
         return [message.header.stamp.to_nsec() for _, message, _ in opened.read_messages([topic])]
 
 
+@pytest.mark.ros_feature("rosbag", "ros", "mujoco")
 @pytest.mark.slow
 @pytest.mark.usefixtures("needs_rosbag")
 def test_recorded_topics_are_played_back_unchanged(

@@ -130,6 +130,7 @@ def assert_named_once(log: str, sensor: str) -> None:
     assert log.count(f"the sensor '{sensor}' publishes nothing, because the simulator does not offer cameras") == 1
 
 
+@pytest.mark.ros_feature("images of cameras on the bridge over Gazebo 11", works=False)
 def test_cameras_show_what_is_there(simulator: str, bridges: Callable[..., Any], listen: Callable[..., Topics]) -> None:
     from sensor_msgs.msg import CameraInfo, Image
 
@@ -165,6 +166,7 @@ def test_cameras_show_what_is_there(simulator: str, bridges: Callable[..., Any],
     assert_rate(topics.heard["mast__grey__image_raw"], 20)
 
 
+@pytest.mark.ros_feature("cameras", "mujoco")
 @pytest.mark.slow
 def test_depth_is_where_the_wall_is(bridges: Callable[..., Any], listen: Callable[..., Topics]) -> None:
     from sensor_msgs import point_cloud2
@@ -225,6 +227,7 @@ HELD = STANDING.replace(
 )
 
 
+@pytest.mark.ros_feature("cameras", "mujoco")
 @pytest.mark.parametrize("model", [STANDING, HELD], ids=["static", "held"])
 def test_camera_of_a_world_file_sees_and_can_be_moved(
     model: str, bridges: Callable[..., Any], listen: Callable[..., Topics], tmp_path: Path
@@ -249,6 +252,7 @@ def test_camera_of_a_world_file_sees_and_can_be_moved(
         np.testing.assert_allclose(red_pixel(topics.last("eye__image_raw")), expected - 1.0, atol=0.7)
 
 
+@pytest.mark.ros_feature("contact sensors", "mujoco", "gazebo")
 def test_resting_box_feels_its_weight(
     simulator: str, bridges: Callable[..., Any], listen: Callable[..., Topics]
 ) -> None:
@@ -287,6 +291,7 @@ def test_resting_box_feels_its_weight(
     np.testing.assert_allclose([q.w, q.x, q.y, q.z], quat_from_rpy((0.0, 0.4, 0.0)), atol=1e-3)
 
 
+@pytest.mark.ros_feature("IMU", "mujoco", "gazebo")
 def test_turning_body_reads_its_rate(
     simulator: str, bridges: Callable[..., Any], listen: Callable[..., Topics]
 ) -> None:
