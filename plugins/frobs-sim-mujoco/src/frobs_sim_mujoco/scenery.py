@@ -28,6 +28,7 @@ def light_up(spec: mujoco.MjSpec) -> None:
     )
     spec.visual.global_.offwidth, spec.visual.global_.offheight = 1920, 1440
     spec.visual.quality.shadowsize = 4096
+    spec.visual.map.shadowclip = 2.0  # times the extent of the scene; beyond, shadows are noise
     spec.visual.headlight.ambient = (0.35, 0.35, 0.35)
     spec.visual.headlight.diffuse = (0.35, 0.35, 0.35)
     spec.visual.headlight.specular = (0.05, 0.05, 0.05)
