@@ -38,10 +38,13 @@ def actions_move_their_joints(subject: EnvUnderTest) -> None:
             robot, _, group = name.partition("/")
             handle = control.robots[robot].robot
             own = {f"{robot}/{joint}" for joint in handle.robot.groups.get(group, handle.joint_names)}
-            action = np.zeros(space.shape)
-            action[start : start + controller.action_space.shape[0]] = 0.5
-            start += controller.action_space.shape[0]
-            changed = {joint for joint, command in commands(action).items() if command != rest[joint]}
+            columns = slice(start, start + controller.action_space.shape[0])
+            start = columns.stop
+            changed = set()
+            for value in (0.5, -0.5):  # a joint at a limit, such as an open gripper, moves one way only
+                action = np.zeros(space.shape)
+                action[columns] = value
+                changed |= {joint for joint, command in commands(action).items() if command != rest[joint]}
             expect(changed <= own, f"the action of '{name}' changes commands of {', '.join(sorted(changed - own))}.")
             expect(changed, f"the action of '{name}' changes no command.")
             moved |= own
