@@ -13,7 +13,6 @@ from frobs_core.interfaces import Body, Marker, Scene, Snapshot
 from frobs_core.models import Box, Pose
 from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
-from frobs_core.rotations import quat_from_axis_angle
 from frobs_core.validation import positive
 from frobs_tasks_manipulation.manipulation import FLOOR_FRICTION, Manipulation
 from frobs_tasks_manipulation.observed import bounded
@@ -22,8 +21,6 @@ from frobs_tasks_manipulation.tracked import Tracked
 
 CUBE = "cube"
 BLUE = (0.16, 0.42, 0.82, 1.0)
-_TURN = np.pi / 12
-"""[rad] by which a cube at the start is turned about the vertical at most, so that fingers fit around it."""
 
 
 class CubeTask(Manipulation):
@@ -120,8 +117,7 @@ class CubeTask(Manipulation):
 
     def _place_objects(self, mask: Mask | None, rng: RandomSource) -> None:
         cube = self.draw_place("cube", rng, mask, height=self.rest_height)
-        angle = rng.uniform("cube_turn", -_TURN, _TURN, (), mask)
-        self.cube.body.write_pose(cube, quat_from_axis_angle((0.0, 0.0, 1.0), angle), mask)
+        self.cube.body.write_pose(cube, self.draw_turn("cube_turn", rng, mask), mask)
         self.goal[rows_of(mask)] = self._draw_goal(cube, mask, rng)
 
     def _is_achieved(self) -> Mask:

@@ -14,7 +14,7 @@ from frobs_core.errors import UnsuitableRobotError
 from frobs_core.interfaces import Camera, Controller, EndEffector, RobotHandle, Simulation, Snapshot, StepContext, Task
 from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
-from frobs_core.rotations import quat_multiply
+from frobs_core.rotations import quat_from_axis_angle, quat_multiply
 from frobs_core.validation import finite, number_list, positive, whole_number
 from frobs_tasks_manipulation.observed import bounded
 from frobs_tasks_manipulation.posture import posture_at
@@ -26,6 +26,9 @@ UP: Floats = np.array([0.0, 0.0, 1.0])
 
 FLOOR_FRICTION = 0.5
 """With 1, a pushed cube jams between the tool and the floor (self-locking)."""
+
+_TURN = np.pi / 12
+"""[rad] by which objects at the start are turned about the vertical at most."""
 
 _CANDIDATES = 16
 """Places that are drawn at once, of which the first that is far enough from another one is taken."""
@@ -216,6 +219,16 @@ class Manipulation(Task):
             ranks = np.where(away >= distance, np.arange(_CANDIDATES, 0, -1) + 10.0, away)
             chosen = candidates[np.arange(len(candidates)), ranks.argmax(axis=1)]
         return np.concatenate([chosen, np.full((len(chosen), 1), height)], axis=1)
+
+    def draw_turn(self, stream: str, rng: RandomSource, mask: Mask | None) -> Floats:
+        """Draw an orientation of an object on the floor, (n, 4): turned so little that the fingers fit around it.
+
+        Args:
+            stream: Name of the stream of random numbers.
+            rng: Source.
+            mask: The n environments.
+        """
+        return quat_from_axis_angle(UP, rng.uniform(stream, -_TURN, _TURN, (), mask))
 
 
 def gripper_of(robot: RobotHandle) -> EndEffector:

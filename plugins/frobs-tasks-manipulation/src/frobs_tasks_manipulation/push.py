@@ -8,8 +8,10 @@ from typing import ClassVar
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
+from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_tasks_manipulation.cube_task import CubeTask
+from frobs_tasks_manipulation.observed import bounded
 from frobs_tasks_manipulation.rewards import nearness
 
 _APART = 2.5
@@ -42,6 +44,11 @@ class Push(CubeTask):
         "unachieved": "−1 where it is not",
     }
     start_opening: ClassVar[float] = 0.0
+
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        """Return the terms of the tool, the cube, the goal on the floor (x, y), and cube − tool and goal − cube."""
+        goal = bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)
+        return {**super().observation_terms(), "goal": goal}
 
     def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
         return self.draw_place(

@@ -88,7 +88,7 @@ class Stack(CubeTask):
 
     def _place_objects(self, mask: Mask | None, rng: RandomSource) -> None:
         super()._place_objects(mask, rng)
-        self.base.body.write_pose(self._drawn_base, None, mask)
+        self.base.body.write_pose(self._drawn_base, self.draw_turn("base_turn", rng, mask), mask)
 
     def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
         self._drawn_base = self.draw_place(
