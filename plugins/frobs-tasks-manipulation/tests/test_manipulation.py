@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from frobs_core.env import RobotEnv
-from frobs_core.errors import UnknownParameterError, UnsuitableRobotError
+from frobs_core.errors import ResetOptionError, UnknownParameterError, UnsuitableRobotError
 from frobs_core.vector_env import RobotVectorEnv
 
 
@@ -40,6 +40,20 @@ def test_the_tool_starts_above_the_area_and_points_down(robot: str) -> None:
         pos, quat = env.robot.frame_pose("tcp")
         assert pos[0] == pytest.approx([*place, 0.15], abs=2e-3)
         assert np.abs(quat[0]) == pytest.approx([0.0, 1.0, 0.0, 0.0], abs=0.02)
+
+
+def test_a_reset_takes_places_of_the_cube_and_the_goal() -> None:
+    cubes, goals = np.array([[0.4, 0.1, 0.02], [0.5, 0.0, 0.02]]), np.array([[0.6, 0.0, 0.2], [0.4, -0.1, 0.02]])
+    with closing(vector("pick_and_place", 2)) as env:
+        task: Any = env.task
+        env.reset(options={"cube_position": cubes, "goal": goals})
+        assert np.array_equal(task.goal, goals)
+        assert task.cube.pos == pytest.approx(cubes, abs=1e-9)
+        env.reset(options={"goal": goals[::-1], "reset_mask": np.array([False, True])})
+        assert np.array_equal(task.goal, goals[[0, 0]])
+        for option, place in (("goal", [0.5, 0.0, -0.1]), ("cube_position", [5.0, 0.0, 0.02])):
+            with pytest.raises(ResetOptionError, match=option):
+                env.reset(options={option: place})
 
 
 def test_half_of_the_goals_are_in_the_air() -> None:

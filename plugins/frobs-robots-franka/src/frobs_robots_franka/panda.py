@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from frobs_grippers.two_finger_hand import TWO_FINGER_HAND
+from frobs_grippers import TWO_FINGER_HAND
 from frobs_robots_franka.panda_arm import PANDA_ARM
 
 PANDA = replace(PANDA_ARM.attach("panda_tool0", TWO_FINGER_HAND), name="panda")

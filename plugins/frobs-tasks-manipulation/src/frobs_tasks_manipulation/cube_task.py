@@ -38,6 +38,7 @@ class CubeTask(Manipulation):
         ConfigurationError: A value is out of range.
     """
 
+    reset_options: ClassVar[Sequence[str]] = ("cube_position", "goal")
     shows_goal: ClassVar[bool] = True
 
     def __init__(
@@ -115,10 +116,15 @@ class CubeTask(Manipulation):
         self.to_goal = length(self.goal - self.cube.pos)  # (num_envs,) [m]
         self.speed = length(self.cube.velocity)  # (num_envs,) [m/s]
 
-    def _place_objects(self, mask: Mask | None, rng: RandomSource) -> None:
+    def _place_objects(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Floats]) -> None:
         cube = self.draw_place("cube", rng, mask, height=self.rest_height)
+        if "cube_position" in options:
+            cube = self.checked_place("cube_position", options["cube_position"], self.rest_height)
         self.cube.body.write_pose(cube, self.draw_turn("cube_turn", rng, mask), mask)
-        self.goal[rows_of(mask)] = self._draw_goal(cube, mask, rng)
+        goal = self._draw_goal(cube, mask, rng)
+        self.goal[rows_of(mask)] = (
+            self.checked_place("goal", options["goal"], self.size / 2) if "goal" in options else goal
+        )
 
     def _is_achieved(self) -> Mask:
         return np.asarray((self.to_goal <= self.tolerance) & (self.speed <= self.max_speed))

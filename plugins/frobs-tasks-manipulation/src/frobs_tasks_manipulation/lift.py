@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -43,6 +43,7 @@ class Lift(CubeTask):
         "achieved": "0.5 where the cube is held in the air and slow",
         "unachieved": "−1 where it is not",
     }
+    reset_options: ClassVar[Sequence[str]] = ("cube_position",)
     shows_goal: ClassVar[bool] = False
 
     def __init__(self, *, lowest: float = 0.1, highest: float = 0.4, **keywords: Any) -> None:

@@ -10,12 +10,12 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask, rows_of
 from frobs_core.capabilities import Level
-from frobs_core.errors import UnsuitableRobotError
+from frobs_core.errors import ResetOptionError, UnsuitableRobotError
 from frobs_core.interfaces import Camera, Controller, EndEffector, RobotHandle, Simulation, Snapshot, StepContext, Task
 from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.rotations import quat_from_axis_angle, quat_multiply
-from frobs_core.validation import finite, number_list, positive, whole_number
+from frobs_core.validation import finite, number_list, numbers, positive, whole_number
 from frobs_tasks_manipulation.observed import bounded
 from frobs_tasks_manipulation.posture import posture_at
 
@@ -110,10 +110,19 @@ class Manipulation(Task):
         return np.array(DOWN) if self.finger_axis == "y" else quat_multiply((half, 0.0, 0.0, half), DOWN)
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
-        """Place the arm, the objects and the goal."""
+        """Place the arm, the objects and the goal.
+
+        Args:
+            mask: The environments.
+            rng: Draw from nothing else.
+            options: Those of ``reset_options``, (num_envs, 3) [m] each.
+
+        Raises:
+            ResetOptionError: A place is not three numbers, below the floor or far away.
+        """
         rows = rows_of(mask)
         self._robot.write_joint_state(np.tile(self._start, (len(self._held[rows]), 1)), mask=mask)
-        self._place_objects(mask, rng)
+        self._place_objects(mask, rng, {name: values[rows] for name, values in options.items()})
         self._held[rows] = 0
         self._measure()
 
@@ -173,8 +182,8 @@ class Manipulation(Task):
         """Take the handles of the objects, and make buffers for the goal."""
 
     @abstractmethod
-    def _place_objects(self, mask: Mask | None, rng: RandomSource) -> None:
-        """Place the objects and the goal at random."""
+    def _place_objects(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Floats]) -> None:
+        """Place the objects and the goal: at random, except what the n rows of the options state."""
 
     @abstractmethod
     def _is_achieved(self) -> Mask:
@@ -219,6 +228,29 @@ class Manipulation(Task):
             ranks = np.where(away >= distance, np.arange(_CANDIDATES, 0, -1) + 10.0, away)
             chosen = candidates[np.arange(len(candidates)), ranks.argmax(axis=1)]
         return np.concatenate([chosen, np.full((len(chosen), 1), height)], axis=1)
+
+    def checked_place(self, option: str, place: Floats, lowest: float) -> Floats:
+        """Return places that the caller of ``reset`` gave, (n, 3) [m].
+
+        Args:
+            option: Name of the option, for messages.
+            place: The places.
+            lowest: Smallest height [m].
+
+        Raises:
+            ResetOptionError: A place is not three numbers, is below ``lowest``, or farther than 1 m from the middle of the
+                working area.
+        """
+        if place.shape[1:] != (3,):
+            raise ResetOptionError(option, f"has the shape {place.shape[1:]}; it must be (3,): x, y, z [m].")
+        if not np.all(place[:, 2] >= lowest - 1e-9):
+            raise ResetOptionError(option, f"is {numbers(place[0])} m; its height must be at least {lowest:g} m.")
+        if not np.all(np.abs(place[:, :2] - self.center) <= 1.0):
+            center = numbers(self.center)
+            raise ResetOptionError(
+                option, f"is {numbers(place[0])} m; it must be within 1 m of {center} m along x and y."
+            )
+        return place
 
     def draw_turn(self, stream: str, rng: RandomSource, mask: Mask | None) -> Floats:
         """Draw an orientation of an object on the floor, (n, 4): turned so little that the fingers fit around it.

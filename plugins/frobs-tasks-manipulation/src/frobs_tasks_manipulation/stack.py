@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import ClassVar
 
@@ -43,6 +43,7 @@ class Stack(CubeTask):
         keywords: Those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
     """
 
+    reset_options: ClassVar[Sequence[str]] = ("cube_position",)
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.grasp:StackCube"
     success_rule: ClassVar[str] = (
         "the cube has been on the other one, both still and released, for the last hold_steps when the time limit ends the "
@@ -86,8 +87,8 @@ class Stack(CubeTask):
         """Return nothing: the goal is the other cube."""
         return ()
 
-    def _place_objects(self, mask: Mask | None, rng: RandomSource) -> None:
-        super()._place_objects(mask, rng)
+    def _place_objects(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Floats]) -> None:
+        super()._place_objects(mask, rng, options)
         self.base.body.write_pose(self._drawn_base, self.draw_turn("base_turn", rng, mask), mask)
 
     def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:

@@ -36,7 +36,7 @@ def run(
         typer.Option(
             metavar="X Y Z",
             show_default=False,
-            help="Goal of the task [m]; wheeled robots use X and Y. Default: drawn by the task.",
+            help="Goal of the task in meters; wheeled robots use X and Y. Default: drawn by the task.",
         ),
     ] = None,
     joint_states: Annotated[str, typer.Option(metavar="TOPIC", help="Where joints are measured.")] = "joint_states",
