@@ -74,4 +74,5 @@ def frobs_tasks() -> list[TaskRecord]:
         _with_tight_hole(
             _task("peg_insertion", "PegInsertion", "peg_insertion:PegInsertion", "put a peg into a hole", 225)
         ),
+        _task("open_drawer", "OpenDrawer", "open_drawer:OpenDrawer", "pull a drawer open as far as a target", 85),
     ]
