@@ -10,7 +10,7 @@ import pytest
 
 from frobs_core.vector_env import RobotVectorEnv
 
-TASKS = {"open_drawer": "drawer"}
+TASKS = {"open_drawer": "drawer", "open_door": "door"}
 """Prop of each task."""
 
 

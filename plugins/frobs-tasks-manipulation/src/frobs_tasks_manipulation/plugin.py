@@ -75,4 +75,5 @@ def frobs_tasks() -> list[TaskRecord]:
             _task("peg_insertion", "PegInsertion", "peg_insertion:PegInsertion", "put a peg into a hole", 225)
         ),
         _task("open_drawer", "OpenDrawer", "open_drawer:OpenDrawer", "pull a drawer open as far as a target", 85),
+        _task("open_door", "OpenDoor", "open_door:OpenDoor", "pull a door open to a target angle", 90),
     ]
