@@ -27,6 +27,8 @@ _WALL, HEIGHT = 0.03, 0.05
 _GRIP = 0.02
 """Height of the place where the tool grips the peg above the peg's middle [m]. A low grip tilts the peg less."""
 
+_OAK = (0.72, 0.52, 0.33, 1.0)
+
 
 class PegInsertion(CubeTask):
     """Put a square peg, which stands on the floor, into the square hole of a block.
@@ -85,7 +87,9 @@ class PegInsertion(CubeTask):
         walls = [Shape(Box((_WALL, long, HEIGHT)), Pose((side * middle, 0.0, HEIGHT / 2))) for side in (-1.0, 1.0)] + [
             Shape(Box((hole, _WALL, HEIGHT)), Pose((0.0, side * middle, HEIGHT / 2))) for side in (-1.0, 1.0)
         ]
-        block = Body(shapes=tuple(walls), pose=Pose((x, y + 0.1, 0.0)), kinematic=True, friction=self.friction)
+        block = Body(
+            shapes=tuple(walls), pose=Pose((x, y + 0.1, 0.0)), kinematic=True, friction=self.friction, rgba=_OAK
+        )
         return replace(scene, bodies={CUBE: peg, BLOCK: block})
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:

@@ -37,7 +37,7 @@ class InsertPeg(GraspCube[Any]):
     def __init__(self, env: RobotEnv | RobotVectorEnv) -> None:
         super().__init__(env)
         self._correction = np.zeros((self.task.num_envs, 3))  # [m]
-        self._closing = np.zeros((self.task.num_envs, 3))  # [m] where the tool was when the fingers began to close
+        self._closing = np.zeros((self.task.num_envs, 3))  # [m] where the peg was when the fingers began to close
         self._still = np.zeros(self.task.num_envs, np.int64)  # control steps without a motion of the fingers
 
     def _begin(self, mask: Mask) -> None:
