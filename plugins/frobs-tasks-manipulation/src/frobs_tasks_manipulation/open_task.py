@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -58,7 +58,7 @@ class OpenTask(Manipulation):
     def __init__(
         self,
         *,
-        center: tuple[float, float] = (0.58, 0.0),
+        center: Sequence[float] = (0.58, 0.0),
         area: float = 0.1,
         start_height: float = 0.3,
         lowest: float,
