@@ -20,7 +20,7 @@ def vector(task: str, num_envs: int = 64, **keywords: Any) -> RobotVectorEnv:
     return env
 
 
-@pytest.mark.parametrize("task", ["push", "lift", "pick_and_place", "stack"])
+@pytest.mark.parametrize("task", ["push", "lift", "pick_and_place", "stack", "peg_insertion"])
 def test_objects_and_goals_are_in_the_working_area_and_apart(task: str) -> None:
     with closing(vector(task, center=[0.45, 0.1], area=0.2)) as env:
         state: Any = env.task
@@ -107,7 +107,33 @@ def test_a_stack_counts_when_it_is_released() -> None:
         assert hold(env, env.task.goal[0].copy(), 1) == [False]  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize("task", ["push", "lift", "pick_and_place", "stack"])
+def test_a_peg_counts_when_it_is_deep_in_the_hole() -> None:
+    with closing(vector("peg_insertion", 1, hold_steps=1, max_speed=1.0, start_height=0.3)) as env:
+        goal = env.task.goal[0].copy()  # type: ignore[attr-defined]
+        assert hold(env, goal, 1) == [True]
+        assert hold(env, goal + np.array([0.0, 0.0, 0.015]), 1) == [True]
+        assert hold(env, goal + np.array([0.0, 0.0, 0.03]), 1) == [False]
+        assert hold(env, goal + np.array([0.0, 0.15, 0.0]), 1) == [False]
+
+
+@pytest.mark.parametrize("clearance", [0.002, 0.0005])
+def test_the_hole_is_wider_than_the_peg_by_the_clearance(clearance: float) -> None:
+    with closing(vector("peg_insertion", 2, clearance=clearance, start_height=0.3)) as env:
+        task: Any = env.task
+        inner = [
+            shape.pose.pos[0] - np.sign(shape.pose.pos[0]) * shape.geometry.size[0] / 2
+            for shape in task.scene().bodies["block"].shapes[:2]
+        ]
+        assert inner[1] - inner[0] == pytest.approx(task.size + clearance)
+        start = task.goal + np.array([0.4 * clearance, 0.4 * clearance, 0.05])
+        task.cube.body.write_pose(start, np.tile([1.0, 0.0, 0.0, 0.0], (2, 1)))
+        task.cube.body.write_twist(np.zeros((2, 3)), np.zeros((2, 3)))
+        for _ in range(25):
+            env.step(np.zeros((2, env.single_action_space.shape[0])))  # type: ignore[index]
+        assert task.cube.pos == pytest.approx(task.goal, abs=clearance)
+
+
+@pytest.mark.parametrize("task", ["push", "lift", "pick_and_place", "stack", "peg_insertion"])
 def test_the_sparse_reward_is_0_where_the_condition_is_met(task: str) -> None:
     with closing(vector(task, 8, reward_type="sparse")) as env:
         *_, info = env.step(np.zeros((8, env.single_action_space.shape[0])))  # type: ignore[index]

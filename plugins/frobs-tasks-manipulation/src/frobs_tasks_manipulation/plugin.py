@@ -1,5 +1,7 @@
 """Records of this distribution."""
 
+from dataclasses import replace
+
 from frobs_core.hookspecs import hookimpl
 from frobs_core.specs import EnvironmentRecord, TaskRecord
 
@@ -41,6 +43,20 @@ def _task(name: str, title: str, entry_point: str, summary: str, steps: int) -> 
     )
 
 
+def _with_tight_hole(task: TaskRecord) -> TaskRecord:
+    """Add an ID with a clearance of 0.5 mm for each arm."""
+    tight = tuple(
+        replace(
+            each,
+            id=each.id.replace("-v0", "Tight-v0"),
+            summary=f"{each.summary} that is 0.5 mm wider",
+            parameters={**each.parameters, "clearance": 0.0005},
+        )
+        for each in task.environments
+    )
+    return replace(task, environments=(*task.environments, *tight))
+
+
 @hookimpl
 def frobs_tasks() -> list[TaskRecord]:
     """Offer the manipulation tasks."""
@@ -55,4 +71,9 @@ def frobs_tasks() -> list[TaskRecord]:
             100,
         ),
         _task("stack", "Stack", "stack:Stack", "put a cube on another one and let go", 125),
+        _with_tight_hole(
+            _task("peg_insertion", "PegInsertion", "peg_insertion:PegInsertion", "put a peg into a hole", 225)
+        ),
+        _task("open_drawer", "OpenDrawer", "open_drawer:OpenDrawer", "pull a drawer open as far as a target", 85),
+        _task("open_door", "OpenDoor", "open_door:OpenDoor", "pull a door open to a target angle", 90),
     ]

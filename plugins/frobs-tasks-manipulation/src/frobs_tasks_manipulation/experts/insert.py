@@ -1,0 +1,90 @@
+"""The expert that inserts a peg."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.env import RobotEnv
+from frobs_core.vector_env import RobotVectorEnv
+from frobs_tasks_manipulation.experts.grasp import ABOVE, CARRY, CLOSE, GraspCube
+from frobs_tasks_manipulation.manipulation import UP
+from frobs_tasks_manipulation.peg_insertion import HEIGHT, PegInsertion
+from frobs_tasks_manipulation.rewards import length
+
+LOWER = CARRY + 1
+_ABOVE = 0.003  # [m] of the peg's lower end above the block before it is lowered
+_WAY = 0.025  # [m] of the lower end above the block on its way
+_RISE = 0.015  # [m] of the peg's lower end below its way, from which it first goes straight up
+_STEP = 0.02  # [m] by which the tool is asked to move at once: a quick move tilts the peg between the fingers
+_SLOWLY = 0.006  # [m] by which it is asked to go down at once
+_GENTLY = 0.003  # [m] by which it is asked to go down while the lower end is above the hole
+_GAIN, _LARGEST = 0.12, 0.008  # of the integrated error: its share per control step, and its limit [m]
+_FIRM, _STOPPED = 6, 0.004  # control steps in which the opening changes less than this before the peg is lifted
+
+
+class InsertPeg(GraspCube[Any]):
+    """Carries the peg above the hole, waits until its lower end is aligned, and lowers it.
+
+    The tool lags behind its commands and the peg tilts a little between the fingers, so that the expert integrates the
+    horizontal error of the peg's lower end.
+    """
+
+    task: PegInsertion
+
+    def __init__(self, env: RobotEnv | RobotVectorEnv) -> None:
+        super().__init__(env)
+        self._correction = np.zeros((self.task.num_envs, 3))  # [m]
+        self._closing = np.zeros((self.task.num_envs, 3))  # [m] where the peg was when the fingers began to close
+        self._still = np.zeros(self.task.num_envs, np.int64)  # control steps without a motion of the fingers
+
+    def _begin(self, mask: Mask) -> None:
+        self._correction[mask] = 0.0
+
+    def _next_phase(self) -> np.ndarray[Any, np.dtype[np.int64]]:
+        task, phase = self.task, self.phase
+        error = self._error()
+        aside = length(error[:, :2])
+        outside = task.end[:, 2] > HEIGHT - 0.002
+        near = ((phase == CARRY) & (aside < 0.01)) | (phase == LOWER)
+        integrated = np.clip(self._correction + _GAIN * error, -_LARGEST, _LARGEST) * [1.0, 1.0, 0.0]
+        self._correction = np.where(near[:, None], integrated, 0.0)
+        self._still = np.where(self.finger_speed < _STOPPED, self._still + 1, 0)
+        self._closing = np.where((phase == CLOSE)[:, None], self._closing, task.grip)
+        aligned = (aside < max(0.3 * task.clearance, 0.0003)) & (task.speed < 0.02) & (np.abs(error[:, 2]) < 0.002)
+        return np.select(
+            [
+                (phase == CLOSE) & (task.to_cube < 0.03) & (self._still < _FIRM),
+                (phase == CARRY) & aligned,
+                (phase == LOWER) & (task.to_cube > 0.03),
+                (phase == LOWER) & outside & (aside > 2.0 * task.clearance + 0.002),
+            ],
+            [CLOSE, LOWER, ABOVE, CARRY],
+            super()._next_phase(),
+        )
+
+    def _error(self) -> Floats:
+        """Return how the peg must move, (num_envs, 3) [m]: its lower end outside of the hole, its center inside."""
+        task = self.task
+        center = task.goal - task.cube.pos
+        above = np.where(length(center[:, :2]) < 0.01, _ABOVE, _WAY)[:, None]
+        inside = (task.end[:, 2] < HEIGHT - 0.01) & (length(center[:, :2]) < 0.01)
+        floor = task.goal - task.height / 2 * UP
+        return np.where(inside[:, None], center, floor + (HEIGHT + above) * UP - task.end)
+
+    def _aim(self) -> tuple[Floats, Floats]:
+        place, opening = super()._aim()
+        tcp, error = self.task.tcp, self._error()
+        rising = (error[:, 2] > _RISE) & (length(error[:, :2]) > _RISE)
+        carried = np.where(rising[:, None], error * UP, error + self._correction)
+        carried = carried * np.minimum(1.0, _STEP / np.maximum(length(carried), 1e-9))[:, None]
+        lowered = error + self._correction
+        outside = self.task.end[:, 2] > HEIGHT - 0.002
+        down = np.maximum(self.task.goal[:, 2] - self.task.cube.pos[:, 2], -_SLOWLY)
+        waiting = outside & (length(error[:, :2]) > 0.4 * self.task.clearance + 0.0004)
+        lowered[:, 2] = np.where(waiting, error[:, 2], np.where(outside, -_GENTLY, down))
+        phase = self.phase[:, None]
+        places = [self._closing, tcp + carried, tcp + lowered]
+        return np.select([phase == CLOSE, phase == CARRY, phase == LOWER], places, place), opening

@@ -1,0 +1,60 @@
+"""The expert that opens furniture by its handle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_tasks_manipulation.experts.tool_expert import ToolExpert
+from frobs_tasks_manipulation.manipulation import UP
+from frobs_tasks_manipulation.open_task import OpenTask
+from frobs_tasks_manipulation.rewards import length
+
+ABOVE, DOWN, CLOSE, PULL, RELEASE = range(5)
+_CLEARANCE = 0.1  # [m] above the handle, before the tool goes down
+_ALIGNED = 0.01  # [m]
+_LOST = 0.05  # [m] between tool and handle, from which the handle has been lost
+_CLOSING = 8  # control steps
+_STOPPED = 0.005  # change of the opening in a control step, below which the fingers have met the handle
+_ARRIVED, _LEFT = 0.3, 0.8  # of the tolerance: the handle is let go, and gripped again
+_STEP = 0.03  # [m] of the handle's way by which the tool is asked to go ahead at once
+
+
+class PullHandle(ToolExpert[Any]):
+    """Grips the handle from above, and pulls it along its way until the joint is at its target.
+
+    It then opens the gripper: fingers that hold a bar can shake it a little.
+    """
+
+    task: OpenTask
+
+    def _next_phase(self) -> np.ndarray[Any, np.dtype[np.int64]]:
+        task, phase = self.task, self.phase
+        aside = length((task.handle - task.tcp)[:, :2])
+        left = np.abs(task.target - task.joint)
+        slow = np.abs(task.joint_speed) < 0.5 * task.max_speed
+        return np.select(
+            [
+                (phase == PULL) & (left < _ARRIVED * task.tolerance) & slow,
+                (phase == RELEASE) & (left > _LEFT * task.tolerance) & slow,
+                (phase == ABOVE) & (aside < _ALIGNED),
+                (phase == DOWN) & (aside > 3 * _ALIGNED),
+                (phase == DOWN) & (task.to_handle < _ALIGNED),
+                (phase == CLOSE) & (self.age >= _CLOSING) & (self.finger_speed < _STOPPED),
+                ((phase == CLOSE) | (phase == PULL)) & (task.to_handle > _LOST),
+            ],
+            [RELEASE, CLOSE, DOWN, ABOVE, CLOSE, PULL, ABOVE],
+            phase,
+        )
+
+    def _aim(self) -> tuple[Floats, Floats]:
+        task, phase = self.task, self.phase[:, None]
+        way = task.handle_at(task.target) - task.handle
+        share = np.minimum(1.0, _STEP / np.maximum(length(way), 1e-9))
+        ahead = task.handle_at(task.joint + share * (task.target - task.joint)) - task.handle
+        pulled = task.tcp + ahead
+        pulled[:, 2] = task.handle[:, 2]
+        place = np.select([phase == ABOVE, phase == PULL], [task.handle + _CLEARANCE * UP, pulled], task.handle)
+        return place, np.where((self.phase <= DOWN) | (self.phase == RELEASE), 1.0, 0.0)

@@ -1,0 +1,47 @@
+"""Open a drawer by its handle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from frobs_tasks_manipulation.open_task import OpenTask
+
+
+class OpenDrawer(OpenTask):
+    """Open a drawer by its handle, to a target.
+
+    The condition of success, the reward and the parameters are those of
+    :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
+
+    Args:
+        lowest: Smallest target [m].
+        highest: Largest target [m].
+        tolerance: Distance from the target that counts as reached [m].
+        max_speed: Speed below which the drawer counts as slow [m/s].
+        keywords: Those of :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
+    """
+
+    expert: ClassVar[str] = "frobs_tasks_manipulation.experts.open:PullHandle"
+    success_rule: ClassVar[str] = (
+        "the drawer has been open as far as the target, and slow, for the last hold_steps when the time limit ends the episode"
+    )
+    reward_meanings: ClassVar[Mapping[str, str]] = {
+        "approach": "0.3 · (1 − tanh(d / 0.2 m)), d being the distance from tool to handle",
+        "open": "0.7 · max(1 − |target − q| / target, 0), q being how far the drawer is open [m]",
+        "achieved": "0.5 where the drawer is at the target and slow",
+        "unachieved": "−1 where it is not",
+    }
+    furniture: ClassVar[str] = "drawer"
+    unit: ClassVar[str] = "m"
+
+    def __init__(
+        self,
+        *,
+        lowest: float = 0.08,
+        highest: float = 0.16,
+        tolerance: float = 0.02,
+        max_speed: float = 0.05,
+        **keywords: Any,
+    ) -> None:
+        super().__init__(lowest=lowest, highest=highest, tolerance=tolerance, max_speed=max_speed, **keywords)

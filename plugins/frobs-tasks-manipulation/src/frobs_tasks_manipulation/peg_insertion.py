@@ -1,0 +1,143 @@
+"""Peg insertion: put a square peg into a square hole."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.interfaces import Body, Marker, Scene, Shape
+from frobs_core.models import Box, Pose
+from frobs_core.observation import ObservationTerm
+from frobs_core.random import RandomSource
+from frobs_core.rotations import matrix_from_quat
+from frobs_core.validation import positive
+from frobs_tasks_manipulation.cube_task import CUBE, CubeTask
+from frobs_tasks_manipulation.manipulation import UP
+from frobs_tasks_manipulation.observed import bounded
+from frobs_tasks_manipulation.rewards import nearness
+
+BLOCK = "block"
+_WALL, HEIGHT = 0.03, 0.05
+"""Thickness of the walls around the hole, and their height [m]."""
+
+_GRIP = 0.02
+"""Height of the place where the tool grips the peg above the peg's middle [m]. A low grip tilts the peg less."""
+
+_OAK = (0.72, 0.52, 0.33, 1.0)
+
+
+class PegInsertion(CubeTask):
+    """Put a square peg, which stands on the floor, into the square hole of a block.
+
+    The condition of success: the peg stands in the hole, at least ``depth`` deep, and is still.
+
+    Reward:
+
+    - ``dense``: 0.2 · nearness of the tool to the peg's grip + 0.6 · nearness of the peg's lower end to the hole's floor +
+      0.2 · share of the height of the block by which the peg is lifted, or 0.2 if it is above the hole or in it + 0.5 if the
+      condition is met
+    - ``sparse``: 0 if the condition is met, else −1
+
+    Args:
+        clearance: Difference between the edges of the hole and of the peg [m].
+        size: Edge of the peg [m].
+        height: Of the peg [m].
+        depth: How deep the peg must be in the hole [m].
+        keywords: Those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
+    """
+
+    reset_options: ClassVar[Sequence[str]] = ("cube_position",)
+    expert: ClassVar[str] = "frobs_tasks_manipulation.experts.insert:InsertPeg"
+    success_rule: ClassVar[str] = (
+        "the peg has been in the hole, deep enough and still, for the last hold_steps when the time limit ends the episode"
+    )
+    reward_meanings: ClassVar[Mapping[str, str]] = {
+        "approach": "0.2 · (1 − tanh(d / 0.2 m)), d being the distance from the tool to where it grips the peg",
+        "insert": "0.6 · (1 − tanh(d / 0.15 m)), d being the distance from the peg to its place in the hole",
+        "lift": "0.2 · min(h / height of the block, 1), h being the height of the peg's lower end; 0.2 above the hole",
+        "achieved": "0.5 where the condition is met",
+        "unachieved": "−1 where it is not",
+    }
+
+    def __init__(
+        self,
+        *,
+        clearance: float = 0.002,
+        size: float = 0.04,
+        height: float = 0.1,
+        depth: float = 0.03,
+        **keywords: Any,
+    ) -> None:
+        super().__init__(size=size, **keywords)
+        self.clearance = positive("clearance", clearance, "m")
+        self.height, self.depth = positive("height", height, "m"), positive("depth", depth, "m")
+
+    def scene(self) -> Scene:
+        """Return a peg that stands on the floor, and a block with a hole."""
+        scene = super().scene()
+        x, y = self.center.tolist()
+        peg = replace(
+            scene.bodies[CUBE], geometry=Box((self.size, self.size, self.height)), pose=Pose((x, y, self.height / 2))
+        )
+        hole = self.size + self.clearance
+        middle, long = (hole + _WALL) / 2, hole + 2 * _WALL
+        walls = [Shape(Box((_WALL, long, HEIGHT)), Pose((side * middle, 0.0, HEIGHT / 2))) for side in (-1.0, 1.0)] + [
+            Shape(Box((hole, _WALL, HEIGHT)), Pose((0.0, side * middle, HEIGHT / 2))) for side in (-1.0, 1.0)
+        ]
+        block = Body(
+            shapes=tuple(walls), pose=Pose((x, y + 0.1, 0.0)), kinematic=True, friction=self.friction, rgba=_OAK
+        )
+        return replace(scene, bodies={CUBE: peg, BLOCK: block})
+
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        """Return the terms of the tool and the peg, grip − tool, the hole (x, y), and the peg's place in the hole − peg."""
+        terms = {name.replace("cube", "peg"): term for name, term in super().observation_terms().items()}
+        return {**terms, "goal": bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)}
+
+    def markers(self) -> Sequence[Marker]:
+        """Return the place of the peg's center."""
+        return (Marker(self.goal, 0.01),)
+
+    @property
+    def rest_height(self) -> float:
+        """Height of the peg's center where it stands on the floor [m]."""
+        return self.height / 2
+
+    @property
+    def grip(self) -> Floats:
+        """Where the tool grips the peg: 2 cm above its middle, (num_envs, 3) [m]."""
+        return np.asarray(self.cube.pos + _GRIP * UP)
+
+    def _place_objects(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Floats]) -> None:
+        super()._place_objects(mask, rng, options)
+        self._simulation.bodies[BLOCK].write_pose(self._drawn_block, None, mask)
+
+    def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
+        self._drawn_block = self.draw_place("block", rng, mask, height=0.0, apart_from=cube, distance=0.12)
+        return np.asarray(self._drawn_block + self.height / 2 * UP)
+
+    def _measure(self) -> None:
+        super()._measure()
+        down = matrix_from_quat(self.cube.quat_wxyz)[:, :, 2]
+        self.end = self.cube.pos - self.height / 2 * down  # (num_envs, 3) [m], middle of the lower end
+
+    def _is_achieved(self) -> Mask:
+        offset = self.cube.pos - self.goal
+        inside = (np.abs(offset[:, 0]) <= self.clearance + 0.002) & (np.abs(offset[:, 1]) <= self.clearance + 0.002)
+        deep = (offset[:, 2] <= HEIGHT - self.depth) & (offset[:, 2] >= -0.005)
+        return np.asarray(inside & deep & (self.speed <= self.max_speed))
+
+    def _dense_terms(self) -> Mapping[str, Floats]:
+        offset = self.cube.pos - self.goal
+        above = (np.abs(offset[:, :2]) <= self.clearance + 0.002).all(axis=1)
+        lifted = np.minimum(np.maximum(self.cube.pos[:, 2] - self.rest_height, 0.0), HEIGHT)
+        return {
+            "approach": 0.2 * nearness(self.to_cube, 0.2),
+            "insert": 0.6 * nearness(self.to_goal, 0.15),
+            "lift": np.where(above, 0.2, 0.2 / HEIGHT * lifted),
+            "achieved": 0.5 * self._is_achieved(),
+        }
