@@ -72,7 +72,7 @@ def frobs_tasks() -> list[TaskRecord]:
         ),
         _task("stack", "Stack", "stack:Stack", "put a cube on another one and let go", 125),
         _with_tight_hole(
-            _task("peg_insertion", "PegInsertion", "peg_insertion:PegInsertion", "put a peg into a hole", 225)
+            _task("peg_insertion", "PegInsertion", "peg_insertion:PegInsertion", "put a peg into a hole", 300)
         ),
         _task("open_drawer", "OpenDrawer", "open_drawer:OpenDrawer", "pull a drawer open as far as a target", 85),
         _task("open_door", "OpenDoor", "open_door:OpenDoor", "pull a door open to a target angle", 90),
