@@ -53,6 +53,7 @@ class OpenTask(Manipulation):
     """
 
     reset_options: ClassVar[Sequence[str]] = ("target",)
+    late_terms: ClassVar[Sequence[str]] = ("joint_position", "joint_velocity")
     finger_axis: ClassVar[str] = "x"
     furniture: ClassVar[str]
     unit: ClassVar[str]
