@@ -44,6 +44,7 @@ def success_rate(env: RobotVectorEnv) -> float:
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("id", IDS)
 def test_the_expert_succeeds_from_200_random_starts(id: str) -> None:
     with made(id, num_envs=200) as env:
