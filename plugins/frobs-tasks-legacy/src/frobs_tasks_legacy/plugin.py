@@ -8,11 +8,13 @@ from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-legacy"
 _TELEPORT = {"teleport": Level.APPROXIMATE}
+_UNTRAINED = {"Irb140ReachVelocityLegacy"}
+"""IDs without a trained policy; ``tests/benchmarks/pretrained.py`` makes those of the others."""
 
 
 def _environment(name: str, summary: str, max_episode_steps: int, **fields: Any) -> EnvironmentRecord:
-    """Return the record of ``frobs/NAME-v0``; ``tests/benchmarks/pretrained.py`` makes its trained policy."""
-    bundle = f"frobs_tasks_legacy:pretrained/{name.lower()}.frobs"
+    """Return the record of ``frobs/NAME-v0`` with its trained policy."""
+    bundle = "" if name in _UNTRAINED else f"frobs_tasks_legacy:pretrained/{name.lower()}.frobs"
     return EnvironmentRecord(
         id=f"frobs/{name}-v0", summary=summary, max_episode_steps=max_episode_steps, pretrained=bundle, **fields
     )
