@@ -7,8 +7,7 @@ _MODEL_FILES = {".zip": "frobs_algos_sb3.model_files.policy:open_policy"}
 
 _STILL_GOALS = ("Ur5Reach", "Irb120ReachVelocity", "Ur5ReachVelocity")
 _MOVING_GOALS = ("Irb120ReachDynamic", "Irb140ReachDynamic", "Ur5ReachDynamic")
-_LEGACY_REACHERS = ("Irb120ReachLegacy", "Irb140ReachLegacy")
-_LEGACY_REACHERS_TD3 = ("Ur5ReachLegacy", "Irb140ReachVelocityLegacy")
+_LEGACY_REACHERS = ("Irb120ReachLegacy", "Irb140ReachLegacy", "Ur5ReachLegacy")
 _LEGACY_KOBUKIS = ("KobukiEmptyLegacy", "KobukiDynamicLegacy", "KobukiMazeLegacy")
 _CONDITIONED = ("Irb120ReachGoal", "Irb140ReachGoal", "Ur5ReachGoal")
 
@@ -80,7 +79,7 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
             "twin delayed deep deterministic policy gradient",
             ("Box",),
             Irb120Reach="td3_irb120_reach.yaml",
-            **dict.fromkeys(_LEGACY_REACHERS_TD3, "td3_reach_legacy.yaml"),
+            Irb140ReachVelocityLegacy="td3_reach_legacy.yaml",
         ),
         _contrib("tqc", "TQC", "truncated quantile critics, from sb3-contrib", ("Box",)),
         _contrib("crossq", "CrossQ", "batch normalisation instead of target networks, from sb3-contrib", ("Box",)),

@@ -8,7 +8,7 @@ from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-legacy"
 _TELEPORT = {"teleport": Level.APPROXIMATE}
-_UNTRAINED = {"Irb140ReachVelocityLegacy", "Ur5ReachLegacy"}
+_UNTRAINED = {"Irb140ReachVelocityLegacy"}
 """IDs without a trained policy; ``tests/benchmarks/pretrained.py`` makes those of the others."""
 
 
