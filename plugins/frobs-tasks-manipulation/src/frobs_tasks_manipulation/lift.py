@@ -9,6 +9,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask
 from frobs_core.random import RandomSource
+from frobs_core.validation import positive
 from frobs_tasks_manipulation.cube_task import CubeTask
 from frobs_tasks_manipulation.manipulation import UP
 from frobs_tasks_manipulation.rewards import nearness
@@ -48,7 +49,7 @@ class Lift(CubeTask):
 
     def __init__(self, *, lowest: float = 0.1, highest: float = 0.4, **keywords: Any) -> None:
         super().__init__(**keywords)
-        self.lowest, self.highest = lowest, highest
+        self.lowest, self.highest = positive("lowest", lowest, "m"), positive("highest", highest, "m")
 
     def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
         return cube + self.lowest * UP

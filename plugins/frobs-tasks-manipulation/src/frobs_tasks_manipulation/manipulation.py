@@ -15,7 +15,7 @@ from frobs_core.interfaces import Camera, Controller, EndEffector, RobotHandle, 
 from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.rotations import quat_from_axis_angle, quat_multiply
-from frobs_core.validation import finite, number_list, numbers, positive, whole_number
+from frobs_core.validation import number_list, numbers, positive, whole_number
 from frobs_tasks_manipulation.observed import bounded
 from frobs_tasks_manipulation.posture import posture_at
 
@@ -218,7 +218,7 @@ class Manipulation(Task):
         Returns:
             (n, 3) [m] in the world.
         """
-        half = finite("area", self.area) / 2
+        half = self.area / 2
         candidates = rng.uniform(stream, -half, half, (_CANDIDATES, 2), mask) + self.center  # (n, candidates, 2)
         if apart_from is None:
             chosen = candidates[:, 0]

@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ParameterValueError
 from frobs_core.random import RandomSource
-from frobs_core.validation import positive
+from frobs_core.validation import non_negative, positive
 from frobs_tasks_manipulation.cube_task import CubeTask
 from frobs_tasks_manipulation.rewards import nearness
 
@@ -49,7 +50,9 @@ class PickAndPlace(CubeTask):
 
     def __init__(self, *, air_share: float = 0.5, highest: float = 0.25, **keywords: Any) -> None:
         super().__init__(**keywords)
-        self.air_share, self.highest = air_share, positive("highest", highest, "m")
+        self.air_share, self.highest = non_negative("air_share", air_share), positive("highest", highest, "m")
+        if self.air_share > 1.0:
+            raise ParameterValueError("air_share", air_share, "in [0, 1]")
 
     def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
         goal = self.draw_place(

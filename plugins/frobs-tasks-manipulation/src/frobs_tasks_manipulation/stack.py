@@ -12,6 +12,7 @@ from frobs_core.arrays import Floats, Mask
 from frobs_core.interfaces import Scene
 from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
+from frobs_core.validation import positive
 from frobs_tasks_manipulation.cube_task import CUBE, CubeTask
 from frobs_tasks_manipulation.manipulation import UP
 from frobs_tasks_manipulation.rewards import length, nearness
@@ -60,7 +61,7 @@ class Stack(CubeTask):
 
     def __init__(self, *, tolerance: float = 0.015, released: float = 0.07, **keywords: float) -> None:
         super().__init__(tolerance=tolerance, **keywords)
-        self.released = released
+        self.released = positive("released", released, "m")
 
     def scene(self) -> Scene:
         """Return two cubes on the floor."""

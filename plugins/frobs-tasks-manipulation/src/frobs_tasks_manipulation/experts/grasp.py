@@ -9,6 +9,7 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_tasks_manipulation.cube_task import CubeTask
 from frobs_tasks_manipulation.experts.tool_expert import TaskT, ToolExpert
+from frobs_tasks_manipulation.lift import Lift
 from frobs_tasks_manipulation.manipulation import UP
 from frobs_tasks_manipulation.rewards import length
 
@@ -63,9 +64,11 @@ class CarryCube(GraspCube[Any]):
 class LiftCube(GraspCube[Any]):
     """Lifts the cube straight up."""
 
+    task: Lift
+
     def _carry_to(self) -> Floats:
         place = self.task.cube.pos.copy()
-        place[:, 2] = self.task.size / 2 + 0.15
+        place[:, 2] = self.task.size / 2 + self.task.lowest + 0.05
         return place
 
 
