@@ -22,36 +22,36 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 settings.register_profile("frobs", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("frobs")
 
-QUARTERS = 4
+SAMPLES = 8
 _SAMPLE = pytest.StashKey[int]()
 
 
 def choose_sample(environment: Mapping[str, str], commit: str) -> int:
-    """Return which quarter of the exhaustive tests to run, in [0, 4).
+    """Return which eighth of the exhaustive tests to run, in [0, 8).
 
     Args:
         environment: Environment variables; ``FROBS_SAMPLE`` has priority over the commit.
         commit: Hexadecimal hash of the checked-out commit; empty without Git.
 
     Raises:
-        pytest.UsageError: ``FROBS_SAMPLE`` is not an integer in [0, 4).
+        pytest.UsageError: ``FROBS_SAMPLE`` is not an integer in [0, 8).
     """
     value = environment.get("FROBS_SAMPLE", "")
     if not value:
-        return int(commit[:8] or "0", 16) % QUARTERS
-    if value not in map(str, range(QUARTERS)):
-        raise pytest.UsageError(f"FROBS_SAMPLE is '{value}'; use an integer from 0 to {QUARTERS - 1}")
+        return int(commit[:8] or "0", 16) % SAMPLES
+    if value not in map(str, range(SAMPLES)):
+        raise pytest.UsageError(f"FROBS_SAMPLE is '{value}'; use an integer from 0 to {SAMPLES - 1}")
     return int(value)
 
 
 def is_sampled(index: int, sample: int) -> bool:
     """Return whether a sample contains the exhaustive case ``index`` (0-based) of a test function."""
-    return (index + sample) % QUARTERS == 0
+    return (index + sample) % SAMPLES == 0
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add ``--exhaustive``."""
-    parser.addoption("--exhaustive", action="store_true", help="run all tests marked exhaustive instead of a quarter")
+    parser.addoption("--exhaustive", action="store_true", help="run all tests marked exhaustive instead of an eighth")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -74,11 +74,11 @@ def pytest_report_header(config: pytest.Config) -> str | None:
     if config.getoption("--exhaustive"):
         return None
     sample = config.stash[_SAMPLE]
-    return f"sample {sample + 1} of {QUARTERS} of exhaustive tests; FROBS_SAMPLE={sample} repeats it"
+    return f"sample {sample + 1} of {SAMPLES} of exhaustive tests; FROBS_SAMPLE={sample} repeats it"
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Deselect three quarters of each test function's cases that are marked exhaustive."""
+    """Deselect seven eighths of each test function's cases that are marked exhaustive."""
     if config.getoption("--exhaustive"):
         return
     seen: Counter[str] = Counter()

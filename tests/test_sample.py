@@ -20,7 +20,7 @@ CASES = """
 import pytest
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize("case", range(8))
+@pytest.mark.parametrize("case", range(16))
 def test_exhaustive(case):
     pass
 
@@ -30,34 +30,34 @@ def test_plain():
 
 
 def test_the_environment_variable_has_priority_over_the_commit():
-    assert [sampling.choose_sample({"FROBS_SAMPLE": str(i)}, "abcdef0123") for i in range(4)] == [0, 1, 2, 3]
+    assert [sampling.choose_sample({"FROBS_SAMPLE": str(i)}, "abcdef0123") for i in range(8)] == list(range(8))
 
 
-def test_successive_commits_choose_among_all_quarters():
-    assert {sampling.choose_sample({}, f"{i:08x}{'f' * 32}") for i in range(4)} == {0, 1, 2, 3}
+def test_successive_commits_choose_among_all_eighths():
+    assert {sampling.choose_sample({}, f"{i:08x}{'f' * 32}") for i in range(8)} == set(range(8))
 
 
-def test_the_same_commit_chooses_the_same_quarter():
+def test_the_same_commit_chooses_the_same_eighth():
     assert sampling.choose_sample({}, "25effe8d0b") == sampling.choose_sample({"FROBS_SAMPLE": ""}, "25effe8d0b")
 
 
-def test_the_first_quarter_is_chosen_without_a_commit():
+def test_the_first_eighth_is_chosen_without_a_commit():
     assert sampling.choose_sample({}, "") == 0
 
 
-@pytest.mark.parametrize("value", ["4", "-1", "all", "1.0", " 1"])
+@pytest.mark.parametrize("value", ["8", "-1", "all", "1.0", " 1"])
 def test_an_unusable_sample_is_an_error_that_names_the_range(value):
-    with pytest.raises(pytest.UsageError, match="from 0 to 3"):
+    with pytest.raises(pytest.UsageError, match="from 0 to 7"):
         sampling.choose_sample({"FROBS_SAMPLE": value}, "")
 
 
-def test_the_quarters_contain_each_case_once():
-    for index in range(9):
-        assert sum(sampling.is_sampled(index, sample) for sample in range(4)) == 1
+def test_the_eighths_contain_each_case_once():
+    for index in range(17):
+        assert sum(sampling.is_sampled(index, sample) for sample in range(8)) == 1
 
 
 def run(folder: Path, *options: str, **environment: str) -> tuple[list[int], str]:
-    """Run eight exhaustive cases in a folder outside any repository; return the cases that ran, and the output."""
+    """Run sixteen exhaustive cases in a folder outside any repository; return the cases that ran, and the output."""
     (folder / "conftest.py").write_text(CONFTEST.read_text("utf-8"), encoding="utf-8")
     (folder / "test_cases.py").write_text(CASES, encoding="utf-8")
     (folder / "pytest.ini").write_text("[pytest]\nmarkers = exhaustive\n", encoding="utf-8")
@@ -65,7 +65,7 @@ def run(folder: Path, *options: str, **environment: str) -> tuple[list[int], str
     command = [sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", *options]
     done = subprocess.run(command, cwd=folder, env={**inherited, **environment}, text=True, capture_output=True)
     assert done.returncode == 0, done.stdout + done.stderr
-    passed = {int(a or b) for a, b in re.findall(r"\[(\d)\] PASSED|PASSED \S+\[(\d)\]", done.stdout)}
+    passed = {int(a or b) for a, b in re.findall(r"\[(\d+)\] PASSED|PASSED \S+\[(\d+)\]", done.stdout)}
     return sorted(passed), done.stdout
 
 
@@ -75,12 +75,12 @@ def run(folder: Path, *options: str, **environment: str) -> tuple[list[int], str
 )
 def test_a_run_selects_its_sample_and_shows_how_to_repeat_it(tmp_path, options):
     cases, output = run(tmp_path, *options, FROBS_SAMPLE="1")
-    assert cases == [3, 7]
-    assert "sample 2 of 4 of exhaustive tests; FROBS_SAMPLE=1 repeats it" in output
+    assert cases == [7, 15]
+    assert "sample 2 of 8 of exhaustive tests; FROBS_SAMPLE=1 repeats it" in output
 
 
 def test_an_exhaustive_run_selects_every_case(tmp_path):
-    assert run(tmp_path, "--exhaustive")[0] == list(range(8))
+    assert run(tmp_path, "--exhaustive")[0] == list(range(16))
 
 
 @pytest.mark.slow
@@ -92,4 +92,4 @@ def test_all_workers_use_the_sample_of_the_controller(tmp_path):
     sample = sampling.choose_sample({}, commit)
     cases, output = run(tmp_path, "-n", "2")
     assert f"FROBS_SAMPLE={sample} " in output
-    assert cases == [index for index in range(8) if sampling.is_sampled(index, sample)]
+    assert cases == [index for index in range(16) if sampling.is_sampled(index, sample)]

@@ -114,12 +114,13 @@ def phases(calls: list[str]) -> list[int]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("part", range(4))
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("part", range(16))
 def test_a_kill_in_every_phase(part: int, injector: Any, whole: tuple[Path, list[str]], tmp_path: Path) -> None:
     found = phases(whole[1])
     half = len(found) // 2  # the second half writes checkpoints and removes old ones, too
     chosen = [*random.Random(0).sample(found[:half], 12), *found[half:]]
-    for call in chosen[part::4]:
+    for call in chosen[part::16]:
         check(injector, whole[0], tmp_path / f"run{call}", {"call": call})
 
 
