@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -23,6 +24,11 @@ _Array = TypeVar("_Array", bound=np.ndarray[Any, Any])
 def rows_of(mask: Mask | None) -> Mask | slice:
     """Return what indexes the environments of a mask."""
     return slice(None) if mask is None else mask
+
+
+def widened(rows: np.ndarray[Any, Any], shape: Iterable[int]) -> np.ndarray[Any, Any]:
+    """Return rows (n, …) with zeros at the end, (n, *shape): engines write states into different numbers of bytes."""
+    return np.pad(rows, [(0, 0), *((0, wide - here) for here, wide in zip(rows.shape[1:], shape, strict=True))])
 
 
 def read_only(array: _Array) -> _Array:

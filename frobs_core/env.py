@@ -9,8 +9,9 @@ from typing import Any, TypeAlias
 
 import gymnasium as gym
 import numpy as np
+import numpy.typing as npt
 
-from frobs_core.arrays import Action, Floats, Mask
+from frobs_core.arrays import Action, Floats, Mask, widened
 from frobs_core.compose import Parts, compose
 from frobs_core.config import RENDER_MODES, EnvConfig
 from frobs_core.errors import ResetNeededError
@@ -34,6 +35,7 @@ class Loop:
     Attributes:
         context: What the task may know about the last step.
         rng: The source of all random numbers.
+        after_reset: Called with the mask of the environments in which an episode has begun, before they are observed.
         discrete: Whether the actions are not those of a Box.
     """
 
@@ -44,6 +46,7 @@ class Loop:
         self.decimation, self.num_envs = parts.decimation, num_envs
         self.context, self.rng = parts.context, parts.context.rng
         self._check_reset = parts.check_reset
+        self.after_reset: Callable[[Mask | None], None] | None = None
         self.discrete = not isinstance(parts.control.action_space, gym.spaces.Box)
         # Optional parts of a step are resolved here, so that a step neither asks for them nor calls empty methods.
         self._robots = [(name, robot.robot) for name, robot in parts.control.robots.items()]
@@ -93,6 +96,8 @@ class Loop:
         self.control.reset(mask)
         self.context.reset(mask)
         self.added_terms.reset(self.rng, mask)
+        if self.after_reset is not None:
+            self.after_reset(mask)
         if not self._checked_terms:  # not earlier: terms may have no values before the first reset
             self.observations.check()
             self._checked_terms = True
@@ -145,6 +150,15 @@ class Loop:
             start = f"{name}/"
             part.restore({key.removeprefix(start): array for key, array in snapshot.items() if key.startswith(start)})
 
+    def restore_rows(self, mask: Mask, snapshot: Snapshot, rows: npt.NDArray[np.int64]) -> None:
+        """Continue the n environments of ``mask`` from ``rows`` of a snapshot, (n,), with the random numbers of their own."""
+        parts = {name: part for name, part in self._stateful().items() if part is not self.rng}
+        for name, part in parts.items():
+            state = part.snapshot()
+            for key, array in state.items():
+                state[key] = _put_rows(array, mask, snapshot[f"{name}/{key}"][rows])
+            part.restore(state)
+
     def _stateful(self) -> dict[str, Any]:
         parts = {
             "simulation": self.simulation,
@@ -156,6 +170,14 @@ class Loop:
         if self.added_terms.stateful:
             parts["terms"] = self.added_terms
         return parts if self.randomization is None else {**parts, "randomization": self.randomization}
+
+
+def _put_rows(array: np.ndarray[Any, Any], mask: Mask, rows: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Return an array (num_envs, …) with other rows where the mask is True."""
+    shape = np.maximum(array.shape[1:], rows.shape[1:])
+    changed = widened(array, shape)
+    changed[mask] = widened(rows, shape)
+    return changed
 
 
 class _Keys(dict[str, str]):

@@ -7,11 +7,12 @@ bit, where the simulator's ``determinism`` is exact.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
+import numpy.typing as npt
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
@@ -115,9 +116,9 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
             mask = self._reset_mask(mask)
         batched = self._loop.batch_options(given)
         self._seed(seed, mask)
-        observation = self._loop.begin(mask, batched)
         rows = rows_of(mask)
         self._elapsed[rows] = 0
+        observation = self._loop.begin(mask, batched)
         self._ended[rows] = False
         if self.render_mode == "human":
             self.simulation.open_viewer()
@@ -189,8 +190,8 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         # Invalid actions raise before anything has changed, the random numbers included.
         checked = self._checked(actions)
         if waiting is not None and waiting.all():  # next-step autoreset: no action counts, so no robot moves
-            observation = self._loop.begin(None, {})
             self._elapsed[:], self._ended = 0, self._none.copy()
+            observation = self._loop.begin(None, {})
             none, zeros = self._none.copy(), np.zeros(self.num_envs)
             return observation, zeros, none, none.copy(), {"is_success": zeros.copy(), "_is_success": none.copy()}
         observation, rewards, ends, diverged, infos = self._loop.step(checked)
@@ -223,8 +224,8 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
 
     def _begin_again(self, mask: Mask, observation: Observation) -> Observation:
         """Reset the environments of ``mask`` and put their first observations among the others'."""
-        fresh = self._loop.begin(mask, {})
         self._elapsed[mask] = 0
+        fresh = self._loop.begin(mask, {})
         self._ended = self._none.copy()
         if isinstance(observation, dict):
             assert isinstance(fresh, dict)
@@ -261,6 +262,24 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self._loop.restore(snapshot)
         self._elapsed[:], self._ended = snapshot["elapsed"], snapshot["ended"].copy()
         self._seeded = True
+
+    def restore_rows(self, mask: Mask, snapshot: Snapshot, rows: npt.NDArray[np.int64]) -> None:
+        """Continue some environments from rows of a snapshot, with the random numbers of their own.
+
+        Args:
+            mask: (num_envs,) bool: the n environments.
+            snapshot: Of this environment or of one that was built alike, with any number of rows.
+            rows: (n,) numbers of the rows.
+        """
+        self._loop.restore_rows(mask, snapshot, rows)
+        self._elapsed[mask] = snapshot["elapsed"][rows]
+
+    def call_after_reset(self, callback: Callable[[Mask | None], None]) -> None:
+        """Call a function after each reset, with the mask of the environments, before these are observed.
+
+        It may change the state in which the episodes begin: with :meth:`restore_rows`, for example.
+        """
+        self._loop.after_reset = callback
 
     def close_extras(self, **kwargs: Any) -> None:
         """Release the simulation."""
