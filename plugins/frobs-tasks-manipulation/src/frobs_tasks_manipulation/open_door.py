@@ -28,7 +28,8 @@ class OpenDoor(OpenTask):
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.3 · (1 − tanh(d / 0.2 m)), d being the distance from tool to handle",
-        "open": "0.7 · max(1 − |target − q| / target, 0), q being the angle of the door [rad]",
+        "open": "0.4 · max(1 − |target − q| / target, 0), q being the angle of the door [rad]",
+        "stop": "0.3 · (1 − tanh(|target − q| / tolerance))",
         "achieved": "0.5 where the door is at the target and slow",
         "unachieved": "−1 where it is not",
     }

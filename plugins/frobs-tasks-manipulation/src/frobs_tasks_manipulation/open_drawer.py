@@ -28,7 +28,8 @@ class OpenDrawer(OpenTask):
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.3 · (1 − tanh(d / 0.2 m)), d being the distance from tool to handle",
-        "open": "0.7 · max(1 − |target − q| / target, 0), q being how far the drawer is open [m]",
+        "open": "0.4 · max(1 − |target − q| / target, 0), q being how far the drawer is open [m]",
+        "stop": "0.3 · (1 − tanh(|target − q| / tolerance))",
         "achieved": "0.5 where the drawer is at the target and slow",
         "unachieved": "−1 where it is not",
     }

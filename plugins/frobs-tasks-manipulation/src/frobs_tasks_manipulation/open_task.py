@@ -31,7 +31,8 @@ class OpenTask(Manipulation):
 
     Reward:
 
-    - ``dense``: 0.3 · nearness of the tool to the handle + 0.7 · share of the way to the target + 0.5 if the condition is met
+    - ``dense``: 0.3 · nearness of the tool to the handle + 0.4 · share of the way to the target
+      + 0.3 · nearness of the joint to the target + 0.5 if the condition is met
     - ``sparse``: 0 if the condition is met, else −1
 
     Args:
@@ -145,9 +146,11 @@ class OpenTask(Manipulation):
         return np.asarray(near & (np.abs(self.joint_speed) <= self.max_speed))
 
     def _dense_terms(self) -> Mapping[str, Floats]:
-        left = np.minimum(np.abs(self.target - self.joint) / self.target, 1.0)
+        error = np.abs(self.target - self.joint)
+        left = np.minimum(error / self.target, 1.0)
         return {
             "approach": 0.3 * nearness(self.to_handle, 0.2),
-            "open": 0.7 - 0.7 * left,
+            "open": 0.4 - 0.4 * left,
+            "stop": 0.3 * nearness(error, self.tolerance),
             "achieved": np.where(self._is_achieved(), 0.5, 0.0),
         }

@@ -12,10 +12,14 @@ from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_tasks_manipulation.cube_task import CubeTask
 from frobs_tasks_manipulation.observed import bounded
-from frobs_tasks_manipulation.rewards import nearness
+from frobs_tasks_manipulation.rewards import length, nearness
 
 _APART = 2.5
 """Times the tolerance that goal and cube are apart at the start."""
+
+
+_BEHIND = 0.02
+"""Between the cube and the point from which the tool pushes it toward the goal [m]."""
 
 
 class Push(CubeTask):
@@ -25,8 +29,8 @@ class Push(CubeTask):
 
     Reward, with d the distance from cube to goal:
 
-    - ``dense``: 0.2 · nearness of the tool to the cube + 0.8 · nearness of the cube to the goal + 0.5 if the condition
-      is met
+    - ``dense``: 0.3 · nearness of the tool to a point behind the cube, as seen from the goal + 0.7 · nearness of the cube
+      to the goal + 0.5 if the condition is met
     - ``sparse``: 0 if the condition is met, else −1
 
     The parameters are those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
@@ -38,8 +42,9 @@ class Push(CubeTask):
         "the episode"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "approach": "0.2 · (1 − tanh(d / 0.2 m)), d being the distance from tool to cube",
-        "push": "0.8 · (1 − tanh(d / 0.15 m)), d being the distance from cube to goal",
+        "approach": "0.3 · (1 − tanh(d / 0.2 m)), d being the distance from the tool to a point 2 cm behind the cube; 0.3 where "
+        "the cube is at the goal",
+        "push": "0.7 · (1 − tanh(d / 0.15 m)), d being the distance from cube to goal",
         "achieved": "0.5 where the cube is at the goal and still",
         "unachieved": "−1 where it is not",
     }
@@ -56,8 +61,10 @@ class Push(CubeTask):
         )
 
     def _dense_terms(self) -> Mapping[str, Floats]:
+        way = (self.cube.pos - self.goal) / np.maximum(self.to_goal, 1e-6)[:, None]
+        to_start = length(self.cube.pos + (self.size / 2 + _BEHIND) * way - self.tcp)
         return {
-            "approach": 0.2 * nearness(self.to_cube, 0.2),
-            "push": 0.8 * nearness(self.to_goal, 0.15),
+            "approach": np.where(self.to_goal <= self.tolerance, 0.3, 0.3 * nearness(to_start, 0.2)),
+            "push": 0.7 * nearness(self.to_goal, 0.15),
             "achieved": np.where(self._is_achieved(), 0.5, 0.0),
         }

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from frobs_train.comparison.compare import Comparison as Comparison
     from frobs_train.comparison.compare import compare as compare
     from frobs_train.configuration.config import ComponentConfig as ComponentConfig
+    from frobs_train.configuration.config import ResetFromConfig as ResetFromConfig
     from frobs_train.configuration.config import RunConfig as RunConfig
     from frobs_train.configuration.config import ThreadsConfig as ThreadsConfig
     from frobs_train.configuration.resolve import read_setting as read_setting
@@ -72,6 +73,7 @@ _MODULES = {
     "OctantResult": "frobs_train.evaluation.playing",
     "Progress": "frobs_train.training.monitor",
     "Run": "frobs_train.runs.run",
+    "ResetFromConfig": "frobs_train.configuration.config",
     "RunConfig": "frobs_train.configuration.config",
     "Search": "frobs_train.tuning.tune",
     "StudyResult": "frobs_train.tuning.study",

@@ -51,6 +51,22 @@ class ComponentConfig(BaseModel):
         return dict(self.model_extra or {})
 
 
+class ResetFromConfig(BaseModel):
+    """The reverse curriculum: some training episodes begin in states on the path of the task's expert.
+
+    Attributes:
+        share: Share of the episodes that begin on the path, in (0, 1].
+        success: Share of successes, in (0, 1), at which the start moves back by one state.
+        states: Number of states on the path of an episode.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.5
+    success: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.6
+    states: Annotated[int, Field(ge=2, le=1000)] = 25
+
+
 class RunConfig(BaseModel):
     """Everything that a training is made from.
 
@@ -59,6 +75,8 @@ class RunConfig(BaseModel):
         environment_kwargs: Keywords of the environment: simulator, controller, task parameters, …
         randomize: What differs between environments and episodes of the training; an evaluation leaves it out unless it
             is asked for. See :mod:`frobs_core.randomization`.
+        reset_from: The reverse curriculum of the training, as in :class:`frobs_train.ResetFromConfig`; None: all episodes
+            begin as usual. Evaluations always begin as usual.
         algorithm: Name of the algorithm.
         algorithm_config: The algorithm's own settings.
         num_envs: Environments that are stepped together.
@@ -81,6 +99,7 @@ class RunConfig(BaseModel):
     environment: Annotated[str, Field(min_length=1)]
     environment_kwargs: dict[str, Any] = Field(default_factory=dict)
     randomize: dict[str, Any] = Field(default_factory=dict)
+    reset_from: ResetFromConfig | None = None
     algorithm: str = "ppo"
     algorithm_config: dict[str, Any] = Field(default_factory=dict)
     num_envs: Annotated[int, Field(ge=1)] = 8

@@ -15,6 +15,9 @@ from frobs_core.arrays import Floats
 TERM_PREFIX = "frobs/reward/"
 """What the keys of reward terms in ``info`` begin with."""
 
+FROM_PATH = "frobs/from_path"
+"""Key of ``final_info``: (num_envs,) bool, episodes that began on an expert's path and that statistics leave out."""
+
 
 @dataclass(frozen=True)
 class FinishedEpisodes:
@@ -98,6 +101,15 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         base: Any = self.unwrapped
         base.restore({key: value for key, value in snapshot.items() if not key.startswith(("recorder/", "wrapper/"))})
 
+    def metrics(self) -> dict[str, float]:
+        """Return what the wrappers report for the log."""
+        return {
+            name: value
+            for each in self._wrappers()
+            if hasattr(each, "metrics")
+            for name, value in each.metrics().items()
+        }
+
     def _wrappers(self) -> list[Any]:
         """Return the wrappers between this and the environment that have a state to save."""
         found, env = [], self.env
@@ -121,18 +133,20 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
                     self._terms[name] += np.where(done, final.get(key, 0.0), info.get(key, 0.0))
 
     def _finish(self, done: npt.NDArray[np.bool_], info: dict[str, Any]) -> None:
-        ids = np.flatnonzero(done)
         final = info.get("final_info", {})
+        counted = done & ~final[FROM_PATH] if FROM_PATH in final else done
+        ids = np.flatnonzero(counted)
         successes = final["is_success"][ids].astype(np.float64) if "is_success" in final else None
         terms = {name: sums[ids] for name, sums in self._terms.items()}
         finished = FinishedEpisodes(ids, self._rewards[ids], self._lengths[ids], successes, terms)
         info["episode"] = {"r": np.where(done, self._rewards, 0.0), "l": np.where(done, self._lengths, 0)}
         info["_episode"] = done
-        self._rewards[ids] = 0.0
-        self._lengths[ids] = 0
+        self._rewards[done] = 0.0
+        self._lengths[done] = 0
         for sums in self._terms.values():
-            sums[ids] = 0.0
-        self._on_episodes(finished)
+            sums[done] = 0.0
+        if len(ids):
+            self._on_episodes(finished)
 
 
 def _below(prefix: str, snapshot: Mapping[str, np.ndarray[Any, Any]]) -> dict[str, np.ndarray[Any, Any]]:

@@ -177,6 +177,7 @@ class RunMonitor:
             "time/steps_per_second": rate,
             STEPS: steps,
             **context.episodes.take_row(context.env.term_names),
+            **context.env.metrics(),
             **self._metrics,
             **evaluated,
         }

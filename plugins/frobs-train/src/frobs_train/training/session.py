@@ -28,6 +28,7 @@ from frobs_train.training.exactness import has_snapshot, why_not_exact
 from frobs_train.training.interrupts import Interrupts, TrainingInterrupt
 from frobs_train.training.monitor import Progress, RunContext, RunMonitor
 from frobs_train.training.periodic_evaluation import TrainingEvaluation
+from frobs_train.training.reverse_curriculum import ReverseCurriculum
 from frobs_train.training.threads import decide_threads
 
 _log = logging.getLogger("frobs")
@@ -39,7 +40,14 @@ def make_training_env(config: RunConfig) -> gym.vector.VectorEnv[Any, Any, Any]:
     simulator = decide_threads(config).simulator
     if simulator is not None:
         keywords["num_threads"] = simulator
-    return make_vector_env(config.environment, config.num_envs, keywords, config.wrappers)
+    env = make_vector_env(config.environment, config.num_envs, keywords, config.wrappers)
+    if config.reset_from is None:
+        return env
+    try:
+        return ReverseCurriculum(env, config.reset_from, config.seed or 0)
+    except BaseException:
+        env.close()
+        raise
 
 
 def check_action_space(record: AlgorithmRecord, environment: str, space: gym.Space[Any]) -> None:

@@ -1,0 +1,142 @@
+"""The reverse curriculum: training episodes begin on the path of an expert, at first near its end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.arrays import Mask, rows_of, widened
+from frobs_core.errors import RunError
+from frobs_core.vector_env import RobotVectorEnv
+from frobs_train.configuration.config import ResetFromConfig
+from frobs_train.logs.recorder import FROM_PATH
+from frobs_train.runs.expert_run import ExpertPolicy
+
+_AT_FRONT = 0.5
+"""Share of the episodes on the path that begin at the front; the others begin behind it, anywhere up to the end."""
+
+_EPISODES = 50
+"""Episodes from the front after which it can move."""
+
+
+class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
+    """Lets a share of the episodes begin in states through which the task's expert has passed.
+
+    The expert acts for one episode in each environment. Its successful episodes give states at equal distances in time. The
+    front is the number of the earliest state in which an episode may begin. It moves from the end of the path to its start,
+    by one state whenever enough of the last episodes that began there succeeded. Such an episode has the time left that the
+    expert had left. Goals, objects and randomized parameters are those of the expert's episode.
+
+    ``final_info`` gets ``frobs/from_path``, (num_envs,) bool: whether the episode that ended had begun on the path.
+
+    Args:
+        env: A native vector environment with same-step autoreset, or wrappers around one.
+        config: Settings.
+        seed: Of the expert's episodes.
+
+    Attributes:
+        front: Number of the earliest state, counted from 0 at the start of the path.
+
+    Raises:
+        RunError: The task has no expert, the environment is not a native vector environment, or the expert never succeeds.
+        ConfigurationError: The expert cannot use the environment's controllers.
+    """
+
+    def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: ResetFromConfig, seed: int) -> None:
+        super().__init__(env)
+        base = env.unwrapped
+        if not isinstance(base, RobotVectorEnv) or base.max_episode_steps == np.inf:
+            raise RunError(
+                "reset_from needs an environment of FRobs with a time limit, made as one vector environment."
+            )
+        self._base, self._config = base, config
+        self._path, self._rows = _expert_path(base, config.states, seed)
+        self.front = config.states - 1
+        self._state = np.full(base.num_envs, -1)  # in which each episode began; -1: as usual
+        self._episodes = self._successes = 0  # from the front, since it moved
+        base.call_after_reset(self._begin)
+
+    def _begin(self, mask: Mask | None) -> None:
+        """Move the share of the environments of a mask to states on the path."""
+        rows, rng, last = rows_of(mask), self._base.step_context.rng, self._config.states - 1
+        share, at_front, behind, episode = rng.uniform("reset_from", shape=(4,), mask=mask).T
+        state = np.where(
+            at_front < _AT_FRONT, self.front, self.front + np.floor(behind * (last + 1 - self.front)).astype(np.int64)
+        )
+        state = np.where(share < self._config.share, state, -1)
+        self._state[rows] = state
+        chosen = np.zeros(self.num_envs, np.bool_)
+        chosen[rows] = state >= 0
+        if chosen.any():
+            which = self._rows[np.floor(episode * len(self._rows)).astype(np.int64)]
+            places = (np.maximum(state, 0) * self.num_envs + which)[state >= 0]
+            self._base.restore_rows(chosen, self._path, places)
+
+    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """Step, and count the successes of episodes that began at the front."""
+        began = self._state.copy()
+        observation, rewards, terminated, truncated, info = self.env.step(actions)
+        done = terminated | truncated
+        if done.any():
+            final = info["final_info"]
+            final[FROM_PATH] = began >= 0
+            self._count(final["is_success"][done & (began == self.front)])
+        return observation, rewards, terminated, truncated, info
+
+    def _count(self, successes: np.ndarray[Any, Any]) -> None:
+        self._episodes += len(successes)
+        self._successes += int(successes.sum())
+        if self._episodes >= _EPISODES:
+            if self._successes >= self._config.success * self._episodes:
+                self.front = max(0, self.front - 1)
+            self._episodes = self._successes = 0
+
+    def metrics(self) -> dict[str, float]:
+        """Return the front for the log, as a share of the path: 0 is its start."""
+        return {"curriculum/front": self.front / (self._config.states - 1)}
+
+    def snapshot(self) -> dict[str, np.ndarray[Any, Any]]:
+        """Return the state of the curriculum; the path is made anew from the seed."""
+        counts = np.array([self.front, self._episodes, self._successes])
+        return {"state": self._state.copy(), "counts": counts}
+
+    def restore(self, snapshot: Mapping[str, np.ndarray[Any, Any]]) -> None:
+        """Return to a snapshot."""
+        self._state[:] = snapshot["state"]
+        self.front, self._episodes, self._successes = snapshot["counts"].tolist()
+
+
+def _expert_path(
+    env: RobotVectorEnv, states: int, seed: int
+) -> tuple[dict[str, np.ndarray[Any, Any]], np.ndarray[Any, Any]]:
+    """Let the expert act for an episode in each environment.
+
+    Returns:
+        Snapshots one after another, (states · num_envs, …) each; and the numbers of the environments in which the expert
+        succeeded.
+
+    Raises:
+        RunError: The task has no expert, or it never succeeds.
+    """
+    expert = ExpertPolicy(env)
+    env.reset(seed=seed)
+    steps = int(env.max_episode_steps)
+    taken = np.linspace(0, steps - 1, states).astype(int)
+    snapshots = []
+    begins = np.ones(env.num_envs, np.bool_)
+    info: dict[str, Any] = {}
+    for step in range(steps):
+        if step in taken:
+            snapshots += [env.snapshot()] * int((taken == step).sum())
+        info = env.step(expert.predict(None, None, begins)[0])[4]
+        begins = np.zeros(env.num_envs, np.bool_)
+    succeeded = np.flatnonzero(info["final_info"]["is_success"])
+    if not len(succeeded):
+        raise RunError(f"reset_from: the expert succeeds in none of {env.num_envs} episodes, so that it has no path.")
+    widest = {name: max(snapshot[name].shape[1:] for snapshot in snapshots) for name in snapshots[0]}
+    return {
+        name: np.concatenate([widened(each[name], widest[name]) for each in snapshots]) for name in widest
+    }, succeeded
