@@ -145,7 +145,7 @@ def logged(run: Run) -> list[dict[str, str]]:
 
 
 def test_what_cannot_be_used_is_one_error() -> None:
-    with pytest.raises(RunError, match=r"Irb120Reach.*no scripted expert"):
+    with pytest.raises(RunError, match="needs a task with an expert; --set reset_from=null"):
         make_training_env(RunConfig(environment="frobs/Irb120Reach-v0", num_envs=2, reset_from=ResetFromConfig()))
     with pytest.raises(RunError, match="reset_from needs an environment of FRobs"):
         make_training_env(RunConfig(environment="CartPole-v1", num_envs=2, reset_from=ResetFromConfig()))
@@ -156,6 +156,15 @@ def test_what_cannot_be_used_is_one_error() -> None:
                 num_envs=2,
                 reset_from=ResetFromConfig(),
                 environment_kwargs={"lowest": 0.6, "highest": 0.7},
+            )
+        )
+    with pytest.raises(RunError, match="choose the controller 'tcp_delta_pose'; --set reset_from=null"):
+        make_training_env(
+            RunConfig(
+                environment=LIFT,
+                num_envs=2,
+                reset_from=ResetFromConfig(),
+                environment_kwargs={"controller": "joint_position", "controller_kwargs": {}},
             )
         )
     with pytest.raises(ConfigurationError, match="share"):

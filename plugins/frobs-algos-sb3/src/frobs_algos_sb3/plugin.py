@@ -11,7 +11,14 @@ _LEGACY_REACHERS = ("Irb120ReachLegacy", "Irb140ReachLegacy", "Ur5ReachLegacy")
 _LEGACY_KOBUKIS = ("KobukiEmptyLegacy", "KobukiDynamicLegacy", "KobukiMazeLegacy")
 _CONDITIONED = ("Irb120ReachGoal", "Irb140ReachGoal", "Ur5ReachGoal")
 
+_ARMS_WITH_GRIPPERS = ("Panda", "Ur5")
+
 _ANY = ("Box", "Discrete", "MultiDiscrete", "MultiBinary")
+
+
+def _for_arms(**files: str) -> dict[str, str]:
+    """Return the files of manipulation tasks by ID, the same for all arms."""
+    return {f"{arm}{task}": file for task, file in files.items() for arm in _ARMS_WITH_GRIPPERS}
 
 
 def _record(name: str, cls: str, summary: str, action_spaces: tuple[str, ...], **tuned: str) -> AlgorithmRecord:
@@ -61,6 +68,7 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
             KobukiMaze="ppo_kobuki_maze.yaml",
             Navigate="ppo_navigate.yaml",
             **dict.fromkeys(_LEGACY_KOBUKIS, "ppo_navigate_legacy.yaml"),
+            **_for_arms(Lift="ppo_lift.yaml", OpenDrawer="ppo_open.yaml"),
         ),
         _record("a2c", "A2C", "advantage actor-critic", _ANY),
         _record("ddpg", "DDPG", "deep deterministic policy gradient", ("Box",)),

@@ -9,11 +9,13 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Mask, rows_of, widened
-from frobs_core.errors import RunError
+from frobs_core.errors import ConfigurationError, RunError
 from frobs_core.vector_env import RobotVectorEnv
 from frobs_train.configuration.config import ResetFromConfig
 from frobs_train.logs.recorder import FROM_PATH
 from frobs_train.runs.expert_run import ExpertPolicy
+
+_WITHOUT = "--set reset_from=null trains without it"
 
 _AT_FRONT = 0.5
 """Share of the episodes on the path that begin at the front; the others begin behind it, anywhere up to the end."""
@@ -41,8 +43,8 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         front: Number of the earliest state, counted from 0 at the start of the path.
 
     Raises:
-        RunError: The task has no expert, the environment is not a native vector environment, or the expert never succeeds.
-        ConfigurationError: The expert cannot use the environment's controllers.
+        RunError: The environment is not a native vector environment, its task has no expert, or the expert cannot use its
+            controllers or never succeeds.
     """
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: ResetFromConfig, seed: int) -> None:
@@ -50,7 +52,7 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         base = env.unwrapped
         if not isinstance(base, RobotVectorEnv) or base.max_episode_steps == np.inf:
             raise RunError(
-                "reset_from needs an environment of FRobs with a time limit, made as one vector environment."
+                f"reset_from needs an environment of FRobs with a time limit, made as one vector environment; {_WITHOUT}."
             )
         self._base, self._config = base, config
         self._path, self._rows = _expert_path(base, config.states, seed)
@@ -119,9 +121,14 @@ def _expert_path(
         succeeded.
 
     Raises:
-        RunError: The task has no expert, or it never succeeds.
+        RunError: The task has no expert, or it cannot use the environment's controllers, or it never succeeds.
     """
-    expert = ExpertPolicy(env)
+    if not env.task.expert:
+        raise RunError(f"reset_from needs a task with an expert; {_WITHOUT}.")
+    try:
+        expert = ExpertPolicy(env)
+    except ConfigurationError as error:
+        raise RunError(f"reset_from: {str(error).rstrip('.')}; {_WITHOUT}.") from error
     env.reset(seed=seed)
     steps = int(env.max_episode_steps)
     taken = np.linspace(0, steps - 1, states).astype(int)
@@ -135,7 +142,9 @@ def _expert_path(
         begins = np.zeros(env.num_envs, np.bool_)
     succeeded = np.flatnonzero(info["final_info"]["is_success"])
     if not len(succeeded):
-        raise RunError(f"reset_from: the expert succeeds in none of {env.num_envs} episodes, so that it has no path.")
+        raise RunError(
+            f"reset_from: the expert succeeds in none of {env.num_envs} episodes, so that it has no path; {_WITHOUT}."
+        )
     widest = {name: max(snapshot[name].shape[1:] for snapshot in snapshots) for name in snapshots[0]}
     return {
         name: np.concatenate([widened(each[name], widest[name]) for each in snapshots]) for name in widest
