@@ -78,14 +78,18 @@ def test_all_episodes_begin_on_the_path_and_observe_what_is_there() -> None:
         base = env.unwrapped
         assert isinstance(base, RobotVectorEnv)
         task: Any = base.task
-        last = base.max_episode_steps - 1
-        assert (base.snapshot()["elapsed"] == last).all()  # the front is at the end of the path
+        elapsed = base.snapshot()["elapsed"]
+        assert len(set(elapsed.tolist())) > 1
+        assert (elapsed < base.max_episode_steps).all()
         height = task.cube.pos[:, 2]
         assert (height > 0.1).all()  # the expert has lifted the cube
-        _, _, _, truncated, info = env.step(np.zeros((4, 4)))
-        assert truncated.all()
-        assert info["final_info"][FROM_PATH].all()
-        assert info["final_info"]["is_success"].all()
+        ended = np.zeros(4, bool)
+        while not ended.all():  # the front is at the end of the path: doing nothing is a success
+            _, _, _, truncated, info = env.step(np.zeros((4, 4)))
+            if truncated.any():
+                assert info["final_info"][FROM_PATH][truncated].all()
+                assert info["final_info"]["is_success"][truncated].all()
+            ended |= truncated
         np.testing.assert_array_less(0.1, task.cube.pos[:, 2])
         assert observation.shape == env.observation_space.shape
 
@@ -95,7 +99,7 @@ def test_the_share_of_the_episodes_and_the_front_are_as_stated() -> None:
         env.reset(seed=0)
         assert 20 <= int((env.snapshot()["state"] >= 0).sum()) <= 44
         assert env.front == 4
-        for _ in range(3):  # one step is left to those on the path: doing nothing is a success
+        for _ in range(140):  # doing nothing is a success
             env.step(np.zeros((64, 4)))
         assert env.front < 4
         assert env.metrics() == {"curriculum/front": env.front / 4}
@@ -158,7 +162,7 @@ def test_what_cannot_be_used_is_one_error() -> None:
                 environment_kwargs={"lowest": 0.6, "highest": 0.7},
             )
         )
-    with pytest.raises(RunError, match="choose the controller 'tcp_delta_pose'; --set reset_from=null"):
+    with pytest.raises(RunError, match="choose the controller 'tcp_delta_pose' for the arm; --set reset_from=null"):
         make_training_env(
             RunConfig(
                 environment=LIFT,
