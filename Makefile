@@ -50,7 +50,7 @@ docs: $(VENV)/.installed-dev ## the documentation, as site/index.html; a broken 
 benchmark: $(VENV)/.installed ## measure speed, tasks and neighbours anew, for docs/explanation; wants an idle machine (hours; BENCHMARKS=tasks)
 	@for name in $(BENCHMARKS); do $(BIN)/python tests/benchmarks/$$name.py || exit 1; done
 
-soak: $(VENV)/.installed ## check that memory and file descriptors stay constant: a million steps, 1,000 environments (≤ 1 hour)
+soak: $(VENV)/.installed ## check memory, file descriptors and contacts over millions of steps (≤ 2 hours)
 	@$(BIN)/python tests/benchmarks/soak.py
 
 clean: ## remove what the other targets made; runs and demo/ stay

@@ -1,7 +1,8 @@
-"""Measure memory and file descriptors over a long time: ``make soak`` writes ``docs/explanation/soak-measured.md``.
+"""Measure what happens over a long time: ``make soak`` writes ``docs/explanation/soak-measured.md``.
 
-One environment takes a million steps, and environments are made and closed a thousand times. Exits with status 1 if memory
-or file descriptors grow. Other programs on the machine do not affect the result::
+One environment takes a million steps, and environments are made and closed a thousand times: memory and file descriptors
+must not grow. Each manipulation ID takes a million random steps: every divergence must be reported, and nothing may sink into
+something else by more than 5 mm. Exits with status 1 if something is wrong. Other programs on the machine do not affect the result::
 
     python tests/benchmarks/soak.py
     python tests/benchmarks/soak.py --simulators mujoco pybullet --environments 200
@@ -19,10 +20,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
+from typing import Any
 
 import gymnasium as gym
+import mujoco
+import numpy as np
 
-import frobs_core  # noqa: F401  # registers the IDs
+from frobs_core import registry
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -38,6 +42,18 @@ WARM_UP = 0.1
 
 MAX_GROWTH = 4.0
 """[MiB] allowed after the warm-up. Python's allocator alone moves by about one."""
+
+MAX_DEPTH = 0.005
+"""[m] by which a body may sink into another one."""
+
+NUM_ENVS = 500
+"""Environments of a manipulation ID that are stepped together."""
+
+FAR = 5.0
+"""[m] from the origin, where no object can be."""
+
+EVERY, LOOKED_AT = 10, 50
+"""Contacts are looked at in every tenth step, in 50 of the environments."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +89,23 @@ class Part:
     @property
     def _warm(self) -> Sample:
         return next(item for item in self.samples if item.count >= WARM_UP * self.samples[-1].count)
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """What random actions did to the objects of an ID."""
+
+    id: str
+    steps: int
+    reported: int  # divergences that info reported
+    unreported: int  # states that are not finite, or far away, without a report
+    depth: float  # of the deepest contact [m]
+    bodies: str  # of this contact
+
+    @property
+    def sound(self) -> bool:
+        """Whether every divergence was reported and nothing sank too deep."""
+        return self.unreported == 0 and self.depth <= MAX_DEPTH
 
 
 def sample(count: int) -> Sample:
@@ -125,7 +158,46 @@ def lifetimes(simulator: str, total: int) -> Part:
     return Part(f"{total:,} environments made and closed on {simulator}", "environments", repeat(total, live))
 
 
-def report(parts: Sequence[Part]) -> str:
+def contacts(id: str, total: int) -> Contacts:
+    """Take random steps with a manipulation ID on MuJoCo, and look at its contacts."""
+    env = gym.make_vec(f"frobs_core:{id}", num_envs=NUM_ENVS, vectorization_mode="vector_entry_point")
+    base: Any = env.unwrapped
+    model, batch = base.simulation.model, base.simulation.batch
+    data, rng = mujoco.MjData(model), np.random.default_rng(0)
+    env.reset(seed=0)
+    reported, unreported, depth, bodies = 0, 0, 0.0, ""
+    for step in range(1, total // NUM_ENVS + 1):
+        info = env.step(rng.uniform(-1.0, 1.0, env.action_space.shape))[4]
+        final = info.get("final_info", {})
+        reported += int(final.get("frobs/diverged", np.zeros(1)).sum())
+        lost = ~np.isfinite(batch.state).all(axis=1)
+        for body in base.simulation.bodies.values():
+            lost |= ~(np.abs(body.pose[0]) < FAR).all(axis=1)
+        unreported += int(lost.sum())
+        if step % EVERY == 0:
+            for row in rng.choice(NUM_ENVS, LOOKED_AT, replace=False):
+                mujoco.mj_setState(model, data, batch.state[row], mujoco.mjtState.mjSTATE_INTEGRATION)
+                mujoco.mj_fwdPosition(model, data)
+                for contact in data.contact:
+                    if -contact.dist > depth:
+                        names = [model.body(model.geom_bodyid[geom]).name for geom in contact.geom]
+                        depth, bodies = -float(contact.dist), " in ".join(names)
+    env.close()
+    found = Contacts(id, total, reported, unreported, depth, bodies)
+    sys.stderr.write(f"{found}\n")
+    return found
+
+
+def manipulation_ids() -> list[str]:
+    """Return the IDs of ``frobs-tasks-manipulation``."""
+    return [
+        id
+        for id, (task, _) in registry.environments().items()
+        if task.entry_point.startswith("frobs_tasks_manipulation")
+    ]
+
+
+def report(parts: Sequence[Part], touched: Sequence[Contacts] = ()) -> str:
     """Return the page."""
     lines = [
         "# Memory and file descriptors, measured",
@@ -151,23 +223,42 @@ def report(parts: Sequence[Part]) -> str:
         lines += [
             f"| {item.count:,} | {item.memory:.1f} MiB | {item.descriptors} | {item.threads} |" for item in part.samples
         ]
+    if touched:
+        lines += [
+            "",
+            "## Random steps of the manipulation tasks",
+            "",
+            f"On MuJoCo, {NUM_ENVS} environments together. A divergence is reported in `info`; anything not finite, or farther away "
+            f"than {FAR:g} m, that is not reported would be an error. The contacts of {LOOKED_AT} environments are looked at in "
+            f"every {EVERY}th step: nothing may sink into something else by more than {1000 * MAX_DEPTH:g} mm.",
+            "",
+            "| ID | steps | divergences, reported | unreported | deepest contact | of |",
+            "|---|---:|---:|---:|---:|---|",
+        ]
+        lines += [
+            f"| `{item.id}` | {item.steps:,} | {item.reported} | {item.unreported} | {1000 * item.depth:.1f} mm"
+            f"{'' if item.sound else ' (**too deep**)'} | `{item.bodies}` |"
+            for item in touched
+        ]
     return "\n".join([*lines, ""])
 
 
 def main() -> int:
-    """Measure, write the page, and return 1 if something grows."""
+    """Measure, write the page, and return 1 if something grows or sinks."""
     parser = ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--simulators", nargs="+", default=["mujoco", "pybullet"])
     parser.add_argument("--steps", type=int, default=1_000_000, help="steps of one environment on the first simulator")
     parser.add_argument(
         "--environments", type=int, default=1_000, help="environments made and closed on each simulator"
     )
+    parser.add_argument("--random-steps", type=int, default=1_000_000, help="random steps of each manipulation ID")
     parser.add_argument("--out", type=Path, default=PAGE)
     arguments = parser.parse_args()
     parts = [steps(arguments.simulators[0], arguments.steps)]
     parts += [lifetimes(simulator, arguments.environments) for simulator in arguments.simulators]
-    arguments.out.write_text(report(parts), encoding="utf-8")
-    return 0 if all(part.constant for part in parts) else 1
+    touched = [contacts(id, arguments.random_steps) for id in manipulation_ids()]
+    arguments.out.write_text(report(parts, touched), encoding="utf-8")
+    return 0 if all(part.constant for part in parts) and all(item.sound for item in touched) else 1
 
 
 if __name__ == "__main__":

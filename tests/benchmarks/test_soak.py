@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,18 @@ def test_steps_and_lifetimes_are_sampled_and_reported() -> None:
     page = soak.report(parts)
     assert "## 40 steps of one environment on mujoco" in page
     assert f"| 2 | {parts[1].samples[-1].memory:.1f} MiB |" in page
+
+
+@pytest.mark.slow
+def test_contacts_of_random_steps_are_looked_at_and_reported() -> None:
+    found = soak.contacts("frobs/PandaLift-v0", 10_000)
+    assert found.sound
+    assert 0.0 < found.depth < 0.005
+    assert len(soak.manipulation_ids()) >= 16
+    page = soak.report([], [found, replace(found, depth=0.01)])
+    assert f"| `frobs/PandaLift-v0` | 10,000 | 0 | 0 | {1000 * found.depth:.1f} mm |" in page
+    assert "10.0 mm (**too deep**)" in page
+    assert not replace(found, unreported=1).sound
 
 
 def test_growth_after_the_warm_up_is_found() -> None:
