@@ -84,8 +84,9 @@ def test_an_attachment_needs_two_sides_of_which_the_second_moves(first: str, sec
         Scene(bodies=bodies, attachments={"weld": Attachment(first, second)}).check({})
 
 
-@pytest.mark.parametrize(("simulator", "combined"), [("mujoco", 0.6), ("pybullet", 0.3)])
-def test_a_box_slides_by_the_friction_of_the_floor(simulator: str, combined: float) -> None:
+@pytest.mark.parametrize("simulator", ["mujoco", "pybullet"])
+def test_a_box_slides_by_the_larger_of_two_frictions(simulator: str) -> None:
+    pytest.importorskip(simulator)
     subject = SimulatorUnderTest(frobs_core.plugins.get_record("simulator", simulator))
     box = Body(
         geometry=Box((0.2, 0.2, 0.1)),
@@ -97,5 +98,5 @@ def test_a_box_slides_by_the_friction_of_the_floor(simulator: str, combined: flo
     with subject.build(bodies={"box": box}, floor_friction=0.6, num_envs=1) as (simulation, _):
         simulation.step(100)  # 0.2 s
         speed = simulation.bodies["box"].twist[0][0, 0]
-        assert speed == pytest.approx(2.0 - 0.2 * 9.81 * combined, abs=0.05)
+        assert speed == pytest.approx(2.0 - 0.2 * 9.81 * 0.6, abs=0.05)
         assert simulation.parameter("friction", "floor") == pytest.approx(0.6)

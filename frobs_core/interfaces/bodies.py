@@ -55,7 +55,8 @@ class Body:
         inertia: (ixx, ixy, ixz, iyy, iyz, izz) about the center of mass, in the axes of its frame [kg·m²].
         kinematic: It moves, but only where it is written to. Not with a mass.
         collides: Whether it touches anything.
-        friction: Sliding friction coefficient.
+        friction: Sliding friction coefficient. Where a free body slides over the floor, MuJoCo and PyBullet use the larger one
+            of the two coefficients, and Gazebo the smaller one.
         torsional_friction: Largest torque about the normal of a contact, per normal force [m]; 0: none.
         rolling_friction: Largest torque against rolling, per normal force [m]; 0: none.
         rgba: Each in [0, 1].

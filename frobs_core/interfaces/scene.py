@@ -228,7 +228,8 @@ class Scene:
 
     Attributes:
         floor: Whether there is a floor at z = 0.
-        floor_friction: Sliding friction coefficient of the floor.
+        floor_friction: Sliding friction coefficient of the floor. Free bodies slide over it with at least this coefficient on
+            MuJoCo and PyBullet, and with at most this coefficient on Gazebo.
         gravity: [m/s²]
         bodies: By name.
         contacts: That the task wants to know of, by name.

@@ -203,6 +203,20 @@ def test_the_target_stays_in_its_box_and_comes_back_at_once(fake_arm, bound):
     assert back[:, 2] == pytest.approx(-0.02, abs=1e-3)
 
 
+def test_interpolated_commands_rise_evenly_to_the_usual_ones(fake_arm, bound):
+    smooth, controller = bound(TcpDeltaPose(interpolate=True), fake_arm()), bound(TcpDeltaPose(), fake_arm())
+    before = np.zeros((1, 1, 1))
+    for i in range(3):
+        action = np.tile([0.5, -0.25, 0.1, 0.0, 0.0, 0.3], (len(controller.snapshot()["commanded"]), 1))
+        rows, command = smooth.apply(action), controller.apply(action).copy()
+        assert rows[:, -1] == pytest.approx(command, abs=1e-12)
+        changes = np.diff(rows, axis=1)
+        assert changes == pytest.approx(np.repeat(changes[:, :1], changes.shape[1], axis=1), abs=1e-12)
+        if i > 0:
+            assert rows[:, 0] - before == pytest.approx(changes[:, 0], abs=1e-12)
+        before = command
+
+
 @pytest.mark.parametrize(
     "given", [{"axes": []}, {"axes": ["z", "x"]}, {"axes": ["x", "x"]}, {"axes": ["yaw"]}, {"target_low": [0, 0]},
               {"target_low": [0, 0, 1], "target_high": [1, 1, 1]}], ids=str

@@ -133,7 +133,7 @@ def test_the_hole_is_wider_than_the_peg_by_the_clearance(clearance: float) -> No
         assert task.cube.pos == pytest.approx(task.goal, abs=clearance)
 
 
-@pytest.mark.parametrize("task", ["push", "lift", "pick_and_place", "stack", "peg_insertion"])
+@pytest.mark.parametrize("task", ["push", "slide", "lift", "pick_and_place", "stack", "peg_insertion"])
 def test_the_sparse_reward_is_0_where_the_condition_is_met(task: str) -> None:
     with closing(vector(task, 8, reward_type="sparse")) as env:
         *_, info = env.step(np.zeros((8, env.single_action_space.shape[0])))  # type: ignore[index]

@@ -12,7 +12,7 @@ from frobs_controllers.tcp_delta_position import TcpDeltaPosition
 from frobs_core.arrays import Action, Floats, Mask, rows_of
 from frobs_core.errors import ParameterValueError
 from frobs_core.interfaces import JointGroup, Snapshot
-from frobs_core.validation import choice, number_list, positive
+from frobs_core.validation import boolean, choice, number_list, positive
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 """Components of an action: moves along the world's axes, and turns about them."""
@@ -36,6 +36,8 @@ class TcpDeltaPose(TcpDeltaPosition):
             the others: with ``["x", "y", "z"]`` it keeps its orientation.
         target_low: Lowest corner of the box that the target point stays in [m], in the world; None: no limit.
         target_high: Highest corner of this box [m].
+        interpolate: Whether the joints go to their new positions evenly over the physics steps of a control step. Otherwise
+            they get the new positions at once, and the speed of the tool oscillates at the control rate.
     """
 
     owner = "tcp_delta_pose"
@@ -50,6 +52,7 @@ class TcpDeltaPose(TcpDeltaPosition):
         axes: Sequence[str] = AXES,
         target_low: Sequence[float] | None = None,
         target_high: Sequence[float] | None = None,
+        interpolate: bool = False,
     ) -> None:
         super().__init__(max_delta=max_delta, damping=damping, posture_gain=posture_gain)
         self.max_rotation = positive(f"{self.owner}: max_rotation", max_rotation, "rad")
@@ -58,6 +61,7 @@ class TcpDeltaPose(TcpDeltaPosition):
         self.axes = tuple(choice(f"{self.owner}: axes", axis, AXES) for axis in axes)
         if not self.axes or list(self.axes) != sorted({*self.axes}, key=AXES.index):
             raise ParameterValueError("axes", list(axes), f"some of {', '.join(AXES)}, in this order", self.owner)
+        self.interpolate = boolean(f"{self.owner}: interpolate", interpolate)
         self._has_box = target_low is not None or target_high is not None
         self._target_low, self._target_high = np.full((2, 3), [[-np.inf], [np.inf]])
         if target_low is not None:
@@ -76,6 +80,7 @@ class TcpDeltaPose(TcpDeltaPosition):
         self._target_quat = np.zeros((joints.num_envs, 4))
         super().bind(joints, control_timestep, decimation)
         self._columns = None if self.axes == AXES else [AXES.index(axis) for axis in self.axes]
+        self._shares = np.arange(1, decimation + 1)[:, None] / decimation  # (decimation, 1)
         self._whole = np.zeros((joints.num_envs, len(AXES)))
         self.action_space = gym.spaces.Box(-1.0, 1.0, (len(self.axes),), np.float32)
 
@@ -85,7 +90,11 @@ class TcpDeltaPose(TcpDeltaPosition):
         self._target_quat[rows_of(mask)] = self._joints.frame_pose("tcp")[1][rows_of(mask)]
 
     def apply(self, action: Action) -> Floats:
-        """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""
+        """Return the joint positions to go to [rad or m], inside the limits.
+
+        Returns:
+            (num_envs, dof), or (num_envs, decimation, dof) with ``interpolate``.
+        """
         step, left, remainder = self._step, self._moved, self._remainder
         if self._columns is not None:
             self._whole[:, self._columns] = action
@@ -109,7 +118,10 @@ class TcpDeltaPose(TcpDeltaPosition):
         np.add(left, step, out=left)  # how the target moves
         np.add(self._target, left[:, :3], out=self._target)
         self._target_quat[:] = quat_multiply(quat_from_rotation_vector(left[:, 3:]), self._target_quat)
-        return self._ik.move(self._error)
+        if not self.interpolate:
+            return self._ik.move(self._error)
+        before = self._ik.commanded.copy()[:, None]
+        return np.asarray(before + self._shares * (self._ik.move(self._error)[:, None] - before))
 
     def snapshot(self) -> Snapshot:
         """Return the commanded joint positions and the target pose."""

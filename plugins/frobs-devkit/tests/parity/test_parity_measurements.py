@@ -110,8 +110,8 @@ def test_the_rule_that_combines_frictions_is_named(subjects: Compare) -> None:
     pytest.importorskip("pybullet")
     facts = friction(subjects("pybullet")).facts
     rules = {key.rpartition(", ")[2]: rule for key, rule in facts.items() if key.startswith("sliding friction of")}
-    assert rules["pybullet"] == "0.40: the product, 0.4"
-    assert next(rule for name, rule in rules.items() if "mujoco" in name).endswith("the larger, 0.8")
+    assert len(rules) == 2
+    assert all(rule.endswith("the larger, 0.8") for rule in rules.values())
 
 
 def test_drives_saturate_in_a_fifth_of_the_samples(subjects: Compare) -> None:

@@ -26,7 +26,7 @@ def frobs_simulators() -> list[SimulatorRecord]:
                 "force_torque": Level.APPROXIMATE,
                 # Each environment is an engine of its own, of some 30 MB.
                 "batched": Level.APPROXIMATE,
-                # Bullet multiplies the friction of two bodies, where MuJoCo takes the larger.
+                # Bullet multiplies the friction of two bodies; only on the floor is it the larger one, as on MuJoCo.
                 "randomize_friction": Level.APPROXIMATE,
             },
         )

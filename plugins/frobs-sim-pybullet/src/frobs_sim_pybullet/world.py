@@ -94,7 +94,7 @@ class World:
         if self._scene.floor:
             plane = p.createCollisionShape(p.GEOM_PLANE, physicsClientId=client)
             floor = p.createMultiBody(0.0, plane, physicsClientId=client)
-            prepare(client, floor, self._scene.floor_friction)
+            prepare(client, floor, 1.0)  # _set_friction includes the floor's friction in that of the bodies
             sides["floor"] = floor, -1
         bodies = {
             name: body.resized(self._parameters.get(("size", name), 1.0)) for name, body in self._scene.bodies.items()
@@ -142,6 +142,8 @@ class World:
         self._free = [number for name, number in self.bodies.items() if self._scene.bodies[name].is_free]
         self._steps, self._broken = 0, False
         self._body_pushes: list[tuple[int, Vector, Vector]] = []
+        for name in self.bodies:
+            self._set_friction(name)
         for (name, target), value in self._parameters.items():
             self._apply(name, target, value)
         for name, robot in self.robots.items():
@@ -397,6 +399,11 @@ class World:
                 p.setGravity(*value, self.client)
                 for drive in self._drives.values():
                     drive.set_gravity(tuple(value))
+            case "friction" if target == "floor":
+                for each in self.bodies:
+                    self._set_friction(each)
+            case "friction" if target in self.bodies:
+                self._set_friction(target)
             case "friction":
                 body, link = self.sides[target]
                 p.changeDynamics(body, link, lateralFriction=value, physicsClientId=self.client)
@@ -408,6 +415,18 @@ class World:
             case "mass":
                 robot, _, part = target.partition("/")
                 self.robots[robot].write_mass(part, value)
+
+    def _set_friction(self, name: str) -> None:
+        """Set the sliding friction of a scene body in Bullet.
+
+        Bullet multiplies the coefficients of two bodies. The floor has 1 there, and a free body the larger of its own
+        coefficient and the floor's, so that it slides over the floor as on MuJoCo.
+        """
+        body = self._scene.bodies[name]
+        friction = self._parameters.get(("friction", name), body.friction)
+        if body.is_free and self._scene.floor:
+            friction = max(friction, self._parameters.get(("friction", "floor"), self._scene.floor_friction))
+        p.changeDynamics(self.bodies[name], -1, lateralFriction=friction, physicsClientId=self.client)
 
     def close(self) -> None:
         """Disconnect."""

@@ -34,12 +34,16 @@ class CubeTask(Manipulation):
         max_speed: Speed of the cube below which it counts as still [m/s].
         keywords: Those of :class:`~frobs_tasks_manipulation.manipulation.Manipulation`.
 
+    Attributes:
+        body_name: Name of the object in the scene, the observation and the reset options.
+
     Raises:
         ConfigurationError: A value is out of range.
     """
 
     reset_options: ClassVar[Sequence[str]] = ("cube_position", "goal")
     shows_goal: ClassVar[bool] = True
+    body_name: ClassVar[str] = CUBE
 
     def __init__(
         self,
@@ -68,18 +72,18 @@ class CubeTask(Manipulation):
             friction=self.friction,
             rgba=BLUE,
         )
-        return Scene(floor_friction=FLOOR_FRICTION, bodies={CUBE: cube}, cameras=self.cameras())
+        return Scene(floor_friction=FLOOR_FRICTION, bodies={self.body_name: cube}, cameras=self.cameras())
 
     def _bind_objects(self) -> None:
-        self.cube = Tracked(self._simulation.bodies[CUBE])
+        self.cube = Tracked(self._simulation.bodies[self.body_name])
         self.goal = np.zeros((self.num_envs, 3))
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return the terms of the tool, the cube, the goal, and cube − tool and goal − cube."""
         terms = {
             **self.tool_terms(),
-            **self.cube.terms("cube"),
-            "cube_offset": bounded(lambda: self.grip - self.tcp, 3, 2.0, "m", scale=5.0),
+            **self.cube.terms(self.body_name),
+            f"{self.body_name}_offset": bounded(lambda: self.grip - self.tcp, 3, 2.0, "m", scale=5.0),
         }
         if self.shows_goal:
             terms["goal"] = bounded(lambda: self.goal, 3, 2.0, "m", scale=4.0)
@@ -118,12 +122,12 @@ class CubeTask(Manipulation):
 
     def _place_objects(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Floats]) -> None:
         cube = self.draw_place("cube", rng, mask, height=self.rest_height)
-        if "cube_position" in options:
-            cube = self.checked_place("cube_position", options["cube_position"], self.rest_height)
+        if (option := f"{self.body_name}_position") in options:
+            cube = self.checked_place(option, options[option], self.rest_height)
         self.cube.body.write_pose(cube, self.draw_turn("cube_turn", rng, mask), mask)
         goal = self._draw_goal(cube, mask, rng)
         self.goal[rows_of(mask)] = (
-            self.checked_place("goal", options["goal"], self.size / 2) if "goal" in options else goal
+            self.checked_place("goal", options["goal"], self.rest_height) if "goal" in options else goal
         )
 
     def _is_achieved(self) -> Mask:

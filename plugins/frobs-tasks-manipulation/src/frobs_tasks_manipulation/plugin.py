@@ -14,8 +14,10 @@ _CONTROLLERS = {
 }
 
 
-def _task(name: str, title: str, entry_point: str, summary: str, steps: int) -> TaskRecord:
-    """Return the record of a task with an ID for each arm."""
+def _task(
+    name: str, title: str, entry_point: str, summary: str, steps: int, **arm_controller: float | bool
+) -> TaskRecord:
+    """Return the record of a task with an ID for each arm; keywords are further parameters of the arm's controller."""
     return TaskRecord(
         name=name,
         summary=summary,
@@ -34,6 +36,7 @@ def _task(name: str, title: str, entry_point: str, summary: str, steps: int) -> 
                         "axes": ["x", "y", "z"],
                         "target_low": [0.2, -0.4, 0.01],
                         "target_high": [0.8, 0.4, 0.5],
+                        **arm_controller,
                     },
                     "simulator_kwargs": {"cone": "elliptic"},
                 },
@@ -62,6 +65,15 @@ def frobs_tasks() -> list[TaskRecord]:
     """Offer the manipulation tasks."""
     return [
         _task("push", "Push", "push:Push", "push a cube to a goal on the floor", 125),
+        _task(
+            "slide",
+            "Slide",
+            "slide:Slide",
+            "hit a puck so that it slides to a goal out of reach",
+            100,
+            max_delta=0.04,
+            interpolate=True,
+        ),
         _task("lift", "Lift", "lift:Lift", "grasp a cube and hold it in the air", 75),
         _task(
             "pick_and_place",

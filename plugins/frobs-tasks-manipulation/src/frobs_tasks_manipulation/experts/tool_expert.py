@@ -38,6 +38,7 @@ class ToolExpert(Expert, Generic[TaskT]):
 
     def __init__(self, env: RobotEnv | RobotVectorEnv) -> None:
         self.task: TaskT = env.task  # type: ignore[assignment] # the task names its expert
+        self._control_timestep = env.control_timestep
         robot = env.robot
         tool = gripper_of(robot)
         arm = tool.arm or next(iter(robot.robot.groups))
@@ -77,6 +78,11 @@ class ToolExpert(Expert, Generic[TaskT]):
         if self._gripper is not None:
             action[:, self._gripper_columns] = self._gripper_action(opening)[:, None]
         return action
+
+    def _moving_at(self, velocity: Floats) -> Floats:
+        """Return the places to aim at so that the tool moves at velocities, (num_envs, 3) each [m/s] and [m]."""
+        soon = self.task.tcp + _LAG * self.task.tcp_velocity
+        return soon + self._control_timestep / _GAIN * velocity
 
     def _gripper_action(self, opening: Floats) -> Floats:
         max_delta = getattr(self._gripper, "max_delta", None)

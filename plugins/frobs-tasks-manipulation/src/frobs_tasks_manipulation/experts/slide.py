@@ -1,0 +1,115 @@
+"""The expert that slides a puck."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.env import RobotEnv
+from frobs_core.vector_env import RobotVectorEnv
+from frobs_tasks_manipulation.experts.tool_expert import ToolExpert
+from frobs_tasks_manipulation.rewards import length
+from frobs_tasks_manipulation.slide import Slide
+
+BEHIND, DOWN, PUSH, AWAY = range(4)
+_HEIGHT = 0.06  # [m] of the tool on its way to another place behind the puck
+_LOW = 0.022  # [m], height of the tool while it pushes
+_GAP = 0.025  # [m] between the middle of the tool and the puck before a push
+_ALIGNED = 0.008  # [m]
+_OPENING = 0.5  # of the gripper: the puck lies between the tips of both fingers, and cannot roll off sideways
+_TOUCH = 0.1  # [m/s], speed of the tool when it meets the puck
+_TOUCHING = 6  # control steps after which both fingertips touch the puck
+_ACCELERATION = 1.5  # [m/s²], largest of the tool in a push
+_FASTER = 0.25  # share of the missing speed that is added in a control step
+_AIMED = 0.02  # [m] between the goal and the place where the puck would stop, at which the tool lets it go
+_LONGEST = 40  # control steps of a push
+_BRAKING, _BACK = 3, 0.1  # control steps for which the tool is asked to move back after a push, and how far [m]
+_RISE = 5.0  # [1/s], vertical speed of the tool per distance from its height
+_GRAVITY = 9.81  # [m/s²]
+_STILL = 0.02  # [m/s]
+_FORWARD = np.array([1.0, 0.0, 0.0])
+_HORIZONTAL = np.array([1.0, 1.0, 0.0])
+
+
+class SlidePuck(ToolExpert[Any]):
+    """Pushes the puck with both fingertips until it is so fast that friction stops it at the goal.
+
+    It opens the gripper halfway, so the gripper needs a controller that can do so: ``gripper_delta`` or
+    ``gripper_position``. The arm needs ``interpolate=True`` of ``tcp_delta_pose``. Otherwise the speed of the tool
+    oscillates, and the puck leaves it early.
+    """
+
+    task: Slide
+
+    def __init__(self, env: RobotEnv | RobotVectorEnv) -> None:
+        num_envs = env.robot.num_envs
+        self._velocity = np.zeros((num_envs, 3))  # [m/s], of the tool in a push
+        self._asked = np.zeros(num_envs)  # opening that the gripper has been asked for
+        super().__init__(env)
+
+    def _begin(self, mask: Mask) -> None:
+        self._asked[mask] = self.task.opening[mask]
+
+    def _next_phase(self) -> np.ndarray[Any, np.dtype[np.int64]]:
+        task, phase = self.task, self.phase
+        direction, left = self._way()
+        velocity = task.cube.velocity * _HORIZONTAL
+        slide = length(velocity)[:, None] * velocity / (2.0 * task.friction * _GRAVITY)  # v² / (2 μ g)
+        missing = left - (slide * direction).sum(axis=1)  # [m] from where the puck would stop to the goal
+        aside = length((self._behind() - task.tcp) * _HORIZONTAL)
+        again = (task.speed < _STILL) & (left > task.tolerance) & ~task.is_gone & (self.age > _BRAKING)
+        return np.select(
+            [
+                (phase == BEHIND) & (aside < _ALIGNED),
+                (phase == DOWN) & (task.tcp[:, 2] < _LOW + 0.005) & (task.opening > 0.9 * _OPENING),
+                (phase == PUSH) & ((missing < _AIMED) | (self.age > _LONGEST)),
+                (phase == AWAY) & again,
+            ],
+            [DOWN, PUSH, AWAY, BEHIND],
+            phase,
+        )
+
+    def _way(self) -> tuple[Floats, Floats]:
+        """Return the direction from the puck to the goal, (num_envs, 3), and the distance, (num_envs,) [m]."""
+        way = (self.task.goal - self.task.cube.pos) * _HORIZONTAL
+        left = length(way)
+        return way / np.maximum(left, 1e-9)[:, None], left
+
+    def _behind(self) -> Floats:
+        """Return where a push begins, (num_envs, 3) [m]."""
+        place = self.task.cube.pos - (self.task.size / 2 + _GAP) * _FORWARD
+        place[:, 2] = np.where(self.phase == BEHIND, _HEIGHT, _LOW)
+        return place
+
+    def _aim(self) -> tuple[Floats, Floats]:
+        task, phase = self.task, self.phase[:, None]
+        away = task.tcp - np.where(self.age < _BRAKING, _BACK, 0.0)[:, None] * _FORWARD
+        away[:, 2] = _HEIGHT
+        place = np.select([phase == PUSH, phase == AWAY], [self._moving_at(self._push()), away], self._behind())
+        return place, np.full(len(place), _OPENING)
+
+    def _push(self) -> Floats:
+        """Return the velocity of the tool in a push, (num_envs, 3) [m/s]."""
+        task = self.task
+        direction, left = self._way()
+        needed = np.sqrt(2.0 * task.friction * _GRAVITY * left)[:, None] * direction
+        # The puck follows the tool, which follows its command a little later.
+        soon = 0.5 * (task.cube.velocity * _HORIZONTAL + self._velocity)
+        change, most = _FASTER * (needed - soon), _ACCELERATION * self._control_timestep
+        change = change * (most / np.maximum(length(change), most))[:, None]
+        touching = (self.age > _TOUCHING)[:, None]
+        self._velocity = np.where(touching, self._velocity + change, _TOUCH * _FORWARD)
+        velocity = self._velocity.copy()
+        velocity[:, 2] = _RISE * (_LOW - task.tcp[:, 2])
+        return velocity
+
+    def _gripper_action(self, opening: Floats) -> Floats:
+        max_delta = getattr(self._gripper, "max_delta", None)
+        if max_delta is None:
+            return super()._gripper_action(opening)
+        # The fingers are slower than their command, so the sum of the actions counts, not the present opening.
+        change = np.clip(opening - self._asked, -max_delta, max_delta)
+        self._asked = self._asked + change
+        return np.asarray(change / max_delta)

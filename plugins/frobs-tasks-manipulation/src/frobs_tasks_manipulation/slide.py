@@ -1,0 +1,129 @@
+"""Slide: hit a puck so that it slides to a goal out of reach."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from frobs_core.arrays import Floats, Mask
+from frobs_core.errors import ParameterValueError
+from frobs_core.interfaces import Camera, Scene
+from frobs_core.models import Cylinder
+from frobs_core.observation import ObservationTerm
+from frobs_core.random import RandomSource
+from frobs_core.validation import positive
+from frobs_tasks_manipulation.cube_task import CubeTask
+from frobs_tasks_manipulation.observed import bounded
+from frobs_tasks_manipulation.rewards import nearness
+
+PUCK = "puck"
+
+
+class Slide(CubeTask):
+    """Hit a puck on a slippery floor so that it slides to a goal out of reach. The gripper is closed at the start.
+
+    The puck starts in the working area. The goals are uniform in a rectangle in front of it, along the world's x axis.
+    The condition of success: the puck's center is within the tolerance of the goal, and the puck is slow.
+
+    Reward, with d the distance from puck to goal:
+
+    - ``dense``: 0.2 · nearness of the tool to the puck, or 0.2 once the puck has left the working area + 0.8 · nearness of the
+      puck to the goal + 0.5 if the condition is met
+    - ``sparse``: 0 if the condition is met, else −1
+
+    Args:
+        size: Diameter of the puck [m].
+        height: Of the puck [m].
+        friction: Sliding friction coefficient of the puck and of the floor.
+        nearest: Distance of the nearest goals from the middle of the working area, along x [m].
+        farthest: Distance of the farthest goals from there, along x [m], > ``nearest``.
+        width: Of the rectangle of the goals along y [m].
+        center: Middle of the working area on the floor (x, y) [m], in the world.
+        area: Side of the square in which the puck starts [m].
+        keywords: Those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
+
+    Raises:
+        ConfigurationError: A value is out of range.
+    """
+
+    reset_options: ClassVar[Sequence[str]] = ("puck_position", "goal")
+    expert: ClassVar[str] = "frobs_tasks_manipulation.experts.slide:SlidePuck"
+    success_rule: ClassVar[str] = (
+        "the puck has been within the tolerance of the goal, and slow, for the last hold_steps when the time limit ends "
+        "the episode"
+    )
+    reward_meanings: ClassVar[Mapping[str, str]] = {
+        "approach": "0.2 · (1 − tanh(d / 0.2 m)), d being the distance from tool to puck; 0.2 once the puck is gone",
+        "slide": "0.8 · (1 − tanh(d / 0.3 m)), d being the distance from puck to goal",
+        "achieved": "0.5 where the puck is at the goal and slow",
+        "unachieved": "−1 where it is not",
+    }
+    start_opening: ClassVar[float] = 0.0
+    body_name: ClassVar[str] = PUCK
+
+    def __init__(
+        self,
+        *,
+        size: float = 0.06,
+        height: float = 0.03,
+        friction: float = 0.03,
+        nearest: float = 0.4,
+        farthest: float = 0.6,
+        width: float = 0.3,
+        center: Sequence[float] = (0.45, 0.0),
+        area: float = 0.2,
+        **keywords: Any,
+    ) -> None:
+        super().__init__(size=size, friction=friction, center=center, area=area, **keywords)
+        self.height = positive("height", height, "m")
+        self.nearest, self.width = positive("nearest", nearest, "m"), positive("width", width, "m")
+        self.farthest = positive("farthest", farthest, "m")
+        if self.farthest <= self.nearest:
+            raise ParameterValueError("farthest", farthest, f"above nearest={nearest:g} m")
+
+    @property
+    def rest_height(self) -> float:
+        """Height of the puck's center where it lies on the floor [m]."""
+        return self.height / 2
+
+    @property
+    def is_gone(self) -> Mask:
+        """Where the puck has left the working area toward the goals, (num_envs,) bool."""
+        return np.asarray(self.cube.pos[:, 0] > self.center[0] + (self.area / 2 + self.nearest) / 2)
+
+    def scene(self) -> Scene:
+        """Return a puck on a slippery floor."""
+        scene = super().scene()
+        puck = scene.bodies[PUCK]
+        x, y, _ = puck.pose.pos
+        puck = replace(
+            puck,
+            geometry=Cylinder(self.size / 2, self.height),
+            pose=replace(puck.pose, pos=(x, y, self.rest_height)),
+        )
+        return replace(scene, floor_friction=self.friction, bodies={PUCK: puck})
+
+    def cameras(self) -> dict[str, Camera]:
+        """Return a camera that looks at the working area and the goals from the right."""
+        x, y = self.center.tolist()
+        return {"overview": Camera(pos=(x + 0.7, y - 1.3, 0.75), target=(x + 0.1, y, 0.15), fov_y=38.0)}
+
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        """Return the terms of the tool, the puck, the goal on the floor (x, y), and puck − tool and goal − puck."""
+        goal = bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)
+        return {**super().observation_terms(), "goal": goal}
+
+    def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
+        x = self.center[0] + rng.uniform("goal_x", self.nearest, self.farthest, (), mask)
+        y = self.center[1] + rng.uniform("goal_y", -self.width / 2, self.width / 2, (), mask)
+        return np.stack([x, y, np.full(len(x), self.rest_height)], axis=1)
+
+    def _dense_terms(self) -> Mapping[str, Floats]:
+        return {
+            "approach": np.where(self.is_gone, 0.2, 0.2 * nearness(self.to_cube, 0.2)),
+            "slide": 0.8 * nearness(self.to_goal, 0.3),
+            "achieved": np.where(self._is_achieved(), 0.5, 0.0),
+        }
