@@ -14,7 +14,18 @@ import pytest
 from frobs_core.errors import ConfigurationError
 from frobs_core.vector_env import RobotVectorEnv
 
-TASKS = ("Push", "Lift", "PickAndPlace", "Stack", "PegInsertion", "PegInsertionTight", "OpenDrawer", "OpenDoor")
+TASKS = (
+    "Push",
+    "Lift",
+    "PickAndPlace",
+    "Stack",
+    "PegInsertion",
+    "PegInsertionTight",
+    "OpenDrawer",
+    "OpenDoor",
+    "PushGoal",
+    "PickAndPlaceGoal",
+)
 IDS = [f"frobs_core:frobs/{arm}{task}-v0" for arm in ("Panda", "Ur5") for task in TASKS]
 
 

@@ -34,12 +34,17 @@ class CubeTask(Manipulation):
         max_speed: Speed of the cube below which it counts as still [m/s].
         keywords: Those of :class:`~frobs_tasks_manipulation.manipulation.Manipulation`.
 
+    Attributes:
+        shows_goal: Whether the observation and the pictures contain the goal.
+        goal_clearance: Least horizontal distance between cube and goal at the start, in tolerances.
+
     Raises:
         ConfigurationError: A value is out of range.
     """
 
     reset_options: ClassVar[Sequence[str]] = ("cube_position", "goal")
     shows_goal: ClassVar[bool] = True
+    goal_clearance: ClassVar[float] = 2.5
 
     def __init__(
         self,
@@ -128,6 +133,20 @@ class CubeTask(Manipulation):
 
     def _is_achieved(self) -> Mask:
         return np.asarray((self.to_goal <= self.tolerance) & (self.speed <= self.max_speed))
+
+    def draw_floor_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
+        """Draw a place for the cube on the floor that is apart from where the cube starts.
+
+        Args:
+            cube: (n, 3) [m] where the cube starts.
+            mask: The n environments.
+            rng: Source of random numbers.
+
+        Returns:
+            (n, 3) [m] in the world.
+        """
+        apart = self.goal_clearance * self.tolerance
+        return self.draw_place("goal", rng, mask, height=self.size / 2, apart_from=cube, distance=apart)
 
     @abstractmethod
     def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Any:
