@@ -117,25 +117,20 @@ class _Grasp:
             Whether the fingers meet the body.
         """
         robot, fingers = self._robot, self._fingers
+        stroke = np.abs(self._open - self._closed).sum()  # [rad or m]
         command = robot.joint_positions.copy()
         command[:, fingers] = self._open
         robot.write_joint_state(command)
-        robot.set_command_mode(CommandMode.POSITION)
-        command[:, fingers] = self._closed
-        robot.command(command)
-        self._keep(_CLOSING)
-        left = np.abs(
-            robot.joint_positions[0, fingers] - self._closed
-        ).sum()  # [rad or m] to where the fingers would meet
-        if (
-            not _FREE < left / np.abs(self._open - self._closed).sum() < 1.0 - _FREE
-        ):  # nothing between them, or too large
-            return False
         robot.set_command_mode([CommandMode.EFFORT if i in fingers else CommandMode.POSITION for i in range(robot.dof)])
-        # Virtual work: while the joints go the way that is left, the fingers approach each other by the width of the body.
-        command[:, fingers] = np.sign(self._closed - self._open) * press * self._body.edges[0] / left
-        robot.command(command)
-        self._keep(_PRESSING)
+        left = stroke / 2.0  # a first guess; then where the body stops the fingers
+        for duration in (_CLOSING, _PRESSING):
+            # Virtual work: while the joints go the way that is left, the fingers approach each other by the body's width.
+            command[:, fingers] = np.sign(self._closed - self._open) * press * self._body.edges[0] / left
+            robot.command(command)
+            self._keep(duration)
+            left = np.abs(robot.joint_positions[0, fingers] - self._closed).sum()
+            if not _FREE < left / stroke < 1.0 - _FREE:  # nothing is between the fingers, or something too large
+                return False
         return True
 
     def offset(self) -> Floats:
