@@ -52,6 +52,7 @@ def test_a_planted_difference_is_found(name: str, simulator: str, quantity: str,
     assert "instead of" in failed[quantity].where
 
 
+@pytest.mark.slow
 def test_other_quantities_do_not_depend_on_a_planted_friction(subjects: Compare) -> None:
     assert fall(subjects("slippery", LIFT)).status is Status.PASSED
     assert sliding(subjects("oily", LIFT)).status is Status.PASSED
