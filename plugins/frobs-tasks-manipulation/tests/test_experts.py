@@ -24,6 +24,9 @@ TASKS = (
     "PegInsertionTight",
     "OpenDrawer",
     "OpenDoor",
+    "PushGoal",
+    "PickAndPlaceGoal",
+    "SlideGoal",
 )
 IDS = [f"frobs_core:frobs/{arm}{task}-v0" for arm in ("Panda", "Ur5") for task in TASKS]
 LIFT = "frobs_core:frobs/PandaLift-v0"

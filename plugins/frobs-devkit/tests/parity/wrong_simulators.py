@@ -139,6 +139,25 @@ class Slippery(MujocoSimulation):
         super().__init__(robots, scene, **keywords)
 
 
+class Oily(Changed):
+    """Half of every friction of a robot's links."""
+
+    def change(self, placement: Placement) -> Placement:
+        halved = {link: 0.5 * friction for link, friction in placement.robot.friction.items()}
+        return replace(placement, robot=replace(placement.robot, friction=halved))
+
+
+class Bouncy(MujocoSimulation):
+    """Bodies that fall bounce back with 0.6 times their speed."""
+
+    def step(self, decimation: int) -> None:
+        before = {name: body.twist[0].copy() for name, body in self.bodies.items()}
+        super().step(decimation)
+        for name, body in self.bodies.items():
+            if np.any((before[name][:, 2] < -0.3) & (body.twist[0][:, 2] > before[name][:, 2])):
+                body.write_twist(before[name] * [1.0, 1.0, -0.6], np.zeros((self.num_envs, 3)))
+
+
 class Smooth(MujocoSimulation):
     """Rejects bodies with rolling friction."""
 
@@ -163,7 +182,22 @@ class Mad(MujocoSimulation):
         raise SimulationError("the engine\nhas gone mad.")
 
 
-WRONG = (Stiff, Heavy, Crooked, Strong, Boundless, Fine, Sunk, Restless, Slippery, Smooth, Farsighted, Mad)
+WRONG = (
+    Stiff,
+    Heavy,
+    Crooked,
+    Strong,
+    Boundless,
+    Fine,
+    Sunk,
+    Restless,
+    Slippery,
+    Oily,
+    Bouncy,
+    Smooth,
+    Farsighted,
+    Mad,
+)
 
 
 @hookimpl

@@ -127,6 +127,29 @@ class ConstantGoal(GoalPoint):
         return {**super().observe(), "desired_goal": np.float32([0.25 + 0.001 * (self.v != 0)])}
 
 
+class GoalOnFloor(GoalPoint):
+    """Its goals have a second element that is always the same; that of the achieved goal varies if ``bounces``."""
+
+    bounces = True
+
+    def __init__(self, **keywords: Any) -> None:
+        super().__init__(**keywords)
+        goal = gym.spaces.Box(-3.0, 3.0, (2,), np.float32)
+        self.observation_space = gym.spaces.Dict(
+            {**self.observation_space.spaces, "achieved_goal": goal, "desired_goal": goal}  # type: ignore[attr-defined]
+        )
+
+    def observe(self) -> Any:
+        seen = super().observe()
+        height = 0.1 * float(seen["observation"][1]) if self.bounces else 0.0
+        achieved, desired = np.append(seen["achieved_goal"], height), np.append(seen["desired_goal"], 0.0)
+        return {**seen, "achieved_goal": achieved.astype(np.float32), "desired_goal": desired.astype(np.float32)}
+
+
+class FlatGoal(GoalOnFloor):
+    bounces = False
+
+
 class SeedIgnored(Point):
     def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
         return super().reset(seed=None)

@@ -32,6 +32,7 @@ test_a_sound_goal_environment_passes = pytest_checks(
         ("SharedBatchMemory", "observations_share_no_memory", "the batch"),
         ("ConstantElement", "observation_elements_vary", r"1 of 3 elements never change .*\[\[2\]\]"),
         ("ConstantGoal", "observation_elements_vary", "desired_goal"),
+        ("FlatGoal", "observation_elements_vary", r"_goal.*1 of 2 elements never change .*\[\[1\]\]"),
         ("SeedIgnored", "same_seed_repeats", "second environment"),
         ("GlobalRandomState", "same_seed_repeats", "the observation"),
         ("OneStart", "seeds_differ", "seeds 0 and 1 begin with the same"),
@@ -59,6 +60,10 @@ test_a_sound_goal_environment_passes = pytest_checks(
 def test_the_kit_catches(fault: str, check: str, told: str) -> None:
     with pytest.raises(CheckFailure, match=told):
         find(fault, check).run()
+
+
+def test_goals_may_be_constant_in_an_element_that_varies_in_what_is_achieved() -> None:
+    find("GoalOnFloor", "observation_elements_vary").run()
 
 
 SEPARATE = [

@@ -36,6 +36,8 @@ class CubeTask(Manipulation):
 
     Attributes:
         body_name: Name of the object in the scene, the observation and the reset options.
+        shows_goal: Whether the observation and the pictures contain the goal.
+        goal_clearance: Least horizontal distance between cube and goal at the start, in tolerances.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -44,6 +46,7 @@ class CubeTask(Manipulation):
     reset_options: ClassVar[Sequence[str]] = ("cube_position", "goal")
     shows_goal: ClassVar[bool] = True
     body_name: ClassVar[str] = CUBE
+    goal_clearance: ClassVar[float] = 2.5
 
     def __init__(
         self,
@@ -132,6 +135,20 @@ class CubeTask(Manipulation):
 
     def _is_achieved(self) -> Mask:
         return np.asarray((self.to_goal <= self.tolerance) & (self.speed <= self.max_speed))
+
+    def draw_floor_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
+        """Draw a place for the cube on the floor that is apart from where the cube starts.
+
+        Args:
+            cube: (n, 3) [m] where the cube starts.
+            mask: The n environments.
+            rng: Source of random numbers.
+
+        Returns:
+            (n, 3) [m] in the world.
+        """
+        apart = self.goal_clearance * self.tolerance
+        return self.draw_place("goal", rng, mask, height=self.size / 2, apart_from=cube, distance=apart)
 
     @abstractmethod
     def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Any:

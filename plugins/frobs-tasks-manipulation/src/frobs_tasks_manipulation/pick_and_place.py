@@ -12,10 +12,8 @@ from frobs_core.errors import ParameterValueError
 from frobs_core.random import RandomSource
 from frobs_core.validation import non_negative, positive
 from frobs_tasks_manipulation.cube_task import CubeTask
+from frobs_tasks_manipulation.goal_form import GoalForm
 from frobs_tasks_manipulation.rewards import nearness
-
-_APART = 2.5
-"""Times the tolerance that goal and cube are apart at the start."""
 
 
 class PickAndPlace(CubeTask):
@@ -55,9 +53,7 @@ class PickAndPlace(CubeTask):
             raise ParameterValueError("air_share", air_share, "in [0, 1]")
 
     def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
-        goal = self.draw_place(
-            "goal", rng, mask, height=self.size / 2, apart_from=cube, distance=_APART * self.tolerance
-        )
+        goal = self.draw_floor_goal(cube, mask, rng)
         chance = rng.uniform("goal_in_air", mask=mask)
         height = rng.uniform("goal_height", 0.05, self.highest, mask=mask)
         goal[:, 2] += np.where(chance < self.air_share, height, 0.0)
@@ -72,3 +68,16 @@ class PickAndPlace(CubeTask):
             "lift": np.where(in_air, 0.3 / 0.05 * height, 0.0),
             "achieved": np.where(self._is_achieved(), 0.5, 0.0),
         }
+
+
+class PickAndPlaceGoal(GoalForm, PickAndPlace):
+    """Bring a cube to a goal, goal-conditioned: rewards and observation are those of :class:`GoalForm`.
+
+    Args:
+        air_share: Share of the goals that are in the air, in [0, 1].
+        highest: Height of the highest goal above the floor [m].
+        keywords: Those of :class:`PickAndPlace`.
+    """
+
+    def __init__(self, *, air_share: float = 0.7, highest: float = 0.2, **keywords: Any) -> None:
+        super().__init__(air_share=air_share, highest=highest, **keywords)

@@ -9,15 +9,23 @@ _INSTALL = "pip install frobs-tasks-manipulation"
 _ARMS = {"Panda": ("panda", "Panda"), "Ur5": ("ur5_gripper", "UR5 with a parallel gripper")}
 """Robot and its name in sentences, by how its IDs begin."""
 
-_CONTROLLERS = {
-    "controller": {"arm": "tcp_delta_pose", "gripper": "gripper_delta"},
-}
+_GOAL_MAX_DELTA = 0.05
+"""[m] As in panda-gym. With it, 50 steps are enough to grasp a cube and carry it to the goal."""
 
 
 def _task(
     name: str, title: str, entry_point: str, summary: str, steps: int, **arm_controller: float | bool
 ) -> TaskRecord:
-    """Return the record of a task with an ID for each arm; keywords are further parameters of the arm's controller."""
+    """Return the record of a task with an ID for each arm.
+
+    Args:
+        name: Name of the task.
+        title: Last part of its IDs.
+        entry_point: ``"module:class"`` in this package.
+        summary: What the robot must do.
+        steps: Length of an episode in control steps.
+        arm_controller: Further parameters of the arm's controller.
+    """
     return TaskRecord(
         name=name,
         summary=summary,
@@ -74,6 +82,23 @@ def frobs_tasks() -> list[TaskRecord]:
             max_delta=0.04,
             interpolate=True,
         ),
+        _task(
+            "slide_goal",
+            "SlideGoal",
+            "slide:SlideGoal",
+            "hit a puck so that it slides to a goal out of reach, goal-conditioned",
+            100,
+            max_delta=0.04,
+            interpolate=True,
+        ),
+        _task(
+            "push_goal",
+            "PushGoal",
+            "push:PushGoal",
+            "push a cube to a goal on the floor, goal-conditioned",
+            100,
+            max_delta=_GOAL_MAX_DELTA,
+        ),
         _task("lift", "Lift", "lift:Lift", "grasp a cube and hold it in the air", 75),
         _task(
             "pick_and_place",
@@ -81,6 +106,14 @@ def frobs_tasks() -> list[TaskRecord]:
             "pick_and_place:PickAndPlace",
             "bring a cube to a goal, half of them in the air",
             100,
+        ),
+        _task(
+            "pick_and_place_goal",
+            "PickAndPlaceGoal",
+            "pick_and_place:PickAndPlaceGoal",
+            "bring a cube to a goal, most of them in the air, goal-conditioned",
+            50,
+            max_delta=_GOAL_MAX_DELTA,
         ),
         _task("stack", "Stack", "stack:Stack", "put a cube on another one and let go", 125),
         _with_tight_hole(

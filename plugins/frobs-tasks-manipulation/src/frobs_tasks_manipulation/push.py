@@ -11,12 +11,9 @@ from frobs_core.arrays import Floats, Mask
 from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_tasks_manipulation.cube_task import CubeTask
+from frobs_tasks_manipulation.goal_form import GoalForm
 from frobs_tasks_manipulation.observed import bounded
 from frobs_tasks_manipulation.rewards import length, nearness
-
-_APART = 2.5
-"""Times the tolerance that goal and cube are apart at the start."""
-
 
 _BEHIND = 0.02
 """Between the cube and the point from which the tool pushes it toward the goal [m]."""
@@ -56,9 +53,7 @@ class Push(CubeTask):
         return {**super().observation_terms(), "goal": goal}
 
     def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
-        return self.draw_place(
-            "goal", rng, mask, height=self.size / 2, apart_from=cube, distance=_APART * self.tolerance
-        )
+        return self.draw_floor_goal(cube, mask, rng)
 
     def _dense_terms(self) -> Mapping[str, Floats]:
         way = (self.cube.pos - self.goal) / np.maximum(self.to_goal, 1e-6)[:, None]
@@ -68,3 +63,7 @@ class Push(CubeTask):
             "push": 0.7 * nearness(self.to_goal, 0.15),
             "achieved": np.where(self._is_achieved(), 0.5, 0.0),
         }
+
+
+class PushGoal(GoalForm, Push):
+    """Push a cube to a goal on the floor, goal-conditioned: rewards and observation are those of :class:`GoalForm`."""

@@ -16,6 +16,7 @@ from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.validation import positive
 from frobs_tasks_manipulation.cube_task import CubeTask
+from frobs_tasks_manipulation.goal_form import GoalForm
 from frobs_tasks_manipulation.observed import bounded
 from frobs_tasks_manipulation.rewards import nearness
 
@@ -127,3 +128,7 @@ class Slide(CubeTask):
             "slide": 0.8 * nearness(self.to_goal, 0.3),
             "achieved": np.where(self._is_achieved(), 0.5, 0.0),
         }
+
+
+class SlideGoal(GoalForm, Slide):
+    """Hit a puck so that it slides to a goal, goal-conditioned: rewards and observation are those of :class:`GoalForm`."""

@@ -17,6 +17,7 @@ from frobs_core.capabilities import Level, abilities
 from frobs_core.errors import ModelMismatchError, UnknownNameError
 from frobs_devkit.parity.actions import ActionFile, check_actions, read_actions, smooth_actions
 from frobs_devkit.parity.certificate import Certificate
+from frobs_devkit.parity.fall import fall
 from frobs_devkit.parity.friction import friction
 from frobs_devkit.parity.gravity_drop import gravity_drop
 from frobs_devkit.parity.kinematics import forward_kinematics
@@ -26,6 +27,8 @@ from frobs_devkit.parity.replay import replay
 from frobs_devkit.parity.result import Measurement, Status, skip
 from frobs_devkit.parity.rewards import rewards
 from frobs_devkit.parity.settling import settling
+from frobs_devkit.parity.sliding import sliding
+from frobs_devkit.parity.slip import slip
 from frobs_devkit.parity.step_response import saturated_step_response, step_response
 from frobs_devkit.parity.subject import Subject, make_subjects
 from frobs_train import Run, versions
@@ -41,13 +44,13 @@ class Plan:
     Attributes:
         title: For people.
         measure: Makes it.
-        needs: Capability that a simulator must not lack; empty: none.
+        needs: Capabilities that a simulator must have.
         environment: Whether it needs the whole environment.
     """
 
     title: str
     measure: Callable[[Sequence[Subject]], Measurement]
-    needs: str = ""
+    needs: tuple[str, ...] = ()
     environment: bool = False
 
 
@@ -122,13 +125,16 @@ def _plans(file: ActionFile, run: Run | None, episodes: int) -> dict[str, Plan]:
     """Return the measurements by name, in the order in which they are made; the policy's needs a run."""
     plans = {
         "forward_kinematics": Plan("Forward kinematics", forward_kinematics),
-        "step_response": Plan("Step response", step_response, needs="drive"),
-        "saturated_step_response": Plan("Step response, saturated", saturated_step_response, needs="drive"),
-        "gravity_drop": Plan("Gravity drop", gravity_drop, needs="drive"),
+        "step_response": Plan("Step response", step_response, needs=("drive",)),
+        "saturated_step_response": Plan("Step response, saturated", saturated_step_response, needs=("drive",)),
+        "gravity_drop": Plan("Gravity drop", gravity_drop, needs=("drive",)),
         "replay": Plan("Replay", partial(replay, file=file), environment=True),
-        "settling": Plan("Contact settling", settling, needs="contacts"),
-        "friction": Plan("Friction", friction, needs="contacts"),
-        "lidar": Plan("Lidar", lidar, needs="rays"),
+        "settling": Plan("Contact settling", settling, needs=("contacts",)),
+        "friction": Plan("Friction", friction, needs=("contacts",)),
+        "sliding": Plan("Sliding distance", sliding, needs=("contacts", "teleport"), environment=True),
+        "fall": Plan("Fall and rest", fall, needs=("contacts", "teleport"), environment=True),
+        "slip": Plan("Slip force", slip, needs=("contacts", "teleport", "wrench"), environment=True),
+        "lidar": Plan("Lidar", lidar, needs=("rays",)),
         "rewards": Plan("Rewards", rewards, environment=True),
     }
     if run is not None:
@@ -158,8 +164,9 @@ def _make(name: str, plan: Plan, subjects: Sequence[Subject]) -> Measurement:
 
 
 def _missing(plan: Plan, subject: Subject) -> str:
-    if plan.needs and subject.level(plan.needs) == Level.UNSUPPORTED:
-        return f"it does not claim '{plan.needs}' ({abilities()[plan.needs].summary})"
+    for need in plan.needs:
+        if subject.level(need) == Level.UNSUPPORTED:
+            return f"it does not claim '{need}' ({abilities()[need].summary})"
     return subject.lacks if plan.environment else ""
 
 

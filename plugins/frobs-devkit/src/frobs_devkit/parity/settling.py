@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.interfaces import Body
+from frobs_core.interfaces import Body, BodyHandle, Simulation
 from frobs_core.models import Box, Pose
 from frobs_core.rotations import quat_rotate
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge
@@ -17,10 +18,15 @@ from frobs_devkit.parity.subject import Subject
 EDGE = 0.1
 """[m] of the box."""
 
+DURATION = 2.0
+"""[s] for which a fall is recorded."""
+
+Fall: TypeAlias = tuple[Floats, Floats, Floats]
+"""Times [s], heights of the lowest point above the floor [m] and speeds [m/s], (samples,) each."""
+
 _MASS = 0.5  # [kg]
 _CLEARANCE = 0.1  # [m] that it falls
 _AWAY = 5.0  # [m] from the robot, out of its reach
-_DURATION = 2.0  # [s]
 _STILL = 0.01  # [m/s] below which the box rests
 _QUANTITIES = {"rest_height": "rest height", "rest_time": "time to rest", "penetration": "deepest penetration"}
 _END = 0.2  # [s] at the end, over which the rest height is the mean
@@ -30,7 +36,7 @@ def settling(subjects: Sequence[Subject]) -> Measurement:
     """Compare rest height, time to rest and penetration of a box that falls flat on the floor."""
     reference = subjects[0]
     drops = [_drop(subject, reference.physics_timestep) for subject in subjects]
-    numbers = [_settle(times, lowest, speed) for times, lowest, speed in drops]
+    numbers = [settle(*drop) for drop in drops]
     comparisons: list[Comparison] = []
     for subject, found in zip(subjects[1:], numbers[1:], strict=True):
         for name, quantity in _QUANTITIES.items():
@@ -64,31 +70,45 @@ def _near_the_floor(line: Line) -> Line:
     return replace(line, x=line.x[near], y=np.where(line.y[near] < 100.0 * _CLEARANCE, line.y[near], np.nan))
 
 
-def _drop(subject: Subject, period: float) -> tuple[Floats, Floats, Floats]:
-    """Return times [s], heights of the lowest corner above the floor [m] and speeds [m/s] of the box, (samples,)."""
+def _drop(subject: Subject, period: float) -> Fall:
     x, y, _ = subject.placement.pose.pos
     start = Pose(pos=(x + _AWAY, y, EDGE / 2.0 + _CLEARANCE))
     bodies = {"box": Body(geometry=Box((EDGE, EDGE, EDGE)), pose=start, mass=_MASS)}
-    steps, samples = max(1, round(period / subject.physics_timestep)), round(_DURATION / period)
     corners = 0.5 * EDGE * np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])  # (8, 3)
-    lowest, speed = np.empty(samples), np.empty(samples)
     with subject.simulate(subject.alone(), bodies, floor=True) as (simulation, _):
-        box = simulation.bodies["box"]
-        for k in range(samples):
-            simulation.step(steps)
-            pos, quat = box.pose
-            lowest[k] = (pos[0] + quat_rotate(quat[0], corners))[:, 2].min()
-            linear, angular = box.twist
-            speed[k] = np.sqrt((linear[0] ** 2).sum()) + EDGE * np.sqrt((angular[0] ** 2).sum())
+        return watch_fall(simulation, simulation.bodies["box"], corners, EDGE, period)
+
+
+def watch_fall(simulation: Simulation, body: BodyHandle, points: Floats, length: float, period: float) -> Fall:
+    """Step for :data:`DURATION` and record a body.
+
+    Args:
+        simulation: One environment.
+        body: The body that falls.
+        points: (k, 3) [m] in its frame; the lowest of them is recorded.
+        length: Of the body [m], by which its angular velocity is multiplied to add it to the linear one.
+        period: Time between two samples [s].
+    """
+    steps, samples = max(1, round(period / simulation.physics_timestep)), round(DURATION / period)
+    lowest, speed = np.empty(samples), np.empty(samples)
+    for k in range(samples):
+        simulation.step(steps)
+        pos, quat = body.pose
+        lowest[k] = (pos[0] + quat_rotate(quat[0], points))[:, 2].min()
+        linear, angular = body.twist
+        speed[k] = np.sqrt((linear[0] ** 2).sum()) + length * np.sqrt((angular[0] ** 2).sum())
     return period * np.arange(1.0, samples + 1.0), lowest, speed
 
 
-def _settle(times: Floats, lowest: Floats, speed: Floats) -> dict[str, float]:
-    """Return the numbers of :data:`_QUANTITIES`; the time to rest is NaN if the box never rests."""
+def settle(times: Floats, lowest: Floats, speed: Floats) -> dict[str, float]:
+    """Return ``rest_height`` [m], ``rest_time`` [s] and ``penetration`` [m] of a fall.
+
+    The time to rest is NaN if the body never rests.
+    """
     moving = np.flatnonzero(~(speed < _STILL))  # a NaN moves
     rests = len(moving) == 0 or moving[-1] + 1 < len(times)
     return {
-        "rest_height": float(lowest[times > _DURATION - _END].mean()),
+        "rest_height": float(lowest[times > DURATION - _END].mean()),
         "rest_time": float(times[moving[-1]] if len(moving) else 0.0) if rests else float("nan"),
         "penetration": float(max(0.0, -lowest.min())),
     }

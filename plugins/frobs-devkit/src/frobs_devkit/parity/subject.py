@@ -35,6 +35,7 @@ class Subject:
         keywords: Of the environment, without the simulator.
         placement: The environment's robot, where it stands.
         gravity: Of the task [m/s²].
+        free_bodies: Free bodies of the task's scene that are attached to nothing, by name.
         physics_timestep: [s]
         decimation: Physics steps in a control step.
         max_episode_steps: Control steps of an episode.
@@ -48,6 +49,7 @@ class Subject:
     keywords: Mapping[str, Any] = field(default_factory=dict)
     placement: Placement
     gravity: tuple[float, float, float]
+    free_bodies: Mapping[str, Body] = field(default_factory=dict)
     physics_timestep: float
     decimation: int
     max_episode_steps: int
@@ -164,6 +166,7 @@ def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping
                 keywords=given,
                 placement=placement,
                 gravity=scene.gravity,
+                free_bodies=_free_bodies(scene),
                 physics_timestep=inner.simulation.physics_timestep,
                 decimation=inner.decimation,
                 max_episode_steps=spec.max_episode_steps or 100,
@@ -171,6 +174,11 @@ def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping
             )
             for i, (name, record) in enumerate(zip(simulators, records, strict=True))
         ]
+
+
+def _free_bodies(scene: Scene) -> dict[str, Body]:
+    attached = {side for attachment in scene.attachments.values() for side in (attachment.first, attachment.second)}
+    return {name: body for name, body in scene.bodies.items() if body.is_free and name not in attached}
 
 
 def _simulator(name: str) -> SimulatorRecord:

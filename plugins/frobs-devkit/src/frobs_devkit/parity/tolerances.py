@@ -132,6 +132,22 @@ TOLERANCES: Mapping[str, Tolerance] = {
         name: Tolerance(exact=0.1, approximate=0.1, unit=unit, share=True, reason=_FRICTION)
         for name, unit in (("spin_time", "s"), ("rolling_distance", "m"), ("sliding_distance", "m"))
     },
+    "bounce_height": Tolerance(
+        exact=0.1,
+        approximate=0.1,
+        unit="m",
+        share=True,
+        reason="restitution follows from the stiffness and damping of the engine's contacts; a tenth of the height of the fall "
+        "is visible to a task that drops objects.",
+    ),
+    "slip_force": Tolerance(
+        exact=0.2,
+        approximate=0.2,
+        unit="N",
+        share=True,
+        reason="Coulomb friction holds until the force exceeds the coefficient times the normal forces of the fingers. Contacts "
+        "also creep below this force, differently on each engine; a fifth more or less means another coefficient.",
+    ),
     "lidar": Tolerance(
         exact=1e-3, approximate=0.02, unit="m", reason="a millimetre: the collision margins of an engine are smaller."
     ),

@@ -66,7 +66,11 @@ def observations_share_no_memory(subject: EnvUnderTest) -> None:
 
 
 def observation_elements_vary(subject: EnvUnderTest) -> None:
-    """No element of the observation is the same in all steps of random episodes; goals differ between episodes."""
+    """No element of the observation is the same in all steps of random episodes; goals differ between episodes.
+
+    An element of the desired goal may be constant if that of the achieved goal varies, because both have the same shape: the
+    height of goals on a floor, for example. At least one element of the desired goal must differ between episodes.
+    """
     seen: dict[str, list[np.ndarray[Any, Any]]] = {}
     first: dict[str, list[np.ndarray[Any, Any]]] = {}
     with closing(subject.make()) as env:
@@ -80,7 +84,10 @@ def observation_elements_vary(subject: EnvUnderTest) -> None:
     for path, values in seen.items():
         goal = path == "['desired_goal']"
         rows = np.stack(first[path] if goal else values)  # (k, …)
-        constant = np.argwhere((rows == rows[0]).all(axis=0)).tolist()
+        constant = _constant_elements(rows)
+        if goal and len(constant) < rows[0].size:
+            achieved = _constant_elements(np.stack(seen["['achieved_goal']"]))
+            constant = [where for where in constant if where in achieved]
         if path in ("", "['observation']"):
             constant = [where for where in constant if where[0] not in late]
         over = f"{len(_SEEDS)} seeds" if goal else f"{len(rows)} steps of {len(_SEEDS)} random episodes"
@@ -89,6 +96,11 @@ def observation_elements_vary(subject: EnvUnderTest) -> None:
             f"observation{path}: {len(constant)} of {rows[0].size} elements never change over {over}: "
             f"{constant[:8]}; leave out what tells nothing.",
         )
+
+
+def _constant_elements(rows: np.ndarray[Any, Any]) -> list[list[int]]:
+    """Return the indices of the elements that are the same in all rows (k, …)."""
+    return np.argwhere((rows == rows[0]).all(axis=0)).tolist()
 
 
 def _late_columns(env: gym.Env[Any, Any]) -> set[int]:

@@ -1,0 +1,70 @@
+"""The bodies of a task slide on its floor until friction stops them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_devkit.parity.free_bodies import Bounded, bodies_of, not_applicable
+from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
+from frobs_devkit.parity.subject import Subject
+
+_SPEED = 1.0  # [m/s]
+_STOPPED = 0.02  # [m/s]
+_REST = 0.2  # [s] on the floor before it slides
+_DURATION = 4.0  # [s]
+_SUMMARY = (
+    f"Each free body of the task's scene lies on the floor of the task and starts to slide at {_SPEED:g} m/s. "
+    "The distance follows from the friction of body and floor, and from the engine's rule that combines both."
+)
+
+
+def sliding(subjects: Sequence[Subject]) -> Measurement:
+    """Compare how far the free bodies of the task slide."""
+    reference, bodies = subjects[0], bodies_of(subjects[0])
+    if not bodies:
+        return not_applicable(subjects, _SUMMARY, "the task has no free body")
+    comparisons: list[Comparison] = []
+    panels = []
+    for body in bodies:
+        slides = [_slide(subject, body) for subject in subjects]
+        distances = [distance for _, _, distance in slides]
+        quantity = f"sliding distance of '{body.name}'"
+        for subject, distance in zip(subjects[1:], distances[1:], strict=True):
+            if np.isnan(distances[0]):
+                reason = f"it does not stop within {_DURATION:g} s on {reference.label}"
+                comparisons.append(skip(subject.label, reference.label, reason, quantity))
+                continue
+            comparisons.append(
+                judge(
+                    "sliding_distance", quantity, subject.label, reference.label, abs(distance - distances[0]),
+                    exact=False, scale=distances[0], where=f"{distance:.3g} instead of {distances[0]:.3g} m",
+                )
+            )  # fmt: skip
+        lines = tuple(
+            Line(s.label, times, ways, i, i)
+            for i, (s, (times, ways, _)) in enumerate(zip(subjects, slides, strict=True))
+        )
+        panels.append(Panel(title=f"Distance of '{body.name}'", x_label="s", y_label="m", lines=lines))
+    return Measurement(summary=_SUMMARY, comparisons=tuple(comparisons), panels=tuple(panels))
+
+
+def _slide(subject: Subject, body: Bounded) -> tuple[Floats, Floats, float]:
+    """Return times [s] and distances [m], (samples,), and the distance at which it stops [m]; NaN: it does not stop."""
+    with subject.make() as env:
+        env.reset(seed=0)
+        simulation, handle = env.simulation, env.simulation.bodies[body.name]
+        timestep = simulation.physics_timestep
+        body.put_on_floor(env)
+        simulation.step(round(_REST / timestep))
+        handle.write_twist(np.array([[_SPEED, 0.0, 0.0]]), np.zeros((1, 3)))
+        start = handle.pose[0][0].copy()
+        ways = np.empty(round(_DURATION / timestep))
+        for k in range(len(ways)):
+            simulation.step(1)
+            ways[k] = np.linalg.norm((handle.pose[0][0] - start)[:2])
+        stopped = float(np.linalg.norm(handle.twist[0][0])) < _STOPPED
+    times = timestep * np.arange(1.0, len(ways) + 1.0)
+    return times, ways, float(ways[-1]) if stopped else float("nan")

@@ -1,0 +1,147 @@
+"""The gripper holds a body of the task, and a growing force pulls it out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from frobs_core.arrays import Floats
+from frobs_core.env import RobotEnv
+from frobs_core.interfaces import CommandMode, EndEffector
+from frobs_core.rotations import quat_conjugate, quat_multiply, quat_rotate
+from frobs_devkit.parity.free_bodies import Bounded, bodies_of, not_applicable
+from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
+from frobs_devkit.parity.subject import Subject
+
+_CLOSING, _PRESSING, _HOLDING = 1.0, 0.5, 0.2  # [s]
+_PRESS = 5.0  # normal force of each finger, in weights of the body
+_GROWTH, _MOST = 10.0, 100.0  # pulling force: weights per second, and at most
+_SLIPPED = 0.005  # [m]
+_FREE = 0.01  # share of the stroke of the fingers, next to open and to closed, in which they hold nothing
+_SUMMARY = (
+    f"The gripper holds a free body of the task's scene in the air. Each finger presses with {_PRESS:g} times the weight of the "
+    f"body. A force that grows by {_GROWTH:g} weights per second pulls it out of the gripper, along the faces of the fingers. "
+    f"The slip force is the one at which the body has moved by {1e3 * _SLIPPED:g} mm."
+)
+
+
+def slip(subjects: Sequence[Subject]) -> Measurement:
+    """Compare the force at which the free bodies of the task slip out of the gripper."""
+    reference, bodies = subjects[0], bodies_of(subjects[0])
+    if not bodies:
+        return not_applicable(subjects, _SUMMARY, "the task has no free body")
+    tool = _gripper(reference)
+    if tool is None:
+        return not_applicable(subjects, _SUMMARY, "the robot has no gripper")
+    comparisons: list[Comparison] = []
+    panels = []
+    for body in bodies:
+        pulls = [_pull(subject, body, tool) for subject in subjects]
+        first, *others = [float(forces[-1]) if len(forces) else float("nan") for forces, _ in pulls]
+        quantity = f"slip force of '{body.name}'"
+        for subject, force in zip(subjects[1:], others, strict=True):
+            if np.isnan(first):
+                reason = f"the gripper does not hold it on {reference.label}"
+                comparisons.append(skip(subject.label, reference.label, reason, quantity))
+                continue
+            found = "not held" if np.isnan(force) else f"{force:.3g}"
+            comparisons.append(
+                judge(
+                    "slip_force", quantity, subject.label, reference.label, abs(force - first), exact=False, scale=first,
+                    where=f"{found} instead of {first:.3g} N",
+                )
+            )  # fmt: skip
+        lines = tuple(
+            Line(s.label, forces, 1e3 * moved, i, i)
+            for i, (s, (forces, moved)) in enumerate(zip(subjects, pulls, strict=True))
+            if len(forces)
+        )
+        panels.append(Panel(title=f"Motion of '{body.name}'", x_label="N", y_label="mm", lines=lines))
+    return Measurement(summary=_SUMMARY, comparisons=tuple(comparisons), panels=tuple(panels))
+
+
+def _gripper(subject: Subject) -> EndEffector | None:
+    tools = subject.placement.robot.end_effectors.values()
+    return next((tool for tool in tools if tool.group and tool.closed), None)
+
+
+def _pull(subject: Subject, body: Bounded, tool: EndEffector) -> tuple[Floats, Floats]:
+    """Return forces [N] and motions of the body in the gripper [m], (samples,); both are empty if it was not held.
+
+    The last force is the one at which it slips, or the largest that was tried.
+    """
+    with subject.make() as env:
+        env.reset(seed=0)
+        timestep, weight = env.simulation.physics_timestep, body.mass * float(np.linalg.norm(subject.gravity))
+        grasp = _Grasp(env, body, tool)
+        held = grasp.close(_PRESS * weight)
+        placed = grasp.offset()
+        env.simulation.step(round(_HOLDING / timestep))
+        start = grasp.offset()
+        if not held or not np.linalg.norm(start - placed) < _SLIPPED:
+            return np.zeros(0), np.zeros(0)
+        forces, moved = [0.0], [0.0]
+        while moved[-1] < _SLIPPED and forces[-1] < _MOST * weight:
+            forces.append(forces[-1] + _GROWTH * weight * timestep)
+            pull = quat_rotate(env.robot.frame_pose(tool.tcp)[1], np.array([[0.0, 0.0, forces[-1]]]))
+            env.simulation.apply_wrench(body.name, pull, np.zeros((1, 3)))
+            env.simulation.step(1)
+            moved.append(float(np.linalg.norm(grasp.offset() - start)))
+    return np.array(forces), np.array(moved)
+
+
+class _Grasp:
+    """A body in a gripper, whose fingers close along the y axis of its tool center point.
+
+    Args:
+        env: The environment, after a reset.
+        body: The body.
+        tool: The gripper.
+    """
+
+    def __init__(self, env: RobotEnv, body: Bounded, tool: EndEffector) -> None:
+        self._simulation, self._robot, self._body, self._tcp = env.simulation, env.robot, body, tool.tcp
+        self._handle = env.simulation.bodies[body.name]
+        self._fingers = [env.robot.joint_names.index(joint) for joint in tool.closed]
+        self._closed = np.array([tool.closed[joint] for joint in tool.closed])
+        self._open = np.array([tool.open[joint] for joint in tool.closed])
+
+    def close(self, press: float) -> bool:
+        """Close the gripper on the body, with its shortest edge between the fingers. The body is kept in place meanwhile.
+
+        Args:
+            press: Normal force of each finger [N].
+
+        Returns:
+            Whether the fingers meet the body.
+        """
+        robot, fingers = self._robot, self._fingers
+        stroke = np.abs(self._open - self._closed).sum()  # [rad or m]
+        command = robot.joint_positions.copy()
+        command[:, fingers] = self._open
+        robot.write_joint_state(command)
+        robot.set_command_mode([CommandMode.EFFORT if i in fingers else CommandMode.POSITION for i in range(robot.dof)])
+        left = stroke / 2.0  # a first guess; then where the body stops the fingers
+        for duration in (_CLOSING, _PRESSING):
+            # Virtual work: while the joints go the way that is left, the fingers approach each other by the body's width.
+            command[:, fingers] = np.sign(self._closed - self._open) * press * self._body.edges[0] / left
+            robot.command(command)
+            self._keep(duration)
+            left = np.abs(robot.joint_positions[0, fingers] - self._closed).sum()
+            if not _FREE < left / stroke < 1.0 - _FREE:  # nothing is between the fingers, or something too large
+                return False
+        return True
+
+    def offset(self) -> Floats:
+        """Return the position of the body in the frame of the tool, (3,) [m]."""
+        pos, quat = self._robot.frame_pose(self._tcp)
+        return np.asarray(quat_rotate(quat_conjugate(quat), self._handle.pose[0] - pos)[0])
+
+    def _keep(self, duration: float) -> None:
+        turn = self._body.turned("y")[None]
+        for _ in range(round(duration / self._simulation.physics_timestep)):
+            pos, quat = self._robot.frame_pose(self._tcp)
+            turned = quat_multiply(quat, turn)
+            self._handle.write_pose(self._body.origin(pos, turned), turned)
+            self._simulation.step(1)
