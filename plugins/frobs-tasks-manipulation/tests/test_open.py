@@ -91,11 +91,14 @@ def test_success_is_bounded_on_both_sides_and_must_hold(task: str) -> None:
 def test_the_reward_grows_on_the_way_and_the_sparse_one_is_0_at_the_target(task: str) -> None:
     with closing(vector(task, 1)) as env:
         state: Any = env.task
-        rewards = []
+        opened, stopped = [], []
         for share in (0.0, 0.5, 1.0):
             set_joint(env, share * float(state.target[0]))
-            rewards.append(wait(env, 1)["frobs/reward/open"][0])
-        assert rewards == pytest.approx([0.0, 0.35, 0.7], abs=0.02)
+            info = wait(env, 1)
+            opened.append(info["frobs/reward/open"][0])
+            stopped.append(info["frobs/reward/stop"][0])
+        assert opened == pytest.approx([0.0, 0.2, 0.4], abs=0.02)
+        assert stopped == pytest.approx([0.0, 0.0, 0.3], abs=0.05)
     with closing(vector(task, 1, reward_type="sparse")) as env:
         assert wait(env, 1)["frobs/reward/unachieved"][0] == -1.0
         set_joint(env, float(env.task.target[0]))  # type: ignore[attr-defined]
