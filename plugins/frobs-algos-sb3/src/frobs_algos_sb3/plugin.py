@@ -68,7 +68,12 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
             KobukiMaze="ppo_kobuki_maze.yaml",
             Navigate="ppo_navigate.yaml",
             **dict.fromkeys(_LEGACY_KOBUKIS, "ppo_navigate_legacy.yaml"),
-            **_for_arms(Push="ppo_push.yaml", Lift="ppo_lift.yaml", OpenDrawer="ppo_open.yaml"),
+            **_for_arms(
+                Push="ppo_push.yaml",
+                Lift="ppo_lift.yaml",
+                PickAndPlace="ppo_pick_and_place.yaml",
+                OpenDrawer="ppo_open.yaml",
+            ),
         ),
         _record("a2c", "A2C", "advantage actor-critic", _ANY),
         _record("ddpg", "DDPG", "deep deterministic policy gradient", ("Box",)),
