@@ -9,6 +9,9 @@ _INSTALL = "pip install frobs-tasks-manipulation"
 _ARMS = {"Panda": ("panda", "Panda"), "Ur5": ("ur5_gripper", "UR5 with a parallel gripper")}
 """Robot and its name in sentences, by how its IDs begin."""
 
+_PRETRAINED = ("PandaLift", "PandaPickAndPlace", "PandaOpenDrawer")
+"""IDs with a trained policy, which ``tests/benchmarks/pretrained.py`` makes."""
+
 _GOAL_MAX_DELTA = 0.05
 """[m] As in panda-gym. With it, 50 steps are enough to grasp a cube and carry it to the goal."""
 
@@ -38,6 +41,9 @@ def _task(
                 robot=robot,
                 controller="tcp_delta_pose",
                 max_episode_steps=steps,
+                pretrained=f"frobs_tasks_manipulation:pretrained/{arm}{title}.frobs".lower()
+                if f"{arm}{title}" in _PRETRAINED
+                else "",
                 parameters={
                     "controller_kwargs": {
                         "max_delta": 0.02,
