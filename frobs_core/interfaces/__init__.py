@@ -6,7 +6,7 @@ from frobs_core.interfaces.body_handle import BodyHandle
 from frobs_core.interfaces.command import CommandMode
 from frobs_core.interfaces.contacts import ContactState
 from frobs_core.interfaces.controller import Controller, ControllerWrapper
-from frobs_core.interfaces.expert import Expert
+from frobs_core.interfaces.expert import Expert, load_expert
 from frobs_core.interfaces.joint_group import JointGroup, JointSubset
 from frobs_core.interfaces.pacing import Pacer
 from frobs_core.interfaces.parameters import WrittenParameters
@@ -68,6 +68,7 @@ __all__ = [
     "Wrench",
     "WrittenParameters",
     "active_gains",
+    "load_expert",
     "read_tables",
     "translate",
 ]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING
+from importlib import import_module
+from typing import TYPE_CHECKING, cast
 
 from frobs_core.arrays import Action, Mask
 
@@ -35,3 +36,15 @@ class Expert(ABC):
         Args:
             episode_start: (num_envs,) bool: where an episode has just begun.
         """
+
+
+def load_expert(env: RobotEnv | RobotVectorEnv) -> Expert | None:
+    """Return the expert of the environment's task; None: the task has none.
+
+    Raises:
+        ConfigurationError: The expert cannot use the environment's controllers.
+    """
+    if not env.task.expert:
+        return None
+    module, _, name = env.task.expert.partition(":")
+    return cast("Expert", getattr(import_module(module), name)(env))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
-from importlib import import_module
 from typing import Any
 
 import gymnasium as gym
@@ -12,7 +11,9 @@ import numpy as np
 import pytest
 
 from frobs_core.errors import ConfigurationError
+from frobs_core.interfaces import Expert, load_expert
 from frobs_core.vector_env import RobotVectorEnv
+from frobs_devkit.testing import CheckFailure, check_env
 
 TASKS = (
     "Push",
@@ -40,8 +41,7 @@ def made(id: str, **keywords: Any) -> Iterator[RobotVectorEnv]:
 
 
 def expert_of(env: RobotVectorEnv) -> Any:
-    module, _, name = env.task.expert.partition(":")
-    return getattr(import_module(module), name)(env)
+    return load_expert(env)
 
 
 def success_rate(env: RobotVectorEnv) -> float:
@@ -101,3 +101,21 @@ def test_an_expert_knows_every_kind_of_gripper_controller() -> None:
         kwargs = {"arm": {"max_delta": 0.02, "axes": ["x", "y", "z"]}}
         with made(LIFT, num_envs=8, controller=controllers, controller_kwargs=kwargs) as env:
             assert success_rate(env) == 1.0
+
+
+class Lazy(Expert):
+    """Does nothing."""
+
+    def __init__(self, env: Any) -> None:
+        self._shape = env.action_space.shape
+
+    def act(self, episode_start: Any) -> Any:
+        return np.zeros((len(episode_start), self._shape[-1]))
+
+
+def test_the_kit_finds_an_expert_that_always_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    (check,) = [each for each in check_env(LIFT) if each.name == "success_comes_and_goes"]
+    check.run()
+    monkeypatch.setattr("frobs_tasks_manipulation.lift.Lift.expert", f"{__name__}:Lazy")
+    with pytest.raises(CheckFailure, match="succeeds in none of 5 episodes"):
+        check.run()

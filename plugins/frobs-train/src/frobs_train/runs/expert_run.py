@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from frobs_core.arrays import Action, Mask
+from frobs_core.env import RobotEnv
 from frobs_core.errors import RunError
-from frobs_core.interfaces import Expert
+from frobs_core.interfaces import load_expert
 from frobs_core.validation import validate
+from frobs_core.vector_env import RobotVectorEnv
 from frobs_core.yaml import merge
 from frobs_train.configuration.config import RunConfig
 from frobs_train.configuration.resolve import read_setting
@@ -46,12 +47,11 @@ class ExpertPolicy:
 
     def __init__(self, env: Any) -> None:
         bare = env.unwrapped
-        expert = getattr(getattr(bare, "task", None), "expert", "")
-        if not expert:
+        expert = load_expert(bare) if isinstance(bare, RobotEnv | RobotVectorEnv) else None
+        if expert is None:
             name = env.spec.id if env.spec is not None else type(bare).__name__
             raise RunError(f"{name}: its task has no scripted expert; use --pretrained, --model or a run.")
-        module, _, attribute = expert.partition(":")
-        self._expert: Expert = getattr(import_module(module), attribute)(bare)
+        self._expert = expert
 
     def predict(
         self, observation: Any, state: Any, episode_start: Mask, deterministic: bool = True

@@ -11,10 +11,10 @@ import numpy.typing as npt
 
 from frobs_core.arrays import Floats, Mask, rows_of, widened
 from frobs_core.errors import ConfigurationError, RunError
+from frobs_core.interfaces import load_expert
 from frobs_core.vector_env import RobotVectorEnv
 from frobs_train.configuration.config import ResetFromConfig
 from frobs_train.logs.recorder import FROM_PATH
-from frobs_train.runs.expert_run import ExpertPolicy
 
 _WITHOUT = "--set reset_from=null trains without it"
 
@@ -131,12 +131,12 @@ def _expert_path(
     Raises:
         RunError: The task has no expert, or it cannot use the environment's controllers, or it never succeeds.
     """
-    if not env.task.expert:
-        raise RunError(f"reset_from needs a task with an expert; {_WITHOUT}.")
     try:
-        expert = ExpertPolicy(env)
+        expert = load_expert(env)
     except ConfigurationError as error:
         raise RunError(f"reset_from: {str(error).rstrip('.')}; {_WITHOUT}.") from error
+    if expert is None:
+        raise RunError(f"reset_from needs a task with an expert; {_WITHOUT}.")
     env.reset(seed=seed)
     steps = int(env.max_episode_steps)
     taken = np.linspace(0, steps - 1, states).astype(int)
@@ -146,7 +146,7 @@ def _expert_path(
     for step in range(steps):
         if step in taken:
             snapshots += [env.snapshot()] * int((taken == step).sum())
-        info = env.step(expert.predict(None, None, begins)[0])[4]
+        info = env.step(expert.act(begins))[4]
         begins = np.zeros(env.num_envs, np.bool_)
     succeeded = np.flatnonzero(info["final_info"]["is_success"])
     if not len(succeeded):

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.errors import FrobsError
+from frobs_core.errors import ConfigurationError, FrobsError
+from frobs_core.interfaces import load_expert
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.environment.rollout import draw_actions
@@ -24,6 +25,7 @@ _STEPS = 120
 _NEAR_STEPS = 5  # beside a goal that is achieved at their beginning
 _PATHS, _PATH = 8, 25  # actions that are held, and for how many steps
 _TERM = "frobs/reward/"
+_EXPERT_EPISODES = 5
 
 
 def success_in_every_step(subject: EnvUnderTest) -> None:
@@ -39,7 +41,7 @@ def success_in_every_step(subject: EnvUnderTest) -> None:
 
 
 def success_comes_and_goes(subject: EnvUnderTest) -> None:
-    """Success is not in every step; where a goal can be given, what is achieved already is a success."""
+    """Success is not in every step; where a goal can be given, what is achieved already is a success; and the expert succeeds."""
     with closing(subject.make()) as env:
         require_ours(env)
         told = {info.get("is_success") for _, _, info in _steps(env)}
@@ -53,8 +55,30 @@ def success_comes_and_goes(subject: EnvUnderTest) -> None:
                 success = bool(task.is_success()[0])
                 expect(success or not of_goals, f"no success where the goal, {reached}, is what is achieved.")
                 told.add(float(success))
+        if 1.0 not in told and task.expert:
+            told.add(_success_of_expert(env))
     if 1.0 not in told:
         raise Inconclusive(f"no success in {_STEPS} steps of random episodes; whether there can be one was not seen")
+
+
+def _success_of_expert(env: Any) -> float:
+    """Return 1.0 if the expert of the task succeeds in one of a few episodes, 0.0 if it cannot use the controllers."""
+    try:
+        expert = load_expert(inside(env))
+    except ConfigurationError:
+        return 0.0
+    assert expert is not None
+    for episode in range(_EXPERT_EPISODES):
+        env.reset(seed=episode)
+        begins, ended = np.ones(1, bool), False
+        while not ended:
+            *_, terminated, truncated, info = env.step(expert.act(begins)[0])
+            begins, ended = np.zeros(1, bool), terminated or truncated
+        if info["is_success"]:
+            return 1.0
+    raise CheckFailure(
+        f"the task's expert '{inside(env).task.expert}' succeeds in none of {_EXPERT_EPISODES} episodes."
+    )
 
 
 def terms_sum_to_reward(subject: EnvUnderTest) -> None:
