@@ -263,23 +263,16 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self._elapsed[:], self._ended = snapshot["elapsed"], snapshot["ended"].copy()
         self._seeded = True
 
-    def restore_rows(
-        self,
-        mask: Mask,
-        snapshot: Snapshot,
-        rows: npt.NDArray[np.int64],
-        elapsed: npt.NDArray[np.int64] | None = None,
-    ) -> None:
+    def restore_rows(self, mask: Mask, snapshot: Snapshot, rows: npt.NDArray[np.int64]) -> None:
         """Continue some environments from rows of a snapshot, with the random numbers of their own.
 
         Args:
             mask: (num_envs,) bool: the n environments.
             snapshot: Of this environment or of one that was built alike, with any number of rows.
             rows: (n,) numbers of the rows.
-            elapsed: (n,) control steps that count as taken, up to the time limit; None: those of the rows.
         """
         self._loop.restore_rows(mask, snapshot, rows)
-        self._elapsed[mask] = snapshot["elapsed"][rows] if elapsed is None else elapsed
+        self._elapsed[mask] = snapshot["elapsed"][rows]
 
     def call_after_reset(self, callback: Callable[[Mask | None], None]) -> None:
         """Call a function after each reset, with the mask of the environments, before these are observed.

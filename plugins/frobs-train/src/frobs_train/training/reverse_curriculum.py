@@ -30,8 +30,8 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
 
     The expert acts for one episode in each environment. Its successful episodes give states at equal distances in time. The
     front is the number of the earliest state in which an episode may begin. It moves from the end of the path to its start,
-    by one state whenever enough of the last episodes that began there succeeded. Such an episode has at least the time left that
-    the expert had left, and at most that of a whole episode. Goals, objects and randomized parameters are those of the expert's episode.
+    by one state whenever enough of the last episodes that began there succeeded. Such an episode has the time left that the
+    expert had left. Goals, objects and randomized parameters are those of the expert's episode.
 
     ``final_info`` gets ``frobs/from_path``, (num_envs,) bool: whether the episode that ended had begun on the path.
 
@@ -57,7 +57,6 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
             )
         self._base, self._config = base, config
         self._path, self._rows = _expert_path(base, config.states, seed)
-        self._elapsed = self._path["elapsed"][:: base.num_envs]  # [control steps] of the expert up to each state
         self.front = config.states - 1
         self._state = np.full(base.num_envs, -1)  # in which each episode began; -1: as usual
         self._episodes = self._successes = 0  # from the front, since it moved
@@ -66,9 +65,9 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
     def _begin(self, mask: Mask | None) -> None:
         """Move the share of the environments of a mask to states on the path."""
         rows, rng, last = rows_of(mask), self._base.step_context.rng, self._config.states - 1
-        drawn = rng.uniform("reset_from", shape=(5,), mask=mask)
+        drawn = rng.uniform("reset_from", shape=(4,), mask=mask)
         on_path = drawn[:, 0] < self._config.share
-        at_front, behind, episode, time = drawn[on_path, 1:].T
+        at_front, behind, episode = drawn[on_path, 1:].T
         state = np.where(at_front < _AT_FRONT, self.front, self.front + _floor(behind * (last + 1 - self.front)))
         begun = np.full(len(drawn), -1)
         begun[on_path] = state
@@ -77,9 +76,7 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         chosen[rows] = on_path
         if on_path.any():
             places = state * self.num_envs + self._rows[_floor(episode * len(self._rows))]
-            # Late states have little time left: with no more than that, hardly any experience would come from them.
-            elapsed = _floor(time * (self._elapsed[state] + 1))
-            self._base.restore_rows(chosen, self._path, places, elapsed)
+            self._base.restore_rows(chosen, self._path, places)
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         """Step, and count the successes of episodes that began at the front."""
