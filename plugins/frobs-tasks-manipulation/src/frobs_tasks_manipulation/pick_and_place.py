@@ -71,7 +71,9 @@ class PickAndPlace(CubeTask):
 
 
 class PickAndPlaceGoal(GoalForm, PickAndPlace):
-    """Bring a cube to a goal, goal-conditioned: rewards and observation are those of :class:`GoalForm`.
+    """Bring a cube to a goal, goal-conditioned.
+
+    The rewards and the observation are those of :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
 
     Args:
         air_share: Share of the goals that are in the air, in [0, 1].

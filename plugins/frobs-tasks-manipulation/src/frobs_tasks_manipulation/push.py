@@ -66,4 +66,7 @@ class Push(CubeTask):
 
 
 class PushGoal(GoalForm, Push):
-    """Push a cube to a goal on the floor, goal-conditioned: rewards and observation are those of :class:`GoalForm`."""
+    """Push a cube to a goal on the floor, goal-conditioned.
+
+    The rewards and the observation are those of :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
+    """

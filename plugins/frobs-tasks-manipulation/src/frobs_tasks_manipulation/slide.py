@@ -131,4 +131,7 @@ class Slide(CubeTask):
 
 
 class SlideGoal(GoalForm, Slide):
-    """Hit a puck so that it slides to a goal, goal-conditioned: rewards and observation are those of :class:`GoalForm`."""
+    """Hit a puck so that it slides to a goal, goal-conditioned.
+
+    The rewards and the observation are those of :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
+    """
