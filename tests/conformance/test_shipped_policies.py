@@ -14,7 +14,7 @@ from frobs_train.export.pretrained import claimed_evaluation, describe_pretraine
 SHIPPED = pretrained_ids()
 QUICK = {"frobs/Irb120Reach-v0", "frobs/KobukiDynamic-v0"}
 WITHOUT = {"frobs/Irb140ReachVelocityLegacy-v0"}
-MANIPULATION = {f"frobs/Panda{task}-v0" for task in ("OpenDrawer",)}
+MANIPULATION = {"frobs/PandaLift-v0", "frobs/PandaOpenDrawer-v0", "frobs/Ur5OpenDrawer-v0"}
 """The manipulation IDs that have one so far."""
 
 

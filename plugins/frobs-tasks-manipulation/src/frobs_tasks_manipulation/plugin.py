@@ -9,7 +9,7 @@ _INSTALL = "pip install frobs-tasks-manipulation"
 _ARMS = {"Panda": ("panda", "Panda"), "Ur5": ("ur5_gripper", "UR5 with a parallel gripper")}
 """Robot and its name in sentences, by how its IDs begin."""
 
-_PRETRAINED = ("PandaOpenDrawer",)
+_PRETRAINED = ("PandaLift", "PandaOpenDrawer", "Ur5OpenDrawer")
 """IDs with a trained policy, which ``tests/benchmarks/pretrained.py`` makes."""
 
 _GOAL_MAX_DELTA = 0.05
