@@ -27,7 +27,7 @@ def rows_of(mask: Mask | None) -> Mask | slice:
 
 
 def widened(rows: np.ndarray[Any, Any], shape: Iterable[int]) -> np.ndarray[Any, Any]:
-    """Return rows (n, …) with zeros at the end, (n, *shape): engines write states into different numbers of bytes."""
+    """Return rows (n, …) with zeros at the end, (n, …shape): engines write states into different numbers of bytes."""
     return np.pad(rows, [(0, 0), *((0, wide - here) for here, wide in zip(rows.shape[1:], shape, strict=True))])
 
 

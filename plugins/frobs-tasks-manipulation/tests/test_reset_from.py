@@ -149,7 +149,7 @@ def test_what_cannot_be_used_is_one_error() -> None:
         make_training_env(RunConfig(environment="frobs/Irb120Reach-v0", num_envs=2, reset_from=ResetFromConfig()))
     with pytest.raises(RunError, match="reset_from needs an environment of FRobs"):
         make_training_env(RunConfig(environment="CartPole-v1", num_envs=2, reset_from=ResetFromConfig()))
-    with pytest.raises(RunError, match="succeeds in none of 2 episodes"):
+    with pytest.raises(RunError, match="of 2 episodes of the expert, none reached the time limit with a success"):
         make_training_env(
             RunConfig(
                 environment=LIFT,

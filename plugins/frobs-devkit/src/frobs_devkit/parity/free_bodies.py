@@ -10,10 +10,8 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.env import RobotEnv
-from frobs_core.interfaces import Body
-from frobs_core.interfaces.bodies import AT_REST
-from frobs_core.models import Pose
-from frobs_core.models.bounds import shapes_points
+from frobs_core.interfaces import AT_REST, Body
+from frobs_core.models import Pose, shape_points
 from frobs_core.rotations import quat_from_matrix, quat_rotate
 from frobs_devkit.parity.result import Comparison, Measurement, skip
 from frobs_devkit.parity.subject import Subject
@@ -40,7 +38,7 @@ class Bounded:
         assert body.inertial is not None  # it is free
         self.name = name
         self.mass = body.inertial.mass
-        self.points = shapes_points(body.collisions)
+        self.points = np.concatenate([shape_points(shape) for shape in body.collisions])
         low, high = self.points.min(axis=0), self.points.max(axis=0)
         self._center, size = (low + high) / 2.0, high - low
         self._order = np.argsort(size, kind="stable")

@@ -138,17 +138,19 @@ def _expert_path(
     steps = int(env.max_episode_steps)
     taken = np.linspace(0, steps - 1, states).astype(int)
     snapshots = []
-    begins = np.ones(env.num_envs, np.bool_)
-    info: dict[str, Any] = {}
+    begins, broken = np.ones(env.num_envs, np.bool_), np.zeros(env.num_envs, np.bool_)
     for step in range(steps):
         if step in taken:
             snapshots += [env.snapshot()] * int((taken == step).sum())
-        info = env.step(expert.act(begins))[4]
-        begins = np.zeros(env.num_envs, np.bool_)
-    succeeded = np.flatnonzero(info["final_info"]["is_success"])
+        broken |= begins & (step > 0)  # another episode has begun before the time limit
+        _, _, terminated, truncated, info = env.step(expert.act(begins))
+        begins = terminated | truncated
+    successes = info["final_info"]["is_success"] if begins.any() else np.zeros(env.num_envs)
+    succeeded = np.flatnonzero(begins & ~broken & (successes > 0.0))
     if not len(succeeded):
         raise RunError(
-            f"reset_from: the expert succeeds in none of {env.num_envs} episodes, so that it has no path; {_WITHOUT}."
+            f"reset_from: of {env.num_envs} episodes of the expert, none reached the time limit with a success, so that there is "
+            f"no path; {_WITHOUT}."
         )
     widest = {name: max(snapshot[name].shape[1:] for snapshot in snapshots) for name in snapshots[0]}
     return {
