@@ -8,6 +8,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -67,8 +68,15 @@ def record(topics: list[str], bag: Path, uri: str) -> subprocess.Popen[bytes]:
 
 
 def finish(process: subprocess.Popen[bytes]) -> None:
+    """End a recording, and return once the bag is complete: the command ends before its child, which writes the bag."""
     os.killpg(process.pid, signal.SIGINT)
     process.wait(30.0)
+    end = time.monotonic() + 30.0
+    with suppress(ProcessLookupError):
+        while True:
+            os.killpg(process.pid, 0)
+            assert time.monotonic() < end, "the recorder does not end"
+            time.sleep(0.05)
 
 
 def read(bag: Path) -> dict[str, list[tuple[Any, ...]]]:
