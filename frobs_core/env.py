@@ -151,9 +151,10 @@ class Loop:
             part.restore({key.removeprefix(start): array for key, array in snapshot.items() if key.startswith(start)})
 
     def restore_rows(self, mask: Mask, snapshot: Snapshot, rows: npt.NDArray[np.int64]) -> None:
-        """Continue the n environments of ``mask`` from ``rows`` of a snapshot, (n,), with the random numbers of their own."""
-        parts = {name: part for name, part in self._stateful().items() if part is not self.rng}
-        for name, part in parts.items():
+        """Continue the n environments of ``mask`` from ``rows`` (n,) of a snapshot. They keep their own random numbers."""
+        for name, part in self._stateful().items():
+            if part is self.rng:
+                continue
             state = part.snapshot()
             for key, array in state.items():
                 state[key] = _put_rows(array, mask, snapshot[f"{name}/{key}"][rows])

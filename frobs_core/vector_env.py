@@ -264,11 +264,11 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self._seeded = True
 
     def restore_rows(self, mask: Mask, snapshot: Snapshot, rows: npt.NDArray[np.int64]) -> None:
-        """Continue some environments from rows of a snapshot, with the random numbers of their own.
+        """Continue some environments from rows of a snapshot. They keep their own random numbers.
 
         Args:
             mask: (num_envs,) bool: the n environments.
-            snapshot: Of this environment or of one that was built alike, with any number of rows.
+            snapshot: State of this environment or of one that was built alike. It may have any number of rows.
             rows: (n,) numbers of the rows.
         """
         self._loop.restore_rows(mask, snapshot, rows)

@@ -12,7 +12,7 @@ import pytest
 
 from frobs_core.errors import ConfigurationError, RunError
 from frobs_core.vector_env import RobotVectorEnv
-from frobs_train import Progress, ResetFromConfig, Run, RunConfig, resolve_config, resume, train
+from frobs_train import Progress, Run, RunConfig, resolve_config, resume, train
 from frobs_train.environments import make_vector_env
 from frobs_train.logs.progress import read_rows
 from frobs_train.logs.recorder import FROM_PATH
@@ -144,29 +144,32 @@ def logged(run: Run) -> list[dict[str, str]]:
     return [{key: value for key, value in row.items() if not key.startswith("time/")} for row in rows]
 
 
-def test_what_cannot_be_used_is_one_error() -> None:
-    with pytest.raises(RunError, match="needs a task with an expert; --set reset_from=null"):
-        make_training_env(RunConfig(environment="frobs/Irb120Reach-v0", num_envs=2, reset_from=ResetFromConfig()))
-    with pytest.raises(RunError, match="reset_from needs an environment of FRobs"):
-        make_training_env(RunConfig(environment="CartPole-v1", num_envs=2, reset_from=ResetFromConfig()))
-    with pytest.raises(RunError, match="of 2 episodes of the expert, none reached the time limit with a success"):
-        make_training_env(
-            RunConfig(
-                environment=LIFT,
-                num_envs=2,
-                reset_from=ResetFromConfig(),
-                environment_kwargs={"lowest": 0.6, "highest": 0.7},
-            )
-        )
-    with pytest.raises(RunError, match="choose the controller 'tcp_delta_pose' for the arm; --set reset_from=null"):
-        make_training_env(
-            RunConfig(
-                environment=LIFT,
-                num_envs=2,
-                reset_from=ResetFromConfig(),
-                environment_kwargs={"controller": "joint_position", "controller_kwargs": {}},
-            )
-        )
+@pytest.mark.parametrize(
+    ("environment", "keywords", "message"),
+    [
+        ("frobs/Irb120Reach-v0", {}, "needs a task with an expert; --set reset_from=null"),
+        ("CartPole-v1", {}, "reset_from needs an environment of FRobs"),
+        (
+            LIFT,
+            {"lowest": 0.6, "highest": 0.7},
+            "of 2 episodes of the expert, none reached the time limit with a success",
+        ),
+        (
+            LIFT,
+            {"controller": "joint_position", "controller_kwargs": {}},
+            "choose the controller 'tcp_delta_pose' for the arm; --set reset_from=null",
+        ),
+    ],
+)
+def test_what_cannot_be_used_is_one_error(environment: str, keywords: dict[str, Any], message: str) -> None:
+    with (
+        pytest.raises(RunError, match=message),
+        curriculum(2, environment, environment_kwargs=keywords),
+    ):
+        pass
+
+
+def test_a_share_of_zero_is_an_error() -> None:
     with pytest.raises(ConfigurationError, match="share"):
         resolve_config(settings=[f"environment={LIFT}", "reset_from.share=0"])
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_devkit.parity.free_bodies import Bounded, bodies_of, not_applicable
-from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
+from frobs_devkit.parity.free_bodies import Bounded, compare_bodies, compare_values, draw_curves
+from frobs_devkit.parity.result import Comparison, Measurement, Panel
 from frobs_devkit.parity.settling import DURATION, Fall, settle, watch_fall
 from frobs_devkit.parity.subject import Subject
 
@@ -21,35 +21,27 @@ _SUMMARY = (
 
 def fall(subjects: Sequence[Subject]) -> Measurement:
     """Compare how the free bodies of the task bounce and come to rest."""
-    reference, bodies = subjects[0], bodies_of(subjects[0])
-    if not bodies:
-        return not_applicable(subjects, _SUMMARY, "the task has no free body")
-    comparisons: list[Comparison] = []
-    panels = []
-    for body in bodies:
+
+    def compare(body: Bounded) -> tuple[list[Comparison], Panel]:
         falls = [_fall(subject, body) for subject in subjects]
-        first, *others = [{**settle(*each), "bounce_height": _bounce(each[1])} for each in falls]
-        for subject, found in zip(subjects[1:], others, strict=True):
-            for name, words in _QUANTITIES.items():
-                quantity = f"{words} of '{body.name}'"
-                if np.isnan(first[name]):
-                    reason = f"it does not rest within {DURATION:g} s on {reference.label}"
-                    comparisons.append(skip(subject.label, reference.label, reason, quantity))
-                    continue
-                factor, unit = (1.0, "s") if name == "rest_time" else (1e3, "mm")
-                comparisons.append(
-                    judge(
-                        name, quantity, subject.label, reference.label, abs(found[name] - first[name]), exact=False,
-                        scale=body.edges[0],
-                        where=f"{factor * found[name]:.3g} instead of {factor * first[name]:.3g} {unit}",
-                    )
-                )  # fmt: skip
-        lines = tuple(
-            Line(s.label, times, 1e3 * lowest, i, i)
-            for i, (s, (times, lowest, _)) in enumerate(zip(subjects, falls, strict=True))
-        )
-        panels.append(Panel(title=f"Lowest point of '{body.name}'", x_label="s", y_label="mm", lines=lines))
-    return Measurement(summary=_SUMMARY, comparisons=tuple(comparisons), panels=tuple(panels))
+        found = [{**settle(*each), "bounce_height": _bounce(each[1])} for each in falls]
+        comparisons: list[Comparison] = []
+        for name, words in _QUANTITIES.items():
+            factor, unit = (1.0, "s") if name == "rest_time" else (1e3, "mm")
+            comparisons += compare_values(
+                subjects,
+                name,
+                f"{words} of '{body.name}'",
+                [each[name] for each in found],
+                scale=body.edges[0],
+                unknown=f"it does not rest within {DURATION:g} s",
+                factor=factor,
+                unit=unit,
+            )
+        curves = ((times, 1e3 * lowest) for times, lowest, _ in falls)
+        return comparisons, draw_curves(subjects, f"Lowest point of '{body.name}'", "s", "mm", curves)
+
+    return compare_bodies(subjects, _SUMMARY, compare)
 
 
 def _fall(subject: Subject, body: Bounded) -> Fall:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -13,7 +13,7 @@ from frobs_core.env import RobotEnv
 from frobs_core.interfaces import AT_REST, Body
 from frobs_core.models import Pose, shape_points
 from frobs_core.rotations import quat_from_matrix, quat_rotate
-from frobs_devkit.parity.result import Comparison, Measurement, skip
+from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
 from frobs_devkit.parity.subject import Subject
 
 AWAY = 5.0
@@ -81,6 +81,77 @@ def bodies_of(subject: Subject) -> list[Bounded]:
         if body.collisions and alike not in found.values():
             found[name] = alike
     return [Bounded(name, body) for name, body in found.items()]
+
+
+def compare_bodies(
+    subjects: Sequence[Subject], summary: str, compare: Callable[[Bounded], tuple[list[Comparison], Panel]]
+) -> Measurement:
+    """Return the measurement of all free bodies of the task: what ``compare`` returns for each body."""
+    bodies = bodies_of(subjects[0])
+    if not bodies:
+        return not_applicable(subjects, summary, "the task has no free body")
+    found = [compare(body) for body in bodies]
+    comparisons = tuple(comparison for each, _ in found for comparison in each)
+    return Measurement(summary=summary, comparisons=comparisons, panels=tuple(panel for _, panel in found))
+
+
+def compare_values(
+    subjects: Sequence[Subject],
+    name: str,
+    quantity: str,
+    values: Sequence[float],
+    *,
+    scale: float,
+    unknown: str,
+    unit: str,
+    factor: float = 1.0,
+    missing: str = "none",
+) -> list[Comparison]:
+    """Compare a value of each simulator with that of the first one.
+
+    Args:
+        subjects: The simulators.
+        name: Name of the tolerance.
+        quantity: What the value is.
+        values: One value for each simulator; NaN if there is none.
+        scale: Value in which the tolerance is a share.
+        unknown: Why the first simulator may have no value. The comparisons are skipped then.
+        unit: Unit in which the values are shown.
+        factor: Values times this factor are in this unit.
+        missing: What is shown for a value of NaN.
+    """
+
+    def show(value: float) -> str:
+        return missing if np.isnan(value) else f"{factor * value:.3g}"
+
+    reference, *others = subjects
+    if np.isnan(values[0]):
+        return [skip(each.label, reference.label, f"{unknown} on {reference.label}", quantity) for each in others]
+    return [
+        judge(
+            name,
+            quantity,
+            each.label,
+            reference.label,
+            abs(value - values[0]),
+            exact=False,
+            scale=scale,
+            where=f"{show(value)} instead of {show(values[0])} {unit}",
+        )
+        for each, value in zip(others, values[1:], strict=True)
+    ]
+
+
+def draw_curves(
+    subjects: Sequence[Subject], title: str, x_label: str, y_label: str, curves: Iterable[tuple[Floats, Floats]]
+) -> Panel:
+    """Return the panel with one curve for each simulator. A simulator without points has no curve."""
+    lines = tuple(
+        Line(subject.label, x, y, i, i)
+        for i, (subject, (x, y)) in enumerate(zip(subjects, curves, strict=True))
+        if len(x)
+    )
+    return Panel(title=title, x_label=x_label, y_label=y_label, lines=lines)
 
 
 def not_applicable(subjects: Sequence[Subject], summary: str, reason: str) -> Measurement:

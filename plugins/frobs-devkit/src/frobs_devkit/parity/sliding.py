@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_devkit.parity.free_bodies import Bounded, bodies_of, not_applicable
-from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
+from frobs_devkit.parity.free_bodies import Bounded, compare_bodies, compare_values, draw_curves
+from frobs_devkit.parity.result import Comparison, Measurement, Panel
 from frobs_devkit.parity.subject import Subject
 
 _SPEED = 1.0  # [m/s]
@@ -23,32 +23,23 @@ _SUMMARY = (
 
 def sliding(subjects: Sequence[Subject]) -> Measurement:
     """Compare how far the free bodies of the task slide."""
-    reference, bodies = subjects[0], bodies_of(subjects[0])
-    if not bodies:
-        return not_applicable(subjects, _SUMMARY, "the task has no free body")
-    comparisons: list[Comparison] = []
-    panels = []
-    for body in bodies:
+
+    def compare(body: Bounded) -> tuple[list[Comparison], Panel]:
         slides = [_slide(subject, body) for subject in subjects]
         distances = [distance for _, _, distance in slides]
-        quantity = f"sliding distance of '{body.name}'"
-        for subject, distance in zip(subjects[1:], distances[1:], strict=True):
-            if np.isnan(distances[0]):
-                reason = f"it does not stop within {_DURATION:g} s on {reference.label}"
-                comparisons.append(skip(subject.label, reference.label, reason, quantity))
-                continue
-            comparisons.append(
-                judge(
-                    "sliding_distance", quantity, subject.label, reference.label, abs(distance - distances[0]),
-                    exact=False, scale=distances[0], where=f"{distance:.3g} instead of {distances[0]:.3g} m",
-                )
-            )  # fmt: skip
-        lines = tuple(
-            Line(s.label, times, ways, i, i)
-            for i, (s, (times, ways, _)) in enumerate(zip(subjects, slides, strict=True))
+        comparisons = compare_values(
+            subjects,
+            "sliding_distance",
+            f"sliding distance of '{body.name}'",
+            distances,
+            scale=distances[0],
+            unknown=f"it does not stop within {_DURATION:g} s",
+            unit="m",
         )
-        panels.append(Panel(title=f"Distance of '{body.name}'", x_label="s", y_label="m", lines=lines))
-    return Measurement(summary=_SUMMARY, comparisons=tuple(comparisons), panels=tuple(panels))
+        curves = ((times, ways) for times, ways, _ in slides)
+        return comparisons, draw_curves(subjects, f"Distance of '{body.name}'", "s", "m", curves)
+
+    return compare_bodies(subjects, _SUMMARY, compare)
 
 
 def _slide(subject: Subject, body: Bounded) -> tuple[Floats, Floats, float]:

@@ -10,8 +10,15 @@ from frobs_core.arrays import Floats
 from frobs_core.env import RobotEnv
 from frobs_core.interfaces import CommandMode, EndEffector
 from frobs_core.rotations import quat_conjugate, quat_multiply, quat_rotate
-from frobs_devkit.parity.free_bodies import Bounded, bodies_of, not_applicable
-from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
+from frobs_devkit.parity.free_bodies import (
+    Bounded,
+    bodies_of,
+    compare_bodies,
+    compare_values,
+    draw_curves,
+    not_applicable,
+)
+from frobs_devkit.parity.result import Comparison, Measurement, Panel
 from frobs_devkit.parity.subject import Subject
 
 _CLOSING, _PRESSING, _HOLDING = 1.0, 0.5, 0.2  # [s]
@@ -28,37 +35,28 @@ _SUMMARY = (
 
 def slip(subjects: Sequence[Subject]) -> Measurement:
     """Compare the force at which the free bodies of the task slip out of the gripper."""
-    reference, bodies = subjects[0], bodies_of(subjects[0])
-    if not bodies:
-        return not_applicable(subjects, _SUMMARY, "the task has no free body")
-    tool = _gripper(reference)
-    if tool is None:
+    tool = _gripper(subjects[0])
+    if tool is None and bodies_of(subjects[0]):
         return not_applicable(subjects, _SUMMARY, "the robot has no gripper")
-    comparisons: list[Comparison] = []
-    panels = []
-    for body in bodies:
+
+    def compare(body: Bounded) -> tuple[list[Comparison], Panel]:
+        assert tool is not None
         pulls = [_pull(subject, body, tool) for subject in subjects]
-        first, *others = [float(forces[-1]) if len(forces) else float("nan") for forces, _ in pulls]
-        quantity = f"slip force of '{body.name}'"
-        for subject, force in zip(subjects[1:], others, strict=True):
-            if np.isnan(first):
-                reason = f"the gripper does not hold it on {reference.label}"
-                comparisons.append(skip(subject.label, reference.label, reason, quantity))
-                continue
-            found = "not held" if np.isnan(force) else f"{force:.3g}"
-            comparisons.append(
-                judge(
-                    "slip_force", quantity, subject.label, reference.label, abs(force - first), exact=False, scale=first,
-                    where=f"{found} instead of {first:.3g} N",
-                )
-            )  # fmt: skip
-        lines = tuple(
-            Line(s.label, forces, 1e3 * moved, i, i)
-            for i, (s, (forces, moved)) in enumerate(zip(subjects, pulls, strict=True))
-            if len(forces)
+        forces = [float(pull[-1]) if len(pull) else float("nan") for pull, _ in pulls]
+        comparisons = compare_values(
+            subjects,
+            "slip_force",
+            f"slip force of '{body.name}'",
+            forces,
+            scale=forces[0],
+            unknown="the gripper does not hold it",
+            missing="not held",
+            unit="N",
         )
-        panels.append(Panel(title=f"Motion of '{body.name}'", x_label="N", y_label="mm", lines=lines))
-    return Measurement(summary=_SUMMARY, comparisons=tuple(comparisons), panels=tuple(panels))
+        curves = ((pull, 1e3 * moved) for pull, moved in pulls)
+        return comparisons, draw_curves(subjects, f"Motion of '{body.name}'", "N", "mm", curves)
+
+    return compare_bodies(subjects, _SUMMARY, compare)
 
 
 def _gripper(subject: Subject) -> EndEffector | None:
