@@ -38,6 +38,8 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         num_envs: ≥ 1.
         max_episode_steps: Control steps before truncation; None: never.
         autoreset_mode: Same-step, next-step or disabled.
+        stagger: Whether a reset of all environments lets each count a random number of steps as taken. Episodes that last
+            until the time limit then end at different times.
         keywords: Those of :class:`frobs_core.config.EnvConfig`; others are keywords of the task.
 
     Attributes:
@@ -58,8 +60,11 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         *,
         max_episode_steps: int | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
+        stagger: bool = False,
         **keywords: Any,
     ) -> None:
+        if stagger and max_episode_steps is None:
+            raise ParameterValueError("stagger", stagger, "False without a time limit")
         self.config = config = EnvConfig.from_dict(keywords)
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         parts = compose(config, num_envs, self.autoreset_mode is AutoresetMode.SAME_STEP)
@@ -82,6 +87,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
             "autoreset_mode": self.autoreset_mode,
         }
         self.max_episode_steps = math.inf if max_episode_steps is None else max_episode_steps
+        self._stagger = stagger
         self.final_observation: Observation | None = None
         self._elapsed = np.zeros(num_envs, np.int64)
         self._ended = np.ones(num_envs, np.bool_)  # waiting for a reset
@@ -119,6 +125,9 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         rows = rows_of(mask)
         self._elapsed[rows] = 0
         observation = self._loop.begin(mask, batched)
+        if self._stagger and mask is None:
+            drawn = self._loop.rng.uniform("stagger")
+            self._elapsed[:] = np.floor(drawn * self.max_episode_steps)
         self._ended[rows] = False
         if self.render_mode == "human":
             self.simulation.open_viewer()

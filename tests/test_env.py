@@ -18,6 +18,7 @@ from frobs_core.errors import (
     ConfigurationError,
     InvalidActionError,
     InvalidTimestepError,
+    ParameterValueError,
     ResetNeededError,
     UnknownNameError,
     UnknownParameterError,
@@ -236,6 +237,19 @@ def test_each_autoreset_mode_keeps_its_promise(mode):
         with pytest.raises(ResetNeededError, match=r"\[1\]"):
             env.step(np.zeros((3, 6)))
     env.close()
+
+
+def test_staggered_episodes_end_at_different_times():
+    env = RobotVectorEnv(32, max_episode_steps=8, stagger=True, **PARTS)
+    for _ in range(2):
+        env.reset(seed=0)
+        ends = np.array([env.step(np.zeros((32, 6)))[3] for _ in range(16)])
+        assert (ends.sum(axis=0) == 2).all()
+        assert ends.any(axis=1).all()
+        assert (ends[:8] == ends[8:]).all()
+    env.close()
+    with pytest.raises(ParameterValueError, match="stagger is True; it must be False without a time limit"):
+        RobotVectorEnv(2, stagger=True, **PARTS)
 
 
 def test_a_diverged_environment_is_truncated_and_the_others_go_on(vector):

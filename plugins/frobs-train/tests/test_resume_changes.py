@@ -35,6 +35,7 @@ def edit(run: Run, old: str, new: str) -> None:
         ("learning_rate: 0.001", "learning_rate: 0.5", r"algorithm_config\.learning_rate", "an optimizer"),
         ("- 8\n", "- 9\n", r"algorithm_config\.policy_kwargs\.net_arch", "networks"),
         ("seed: 0", "seed: 1", "seed", "random numbers"),
+        ("stagger: false", "stagger: true", "stagger", "episodes that began"),
         ("num_envs: 2", "num_envs: 3", "num_envs", "number of environments"),
         ("tolerance: 0.05", "simulator: pybullet", r"environment_kwargs\.simulator", "snapshots"),
         ("algorithm: ppo", "algorithm: a2c", "algorithm", "networks"),

@@ -77,6 +77,8 @@ class RunConfig(BaseModel):
             is asked for. See :mod:`frobs_core.randomization`.
         reset_from: The reverse curriculum of the training, as in :class:`frobs_train.ResetFromConfig`; None: all episodes
             begin as usual. Evaluations always begin as usual.
+        stagger: Whether the first episodes end at random times, so that those that last until the time limit do not all end at
+            once.
         algorithm: Name of the algorithm.
         algorithm_config: The algorithm's own settings.
         num_envs: Environments that are stepped together.
@@ -100,6 +102,7 @@ class RunConfig(BaseModel):
     environment_kwargs: dict[str, Any] = Field(default_factory=dict)
     randomize: dict[str, Any] = Field(default_factory=dict)
     reset_from: ResetFromConfig | None = None
+    stagger: bool = False
     algorithm: str = "ppo"
     algorithm_config: dict[str, Any] = Field(default_factory=dict)
     num_envs: Annotated[int, Field(ge=1)] = 8

@@ -27,6 +27,7 @@ _FIXED = {
     "randomize": "the checkpoints contain environments that were drawn from it",
     "algorithm": "the checkpoints contain its networks",
     "reset_from": "the checkpoints contain episodes that began by it",
+    "stagger": "the checkpoints contain episodes that began by it",
     "algorithm_config": "the checkpoints contain networks and an optimizer that were built with these settings",
     "num_envs": "the checkpoints contain the state of this number of environments",
     "seed": "all random numbers of the run follow from it",

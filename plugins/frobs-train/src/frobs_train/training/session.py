@@ -40,6 +40,8 @@ def make_training_env(config: RunConfig) -> gym.vector.VectorEnv[Any, Any, Any]:
     simulator = decide_threads(config).simulator
     if simulator is not None:
         keywords["num_threads"] = simulator
+    if config.stagger:
+        keywords["stagger"] = True
     env = make_vector_env(config.environment, config.num_envs, keywords, config.wrappers)
     if config.reset_from is None:
         return env
