@@ -23,8 +23,8 @@ class Lift(CubeTask):
 
     Reward:
 
-    - ``dense``: 0.2 · nearness of the tool to the cube + 0.8 · the share of ``lowest`` by which the cube is lifted + 0.5 if
-      the condition is met
+    - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · how well the cube is between the fingers + 0.8 · the share of
+      ``lowest`` by which the cube is lifted + 0.5 if the condition is met
     - ``sparse``: 0 if the condition is met, else −1
 
     Args:
@@ -40,6 +40,7 @@ class Lift(CubeTask):
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.2 · (1 − tanh(d / 0.2 m)), d being the distance from tool to cube",
+        "grip": "0.3 · (1 − tanh(2 d / size)), size being the edge of the cube",
         "lift": "0.8 · min(h / lowest, 1), h being the height of the cube's bottom",
         "achieved": "0.5 where the cube is held in the air and slow",
         "unachieved": "−1 where it is not",
@@ -63,6 +64,7 @@ class Lift(CubeTask):
         height = np.minimum(np.maximum(self.cube.pos[:, 2] - self.size / 2, 0.0), self.lowest)
         return {
             "approach": 0.2 * nearness(self.to_cube, 0.2),
+            "grip": 0.3 * nearness(self.to_cube, self.size / 2),
             "lift": 0.8 / self.lowest * height,
             "achieved": np.where(self._is_achieved(), 0.5, 0.0),
         }
