@@ -23,8 +23,8 @@ class PickAndPlace(CubeTask):
 
     Reward, with d the distance from cube to goal:
 
-    - ``dense``: 0.2 · nearness of the tool to the cube + 0.8 · nearness of the cube to the goal, and for goals in the air 0.3 ·
-      the share of the way up + 0.5 if the condition is met
+    - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · how well the cube is between the fingers + 0.8 · nearness of the
+      cube to the goal, and for goals in the air 0.3 · the share of the way up + 0.5 if the condition is met
     - ``sparse``: 0 if the condition is met, else −1
 
     Args:
@@ -40,6 +40,7 @@ class PickAndPlace(CubeTask):
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.2 · (1 − tanh(d / 0.2 m)), d being the distance from tool to cube",
+        "grip": "0.3 · (1 − tanh(2 d / size)), size being the edge of the cube",
         "carry": "0.8 · (1 − tanh(d / 0.25 m)), d being the distance from cube to goal",
         "lift": "0.3 · min(h / 0.05 m, 1), h being the height of the cube's bottom, where the goal is in the air",
         "achieved": "0.5 where the cube is at the goal and slow",
@@ -64,6 +65,7 @@ class PickAndPlace(CubeTask):
         in_air = self.goal[:, 2] > self.size
         return {
             "approach": 0.2 * nearness(self.to_cube, 0.2),
+            "grip": 0.3 * nearness(self.to_cube, self.size / 2),
             "carry": 0.8 * nearness(self.to_goal, 0.25),
             "lift": np.where(in_air, 0.3 / 0.05 * height, 0.0),
             "achieved": np.where(self._is_achieved(), 0.5, 0.0),
