@@ -78,7 +78,7 @@ def _layers(model: BaseAlgorithm, activation: str) -> nn.Sequential:
     params: Mapping[str, Any] = state.params if statistics else state.params["params"]
     dense = [name for name in params if name.startswith("Dense_")]
     # The last layer gives the mean; behind it, SAC and its relatives have one for the deviation.
-    hidden = len(dense) - (2 if f"Dense_{len(dense) - 1}" in dense and _has_deviation(policy) else 1)
+    hidden = len(dense) - (2 if _has_deviation(policy) else 1)
     layers: list[nn.Module] = []
     normalizes = bool(statistics) and policy.batch_norm_actor
     for number in range(hidden + 1):
