@@ -38,8 +38,8 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         num_envs: ≥ 1.
         max_episode_steps: Control steps before truncation; None: never.
         autoreset_mode: Same-step, next-step or disabled.
-        stagger: Whether a reset of all environments lets each count a random number of steps as taken. Episodes that last
-            until the time limit then end at different times.
+        stagger: Whether a reset without ``"reset_mask"`` lets each environment count a random number of steps as taken.
+            Episodes that last until the time limit then end at different times.
         keywords: Those of :class:`frobs_core.config.EnvConfig`; others are keywords of the task.
 
     Attributes:
@@ -124,10 +124,10 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self._seed(seed, mask)
         rows = rows_of(mask)
         self._elapsed[rows] = 0
-        observation = self._loop.begin(mask, batched)
         if self._stagger and mask is None:
             drawn = self._loop.rng.uniform("stagger")
             self._elapsed[:] = np.floor(drawn * self.max_episode_steps)
+        observation = self._loop.begin(mask, batched)
         self._ended[rows] = False
         if self.render_mode == "human":
             self.simulation.open_viewer()

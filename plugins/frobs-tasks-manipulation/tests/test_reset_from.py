@@ -169,6 +169,11 @@ def test_what_cannot_be_used_is_one_error(environment: str, keywords: dict[str, 
         pass
 
 
+def test_the_expert_acts_for_whole_episodes_where_the_training_is_staggered() -> None:
+    with curriculum() as plain, curriculum(stagger=True) as staggered:
+        np.testing.assert_array_equal(staggered._rows, plain._rows)
+
+
 def test_a_share_of_zero_is_an_error() -> None:
     with pytest.raises(ConfigurationError, match="share"):
         resolve_config(settings=[f"environment={LIFT}", "reset_from.share=0"])

@@ -134,7 +134,9 @@ def _expert_path(
         raise RunError(f"reset_from: {str(error).rstrip('.')}; {_WITHOUT}.") from error
     if expert is None:
         raise RunError(f"reset_from needs a task with an expert; {_WITHOUT}.")
-    env.reset(seed=seed)
+    env.reset(
+        seed=seed, options={"reset_mask": np.ones(env.num_envs, np.bool_)}
+    )  # whole episodes: with a mask, none is staggered
     steps = int(env.max_episode_steps)
     taken = np.linspace(0, steps - 1, states).astype(int)
     snapshots = []
