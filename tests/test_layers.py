@@ -28,6 +28,7 @@ ALLOWED = {
     "frobs-controllers*": {CORE},
     "frobs-tasks-legacy": {CORE, "frobs-tasks-reach", "frobs-tasks-navigation"},
     "frobs-tasks-*": {CORE},
+    "frobs-algos-sbx": {CORE, "frobs-algos-sb3"},
     "frobs-algos-*": {CORE},
     "frobs-ros": {CORE, CLI, DEPLOY},
     "frobs-rl-compat": {
@@ -40,7 +41,14 @@ ALLOWED = {
 REQUIRED_ONLY = {"frobs-rl-compat": {"frobs-tasks-legacy"}}
 """Required without an import: packages for FRobs_RL use its tasks by ID."""
 
-OTHER_NAMES = {"PIL": "pillow", "coal": "pin", "collada": "pycollada", "pinocchio": "pin", "yaml": "pyyaml"}
+OTHER_NAMES = {
+    "PIL": "pillow",
+    "coal": "pin",
+    "collada": "pycollada",
+    "pinocchio": "pin",
+    "sbx": "sbx-rl",
+    "yaml": "pyyaml",
+}
 """Distributions whose import packages have another name."""
 
 OPTIONAL = {
@@ -56,6 +64,7 @@ FROM_ROS = {"actionlib", "dynamic_reconfigure", "genmsg", "genpy", "rosgraph", "
 
 USED_BY_OTHERS = {
     "frobs-algos-sb3": {"onnxscript", "tensorboard"},  # by torch.onnx and by stable-baselines3
+    "frobs-algos-sbx": {"tfp-nightly"},  # by sbx
     "frobs-ros": {"defusedxml", "netifaces", "pycryptodomex", "python-gnupg", "rospkg"},  # by rospy
 }
 """Requirements that a distribution does not import itself."""
@@ -98,10 +107,10 @@ def test_a_distribution_requires_what_it_imports_of_frobs(distribution: Distribu
     assert required == imported_distributions(distribution) | REQUIRED_ONLY.get(distribution.name, set())
 
 
-def test_the_meta_package_requires_every_distribution() -> None:
+def test_the_meta_package_requires_every_distribution_but_that_for_jax() -> None:
     meta = distributions()["frobs"]
     assert meta.packages == ()
-    assert meta.requirements() == set(distributions()) - {"frobs"}
+    assert meta.requirements() == set(distributions()) - {"frobs", "frobs-algos-sbx"}
 
 
 def test_imported_libraries_are_required_here_or_below(distribution: Distribution) -> None:

@@ -66,7 +66,7 @@ def test_continuing_changes_no_bit(
     name: str, environment: str, config: dict[str, Any], make: Any, monitor: Any, tmp_path: Path
 ) -> None:
     cls = plugins.get_record("algorithm", name).load()
-    kwargs = DISCRETE if name == "dqn" else {}
+    kwargs = DISCRETE if name.endswith("dqn") else {}
     env = make(environment, 2, **kwargs)
     snapshots: dict[int, Any] = {}
     monitor.save_at = {HALF: tmp_path / "half"}

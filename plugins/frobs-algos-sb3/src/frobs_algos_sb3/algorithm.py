@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import gymnasium as gym
 import numpy as np
@@ -15,7 +15,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.preprocessing import is_image_space
 from stable_baselines3.common.utils import set_random_seed
-from stable_baselines3.common.vec_env import VecNormalize
+from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from frobs_algos_sb3 import replay, state, storage
 from frobs_algos_sb3.callback import MonitorCallback, Stopped
@@ -27,6 +27,9 @@ from frobs_core.arrays import Action, Mask
 from frobs_core.errors import CheckpointError, IncompatibleSpaceError, ModelMismatchError, RunError
 from frobs_core.interfaces import Algorithm, Observation, TrainingMonitor
 from frobs_core.validation import validate
+
+if TYPE_CHECKING:
+    from frobs_algos_sb3.onnx_policy import PolicyGraph
 
 FORMAT = 2
 """Of the files that :meth:`SB3Algorithm.save` writes."""
@@ -53,7 +56,7 @@ class SB3Algorithm(Algorithm):
     normalizer: VecNormalize | None
 
     _pause: state.Pause | None
-    _sampling: state.Pause | None  # what predictions are drawn from
+    _sampling: state.Arrays | None  # what predictions are drawn from
     _callback: MonitorCallback | None
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any], seed: int) -> None:
@@ -80,7 +83,7 @@ class SB3Algorithm(Algorithm):
         try:
             self.model.learn(left, callback, log_interval=None, reset_num_timesteps=self.model.num_timesteps == 0)  # type: ignore[arg-type]
         except Stopped:
-            self._pause = state.pause(self.model, at_start=True)
+            self._pause = state.Pause(self._draws(), at_start=True)
             return
         finally:
             self._callback = None
@@ -94,8 +97,7 @@ class SB3Algorithm(Algorithm):
         deterministic: bool = True,
     ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
         """Return actions for a batch of observations."""
-        if self.normalizer is not None:
-            observation = self.normalizer.normalize_obs(observation)
+        observation = self._seen(observation)
         if deterministic:
             return self.model.predict(observation, state, episode_start, deterministic)
         return self._sample(observation, state, episode_start)
@@ -107,21 +109,21 @@ class SB3Algorithm(Algorithm):
         episode_start: Mask | None,
     ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
         """Return drawn actions and the next state; the generators of the training are left alone."""
-        training = state.pause(self.model, at_start=False)
+        training = self._draws()
         if self._sampling is not None:
-            state.resume(self.model, self._sampling)
+            self._restore_draws(self._sampling)
         try:
             return self.model.predict(observation, last_state, episode_start, deterministic=False)
         finally:
-            self._sampling = state.pause(self.model, at_start=False)
-            state.resume(self.model, training)
+            self._sampling = self._draws()
+            self._restore_draws(training)
 
     def save(self, folder: Path, previous: Path | None = None) -> None:
         """Write what predicts, and what it takes to learn on beside it."""
         at_start = self._callback is not None and self._callback.at_start
-        pause = self._pause or state.pause(self.model, at_start)
+        pause = self._pause or state.Pause(self._draws(), at_start)
         self._write_policy(folder, pause.at_start)
-        storage.write_tensors(folder / "optimizers.pt", state.learning(self.model))
+        self._write_learning(folder)
         storage.write_arrays(folder / "last_step.npz", state.last_step(self.model))
         storage.write_arrays(folder / "random.npz", pause.arrays)
         buffer = getattr(self.model, "replay_buffer", None)
@@ -157,7 +159,7 @@ class SB3Algorithm(Algorithm):
                 "at_start": at_start,
             },
         )
-        storage.write_tensors(folder / "policy.pt", self.model.policy.state_dict())
+        self._write_networks(folder)
         if self.normalizer is not None:
             storage.write_arrays(folder / "normalizer.npz", state.normalizer_arrays(self.normalizer))
 
@@ -186,9 +188,14 @@ class SB3Algorithm(Algorithm):
 
     def export_onnx(self) -> bytes:
         """Return the deterministic policy as an ONNX graph."""
-        from frobs_algos_sb3.onnx import export_policy  # its tracer is heavy
+        from frobs_algos_sb3.onnx import export_graph  # its tracer is heavy
 
-        return export_policy(self.model, self.normalizer, self.observation_space)
+        return export_graph(self._policy_graph, self.model.device)
+
+    def _policy_graph(self) -> PolicyGraph:
+        from frobs_algos_sb3.onnx import policy_graph
+
+        return policy_graph(self.model, self.normalizer, self.observation_space)
 
     @classmethod
     def _settings(cls, config: Mapping[str, Any]) -> SB3Config:
@@ -202,12 +209,13 @@ class SB3Algorithm(Algorithm):
         self.observation_space, self.action_space = env.single_observation_space, env.single_action_space
         space_to_json(self.observation_space)  # refuses what could not be learned from
         self._check_action_space(self.action_space)
-        th.set_num_threads(config.torch_threads)
+        self._set_threads(config)
         self.venv = VectorEnvAdapter(env)
+        adapted = self._adapt(self.venv)
         self.normalizer = None
         if config.normalize_observation or config.normalize_reward:
             self.normalizer = VecNormalize(
-                self.venv,
+                adapted,
                 norm_obs=config.normalize_observation,
                 norm_reward=config.normalize_reward,
                 clip_obs=config.clip_observation,
@@ -217,18 +225,72 @@ class SB3Algorithm(Algorithm):
         # Not by the model itself: it would also give the environment this seed.
         set_random_seed(seed, using_cuda=config.device != "cpu")
         self.action_space.seed(seed)
-        kwargs = config.model_kwargs()
-        if scale is not None and config.policy_kwargs.features_extractor_class in (None, "FlattenExtractor"):
-            kwargs["policy_kwargs"] |= {
-                "features_extractor_class": ScaledFlattenExtractor,
-                "features_extractor_kwargs": {"scale": scale},
-            }
-        self.model = self._make_model(_policy(self.observation_space), **kwargs)
+        self._env = self.normalizer or adapted
+        self.model = self._make_model(self._policy(), **self._model_kwargs())
         self.model.set_logger(Logger(folder=None, output_formats=[]))
 
+    def _adapt(self, venv: VecEnv) -> VecEnv:
+        """Return the environment with observations that the networks can take."""
+        return venv
+
+    def _policy(self) -> str:
+        """Return the name of the policy that fits the observations."""
+        if isinstance(self.observation_space, spaces.Dict):
+            return "MultiInputPolicy"
+        return "CnnPolicy" if is_image_space(self.observation_space) else "MlpPolicy"
+
+    def _set_threads(self, config: SB3Config) -> None:
+        th.set_num_threads(config.torch_threads)
+
+    def _model_kwargs(self) -> dict[str, Any]:
+        """Return the keywords of the model's class but for policy and environment."""
+        kwargs = self._config.model_kwargs()
+        if self._scale is not None and self._config.policy_kwargs.features_extractor_class in (
+            None,
+            "FlattenExtractor",
+        ):
+            kwargs["policy_kwargs"] |= {
+                "features_extractor_class": ScaledFlattenExtractor,
+                "features_extractor_kwargs": {"scale": self._scale},
+            }
+        return kwargs
+
+    def _seen(self, observation: Observation) -> Observation:
+        """Return an observation of the environment as the policy gets it."""
+        return observation if self.normalizer is None else self.normalizer.normalize_obs(observation)
+
+    def _draws(self) -> state.Arrays:
+        """Return the state of what the training draws from."""
+        return state.draws(self.model)
+
+    def _restore_draws(self, arrays: state.Arrays) -> None:
+        state.restore_draws(self.model, arrays)
+
+    def _write_networks(self, folder: Path) -> None:
+        storage.write_tensors(folder / "policy.pt", self.model.policy.state_dict())
+
+    def _read_networks(self, folder: Path) -> None:
+        """Raise CheckpointError if the file cannot be used."""
+        try:
+            self.model.policy.load_state_dict(storage.read_tensors(folder / "policy.pt"))
+        except RuntimeError as error:
+            raise CheckpointError(f"{folder / 'policy.pt'} does not fit the settings beside it: {error}.") from error
+
+    def _write_learning(self, folder: Path) -> None:
+        """Write the optimizers, and what is learned outside of the policy."""
+        storage.write_tensors(folder / "optimizers.pt", state.learning(self.model))
+
+    def _read_learning(self, folder: Path) -> None:
+        """Raise CheckpointError if the file cannot be used."""
+        try:
+            state.restore_learning(self.model, storage.read_tensors(folder / "optimizers.pt"))
+        except (RuntimeError, ValueError) as error:
+            raise CheckpointError(
+                f"{folder / 'optimizers.pt'} does not fit the settings beside it: {error}."
+            ) from error
+
     def _make_model(self, policy: str, **kwargs: Any) -> BaseAlgorithm:
-        env = self.venv if self.normalizer is None else self.normalizer
-        return self.model_class(policy, env, **kwargs)
+        return self.model_class(policy, self._env, **kwargs)
 
     def _check_action_space(self, space: gym.Space[Any]) -> None:
         if isinstance(space, spaces.Box) and not space.is_bounded():
@@ -240,20 +302,13 @@ class SB3Algorithm(Algorithm):
             )
 
     def _restore(self, folder: Path, saved: Mapping[str, Any], continuing: bool) -> None:
-        try:
-            self.model.policy.load_state_dict(storage.read_tensors(folder / "policy.pt"))
-        except RuntimeError as error:
-            raise CheckpointError(f"{folder / 'policy.pt'} does not fit the settings beside it: {error}.") from error
+        self._read_networks(folder)
         if self.normalizer is not None:
             state.restore_normalizer(self.normalizer, storage.read_arrays(folder / "normalizer.npz"))
             self.normalizer.training = continuing
         state.restore_counters(self.model, saved["counters"])
         if continuing:
-            try:
-                state.restore_learning(self.model, storage.read_tensors(folder / "optimizers.pt"))
-            except (RuntimeError, ValueError) as error:
-                reason = f"{folder / 'optimizers.pt'} does not fit the settings beside it: {error}."
-                raise CheckpointError(reason) from error
+            self._read_learning(folder)
             state.restore_last_step(self.model, storage.read_arrays(folder / "last_step.npz"))
             self._pause = state.Pause(storage.read_arrays(folder / "random.npz"), at_start=bool(saved["at_start"]))
             buffer = getattr(self.model, "replay_buffer", None)
@@ -263,7 +318,7 @@ class SB3Algorithm(Algorithm):
     def _begin(self) -> None:
         """Set what must be set last: what is drawn from, once everything that draws has been built."""
         if self._pause is not None:
-            state.resume(self.model, self._pause)
+            self._restore_draws(self._pause.arrays)
             self._pause = None
 
 
@@ -273,12 +328,6 @@ def _suggested_scale(env: gym.vector.VectorEnv[Any, Any, Any]) -> list[float] | 
     if scale is None or np.shape(scale) != env.single_observation_space.shape:
         return None
     return [float(factor) for factor in scale]
-
-
-def _policy(space: gym.Space[Any]) -> str:
-    if isinstance(space, spaces.Dict):
-        return "MultiInputPolicy"
-    return "CnnPolicy" if is_image_space(space) else "MlpPolicy"
 
 
 def _check_same_spaces(saved: gym.vector.VectorEnv[Any, Any, Any], env: gym.vector.VectorEnv[Any, Any, Any]) -> None:

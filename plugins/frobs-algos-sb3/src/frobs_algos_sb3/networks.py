@@ -16,7 +16,7 @@ Extractor = Literal["FlattenExtractor", "CombinedExtractor", "NatureCNN"]
 Optimizer = Literal["Adam", "AdamW", "Adamax", "NAdam", "RAdam", "SGD", "RMSprop", "Adagrad", "Adadelta"]
 
 _CROSSQ: dict[Literal["pi", "qf"], Widths] = {"pi": [256, 256], "qf": [1024, 1024]}
-_ACTIVATIONS = {
+ACTIVATIONS = {
     "relu": "ReLU",
     "tanh": "Tanh",
     "elu": "ELU",
@@ -52,7 +52,7 @@ class NetworkConfig(Settings):
         from torch import nn, optim
 
         kwargs = {key: value for key, value in self.model_dump().items() if value is not None}
-        kwargs["activation_fn"] = getattr(nn, _ACTIVATIONS[self.activation_fn])
+        kwargs["activation_fn"] = getattr(nn, ACTIVATIONS[self.activation_fn])
         if self.features_extractor_class is not None:
             kwargs["features_extractor_class"] = getattr(torch_layers, self.features_extractor_class)
         if self.optimizer_class is not None:

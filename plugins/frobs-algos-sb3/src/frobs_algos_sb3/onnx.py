@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import VecNormalize
 
 from frobs_algos_sb3.onnx_observation import ObservationInput
-from frobs_algos_sb3.onnx_policy import PolicyGraph
+from frobs_algos_sb3.onnx_policy import PolicyGraph, network_of
 from frobs_core.errors import MissingDependencyError
 
 if TYPE_CHECKING:
@@ -31,19 +31,43 @@ _BATCH = 2  # of the example: 0 and 1 mean something special to the tracer
 def export_policy(model: BaseAlgorithm, normalizer: VecNormalize | None, space: spaces.Space[Any]) -> bytes:
     """Return the graph of a model's deterministic policy; the same model gives the same bytes.
 
-    Inputs and outputs are named as in :meth:`frobs_core.interfaces.Algorithm.export_onnx`. ``normalizer`` is that of
-    the observations, whose space in the environment is ``space``. Only the training mode of the model changes.
+    Inputs and outputs are named as in :meth:`frobs_core.interfaces.Algorithm.export_onnx`. Only the training mode of the
+    model changes.
+
+    Args:
+        model: The model.
+        normalizer: That of the observations.
+        space: Of the observations in the environment.
+    """
+    return export_graph(lambda: policy_graph(model, normalizer, space), model.device)
+
+
+def export_graph(build: Callable[[], PolicyGraph], device: th.device | None = None) -> bytes:
+    """Return the ONNX graph of a policy.
+
+    Args:
+        build: Returns the policy as a module.
+        device: Where the module's networks belong; None: on the processor.
+
+    Raises:
+        MissingDependencyError: ONNX is not installed.
     """
     missing = [name for name in _NEEDED if find_spec(name) is None]
     if missing:
         raise MissingDependencyError("the export to ONNX", missing, "pip install 'frobs-algos-sb3[export]'")
-    inputs = observation_inputs(model, normalizer, space)
-    model.policy.set_training_mode(False)
-    graph = PolicyGraph(model, inputs).to("cpu").eval()
+    graph = build().to("cpu").eval()
     try:
         return _clean(_trace(graph))
     finally:
-        graph.to(model.device)
+        if device is not None:
+            graph.to(device)
+
+
+def policy_graph(model: BaseAlgorithm, normalizer: VecNormalize | None, space: spaces.Space[Any]) -> PolicyGraph:
+    """Return a model's deterministic policy as a module, in evaluation mode."""
+    inputs = observation_inputs(model, normalizer, space)
+    model.policy.set_training_mode(False)
+    return PolicyGraph(network_of(model), inputs, model.action_space, bool(model.policy.squash_output))
 
 
 def observation_inputs(

@@ -17,15 +17,26 @@ from frobs_core.errors import PolicyExportError
 
 
 class PolicyGraph(nn.Module):
-    """A policy from observation to action; ``inputs`` preprocess each part of the observation, by key."""
+    """A policy from observation to action.
 
-    def __init__(self, model: BaseAlgorithm, inputs: Mapping[str, ObservationInput]) -> None:
+    Args:
+        network: From the preprocessed observation to the mode of the action, or the scores of choices.
+        inputs: What each part of the observation goes through first, by key.
+        action_space: Of the environment.
+        squashed: Whether the network's output is in [−1, 1], between the bounds of the action.
+    """
+
+    def __init__(
+        self,
+        network: nn.Module,
+        inputs: Mapping[str, ObservationInput],
+        action_space: spaces.Space[Any],
+        squashed: bool,
+    ) -> None:
         super().__init__()
         self.keys = list(inputs)
         self.observation_inputs = nn.ModuleList(inputs.values())
-        self.action_space = model.action_space
-        self.network = network_of(model)
-        self.squashed = bool(model.policy.squash_output)
+        self.action_space, self.network, self.squashed = action_space, network, squashed
         if isinstance(self.action_space, spaces.Box):
             self.register_buffer("low", th.as_tensor(self.action_space.low, dtype=th.float32))
             self.register_buffer("high", th.as_tensor(self.action_space.high, dtype=th.float32))

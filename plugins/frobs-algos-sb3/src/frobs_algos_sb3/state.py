@@ -76,22 +76,22 @@ class Pause:
     at_start: bool  # taken at the start of a rollout, whose matrices have been drawn
 
 
-def pause(model: BaseAlgorithm, at_start: bool) -> Pause:
-    """Take down what is drawn from."""
+def draws(model: BaseAlgorithm) -> Arrays:
+    """Return the state of what is drawn from."""
     arrays = generators() | {"action_space": _generator_words(model.action_space.np_random)}
     arrays |= {name: getattr(owner, name).detach().cpu().numpy() for owner, name in _exploration(model)}
     noise = noise_state(model.action_noise)
-    return Pause(arrays if noise is None else {**arrays, "action_noise": noise}, at_start)
+    return arrays if noise is None else {**arrays, "action_noise": noise}
 
 
-def resume(model: BaseAlgorithm, paused: Pause) -> None:
+def restore_draws(model: BaseAlgorithm, arrays: Arrays) -> None:
     """Set what is drawn from; nothing may be drawn between this and the continuation."""
     for owner, name in _exploration(model):
-        setattr(owner, name, th.from_numpy(paused.arrays[name].copy()).to(model.device))
-    if "action_noise" in paused.arrays:
-        restore_noise(model.action_noise, paused.arrays["action_noise"])
-    _restore_generator(model.action_space.np_random, paused.arrays["action_space"])
-    restore_generators(paused.arrays)
+        setattr(owner, name, th.from_numpy(arrays[name].copy()).to(model.device))
+    if "action_noise" in arrays:
+        restore_noise(model.action_noise, arrays["action_noise"])
+    _restore_generator(model.action_space.np_random, arrays["action_space"])
+    restore_generators(arrays)
 
 
 def _exploration(model: BaseAlgorithm) -> list[tuple[Any, str]]:

@@ -1,0 +1,1 @@
+"""Algorithms of sbx for FRobs: those of stable-baselines3 in JAX."""

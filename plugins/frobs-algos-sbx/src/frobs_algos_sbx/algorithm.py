@@ -1,0 +1,86 @@
+"""What all algorithms of sbx have in common: stable-baselines3's, with networks in JAX."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.vec_env import VecEnv
+
+from frobs_algos_sb3 import state as sb3_state
+from frobs_algos_sb3 import storage
+from frobs_algos_sb3.algorithm import SB3Algorithm
+from frobs_algos_sb3.off_policy import GOAL_KEYS, OffPolicy
+from frobs_algos_sbx import state
+from frobs_algos_sbx.observations import FlatObservations
+from frobs_core.errors import CheckpointError
+from frobs_core.interfaces import Observation
+
+
+class JaxAlgorithm(SB3Algorithm):
+    """Base class of the algorithms of sbx."""
+
+    _flat: FlatObservations | None
+
+    def _adapt(self, venv: VecEnv) -> VecEnv:
+        self._flat = None if self._keeps_dict() else FlatObservations(venv, self._scale)
+        return venv if self._flat is None else self._flat
+
+    def _keeps_dict(self) -> bool:
+        """Return whether the algorithm gets observations as they are: a dictionary of flat arrays."""
+        return False
+
+    def _policy(self) -> str:
+        return "MultiInputPolicy" if self._flat is None else "MlpPolicy"
+
+    def _model_kwargs(self) -> dict[str, Any]:
+        return self._config.model_kwargs()
+
+    def _seen(self, observation: Observation) -> Observation:
+        return super()._seen(observation if self._flat is None else self._flat.flatten(observation))
+
+    def _draws(self) -> sb3_state.Arrays:
+        return super()._draws() | state.keys(self.model)
+
+    def _restore_draws(self, arrays: sb3_state.Arrays) -> None:
+        super()._restore_draws(arrays)
+        state.restore_keys(self.model, arrays)
+
+    def _write_networks(self, folder: Path) -> None:
+        storage.write_arrays(folder / "policy.npz", state.networks(self.model))
+
+    def _read_networks(self, folder: Path) -> None:
+        self._read(folder / "policy.npz", state.networks)
+
+    def _write_learning(self, folder: Path) -> None:
+        storage.write_arrays(folder / "optimizers.npz", state.learning(self.model))
+
+    def _read_learning(self, folder: Path) -> None:
+        self._read(folder / "optimizers.npz", state.learning)
+
+    def _read(self, path: Path, part: Callable[[BaseAlgorithm], Mapping[str, np.ndarray[Any, Any]]]) -> None:
+        arrays = storage.read_arrays(path)
+        try:
+            if set(arrays) != set(part(self.model)):
+                raise CheckpointError("it has other arrays.")
+            state.restore(self.model, arrays)
+        except CheckpointError as error:
+            raise CheckpointError(f"{path} does not fit the settings beside it: {error}") from error
+
+    def _policy_graph(self) -> Any:
+        from frobs_algos_sbx.onnx import policy_graph
+
+        activation = self._config.policy_kwargs.activation_fn
+        return policy_graph(self.model, self.normalizer, self._flat, self.observation_space, activation)
+
+
+class JaxOffPolicy(JaxAlgorithm, OffPolicy):
+    """Base class of the off-policy algorithms of sbx."""
+
+    def _keeps_dict(self) -> bool:
+        space = self.observation_space
+        return isinstance(space, spaces.Dict) and set(space.spaces) >= GOAL_KEYS

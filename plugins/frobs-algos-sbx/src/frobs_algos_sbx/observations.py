@@ -1,0 +1,69 @@
+"""Observations as the networks of sbx take them: one flat array of float32."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
+
+from frobs_core.errors import IncompatibleSpaceError
+
+
+class FlatObservations(VecEnvWrapper):
+    """Puts the parts of an observation one after another, and multiplies them by constants.
+
+    Args:
+        venv: The environments.
+        scale: (k,) factors; None: 1.
+    """
+
+    def __init__(self, venv: VecEnv, scale: Sequence[float] | None) -> None:
+        space = flat_space(venv.observation_space)
+        self._keys = list(venv.observation_space.spaces) if isinstance(venv.observation_space, spaces.Dict) else None
+        self.scale = None if scale is None else np.asarray(scale, np.float32)
+        super().__init__(venv, space)
+
+    def reset(self) -> VecEnvObs:
+        """Begin episodes."""
+        return self.flatten(self.venv.reset())
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """Return the result of the step, and flat observations."""
+        observation, rewards, dones, infos = self.venv.step_wait()
+        for i in np.flatnonzero(dones):
+            final = infos[i]["terminal_observation"]
+            batch = {key: value[None] for key, value in final.items()} if isinstance(final, dict) else final[None]
+            infos[i] = {**infos[i], "terminal_observation": self.flatten(batch)[0]}
+        return self.flatten(observation), rewards, dones, infos
+
+    def flatten(self, observation: Any) -> np.ndarray[Any, Any]:
+        """Return a batch of observations as (n, k) float32."""
+        parts = [observation] if self._keys is None else [observation[key] for key in self._keys]
+        flat = [np.asarray(part, np.float32).reshape(len(part), -1) for part in parts]
+        joined = flat[0] if len(flat) == 1 else np.concatenate(flat, axis=1)
+        return joined if self.scale is None else joined * self.scale
+
+
+def flat_space(space: gym.Space[Any]) -> spaces.Box:
+    """Return the space of flat observations.
+
+    Raises:
+        IncompatibleSpaceError: A part is no array of numbers, or a picture.
+    """
+    parts = list(space.spaces.values()) if isinstance(space, spaces.Dict) else [space]
+    size = 0
+    for part in parts:
+        if not isinstance(part, spaces.Box) or part.dtype == np.uint8:
+            raise IncompatibleSpaceError(
+                "the algorithms of sbx",
+                space,
+                f"learn from numbers, and the observation space is {space}; choose an algorithm of stable-baselines3, "
+                "or flatten it with gymnasium.wrappers.FlattenObservation.",
+            )
+        size += int(np.prod(part.shape))
+    return spaces.Box(-np.inf, np.inf, (size,), np.float32)

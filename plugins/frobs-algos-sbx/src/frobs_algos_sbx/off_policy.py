@@ -1,0 +1,189 @@
+"""The off-policy algorithms of sbx."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Self
+
+import sbx
+from pydantic import Field, PositiveInt, model_validator
+
+from frobs_algos_sb3.config import SB3Config
+from frobs_algos_sb3.crossq import CrossQConfig
+from frobs_algos_sb3.dqn import DQNConfig
+from frobs_algos_sb3.networks import (
+    BatchNormConfig,
+    DeterministicConfig,
+    QNetworkConfig,
+    QuantileConfig,
+    SquashedGaussianConfig,
+    Widths,
+)
+from frobs_algos_sb3.sac import SACConfig
+from frobs_algos_sb3.td3 import TD3Config
+from frobs_algos_sb3.tqc import TQCConfig
+from frobs_algos_sbx.algorithm import JaxOffPolicy
+from frobs_algos_sbx.settings import ConstantRateConfig, JaxConfig, JaxNetworkConfig
+
+_SHARED = "policy_kwargs.share_features_extractor"
+_MEMORY = "optimize_memory_usage"
+_EXPLORATION = ("use_sde", "sde_sample_freq", "use_sde_at_warmup")
+_EXPLORATION_NETWORK = ("log_std_init", "use_expln", "clip_mean")
+"""sbx draws the noise of gSDE anew in each step, so that it is not state-dependent exploration."""
+
+
+def _in_network(*names: str) -> tuple[str, ...]:
+    return tuple(f"policy_kwargs.{name}" for name in names)
+
+
+class JaxDeterministicConfig(JaxNetworkConfig, DeterministicConfig):
+    """The networks of TD3; those of sbx are narrower than the torch family's unless told otherwise.
+
+    Attributes:
+        net_arch: Widths of the hidden layers, for all networks or as a mapping (``pi``, ``qf``).
+    """
+
+    unused: ClassVar[tuple[str, ...]] = ("share_features_extractor",)
+
+
+class JaxSquashedGaussianConfig(JaxNetworkConfig, SquashedGaussianConfig):
+    """The networks of SAC."""
+
+    unused: ClassVar[tuple[str, ...]] = ("share_features_extractor", *_EXPLORATION_NETWORK)
+
+
+class JaxQuantileConfig(JaxNetworkConfig, QuantileConfig):
+    """The networks of TQC."""
+
+    unused: ClassVar[tuple[str, ...]] = ("share_features_extractor", *_EXPLORATION_NETWORK)
+
+
+class JaxBatchNormConfig(JaxNetworkConfig, BatchNormConfig):
+    """The networks of CrossQ.
+
+    Attributes:
+        batch_norm_momentum: How slowly the statistics follow: 1 − that of the torch family.
+    """
+
+    unused: ClassVar[tuple[str, ...]] = ("share_features_extractor", "batch_norm_eps", *_EXPLORATION_NETWORK)
+
+    def to_kwargs(self) -> dict[str, Any]:
+        """Return ``policy_kwargs`` of sbx, whose momentum is the share of the old statistics."""
+        return {**super().to_kwargs(), "batch_norm_momentum": 1.0 - self.batch_norm_momentum}
+
+
+class JaxQNetworkConfig(JaxNetworkConfig, QNetworkConfig):
+    """The network of DQN.
+
+    Attributes:
+        net_arch: Widths of the two hidden layers, which are equal.
+    """
+
+    net_arch: Widths = Field(default=[64, 64])
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if len(self.net_arch) != 2 or self.net_arch[0] != self.net_arch[1]:
+            raise ValueError("net_arch must be two equal widths: sbx builds no other network for DQN")
+        return self
+
+
+class SbxSACConfig(JaxConfig, SACConfig):
+    """Settings of SAC; the defaults are those of the torch family.
+
+    Attributes:
+        policy_delay: Gradient steps of the critics for each one of the actor.
+    """
+
+    unsupported: ClassVar[tuple[str, ...]] = (
+        "target_update_interval",
+        _MEMORY,
+        _SHARED,
+        *_EXPLORATION,
+        *_in_network(*_EXPLORATION_NETWORK),
+    )
+    policy_delay: PositiveInt = 1
+    policy_kwargs: JaxSquashedGaussianConfig = JaxSquashedGaussianConfig()
+
+
+class SbxTQCConfig(JaxConfig, TQCConfig):
+    """Settings of TQC; the defaults are those of the torch family.
+
+    Attributes:
+        policy_delay: Gradient steps of the critics for each one of the actor.
+    """
+
+    unsupported: ClassVar[tuple[str, ...]] = SbxSACConfig.unsupported
+    policy_delay: PositiveInt = 1
+    policy_kwargs: JaxQuantileConfig = JaxQuantileConfig()
+
+    @model_validator(mode="after")
+    def _check_critics(self) -> Self:
+        if self.policy_kwargs.n_critics != 2:
+            raise ValueError("policy_kwargs.n_critics must be 2: sbx builds no other number of critics for TQC")
+        return self
+
+
+class SbxTD3Config(ConstantRateConfig, TD3Config):
+    """Settings of TD3; the defaults are those of the torch family."""
+
+    unsupported: ClassVar[tuple[str, ...]] = (_MEMORY, _SHARED)
+    policy_kwargs: JaxDeterministicConfig = JaxDeterministicConfig()
+
+
+class SbxCrossQConfig(ConstantRateConfig, CrossQConfig):
+    """Settings of CrossQ; the defaults are those of the torch family."""
+
+    unsupported: ClassVar[tuple[str, ...]] = (
+        _MEMORY,
+        _SHARED,
+        *_EXPLORATION,
+        *_in_network("batch_norm_eps", *_EXPLORATION_NETWORK),
+    )
+    policy_kwargs: JaxBatchNormConfig = JaxBatchNormConfig()
+
+
+class SbxDQNConfig(ConstantRateConfig, DQNConfig):
+    """Settings of DQN; the defaults are those of the torch family, but gradients are not clipped."""
+
+    unsupported: ClassVar[tuple[str, ...]] = ("max_grad_norm",)
+    policy_kwargs: JaxQNetworkConfig = JaxQNetworkConfig()
+
+
+class SbxSAC(JaxOffPolicy):
+    """Soft actor-critic (Haarnoja et al. 2018)."""
+
+    name: ClassVar[str] = "sbx_sac"
+    config_model: ClassVar[type[SB3Config]] = SbxSACConfig
+    model_class = sbx.SAC
+
+
+class SbxTQC(JaxOffPolicy):
+    """Truncated quantile critics (Kuznetsov et al. 2020)."""
+
+    name: ClassVar[str] = "sbx_tqc"
+    config_model: ClassVar[type[SB3Config]] = SbxTQCConfig
+    model_class = sbx.TQC
+
+
+class SbxTD3(JaxOffPolicy):
+    """Twin delayed deep deterministic policy gradient (Fujimoto et al. 2018)."""
+
+    name: ClassVar[str] = "sbx_td3"
+    config_model: ClassVar[type[SB3Config]] = SbxTD3Config
+    model_class = sbx.TD3
+
+
+class SbxCrossQ(JaxOffPolicy):
+    """CrossQ (Bhatt et al. 2024)."""
+
+    name: ClassVar[str] = "sbx_crossq"
+    config_model: ClassVar[type[SB3Config]] = SbxCrossQConfig
+    model_class = sbx.CrossQ
+
+
+class SbxDQN(JaxOffPolicy):
+    """Deep Q network (Mnih et al. 2015)."""
+
+    name: ClassVar[str] = "sbx_dqn"
+    config_model: ClassVar[type[SB3Config]] = SbxDQNConfig
+    model_class = sbx.DQN

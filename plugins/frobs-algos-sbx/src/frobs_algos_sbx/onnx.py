@@ -1,0 +1,122 @@
+"""Policies of sbx as PyTorch modules, which the torch family turns into ONNX graphs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import torch as th
+from gymnasium import spaces
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.vec_env import VecNormalize
+from torch import nn
+
+from frobs_algos_sb3.networks import ACTIVATIONS
+from frobs_algos_sb3.onnx_observation import ObservationInput
+from frobs_algos_sb3.onnx_policy import PolicyGraph
+from frobs_algos_sbx.observations import FlatObservations
+
+_EPSILON = 0.001  # of sbx's batch normalization
+
+
+def policy_graph(
+    model: BaseAlgorithm,
+    normalizer: VecNormalize | None,
+    flat: FlatObservations | None,
+    space: spaces.Space[Any],
+    activation: str,
+) -> PolicyGraph:
+    """Return a model's deterministic policy as a module.
+
+    Args:
+        model: The model.
+        normalizer: That of the observations.
+        flat: What joins the parts of an observation; None: the policy itself does.
+        space: Of the observations in the environment.
+        activation: Name of the activation function.
+    """
+    parts = space.spaces if isinstance(space, spaces.Dict) else {"": space}
+    inputs = {key: ObservationInput(part, part, None if flat else normalizer, key) for key, part in parts.items()}
+    network = Network(_layers(model, activation), flat, normalizer if flat else None, isinstance(space, spaces.Dict))
+    return PolicyGraph(network, inputs, model.action_space, bool(model.policy.squash_output))
+
+
+class Network(nn.Module):
+    """Joins, scales and normalizes an observation, and gives it to the layers."""
+
+    def __init__(
+        self, layers: nn.Module, flat: FlatObservations | None, normalizer: VecNormalize | None, joins: bool
+    ) -> None:
+        super().__init__()
+        self.layers, self.joins = layers, joins
+        scale = None if flat is None else flat.scale
+        self.scaled = scale is not None
+        if scale is not None:
+            self.register_buffer("scale", th.from_numpy(scale))
+        self.normalized = None
+        if normalizer is not None:
+            self.normalized = ObservationInput(
+                normalizer.observation_space, normalizer.observation_space, normalizer, ""
+            )
+
+    def forward(self, observation: Any) -> tuple[th.Tensor, ...]:
+        """Return the mode of the action, or the scores of choices."""
+        parts = list(observation.values()) if self.joins else [observation]
+        joined = th.cat([part.flatten(1) for part in parts], dim=1)
+        if self.scaled:
+            assert isinstance(self.scale, th.Tensor)
+            joined = joined * self.scale
+        return (self.layers(joined if self.normalized is None else self.normalized(joined)),)
+
+
+def _layers(model: BaseAlgorithm, activation: str) -> nn.Sequential:
+    """Return the layers of the policy, from the observation to the mode."""
+    policy: Any = model.policy
+    state = getattr(policy, "actor_state", None) or policy.qf_state
+    statistics: Mapping[str, Any] = getattr(state, "batch_stats", {})
+    params: Mapping[str, Any] = state.params if statistics else state.params["params"]
+    dense = [name for name in params if name.startswith("Dense_")]
+    # The last layer gives the mean; behind it, SAC and its relatives have one for the deviation.
+    hidden = len(dense) - (2 if _has_deviation(policy) else 1)
+    layers: list[nn.Module] = []
+    normalizes = bool(statistics) and policy.batch_norm_actor
+    for number in range(hidden + 1):
+        if normalizes:
+            layers.append(_normalization(params[f"BatchRenorm_{number}"], statistics[f"BatchRenorm_{number}"]))
+        layers.append(_linear(params[f"Dense_{number}"]))
+        if number < hidden:
+            layers.append(getattr(nn, ACTIVATIONS[activation])())
+    if policy.squash_output:
+        layers.append(nn.Tanh())
+    return nn.Sequential(*layers)
+
+
+def _has_deviation(policy: Any) -> bool:
+    from sbx.td3.policies import TD3Policy
+
+    return bool(policy.squash_output) and not isinstance(policy, TD3Policy)
+
+
+def _linear(params: Mapping[str, Any]) -> nn.Linear:
+    kernel = np.asarray(params["kernel"])
+    layer = nn.Linear(*kernel.shape)
+    with th.no_grad():
+        layer.weight.copy_(th.from_numpy(kernel.T.copy()))
+        layer.bias.copy_(th.from_numpy(np.asarray(params["bias"]).copy()))
+    return layer
+
+
+def _normalization(params: Mapping[str, Any], statistics: Mapping[str, Any]) -> nn.BatchNorm1d:
+    layer = nn.BatchNorm1d(len(statistics["mean"]), eps=_EPSILON)
+    assert layer.running_mean is not None
+    assert layer.running_var is not None
+    with th.no_grad():
+        for target, source in (
+            (layer.weight, params["scale"]),
+            (layer.bias, params["bias"]),
+            (layer.running_mean, statistics["mean"]),
+            (layer.running_var, statistics["var"]),
+        ):
+            target.copy_(th.from_numpy(np.asarray(source).copy()))
+    return layer.eval()

@@ -1,0 +1,76 @@
+"""Settings of the algorithms of sbx: those of the torch family, with what sbx cannot do rejected."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any, ClassVar, Self
+
+from pydantic import model_validator
+
+from frobs_algos_sb3.config import SB3Config
+from frobs_algos_sb3.networks import NetworkConfig
+
+_OPTIMIZERS = {"Adam": "adam", "AdamW": "adamw", "Adamax": "adamax", "NAdam": "nadam", "RAdam": "radam", "SGD": "sgd"}
+_OPTIMIZERS |= {"RMSprop": "rmsprop", "Adagrad": "adagrad", "Adadelta": "adadelta"}
+_ALL = ("device", "policy_kwargs.features_extractor_class", "policy_kwargs.normalize_images")
+
+
+class JaxConfig(SB3Config):
+    """What every algorithm of sbx accepts.
+
+    Attributes:
+        unsupported: Settings of the torch family that sbx lacks: they must keep their default.
+    """
+
+    unsupported: ClassVar[tuple[str, ...]] = ()
+
+    @model_validator(mode="after")
+    def _check_support(self) -> Self:
+        for key in (*_ALL, *self.unsupported):
+            owner: Any = self
+            *path, name = key.split(".")
+            for part in path:
+                owner = getattr(owner, part)
+            default = type(owner).model_fields[name].get_default(call_default_factory=True)
+            if getattr(owner, name) != default:
+                raise ValueError(f"{key} must be {default!r}: sbx has no such setting")
+        return self
+
+    def model_kwargs(self) -> dict[str, Any]:
+        """Return the keywords of the algorithm's class in sbx."""
+        kwargs = super().model_kwargs()
+        return {key: value for key, value in kwargs.items() if key not in (*_ALL, *self.unsupported)}
+
+
+class ConstantRateConfig(JaxConfig):
+    """An algorithm of sbx whose learning rate cannot change during the training."""
+
+    @model_validator(mode="after")
+    def _check_rate(self) -> Self:
+        if isinstance(self.learning_rate, str):
+            raise ValueError("learning_rate must be a number: sbx has no schedule for this algorithm")
+        return self
+
+
+class JaxNetworkConfig(NetworkConfig):
+    """The networks, built by flax and trained by optax; ``optimizer_kwargs`` has optax's names (``b1``, ``eps``, …).
+
+    Attributes:
+        unused: Settings that the policies of sbx do not accept.
+    """
+
+    unused: ClassVar[tuple[str, ...]] = ()
+
+    def to_kwargs(self) -> dict[str, Any]:
+        """Return ``policy_kwargs`` of sbx."""
+        import optax
+        from flax import linen
+
+        left_out = ("features_extractor_class", "normalize_images", *self.unused)
+        kwargs = {key: value for key, value in self.model_dump().items() if value is not None and key not in left_out}
+        name = self.activation_fn
+        # flax approximates this one unless told otherwise, torch does not.
+        kwargs["activation_fn"] = partial(linen.gelu, approximate=False) if name == "gelu" else getattr(linen, name)
+        if self.optimizer_class is not None:
+            kwargs["optimizer_class"] = getattr(optax, _OPTIMIZERS[self.optimizer_class])
+        return kwargs

@@ -1,0 +1,97 @@
+"""What a model of sbx has learned, as arrays by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from flax.training.train_state import TrainState
+from jax.tree_util import keystr, tree_flatten_with_path, tree_unflatten
+from stable_baselines3.common.base_class import BaseAlgorithm
+
+from frobs_core.errors import CheckpointError
+
+Arrays = dict[str, np.ndarray[Any, Any]]
+
+_PREDICTING = ("params", "target_params", "batch_stats")
+"""Fields of a train state that belong to the networks; the others belong to the learning."""
+
+_KEYS = ("key", "noise_key")
+
+
+def networks(model: BaseAlgorithm) -> Arrays:
+    """Return the weights of a model's policy."""
+    return {name: leaf for name, leaf in _leaves(model).items() if _predicts(name)}
+
+
+def learning(model: BaseAlgorithm) -> Arrays:
+    """Return the states of a model's optimizers, and what is learned outside of its policy."""
+    return {name: leaf for name, leaf in _leaves(model).items() if not _predicts(name)}
+
+
+def restore(model: BaseAlgorithm, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
+    """Give a model back what :func:`networks` or :func:`learning` returned; the rest keeps its value.
+
+    Raises:
+        CheckpointError: An array has another shape.
+    """
+    for owner, attribute, state in _states(model):
+        paths, structure = tree_flatten_with_path(state)
+        leaves = []
+        for path, leaf in paths:
+            name = _name(attribute, path)
+            saved = arrays.get(name)
+            if saved is not None and saved.shape != np.shape(leaf):
+                raise CheckpointError(f"{name} has the shape {saved.shape}, and {np.shape(leaf)} is needed.")
+            leaves.append(leaf if saved is None else jnp.asarray(saved))
+        setattr(owner, attribute, tree_unflatten(structure, leaves))
+
+
+def keys(model: BaseAlgorithm) -> Arrays:
+    """Return the keys that random numbers are drawn from."""
+    return {f"jax/{name}": np.asarray(value) for _, name, value in _random_keys(model)}
+
+
+def restore_keys(model: BaseAlgorithm, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
+    """Set the keys that random numbers are drawn from."""
+    for owner, name, _ in _random_keys(model):
+        setattr(owner, name.rpartition("/")[2], jnp.asarray(arrays[f"jax/{name}"]))
+
+
+def _random_keys(model: BaseAlgorithm) -> list[tuple[Any, str, jax.Array]]:
+    owners = {"model": model, "policy": model.policy}
+    return [
+        (owner, f"{label}/{name}", getattr(owner, name))
+        for label, owner in owners.items()
+        for name in _KEYS
+        if hasattr(owner, name)
+    ]
+
+
+def _states(model: BaseAlgorithm) -> list[tuple[Any, str, TrainState]]:
+    return [
+        (owner, name, value)
+        for owner in (model.policy, model)
+        for name, value in sorted(vars(owner).items())
+        if isinstance(value, TrainState)
+    ]
+
+
+def _leaves(model: BaseAlgorithm) -> Arrays:
+    return {
+        _name(attribute, path): np.asarray(jnp.asarray(leaf))  # a number has the type that it gets when it is read
+        for _, attribute, state in _states(model)
+        for path, leaf in tree_flatten_with_path(state)[0]
+    }
+
+
+def _name(attribute: str, path: Any) -> str:
+    return f"{attribute}/{keystr(path, simple=True, separator='/')}"
+
+
+def _predicts(name: str) -> bool:
+    state, field = name.split("/")[:2]
+    return field in _PREDICTING and not state.startswith("ent_coef")

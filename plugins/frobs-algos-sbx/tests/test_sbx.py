@@ -1,0 +1,92 @@
+"""The algorithms in JAX: exact continuation, equal ONNX graphs, and settings that sbx lacks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import test_sb3_exact as exact
+
+from frobs_algos_sb3 import storage
+from frobs_core import plugins
+from frobs_core.errors import CheckpointError, ConfigurationError
+
+SMALL = {"policy_kwargs": {"net_arch": [8, 8]}}
+NORMAL_PPO = {**exact.EPOCHS, **exact.NORMAL, "clip_range": "lin_0.2", "clip_range_vf": 0.2, "target_kl": 1e-4}
+
+CASES = {
+    "ppo": ("sbx_ppo", exact.REACH, {**exact.EPOCHS, "batch_size": 12}),
+    "ppo-goal-normalized": ("sbx_ppo", exact.GOAL, NORMAL_PPO),
+    "sac-hindsight": ("sbx_sac", exact.GOAL, exact.HINDSIGHT),
+    "sac-normalized": ("sbx_sac", exact.REACH, {**exact.REPLAY, **exact.NORMAL, **exact.WANDERING}),
+    "td3-n_steps": ("sbx_td3", exact.REACH, {**exact.REPLAY, "action_noise": {"sigma": 0.2}, "n_steps": 3}),
+    "td3-hindsight-normalized": ("sbx_td3", exact.GOAL, {**exact.HINDSIGHT, "normalize_observation": True}),
+    "tqc-elu": ("sbx_tqc", exact.REACH, {**exact.REPLAY, "policy_kwargs": {"net_arch": [8], "activation_fn": "elu"}}),
+    "crossq-warm": (
+        "sbx_crossq",
+        exact.REACH,
+        {**exact.REPLAY, "policy_kwargs": {"net_arch": [8], "renorm_warmup_steps": 3}},
+    ),
+    "dqn-discrete": ("sbx_dqn", exact.REACH, {**exact.REPLAY, **SMALL, "target_update_interval": 40}),
+}
+ALL = [pytest.param(*case, id=name, marks=[pytest.mark.slow] if "-" in name else []) for name, case in CASES.items()]
+
+
+@pytest.mark.parametrize(("name", "environment", "config"), ALL)
+def test_continuing_changes_no_bit(
+    name: str, environment: str, config: dict[str, Any], make: Any, monitor: Any, tmp_path: Path
+) -> None:
+    exact.test_continuing_changes_no_bit(name, environment, config, make, monitor, tmp_path)
+    policy = plugins.get_record("algorithm", name).load().load(tmp_path / "first")
+    assert_graph_acts_alike(policy, make(environment, 200, seed=9, **(exact.DISCRETE if name == "sbx_dqn" else {})))
+
+
+def assert_graph_acts_alike(policy: Any, env: Any) -> None:
+    runtime = pytest.importorskip("onnxruntime")
+    session = runtime.InferenceSession(policy.export_onnx())
+    for _ in range(5):
+        observation = env.step(env.action_space.sample())[0]
+        given = observation if isinstance(observation, dict) else {"": observation}
+        feed = {"/".join(filter(None, ("observation", key))): value for key, value in given.items()}
+        expected, _ = policy.predict(observation)
+        np.testing.assert_allclose(session.run(["action"], feed)[0], expected, rtol=0.0, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "config", "says"),
+    [
+        ("sbx_sac", {"use_sde": True}, "use_sde must be False: sbx has no such setting"),
+        ("sbx_ppo", {"policy_kwargs": {"full_std": False}}, "policy_kwargs.full_std must be True"),
+        ("sbx_td3", {"learning_rate": "lin_1e-3"}, "learning_rate must be a number"),
+        ("sbx_dqn", {"policy_kwargs": {"net_arch": [64, 32]}}, "two equal widths"),
+        ("sbx_tqc", {"policy_kwargs": {"n_critics": 3}}, "n_critics must be 2"),
+        ("sbx_sac", {"device": "cuda"}, "device must be 'cpu'"),
+    ],
+)
+def test_a_setting_that_sbx_lacks_is_rejected(name: str, config: dict[str, Any], says: str) -> None:
+    with pytest.raises(ConfigurationError, match=says):
+        plugins.get_record("algorithm", name).load().resolve_config(config)
+
+
+def test_an_update_ends_early_at_the_divergence_that_is_allowed(make: Any, monitor: Any) -> None:
+    cls = plugins.get_record("algorithm", "sbx_ppo").load()
+    config = {**exact.EPOCHS, "n_epochs": 20, "learning_rate": 0.01}
+    largest = []
+    for target in (None, 0.01):
+        algorithm = cls(make(exact.REACH, 2), {**config, "target_kl": target}, 3)
+        algorithm.train(64, monitor)
+        largest.append(max(metrics["sbx_ppo/approx_kl"] for _, metrics in monitor.rows))
+        monitor.rows = []
+    assert largest[1] < 0.02 < largest[0]
+
+
+def test_weights_of_another_network_are_rejected(make: Any, tmp_path: Path) -> None:
+    cls = plugins.get_record("algorithm", "sbx_ppo").load()
+    cls(make(exact.REACH, 2), exact.EPOCHS, 3).save_policy(tmp_path)
+    arrays = storage.read_arrays(tmp_path / "policy.npz")
+    kernel = next(name for name in arrays if name.endswith("kernel"))
+    storage.write_arrays(tmp_path / "policy.npz", {**arrays, kernel: arrays[kernel][1:]})
+    with pytest.raises(CheckpointError, match="does not fit the settings"):
+        cls.load(tmp_path)
