@@ -55,9 +55,9 @@ def files_execute_nothing(subject: AlgorithmUnderTest) -> None:
 
 
 def missing_files_are_told(subject: AlgorithmUnderTest) -> None:
-    """Loading from a folder that lacks a file, or holds a damaged one, raises CheckpointError."""
+    """Loading to continue from a folder with a missing or damaged file raises CheckpointError."""
     algorithm = subject.untrained
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, closing(subject.make_env()) as env:
         algorithm.save(Path(folder))
         files = [path for path in Path(folder).rglob("*") if path.is_file()]
         largest = max(files, key=lambda path: path.stat().st_size)
@@ -67,7 +67,7 @@ def missing_files_are_told(subject: AlgorithmUnderTest) -> None:
             else:
                 largest.write_bytes(largest.read_bytes()[: largest.stat().st_size // 2])
             with expect_raises((CheckpointError, UntrustedFileError), f"load() where {largest.name} {damage}"):
-                type(algorithm).load(Path(folder))
+                type(algorithm).load(Path(folder), env)
 
 
 def _contents(path: Path) -> Iterator[tuple[str, bytes]]:
