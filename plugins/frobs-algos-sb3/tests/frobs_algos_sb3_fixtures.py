@@ -1,15 +1,39 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 import pytest
 
+from frobs_core import plugins
 from frobs_train.environments import make_vector_env
 
 REACH = "frobs/Irb120Reach-v0"
+
+
+@dataclass(frozen=True)
+class Family:
+    """The algorithms that a test is about: those in PyTorch, or those in JAX.
+
+    Attributes:
+        prefix: What the names of the algorithms begin with.
+        weights: The file that holds the networks.
+    """
+
+    prefix: str = ""
+    weights: str = "policy.pt"
+
+    def __call__(self, name: str) -> Any:
+        """Return the class of an algorithm."""
+        return plugins.get_record("algorithm", self.prefix + name).load()
+
+
+@pytest.fixture
+def family() -> Family:
+    return Family()
 
 
 class Monitor:

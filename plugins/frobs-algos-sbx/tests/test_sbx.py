@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import test_sb3_exact as exact
 from frobs_algos_sb3 import storage
 from frobs_core import plugins
 from frobs_core.errors import CheckpointError, ConfigurationError
+from frobs_train import resolve_config
 
 SMALL = {"policy_kwargs": {"net_arch": [8, 8]}}
 NORMAL_PPO = {**exact.EPOCHS, **exact.NORMAL, "clip_range": "lin_0.2", "clip_range_vf": 0.2, "target_kl": 1e-4}
@@ -43,6 +45,37 @@ def test_continuing_changes_no_bit(
     assert_graph_acts_alike(policy, make(environment, 200, seed=9, **(exact.DISCRETE if name == "sbx_dqn" else {})))
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("case", ["sac-normalized", "ppo", "td3-n_steps"])
+@pytest.mark.parametrize(
+    "test",
+    [
+        exact.test_a_training_that_was_stopped_goes_on_with_no_bit_changed,
+        exact.test_what_was_loaded_and_saved_at_once_continues_too,
+        exact.test_what_was_saved_after_a_training_or_before_it_continues_too,
+    ],
+    ids=lambda test: test.__name__.removeprefix("test_"),
+)
+def test_other_continuations_change_no_bit(
+    test: Any, case: str, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(exact, "CASES", CASES)
+    names = [name for name in inspect.signature(test).parameters if name != "case"]
+    test(case=case, **{name: request.getfixturevalue(name) for name in names})
+
+
+@pytest.mark.parametrize("name", ["sbx_td3", pytest.param("sbx_crossq", marks=pytest.mark.slow)])
+def test_the_learning_rate_follows_its_schedule(name: str, make: Any, monitor: Any) -> None:
+    algorithm = plugins.get_record("algorithm", name).load()(
+        make(exact.REACH, 2), {**exact.REPLAY, "learning_rate": "lin_1e-3"}, 3
+    )
+    algorithm.train(120, monitor)
+    rates = [metrics[f"{name}/learning_rate"] for _, metrics in monitor.rows if f"{name}/learning_rate" in metrics]
+    assert rates == sorted(rates, reverse=True)
+    assert rates[-1] < 2e-4 < rates[0]
+    assert algorithm.model.policy.actor_state.opt_state.hyperparams["learning_rate"] == pytest.approx(rates[-1])
+
+
 def assert_graph_acts_alike(policy: Any, env: Any) -> None:
     runtime = pytest.importorskip("onnxruntime")
     session = runtime.InferenceSession(policy.export_onnx())
@@ -59,7 +92,6 @@ def assert_graph_acts_alike(policy: Any, env: Any) -> None:
     [
         ("sbx_sac", {"use_sde": True}, "use_sde must be False: sbx has no such setting"),
         ("sbx_ppo", {"policy_kwargs": {"full_std": False}}, "policy_kwargs.full_std must be True"),
-        ("sbx_td3", {"learning_rate": "lin_1e-3"}, "learning_rate must be a number"),
         ("sbx_dqn", {"policy_kwargs": {"net_arch": [64, 32]}}, "two equal widths"),
         ("sbx_tqc", {"policy_kwargs": {"n_critics": 3}}, "n_critics must be 2"),
         ("sbx_sac", {"device": "cuda"}, "device must be 'cpu'"),
@@ -90,3 +122,18 @@ def test_weights_of_another_network_are_rejected(make: Any, tmp_path: Path) -> N
     storage.write_arrays(tmp_path / "policy.npz", {**arrays, kernel: arrays[kernel][1:]})
     with pytest.raises(CheckpointError, match="does not fit the settings"):
         cls.load(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["ppo", "sac", "td3", "tqc", "crossq", "dqn"])
+def test_settings_and_their_defaults_are_those_of_the_torch_family(name: str) -> None:
+    ours, theirs = (plugins.get_record("algorithm", prefix + name).load().resolve_config({}) for prefix in ("sbx_", ""))
+    assert {key: ours[key] for key in theirs} == theirs
+    assert set(ours) - set(theirs) <= {"policy_delay"}
+
+
+@pytest.mark.parametrize("name", ["ppo", "sac", "td3", "dqn"])
+def test_tuned_settings_and_search_spaces_are_those_of_the_torch_family(name: str) -> None:
+    ours, theirs = (plugins.get_record("algorithm", prefix + name) for prefix in ("sbx_", ""))
+    assert (ours.tuned, ours.search_space) == (theirs.tuned, theirs.search_space)
+    for environment in ours.tuned:
+        assert resolve_config(environment, flags={"algorithm": ours.name}).algorithm == ours.name

@@ -23,7 +23,8 @@ class SB3Config(Settings):
         normalize_reward: Whether rewards are scaled by the running deviation of the discounted return.
         clip_observation: What scaled observations are clipped to.
         clip_reward: What scaled rewards are clipped to.
-        torch_threads: Threads of PyTorch. One is fastest for small networks, and does not fight with the simulator's.
+        torch_threads: Threads of PyTorch, and of JAX for the algorithms of sbx. One is fastest for small networks and does
+            not compete with the simulator.
         device: Where the networks are: ``cpu``, ``cuda``, …
     """
 

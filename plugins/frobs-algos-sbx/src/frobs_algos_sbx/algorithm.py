@@ -14,9 +14,11 @@ from stable_baselines3.common.vec_env import VecEnv
 from frobs_algos_sb3 import state as sb3_state
 from frobs_algos_sb3 import storage
 from frobs_algos_sb3.algorithm import SB3Algorithm
+from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.off_policy import GOAL_KEYS, OffPolicy
 from frobs_algos_sbx import state
 from frobs_algos_sbx.observations import FlatObservations
+from frobs_algos_sbx.threads import set_threads
 from frobs_core.errors import CheckpointError
 from frobs_core.interfaces import Observation
 
@@ -29,6 +31,10 @@ class JaxAlgorithm(SB3Algorithm):
     def _adapt(self, venv: VecEnv) -> VecEnv:
         self._flat = None if self._keeps_dict() else FlatObservations(venv, self._scale)
         return venv if self._flat is None else self._flat
+
+    def _set_threads(self, config: SB3Config) -> None:
+        super()._set_threads(config)  # stable-baselines3's buffers use PyTorch
+        set_threads(config.torch_threads)
 
     def _keeps_dict(self) -> bool:
         """Return whether the algorithm gets observations as they are: a dictionary of flat arrays."""

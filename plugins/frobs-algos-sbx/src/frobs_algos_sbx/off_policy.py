@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any, ClassVar, Self
 
+import jax.numpy as jnp
 import sbx
 from pydantic import Field, PositiveInt, model_validator
+from sbx.common.off_policy_algorithm import OffPolicyAlgorithmJax
 
 from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.crossq import CrossQConfig
@@ -22,42 +24,39 @@ from frobs_algos_sb3.sac import SACConfig
 from frobs_algos_sb3.td3 import TD3Config
 from frobs_algos_sb3.tqc import TQCConfig
 from frobs_algos_sbx.algorithm import JaxOffPolicy
-from frobs_algos_sbx.settings import ConstantRateConfig, JaxConfig, JaxNetworkConfig
+from frobs_algos_sbx.settings import JaxConfig, JaxNetworkConfig
 
 _SHARED = "policy_kwargs.share_features_extractor"
 _MEMORY = "optimize_memory_usage"
 _EXPLORATION = ("use_sde", "sde_sample_freq", "use_sde_at_warmup")
 _EXPLORATION_NETWORK = ("log_std_init", "use_expln", "clip_mean")
-"""sbx draws the noise of gSDE anew in each step, so that it is not state-dependent exploration."""
+"""sbx draws new noise for gSDE in each step, so the exploration would not depend on the state."""
 
 
 def _in_network(*names: str) -> tuple[str, ...]:
     return tuple(f"policy_kwargs.{name}" for name in names)
 
 
-class JaxDeterministicConfig(JaxNetworkConfig, DeterministicConfig):
-    """The networks of TD3; those of sbx are narrower than the torch family's unless told otherwise.
-
-    Attributes:
-        net_arch: Widths of the hidden layers, for all networks or as a mapping (``pi``, ``qf``).
-    """
+class JaxDeterministicConfig(DeterministicConfig, JaxNetworkConfig):
+    """The networks of TD3."""
 
     unused: ClassVar[tuple[str, ...]] = ("share_features_extractor",)
+    fixed_rate: ClassVar[bool] = True
 
 
-class JaxSquashedGaussianConfig(JaxNetworkConfig, SquashedGaussianConfig):
+class JaxSquashedGaussianConfig(SquashedGaussianConfig, JaxNetworkConfig):
     """The networks of SAC."""
 
     unused: ClassVar[tuple[str, ...]] = ("share_features_extractor", *_EXPLORATION_NETWORK)
 
 
-class JaxQuantileConfig(JaxNetworkConfig, QuantileConfig):
+class JaxQuantileConfig(QuantileConfig, JaxNetworkConfig):
     """The networks of TQC."""
 
     unused: ClassVar[tuple[str, ...]] = ("share_features_extractor", *_EXPLORATION_NETWORK)
 
 
-class JaxBatchNormConfig(JaxNetworkConfig, BatchNormConfig):
+class JaxBatchNormConfig(BatchNormConfig, JaxNetworkConfig):
     """The networks of CrossQ.
 
     Attributes:
@@ -65,19 +64,24 @@ class JaxBatchNormConfig(JaxNetworkConfig, BatchNormConfig):
     """
 
     unused: ClassVar[tuple[str, ...]] = ("share_features_extractor", "batch_norm_eps", *_EXPLORATION_NETWORK)
+    fixed_rate: ClassVar[bool] = True
 
     def to_kwargs(self) -> dict[str, Any]:
         """Return ``policy_kwargs`` of sbx, whose momentum is the share of the old statistics."""
-        return {**super().to_kwargs(), "batch_norm_momentum": 1.0 - self.batch_norm_momentum}
+        kwargs = {**super().to_kwargs(), "batch_norm_momentum": 1.0 - self.batch_norm_momentum}
+        if self.optimizer_class in (None, "Adam", "AdamW"):
+            kwargs.setdefault("optimizer_kwargs", {"b1": 0.5})  # the default of both libraries
+        return kwargs
 
 
-class JaxQNetworkConfig(JaxNetworkConfig, QNetworkConfig):
+class JaxQNetworkConfig(QNetworkConfig, JaxNetworkConfig):
     """The network of DQN.
 
     Attributes:
         net_arch: Widths of the two hidden layers, which are equal.
     """
 
+    fixed_rate: ClassVar[bool] = True
     net_arch: Widths = Field(default=[64, 64])
 
     @model_validator(mode="after")
@@ -87,7 +91,7 @@ class JaxQNetworkConfig(JaxNetworkConfig, QNetworkConfig):
         return self
 
 
-class SbxSACConfig(JaxConfig, SACConfig):
+class SbxSACConfig(SACConfig, JaxConfig):
     """Settings of SAC; the defaults are those of the torch family.
 
     Attributes:
@@ -105,7 +109,7 @@ class SbxSACConfig(JaxConfig, SACConfig):
     policy_kwargs: JaxSquashedGaussianConfig = JaxSquashedGaussianConfig()
 
 
-class SbxTQCConfig(JaxConfig, TQCConfig):
+class SbxTQCConfig(TQCConfig, JaxConfig):
     """Settings of TQC; the defaults are those of the torch family.
 
     Attributes:
@@ -123,14 +127,14 @@ class SbxTQCConfig(JaxConfig, TQCConfig):
         return self
 
 
-class SbxTD3Config(ConstantRateConfig, TD3Config):
+class SbxTD3Config(TD3Config, JaxConfig):
     """Settings of TD3; the defaults are those of the torch family."""
 
     unsupported: ClassVar[tuple[str, ...]] = (_MEMORY, _SHARED)
     policy_kwargs: JaxDeterministicConfig = JaxDeterministicConfig()
 
 
-class SbxCrossQConfig(ConstantRateConfig, CrossQConfig):
+class SbxCrossQConfig(CrossQConfig, JaxConfig):
     """Settings of CrossQ; the defaults are those of the torch family."""
 
     unsupported: ClassVar[tuple[str, ...]] = (
@@ -142,11 +146,34 @@ class SbxCrossQConfig(ConstantRateConfig, CrossQConfig):
     policy_kwargs: JaxBatchNormConfig = JaxBatchNormConfig()
 
 
-class SbxDQNConfig(ConstantRateConfig, DQNConfig):
+class SbxDQNConfig(DQNConfig, JaxConfig):
     """Settings of DQN; the defaults are those of the torch family, but gradients are not clipped."""
 
     unsupported: ClassVar[tuple[str, ...]] = ("max_grad_norm",)
     policy_kwargs: JaxQNetworkConfig = JaxQNetworkConfig()
+
+
+class _Scheduled(OffPolicyAlgorithmJax):
+    """Lets the learning rate follow its schedule, which TD3, CrossQ and DQN of sbx ignore."""
+
+    def train(self, gradient_steps: int, batch_size: int) -> None:
+        """Learn from the replay buffer."""
+        states = (getattr(self.policy, "actor_state", None), self.policy.qf_state)
+        rate = jnp.float32(self.lr_schedule(self._current_progress_remaining))
+        self._update_learning_rate([state.opt_state for state in states if state is not None], rate)
+        super().train(gradient_steps, batch_size)
+
+
+class ScheduledTD3(_Scheduled, sbx.TD3):
+    """TD3 of sbx."""
+
+
+class ScheduledCrossQ(_Scheduled, sbx.CrossQ):
+    """CrossQ of sbx."""
+
+
+class ScheduledDQN(_Scheduled, sbx.DQN):
+    """DQN of sbx."""
 
 
 class SbxSAC(JaxOffPolicy):
@@ -170,7 +197,7 @@ class SbxTD3(JaxOffPolicy):
 
     name: ClassVar[str] = "sbx_td3"
     config_model: ClassVar[type[SB3Config]] = SbxTD3Config
-    model_class = sbx.TD3
+    model_class = ScheduledTD3
 
 
 class SbxCrossQ(JaxOffPolicy):
@@ -178,7 +205,7 @@ class SbxCrossQ(JaxOffPolicy):
 
     name: ClassVar[str] = "sbx_crossq"
     config_model: ClassVar[type[SB3Config]] = SbxCrossQConfig
-    model_class = sbx.CrossQ
+    model_class = ScheduledCrossQ
 
 
 class SbxDQN(JaxOffPolicy):
@@ -186,4 +213,4 @@ class SbxDQN(JaxOffPolicy):
 
     name: ClassVar[str] = "sbx_dqn"
     config_model: ClassVar[type[SB3Config]] = SbxDQNConfig
-    model_class = sbx.DQN
+    model_class = ScheduledDQN

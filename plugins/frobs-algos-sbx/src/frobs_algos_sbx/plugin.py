@@ -1,30 +1,35 @@
 """Records of this distribution."""
 
+from dataclasses import replace
+
+from frobs_algos_sb3 import plugin as torch_family
 from frobs_core.hookspecs import hookimpl
 from frobs_core.specs import AlgorithmRecord
 
-_ANY = ("Box", "Discrete", "MultiDiscrete", "MultiBinary")
-
-
-def _record(name: str, cls: str, summary: str, action_spaces: tuple[str, ...] = ("Box",)) -> AlgorithmRecord:
-    module = "ppo" if name == "ppo" else "off_policy"
-    return AlgorithmRecord(
-        name=f"sbx_{name}",
-        summary=f"{summary}, in JAX",
-        entry_point=f"frobs_algos_sbx.{module}:{cls}",
-        install_hint="pip install frobs-algos-sbx",
-        action_spaces=action_spaces,
-    )
+_CLASSES = {
+    "ppo": "ppo:SbxPPO",
+    "sac": "off_policy:SbxSAC",
+    "td3": "off_policy:SbxTD3",
+    "tqc": "off_policy:SbxTQC",
+    "crossq": "off_policy:SbxCrossQ",
+    "dqn": "off_policy:SbxDQN",
+}
+"""Modules and classes, by the names of the algorithms in PyTorch."""
 
 
 @hookimpl
 def frobs_algorithms() -> list[AlgorithmRecord]:
-    """Offer the algorithms."""
+    """Offer the algorithms, with the tuned settings and search spaces of those in PyTorch."""
     return [
-        _record("ppo", "SbxPPO", "proximal policy optimization", _ANY),
-        _record("sac", "SbxSAC", "soft actor-critic"),
-        _record("td3", "SbxTD3", "twin delayed deep deterministic policy gradient"),
-        _record("tqc", "SbxTQC", "truncated quantile critics"),
-        _record("crossq", "SbxCrossQ", "soft actor-critic with batch normalization instead of target networks"),
-        _record("dqn", "SbxDQN", "deep Q network", ("Discrete",)),
+        replace(
+            record,
+            name=f"sbx_{record.name}",
+            summary=f"{record.summary.removesuffix(', from sb3-contrib')}, in JAX",
+            entry_point=f"frobs_algos_sbx.{_CLASSES[record.name]}",
+            install_hint="pip install frobs-algos-sbx",
+            config_files={},
+            model_files={},
+        )
+        for record in torch_family.frobs_algorithms()
+        if record.name in _CLASSES
     ]

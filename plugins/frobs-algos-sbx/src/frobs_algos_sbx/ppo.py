@@ -22,13 +22,13 @@ from frobs_algos_sbx.settings import JaxConfig, JaxNetworkConfig
 _NETWORK = ("share_features_extractor", "full_std", "use_expln", "squash_output")
 
 
-class JaxActorCriticConfig(JaxNetworkConfig, ActorCriticConfig):
+class JaxActorCriticConfig(ActorCriticConfig, JaxNetworkConfig):
     """The networks of PPO."""
 
     unused: ClassVar[tuple[str, ...]] = _NETWORK
 
 
-class SbxPPOConfig(JaxConfig, PPOConfig):
+class SbxPPOConfig(PPOConfig, JaxConfig):
     """Settings of PPO; the defaults are those of the torch family.
 
     Gradients of the policy and of the values are clipped one by one, because their networks are separate.

@@ -42,24 +42,16 @@ class JaxConfig(SB3Config):
         return {key: value for key, value in kwargs.items() if key not in (*_ALL, *self.unsupported)}
 
 
-class ConstantRateConfig(JaxConfig):
-    """An algorithm of sbx whose learning rate cannot change during the training."""
-
-    @model_validator(mode="after")
-    def _check_rate(self) -> Self:
-        if isinstance(self.learning_rate, str):
-            raise ValueError("learning_rate must be a number: sbx has no schedule for this algorithm")
-        return self
-
-
 class JaxNetworkConfig(NetworkConfig):
     """The networks, built by flax and trained by optax; ``optimizer_kwargs`` has optax's names (``b1``, ``eps``, …).
 
     Attributes:
         unused: Settings that the policies of sbx do not accept.
+        fixed_rate: Whether sbx would fix the learning rate when it builds the optimizer.
     """
 
     unused: ClassVar[tuple[str, ...]] = ()
+    fixed_rate: ClassVar[bool] = False
 
     def to_kwargs(self) -> dict[str, Any]:
         """Return ``policy_kwargs`` of sbx."""
@@ -73,4 +65,6 @@ class JaxNetworkConfig(NetworkConfig):
         kwargs["activation_fn"] = partial(linen.gelu, approximate=False) if name == "gelu" else getattr(linen, name)
         if self.optimizer_class is not None:
             kwargs["optimizer_class"] = getattr(optax, _OPTIMIZERS[self.optimizer_class])
+        if self.fixed_rate:
+            kwargs["optimizer_class"] = optax.inject_hyperparams(kwargs.get("optimizer_class", optax.adam))
         return kwargs
