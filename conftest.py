@@ -18,6 +18,12 @@ pytest_plugins = ["frobs_devkit.testing.fixtures"]
 # also for the processes that tests start.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+# JAX compiles the same networks in many tests and in the processes that tests start. With a limit of the size, the cache is
+# locked, so that processes can share it.
+os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(Path(__file__).parent / ".pytest_cache" / "jax"))
+os.environ.setdefault("JAX_COMPILATION_CACHE_MAX_SIZE", str(10**9))
+os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.1")
+
 # On a loaded machine generating an example may take long.
 settings.register_profile("frobs", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("frobs")

@@ -153,27 +153,38 @@ class SbxDQNConfig(DQNConfig, JaxConfig):
     policy_kwargs: JaxQNetworkConfig = JaxQNetworkConfig()
 
 
-class _Scheduled(OffPolicyAlgorithmJax):
-    """Lets the learning rate follow its schedule, which TD3, CrossQ and DQN of sbx ignore."""
+class ScheduledTD3(sbx.TD3):
+    """TD3 whose learning rate follows its schedule; sbx's own keeps the first value."""
 
     def train(self, gradient_steps: int, batch_size: int) -> None:
         """Learn from the replay buffer."""
-        states = (getattr(self.policy, "actor_state", None), self.policy.qf_state)
-        rate = jnp.float32(self.lr_schedule(self._current_progress_remaining))
-        self._update_learning_rate([state.opt_state for state in states if state is not None], rate)
+        _update_rate(self)
         super().train(gradient_steps, batch_size)
 
 
-class ScheduledTD3(_Scheduled, sbx.TD3):
-    """TD3 of sbx."""
+class ScheduledCrossQ(sbx.CrossQ):
+    """CrossQ whose learning rate follows its schedule; sbx's own keeps the first value."""
+
+    def train(self, gradient_steps: int, batch_size: int) -> None:
+        """Learn from the replay buffer."""
+        _update_rate(self)
+        super().train(gradient_steps, batch_size)
 
 
-class ScheduledCrossQ(_Scheduled, sbx.CrossQ):
-    """CrossQ of sbx."""
+class ScheduledDQN(sbx.DQN):
+    """DQN whose learning rate follows its schedule; sbx's own keeps the first value."""
+
+    def train(self, batch_size: int, gradient_steps: int) -> None:  # type: ignore[override]
+        """Learn from the replay buffer."""
+        _update_rate(self)
+        super().train(batch_size, gradient_steps)  # type: ignore[no-untyped-call]
 
 
-class ScheduledDQN(_Scheduled, sbx.DQN):
-    """DQN of sbx."""
+def _update_rate(model: OffPolicyAlgorithmJax) -> None:
+    policy: Any = model.policy
+    states = (getattr(policy, "actor_state", None), policy.qf_state)
+    rate = jnp.float32(model.lr_schedule(model._current_progress_remaining))
+    model._update_learning_rate([state.opt_state for state in states if state is not None], rate)
 
 
 class SbxSAC(JaxOffPolicy):

@@ -46,7 +46,7 @@ def _starts() -> bool:
     if _chosen is not None:
         return False
     try:
-        jax.config.update("jax_num_cpu_devices", 1)  # only accepted before XLA starts
+        jax.config.update("jax_num_cpu_devices", 1)  # type: ignore[no-untyped-call]  # only accepted before XLA starts
     except RuntimeError:
         return False
     return True
