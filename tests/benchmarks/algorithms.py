@@ -1,7 +1,7 @@
-"""Measure how the algorithms learn to reach, with what is tuned for each: steps, time of training, success over seeds.
+"""Measure how the algorithms in PyTorch and in JAX learn to reach with the tuned settings.
 
-Writes ``docs/explanation/algorithms-measured.md``; an hour or so on an idle machine with two cores. As with ``tasks.py``,
-what is done is kept, and ``--kept`` writes the page of it::
+Reports steps, training time and success over seeds in ``docs/explanation/algorithms-measured.md``. Takes two hours on an
+idle machine with two cores. As with ``tasks.py``, finished seeds are kept, and ``--kept`` writes the page from them::
 
     python tests/benchmarks/algorithms.py
     python tests/benchmarks/algorithms.py --only sac td3 --seeds 0
@@ -25,13 +25,19 @@ PAGE = ROOT / "docs" / "explanation" / "algorithms-measured.md"
 REACH, GOAL = "frobs/Irb120Reach-v0", "frobs/Irb120ReachGoal-v0"
 CASES = (
     Case(REACH, "ppo"),
-    Case(REACH, "ppo", controller="tcp_delta_position"),
+    Case(REACH, "sbx_ppo"),
     Case(REACH, "td3"),
-    Case(REACH, "td3", controller="tcp_delta_position"),
+    Case(REACH, "sbx_td3"),
     Case(REACH, "sac"),
-    Case(REACH, "sac", controller="tcp_delta_position"),
-    Case(REACH, "dqn", controller="discrete"),
+    Case(REACH, "sbx_sac"),
     Case(GOAL, "sac"),
+    Case(GOAL, "sbx_sac"),
+    Case(REACH, "ppo", controller="tcp_delta_position"),
+    Case(REACH, "td3", controller="tcp_delta_position"),
+    Case(REACH, "sac", controller="tcp_delta_position"),
+    Case(REACH, "sbx_sac", controller="tcp_delta_position"),
+    Case(REACH, "dqn", controller="discrete"),
+    Case(REACH, "sbx_dqn", controller="discrete"),
 )
 """With a goal-conditioned ID the reward is sparse, and hindsight replay helps."""
 
@@ -51,11 +57,13 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], episodes: int) -> s
     lines = [
         "# Algorithms, measured",
         "",
-        f"By `tests/benchmarks/algorithms.py`, {date.today():%d %B %Y}, on {'; '.join(machines)}, at commit "
-        f"{', '.join(commits)}: each algorithm with what is tuned for the ID, `frobs train ID --algorithm NAME "
-        f"--controller NAME --seed S`. Success is that of the deterministic policy on {episodes:,} new goals, 5 cm, held at "
-        f"the end; the worst seed is to reach {SUCCESS:.0%}. The time is the median of the training, checkpoints included. "
-        "`frobs/Irb120ReachGoal-v0` has a sparse reward, with hindsight replay.",
+        f"Measured by `tests/benchmarks/algorithms.py` on {date.today():%d %B %Y}, on {'; '.join(machines)}, at commit "
+        f"{', '.join(commits)}. Each run uses the settings that are tuned for the ID: `frobs train ID --algorithm NAME "
+        "--controller NAME --seed S`. The algorithms whose names begin with `sbx_` are in JAX, the others in PyTorch. "
+        f"Success is the share of {episodes:,} new goals that the deterministic policy reaches within 5 cm and holds until "
+        f"the end of the episode; the goal is {SUCCESS:.0%} for the worst seed. The time is the median over the seeds; it "
+        "includes checkpoints and, in JAX, compilation. `frobs/Irb120ReachGoal-v0` has a sparse reward, so hindsight "
+        "experience replay is used.",
         "",
         "| algorithm | ID | controller | seeds | steps | training | success, worst | median | best |",
         "|---|---|---|---:|---:|---:|---:|---:|---:|",
