@@ -40,7 +40,8 @@ MODULES = {
     "frobs-cli": [f"frobs_cli.{name}" for name in _HELPERS],
     "frobs-train": ["frobs_train"],
     "frobs-devkit": [
-        f"frobs_devkit.{name}" for name in ("bench", "doctor", "parity", "robot_sheet", "scaffold", "testing")
+        f"frobs_devkit.{name}"
+        for name in ("bench", "bench_training", "doctor", "parity", "robot_sheet", "scaffold", "testing")
     ],
 }
 """The public modules of each distribution that is more than a plugin."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, Self
 
@@ -129,6 +129,20 @@ class Algorithm(ABC):
 
         Called between :meth:`load` and :meth:`train`, where a run is continued on an environment without a snapshot.
         """
+
+    def timed_parts(self) -> Mapping[str, Sequence[tuple[object, str]]]:
+        """Return the methods that ``frobs bench ID --training`` times, for each part of a training run.
+
+        Optional. Use these names for the parts: ``"inference"`` chooses actions and estimates values while experience is
+        collected, ``"updates"`` performs gradient steps, and ``"storage"`` maintains the rollout or replay buffer. Each
+        method is replaced by one that measures its time, as an attribute of its owner, so :meth:`train` must look it up
+        there at each call. If a timed method calls another one, the time of the inner call counts for its own part only.
+
+        Returns:
+            For each part its methods, as pairs of owner and method name. Empty by default: only the time of the
+            environments is then known.
+        """
+        return {}
 
     @classmethod
     @abstractmethod

@@ -186,6 +186,19 @@ class SB3Algorithm(Algorithm):
             raise CheckpointError(f"{folder} is incomplete: {error} is missing.") from error
         return algorithm
 
+    def timed_parts(self) -> dict[str, list[tuple[object, str]]]:
+        """Return the methods that make up a training run, as ``frobs bench ID --training`` times them."""
+        model: Any = self.model
+        rollout = getattr(model, "rollout_buffer", None)
+        if rollout is None:  # off-policy
+            inference, storage = [(model, "_sample_action")], [(model, "_store_transition")]
+        else:
+            storage = [(rollout, name) for name in ("reset", "add", "compute_returns_and_advantage")]
+            inference = [(model.policy, "forward"), (model.policy, "predict_values")]
+            if hasattr(model.policy, "predict_all"):  # sbx
+                inference = [(model.policy, "predict_all"), (model.vf, "apply")]
+        return {"inference": inference, "updates": [(model, "train")], "storage": storage}
+
     def export_onnx(self) -> bytes:
         """Return the deterministic policy as an ONNX graph."""
         from frobs_algos_sb3.onnx import export_graph  # its tracer is heavy

@@ -7,13 +7,9 @@ drifts slows both alike, and each has the processor's caches to itself as in a t
 
 from __future__ import annotations
 
-import os
-import platform
-from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from math import ceil
-from pathlib import Path
 from statistics import median
 from time import perf_counter
 from typing import Any, TypeAlias
@@ -24,6 +20,7 @@ from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Snapshot
 from frobs_core.validation import whole_number
 from frobs_core.vector_env import RobotVectorEnv
+from frobs_devkit.timing import Stopwatch, machine
 from frobs_train import make_env, make_vector_env
 
 _TURN = 25  # steps of one environment before it is the bare engine's turn
@@ -98,7 +95,7 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
     """Step ``env`` for its time, its twin for where the time goes and for the states that the bare engine replays."""
     inner, shadow = env.unwrapped, twin.unwrapped
     bare = inner.simulation.bare_engine()
-    spent, before, cast = _watch(shadow, replayed=bare is not None)
+    stopwatch, before, cast = _watch(shadow, replayed=bare is not None)
     times: dict[str, list[float]] = {name: [] for name in ("wrapped", "unwrapped", "bare", *PARTS[:3])}
     env.action_space.seed(seed)
     env.reset(seed=seed)
@@ -121,13 +118,13 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
                 env.reset()
         states: list[tuple[Snapshot, list[Rays]]] = []
         for action, end in zip(actions, ends, strict=True):
-            spent.clear()
+            stopwatch.clear()
             cast.clear()
             shadow.step(action)
             states.append((before.copy(), list(cast.values())))
             if warm:
                 for part in PARTS[:3]:
-                    times[part].append(spent.get(part, 0.0))
+                    times[part].append(stopwatch.seconds(part))
             if end:
                 twin.reset()
         for state, rays in states if bare is not None else ():
@@ -152,43 +149,43 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
         ratio=medians["wrapped"] / medians["bare"] if bare is not None else None,
         steps_per_second=num_envs / medians["wrapped"],
         parts=parts,
-        machine=f"{_processor()}, {os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}",
+        machine=machine(),
     )
 
 
-def _watch(env: Any, *, replayed: bool) -> tuple[dict[str, float], Snapshot, dict[tuple[str, str], Rays]]:
-    """Replace the methods of an environment's parts by ones that tell how long they took.
+def _watch(env: Any, *, replayed: bool) -> tuple[Stopwatch, Snapshot, dict[tuple[str, str], Rays]]:
+    """Measure the time of the methods of an environment's parts.
 
     Returns:
-        The time spent in each part since it was last cleared [s], the simulation's state before its last step, and the
-        rays that each lidar has cast since they were last cleared; once for each, for a bare engine resets nothing.
+        The stopwatch, the simulation's state before its last step, and the rays that each lidar cast first since the
+        mapping was last cleared. The bare engine resets no episodes, so it casts the rays of a lidar once per step.
     """
-    spent: dict[str, float] = {}
+    stopwatch = Stopwatch()
     before: Snapshot = {}
     cast: dict[tuple[str, str], Rays] = {}
 
-    def watch(part: str, owner: Any, method: str) -> None:
-        original: Callable[..., Any] = getattr(owner, method)
-
-        def timed(*args: Any) -> Any:
-            if part == "engine" and replayed:
-                before.update(env.simulation.snapshot())
-            start = perf_counter()
-            result = original(*args)
-            spent[part] = spent.get(part, 0.0) + perf_counter() - start
-            return result
-
-        setattr(owner, method, timed)
-
-    watch("engine", env.simulation, "step")
+    stopwatch.watch("engine", env.simulation, "step")
     for controller in env.control.controllers.values():
-        watch("controller", controller, "apply")
+        stopwatch.watch("controller", controller, "apply")
     for method in ("advance", "reward", "reward_terms", "is_terminated", "is_success"):
-        watch("task", env.task, method)
-    watch("task", env.observations, "observe")
+        stopwatch.watch("task", env.task, method)
+    stopwatch.watch("task", env.observations, "observe")
+    if replayed:
+        _save_states(env.simulation, before)
     for robot in env.simulation.robots.values() if replayed else ():
         _watch_lidars(robot, cast)
-    return spent, before, cast
+    return stopwatch, before, cast
+
+
+def _save_states(simulation: Any, before: Snapshot) -> None:
+    """Save the state of a simulation before each step; the time of saving is not measured."""
+    step = simulation.step
+
+    def saved(*args: Any) -> Any:
+        before.update(simulation.snapshot())
+        return step(*args)
+
+    simulation.step = saved
 
 
 def _watch_lidars(robot: Any, cast: dict[tuple[str, str], Rays]) -> None:
@@ -202,12 +199,3 @@ def _watch_lidars(robot: Any, cast: dict[tuple[str, str], Rays]) -> None:
         return original(name)
 
     robot.lidar = lidar
-
-
-def _processor() -> str:
-    """Return the processor's name, where the system tells it."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return platform.processor() or platform.machine()
-    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())

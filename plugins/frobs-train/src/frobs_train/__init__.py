@@ -51,7 +51,10 @@ if TYPE_CHECKING:
     from frobs_train.training.callbacks import TrainingCallback as TrainingCallback
     from frobs_train.training.interrupts import TrainingInterrupt as TrainingInterrupt
     from frobs_train.training.monitor import Progress as Progress
+    from frobs_train.training.prepare import PreparedTraining as PreparedTraining
+    from frobs_train.training.prepare import prepare_training as prepare_training
     from frobs_train.training.resume import resume as resume
+    from frobs_train.training.session import make_training_env as make_training_env
     from frobs_train.training.threads import Threads as Threads
     from frobs_train.training.threads import decide_threads as decide_threads
     from frobs_train.training.train import train as train
@@ -71,6 +74,7 @@ _MODULES = {
     "ModelFile": "frobs_train.runs.model_file",
     "ON_EXISTING": "frobs_train.runs.existing",
     "OctantResult": "frobs_train.evaluation.playing",
+    "PreparedTraining": "frobs_train.training.prepare",
     "Progress": "frobs_train.training.monitor",
     "Run": "frobs_train.runs.run",
     "ResetFromConfig": "frobs_train.configuration.config",
@@ -89,11 +93,13 @@ _MODULES = {
     "dress": "frobs_train.plots.figures",
     "evaluate": "frobs_train.evaluation.evaluate",
     "make_env": "frobs_train.environments",
+    "make_training_env": "frobs_train.training.session",
     "make_vector_env": "frobs_train.environments",
     "make_figure": "frobs_train.plots.figures",
     "open_pretrained": "frobs_train.export.bundle_run",
     "plot_comparison": "frobs_train.plots.plot_comparison",
     "plot_runs": "frobs_train.plots.plot",
+    "prepare_training": "frobs_train.training.prepare",
     "read_setting": "frobs_train.configuration.resolve",
     "record_video": "frobs_train.evaluation.video",
     "resolve_config": "frobs_train.configuration.resolve",

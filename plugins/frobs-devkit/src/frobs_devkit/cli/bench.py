@@ -1,54 +1,125 @@
-"""``frobs bench``: where the time of a step goes."""
+"""``frobs bench``: where the time of a step or of a training run goes."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from frobs_cli.facts import print_facts
+from frobs_cli.formats import duration
 from frobs_cli.model_options import PackagePath, XacroArgs, robot_keywords
 from frobs_cli.options import Controller, EnvId, Json, Robot, Simulator, Tcp
 from frobs_cli.output import console, only_json, print_json
+from frobs_core.errors import CommandLineError
+
+if TYPE_CHECKING:
+    from frobs_devkit.bench import BenchResult
+    from frobs_devkit.bench_training import TrainingBenchResult
 
 
 def bench(
     env_id: EnvId,
-    num_envs: Annotated[int, typer.Option(metavar="N", min=1, help="Environments stepped together.")] = 1,
-    steps: Annotated[int, typer.Option(metavar="N", min=10, help="Steps to measure.")] = 1000,
+    training: Annotated[
+        bool, typer.Option("--training", help="Measure a training run instead of a step, and suggest settings.")
+    ] = False,
+    algorithm: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            show_default="ppo",
+            help="Algorithm to train with --training: one of 'frobs list algorithms'.",
+        ),
+    ] = None,
+    num_envs: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            min=1,
+            show_default="1; with --training, the configured number",
+            help="Environments stepped together.",
+        ),
+    ] = None,
+    steps: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            min=10,
+            show_default="1000; with --training, about 4 seconds",
+            help="Steps to measure after the warm-up; with --training, environment steps over all environments.",
+        ),
+    ] = None,
     robot: Robot = None,
     tcp: Tcp = None,
     args: XacroArgs = None,
     package_path: PackagePath = None,
     simulator: Simulator = None,
     controller: Controller = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            show_default=False,
+            help="Setting of the training run, as in 'frobs train'; repeatable. Requires --training.",
+        ),
+    ] = None,
     json: Json = False,
 ) -> None:
-    """Measure where the time of a step goes, and how much more it is than the bare engine's.
+    """Measure where the time of a step or of a training run goes.
 
-    The bare engine replays the same states with the same controls; the two take turns, a few steps each.
+    A step is compared with the bare engine, which replays the same states with the same controls. The two take turns, a
+    few steps each. With --training, a short training run in memory is measured with the settings that 'frobs train'
+    would use. Alternatives to some settings are measured, and those that are clearly faster are suggested.
 
     Example:
         $ frobs bench frobs/Irb120Reach-v0
         $ frobs bench frobs/Irb120Reach-v0 --num-envs 1024 --steps 100
         $ frobs bench frobs/Reach-v0 --robot arm.urdf --tcp tool0 --package-path ~/ros/src
+        $ frobs bench frobs/Irb120Reach-v0 --training --algorithm sac
     """
     from frobs_core.registry import find_spec
 
     find_spec(env_id)
+    keywords: dict[str, Any] = {"simulator": simulator, "controller": controller}
+    if training:
+        _reject({"--args": args, "--package-path": package_path}, "use --set environment_kwargs.… with --training.")
+        flags = {"algorithm": algorithm, "num_envs": num_envs, "robot": robot, "tcp": tcp, **keywords}
+        with only_json(json), console(stderr=True).status("measuring a training run"):
+            trained = _measure_training(env_id, flags, settings or (), steps)
+        print_json(trained) if json else print_facts(_training_facts(trained))
+        return
+    _reject({"--algorithm": algorithm, "--set": settings}, "only a training run has this option; add --training.")
     from frobs_devkit.bench import bench as measure
 
-    keywords: dict[str, Any] = {"simulator": simulator, "controller": controller}
-    given = robot_keywords(robot, tcp, args, package_path)
-    given |= {key: value for key, value in keywords.items() if value is not None}
+    options = robot_keywords(robot, tcp, args, package_path)
+    options |= {key: value for key, value in keywords.items() if value is not None}
+    steps = steps or 1000
     with only_json(json), console(stderr=True).status(f"measuring {steps:,} steps"):
-        found = measure(env_id, num_envs=num_envs, steps=steps, **given)
-    if json:
-        print_json(found)
-        return
-    facts = {
-        "name": env_id,
-        "kind": "1 environment" if num_envs == 1 else f"{num_envs:,} environments",
+        found = measure(env_id, num_envs=num_envs or 1, steps=steps, **options)
+    print_json(found) if json else print_facts(_step_facts(found))
+
+
+def _reject(options: dict[str, object], reason: str) -> None:
+    for name, value in options.items():
+        if value:
+            raise CommandLineError(name, reason)
+
+
+def _measure_training(
+    env_id: str, flags: dict[str, Any], settings: Sequence[str], steps: int | None
+) -> TrainingBenchResult:
+    from frobs_devkit.bench_training import bench_training
+    from frobs_train import resolve_config
+
+    return bench_training(resolve_config(env_id, flags=flags, settings=settings), steps=steps)
+
+
+def _step_facts(found: BenchResult) -> dict[str, Any]:
+    return {
+        "name": found.id,
+        "kind": _environments(found.num_envs),
         "step": f"{_time(found.step_seconds)}, of {found.decimation} physics steps; median of {found.steps:,}",
         "steps_per_second": f"{found.steps_per_second:,.0f}",
         "bare_engine": "this simulator offers none" if found.bare_seconds is None else _time(found.bare_seconds),
@@ -59,9 +130,31 @@ def bench(
             for part, seconds in found.parts.items()
         ],
     }
-    print_facts(facts)
+
+
+def _training_facts(found: TrainingBenchResult) -> dict[str, Any]:
+    return {
+        "name": found.id,
+        "kind": f"training run with {found.algorithm}, {_environments(found.num_envs)}",
+        "measured": f"{found.steps:,} environment steps after the warm-up",
+        "steps_per_second": f"{found.steps_per_second:,.0f}",
+        "checkpoint": f"{_time(found.checkpoint_seconds)} each, {found.checkpoints} in the training run",
+        "estimated_time": f"{duration(found.total_seconds)} for {found.total_steps:,} environment steps",
+        "machine": found.machine,
+        "parts": [
+            {"part": part, "per_1,000_steps": _time(seconds), "share": f"{100.0 * found.shares[part]:.1f} %"}
+            for part, seconds in found.parts.items()
+        ],
+        "suggestions": [{"setting": key, "suggestion": text} for key, text in found.suggestions.items()],
+    }
+
+
+def _environments(number: int) -> str:
+    return "1 environment" if number == 1 else f"{number:,} environments"
 
 
 def _time(seconds: float) -> str:
-    """Return ``"83.1 µs"`` or ``"12.4 ms"``."""
-    return f"{1e6 * seconds:.1f} µs" if seconds < 1e-3 else f"{1e3 * seconds:.2f} ms"
+    """Return ``"83.1 µs"``, ``"12.4 ms"`` or ``"3.69 s"``."""
+    if seconds < 1e-3:
+        return f"{1e6 * seconds:.1f} µs"
+    return f"{1e3 * seconds:.2f} ms" if seconds < 1.0 else f"{seconds:.2f} s"

@@ -6,15 +6,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 from frobs_train.configuration.config import RunConfig, algorithm_record, resolve_algorithm_config
-from frobs_train.logs.recorder import EpisodeRecorder
-from frobs_train.logs.statistics import EpisodeStatistics
 from frobs_train.runs.existing import resume_existing, settle_existing
 from frobs_train.runs.lock import RunLock
 from frobs_train.runs.run import Run, default_run_dir
 from frobs_train.training.callbacks import build_callbacks
 from frobs_train.training.monitor import Progress
-from frobs_train.training.seeds import draw_seed, spread_seed
-from frobs_train.training.session import check_action_space, make_training_env, run_training
+from frobs_train.training.prepare import prepare_training
+from frobs_train.training.seeds import draw_seed
+from frobs_train.training.session import run_training
 
 
 def train(
@@ -58,18 +57,12 @@ def train(
         return resume_existing(path, config, on_progress)
     seed = draw_seed() if config.seed is None else config.seed
     config = config.model_copy(update={"seed": seed})
-    seeds = spread_seed(seed)
-    env = make_training_env(config)
+    made = prepare_training(config)
     try:
-        check_action_space(record, config.environment, env.single_action_space)
-        env.reset(seed=seeds.environment)
-        episodes = EpisodeStatistics()
-        recorder = EpisodeRecorder(env, episodes.add)
-        algorithm = record.load()(recorder, settings, seeds.algorithm)
         callbacks = build_callbacks(config.callbacks)
         run = Run.create(path, config, replace=on_existing == "overwrite")
         with RunLock(run.path):
-            run_training(run, recorder, episodes, algorithm, callbacks, on_progress)
+            run_training(run, made.recorder, made.episodes, made.algorithm, callbacks, on_progress)
     finally:
-        env.close()
+        made.env.close()
     return run

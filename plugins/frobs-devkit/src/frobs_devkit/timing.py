@@ -1,0 +1,89 @@
+"""Measuring the time that methods take, and naming the machine it was measured on."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+
+class Stopwatch:
+    """Measures the time spent in methods of any objects, grouped into parts.
+
+    If a timed method calls a timed method of another part, the time of the inner call counts for the inner part only.
+
+    Attributes:
+        times: For each part the time of each call [s], without calls of other parts inside it.
+    """
+
+    def __init__(self) -> None:
+        self.times: dict[str, list[float]] = {}
+        self._open: list[tuple[str, list[float]]] = []  # the calls in progress, each with the times of its inner calls
+
+    def watch(self, part: str, owner: Any, method: str, *, wait: bool = False) -> None:
+        """Replace a method of an object by one that measures its time.
+
+        Args:
+            part: The part to which the time is added.
+            owner: The object, on which the replacement is set as an attribute.
+            method: Name of the method.
+            wait: Whether to wait for computations that JAX or CUDA performs in the background.
+        """
+        original: Callable[..., Any] = getattr(owner, method)
+        times = self.times.setdefault(part, [])
+
+        def timed(*args: Any, **kwargs: Any) -> Any:
+            if self._open and self._open[-1][0] == part:
+                return original(*args, **kwargs)
+            inner: list[float] = []
+            self._open.append((part, inner))
+            start = perf_counter()
+            try:
+                result = original(*args, **kwargs)
+                if wait:
+                    _wait_for(result)
+            finally:
+                elapsed = perf_counter() - start
+                self._open.pop()
+                if self._open:
+                    self._open[-1][1].append(elapsed)
+                times.append(elapsed - sum(inner))
+            return result
+
+        setattr(owner, method, timed)
+
+    def seconds(self, part: str) -> float:
+        """Return the time spent in a part [s]."""
+        return sum(self.times.get(part, ()))
+
+    def clear(self) -> None:
+        """Set all times to zero."""
+        for times in self.times.values():
+            times.clear()
+
+
+def machine() -> str:
+    """Return the processor, the operating system and the version of Python in one line."""
+    return f"{_processor()}, {os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}"
+
+
+def _wait_for(result: Any) -> None:
+    """Wait until JAX and CUDA have finished; nothing is imported for it."""
+    jax, torch = sys.modules.get("jax"), sys.modules.get("torch")
+    if jax is not None:
+        jax.block_until_ready(result)
+    if torch is not None and torch.cuda.is_initialized():
+        torch.cuda.synchronize()
+
+
+def _processor() -> str:
+    """Return the name of the processor, if the system reports one."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())

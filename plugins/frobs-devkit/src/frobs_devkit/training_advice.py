@@ -1,0 +1,188 @@
+"""Settings that would make a training run faster, found by measuring the alternatives."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from statistics import median
+from time import perf_counter
+from typing import Any
+
+from frobs_cli.formats import duration
+from frobs_core.errors import FrobsError
+from frobs_devkit.training_window import SIMULATION, UPDATES, MeasuredTraining, measure_training
+from frobs_train import RunConfig, decide_threads, make_training_env
+
+_SIZES = tuple(2**k for k in range(3, 11))
+"""Values of ``num_envs`` to try."""
+
+_ENOUGH = 0.9
+"""Share of the best rate of the environments that is good enough."""
+
+_WORTHWHILE = 1.1
+"""Speed-up from which a change is suggested."""
+
+_TRY_SECONDS = 0.1
+"""Time to step the environments of one size or number of threads [s]."""
+
+_SIZES_SECONDS = 2.0
+"""Time for all sizes, making the environments included [s]; the largest sizes are left out if it is used up."""
+
+_UPDATES_SECONDS = 1.0
+"""Time to measure updates with another number of threads [s]."""
+
+_CHANGES_LEARNING = "This changes what is learned, so check the learning again."
+
+
+def advise(config: RunConfig, measured: MeasuredTraining) -> dict[str, str]:
+    """Return a sentence for each setting that is worth a change.
+
+    Args:
+        config: The configuration.
+        measured: Times of the training run with it.
+    """
+    found: dict[str, str | None] = {}
+    if _can_matter(measured, SIMULATION):
+        found["num_envs"] = _advise_num_envs(config, measured)
+        found["threads.simulator"] = _advise_simulator_threads(config, measured)
+    if _can_matter(measured, UPDATES):
+        found["threads.torch"] = _advise_torch_threads(config, measured)
+        found["algorithm_config.gradient_steps"] = _advise_gradient_steps(config, measured)
+    return {setting: sentence for setting, sentence in found.items() if sentence is not None}
+
+
+def time_steps(config: RunConfig, num_envs: int, threads: int | None = None) -> float:
+    """Return the median time of a step of a vector environment [s].
+
+    Args:
+        config: The configuration of the training run.
+        num_envs: Environments in the vector.
+        threads: Threads of the simulator; None: as configured.
+    """
+    changes: dict[str, Any] = {"num_envs": num_envs, "reset_from": None}
+    if threads is not None:
+        changes["threads"] = config.threads.model_copy(update={"simulator": threads})
+    with closing(make_training_env(config.model_copy(update=changes))) as env:
+        env.action_space.seed(0)
+        env.reset(seed=0)
+        times: list[float] = []
+        end = perf_counter() + _TRY_SECONDS
+        while len(times) < 8 or perf_counter() < end:
+            actions = env.action_space.sample()
+            start = perf_counter()
+            env.step(actions)
+            times.append(perf_counter() - start)
+        return median(times[3:])
+
+
+def _advise_num_envs(config: RunConfig, measured: MeasuredTraining) -> str | None:
+    rates = _measure_sizes(config)
+    enough = _ENOUGH * max(rates.values())
+    size = min(size for size, rate in rates.items() if rate >= enough)
+    speedup = rates[size] / rates[config.num_envs]
+    if size == config.num_envs or _speedup_of_run(measured, SIMULATION, speedup) < _WORTHWHILE:
+        return None
+    return (
+        f"With num_envs={size} instead of {config.num_envs}, the environments make {rates[size]:,.0f} instead of "
+        f"{rates[config.num_envs]:,.0f} steps per second: the training run would take "
+        f"{_instead(config, measured, SIMULATION, speedup)}. {_CHANGES_LEARNING}"
+    )
+
+
+def _measure_sizes(config: RunConfig) -> dict[int, float]:
+    """Return the steps per second of the environments for several sizes, the configured one included."""
+    begin = perf_counter()
+    rates = {config.num_envs: config.num_envs / time_steps(config, config.num_envs)}
+    cost = perf_counter() - begin
+    last = config.num_envs
+    for size in _SIZES:
+        if size == config.num_envs:
+            continue
+        if perf_counter() - begin + cost * max(1.0, size / last) > _SIZES_SECONDS:
+            break
+        start = perf_counter()
+        try:
+            rates[size] = size / time_steps(config, size)
+        except FrobsError:  # a paced simulator has a single environment
+            break
+        cost, last = perf_counter() - start, size
+    return rates
+
+
+def _advise_simulator_threads(config: RunConfig, measured: MeasuredTraining) -> str | None:
+    decided = decide_threads(config)
+    if decided.simulator is None:
+        return None
+    others = {1, min(decided.processors, config.num_envs)} - {decided.simulator}
+    if not others:
+        return None
+    configured = time_steps(config, config.num_envs)
+    times = {threads: time_steps(config, config.num_envs, threads) for threads in others}
+    best = min(times, key=lambda threads: times[threads])
+    speedup = configured / times[best]
+    if speedup < _WORTHWHILE:
+        return None
+    return (
+        f"With threads.simulator={best} instead of {decided.simulator}, a step of the environments takes "
+        f"{_milliseconds(times[best])} instead of {_milliseconds(configured)}: the training run would take "
+        f"{_instead(config, measured, SIMULATION, speedup)}."
+    )
+
+
+def _advise_torch_threads(config: RunConfig, measured: MeasuredTraining) -> str | None:
+    configured = config.algorithm_config.get("torch_threads")
+    others = {1, decide_threads(config).processors} - {configured}
+    if not (configured and others and measured.uses_torch):
+        return None
+    times = {threads: _time_updates(config, threads) for threads in others}
+    best = min(times, key=lambda threads: times[threads])
+    before = median(measured.calls[UPDATES])
+    if before / times[best] < _WORTHWHILE:
+        return None
+    return (
+        f"With threads.torch={best} instead of {configured}, a round of updates takes {_milliseconds(times[best])} "
+        f"instead of {_milliseconds(before)}: the training run would take "
+        f"{_instead(config, measured, UPDATES, before / times[best])}."
+    )
+
+
+def _time_updates(config: RunConfig, threads: int) -> float:
+    """Return the median time of a round of updates with so many threads of PyTorch [s]."""
+    settings = {**config.algorithm_config, "torch_threads": threads}
+    changed = config.model_copy(update={"algorithm_config": settings})
+    return median(measure_training(changed, seconds=_UPDATES_SECONDS, limit=2 * _UPDATES_SECONDS).calls[UPDATES])
+
+
+def _advise_gradient_steps(config: RunConfig, measured: MeasuredTraining) -> str | None:
+    configured = config.algorithm_config.get("gradient_steps")
+    if not configured or measured.parts[UPDATES] < 0.5 * measured.seconds:
+        return None
+    per_round = configured if configured > 0 else measured.steps // len(measured.calls[UPDATES])  # -1: one per step
+    if per_round < 2:
+        return None
+    fewer = per_round // 2
+    return (
+        f"Updates take {100 * measured.parts[UPDATES] / measured.seconds:.0f} % of the time: with "
+        f"gradient_steps={fewer} instead of {configured}, the training run would take "
+        f"{_instead(config, measured, UPDATES, per_round / fewer)}. {_CHANGES_LEARNING}"
+    )
+
+
+def _can_matter(measured: MeasuredTraining, part: str) -> bool:
+    """Return whether the training run would be faster by enough if a part took no time at all."""
+    return measured.parts.get(part, 0.0) > (1.0 - 1.0 / _WORTHWHILE) * measured.seconds
+
+
+def _speedup_of_run(measured: MeasuredTraining, part: str, speedup: float) -> float:
+    """Return how many times as fast the whole training run is if one part is so many times as fast."""
+    saved = measured.parts[part] * (1.0 - 1.0 / speedup)
+    return measured.seconds / (measured.seconds - saved)
+
+
+def _instead(config: RunConfig, measured: MeasuredTraining, part: str, speedup: float) -> str:
+    """Return ``"52 s instead of 96 s"`` for the whole training run if one part is so many times as fast."""
+    now = config.steps * measured.per_step()
+    return f"{duration(now / _speedup_of_run(measured, part, speedup))} instead of {duration(now)}"
+
+
+def _milliseconds(seconds: float) -> str:
+    return f"{1e3 * seconds:.3g} ms"

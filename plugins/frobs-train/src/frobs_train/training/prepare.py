@@ -1,0 +1,58 @@
+"""The environments and the algorithm of a new training run, before there is a run folder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import gymnasium as gym
+
+from frobs_core.interfaces import Algorithm
+from frobs_train.configuration.config import RunConfig, algorithm_record, resolve_algorithm_config
+from frobs_train.logs.recorder import EpisodeRecorder
+from frobs_train.logs.statistics import EpisodeStatistics
+from frobs_train.training.seeds import spread_seed
+from frobs_train.training.session import check_action_space, make_training_env
+
+
+@dataclass(frozen=True, kw_only=True)
+class PreparedTraining:
+    """What a training run needs besides its folder.
+
+    Attributes:
+        env: The environments, seeded. Close them when the run ends.
+        recorder: Wraps the environments and counts the steps.
+        episodes: Statistics of the episodes that the recorder reports.
+        algorithm: The algorithm, untrained, on the recorder.
+    """
+
+    env: gym.vector.VectorEnv[Any, Any, Any]
+    recorder: EpisodeRecorder
+    episodes: EpisodeStatistics
+    algorithm: Algorithm
+
+
+def prepare_training(config: RunConfig) -> PreparedTraining:
+    """Make the environments and the algorithm of a new training run.
+
+    Args:
+        config: See :func:`frobs_train.resolve_config`. Without a seed, the seed is 0.
+
+    Raises:
+        UnknownNameError: No such environment ID or algorithm.
+        ConfigurationError: A setting or keyword cannot be used, or the algorithm cannot act in the environment.
+    """
+    record = algorithm_record(config.algorithm)
+    settings = resolve_algorithm_config(record, config.algorithm_config)
+    seeds = spread_seed(config.seed or 0)
+    env = make_training_env(config)
+    try:
+        check_action_space(record, config.environment, env.single_action_space)
+        env.reset(seed=seeds.environment)
+        episodes = EpisodeStatistics()
+        recorder = EpisodeRecorder(env, episodes.add)
+        algorithm = record.load()(recorder, settings, seeds.algorithm)
+    except BaseException:
+        env.close()
+        raise
+    return PreparedTraining(env=env, recorder=recorder, episodes=episodes, algorithm=algorithm)
