@@ -130,6 +130,20 @@ def test_suggestions_report_a_gain_or_nothing(monkeypatch: pytest.MonkeyPatch) -
     assert set(found) == {"algorithm_config.gradient_steps"}
     text = "Updates take 88 % of the time: with gradient_steps=8 instead of 16, the training run would take 11 s instead of 20 s"
     assert found["algorithm_config.gradient_steps"].startswith(text)
+    # 10 rounds of 16 gradient steps in 250 vector steps: 8.8 s / 160 and 0.5 s / 250
+    text = "A gradient step takes 55 ms: one vector step makes 0.64 of them, and simulating it takes as long as 0.036."
+    assert text in found["algorithm_config.gradient_steps"]
+
+
+def test_number_of_torch_threads_is_restored() -> None:
+    import torch
+
+    from frobs_devkit import training_advice
+
+    config = resolve_config(ID, flags={"algorithm": "sac"}, settings=[*SMALL, *SETTINGS["sac"]])
+    before = torch.get_num_threads()
+    assert training_advice._time_updates(config.model_copy(update={"steps": 100}), before + 1) > 0.0
+    assert torch.get_num_threads() == before
 
 
 def test_command_prints_a_table_and_json(monkeypatch: pytest.MonkeyPatch) -> None:

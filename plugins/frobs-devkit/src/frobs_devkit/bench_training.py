@@ -30,7 +30,8 @@ class TrainingBenchResult:
         checkpoints: Checkpoints in the whole training run.
         total_steps: Environment steps of the whole training run.
         total_seconds: Estimated time of the whole training run, checkpoints included [s].
-        suggestions: For each setting that is worth a change, a sentence with the measured gain.
+        suggestions: For each setting that is worth a change, a text with the measured gain. For ``gradient_steps`` of an
+            off-policy algorithm also how the time of the updates depends on it.
         machine: Processor, operating system and Python.
     """
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from contextlib import closing
 from statistics import median
 from time import perf_counter
@@ -34,7 +35,7 @@ _CHANGES_LEARNING = "This changes what is learned, so check the learning again."
 
 
 def advise(config: RunConfig, measured: MeasuredTraining) -> dict[str, str]:
-    """Return a sentence for each setting that is worth a change.
+    """Return the advice for each setting that is worth a change or limits the speed.
 
     Args:
         config: The configuration.
@@ -149,21 +150,35 @@ def _time_updates(config: RunConfig, threads: int) -> float:
     """Return the median time of a round of updates with so many threads of PyTorch [s]."""
     settings = {**config.algorithm_config, "torch_threads": threads}
     changed = config.model_copy(update={"algorithm_config": settings})
-    return median(measure_training(changed, seconds=_UPDATES_SECONDS, limit=2 * _UPDATES_SECONDS).calls[UPDATES])
+    torch = sys.modules["torch"]  # loaded by the algorithm; its number of threads is a setting of the process
+    before = torch.get_num_threads()
+    try:
+        return median(measure_training(changed, seconds=_UPDATES_SECONDS, limit=2 * _UPDATES_SECONDS).calls[UPDATES])
+    finally:
+        torch.set_num_threads(before)
 
 
 def _advise_gradient_steps(config: RunConfig, measured: MeasuredTraining) -> str | None:
+    """Describe how the time of an off-policy algorithm depends on ``gradient_steps``."""
     configured = config.algorithm_config.get("gradient_steps")
-    if not configured or measured.parts[UPDATES] < 0.5 * measured.seconds:
+    if not configured:
         return None
-    per_round = configured if configured > 0 else measured.steps // len(measured.calls[UPDATES])  # -1: one per step
-    if per_round < 2:
-        return None
+    rounds = len(measured.calls[UPDATES])
+    per_round = configured if configured > 0 else measured.steps // rounds  # -1: one per environment step
+    gradient_step = measured.parts[UPDATES] / (rounds * per_round)
+    vector_steps = measured.steps / config.num_envs
+    affordable = measured.parts[SIMULATION] / vector_steps / gradient_step
+    scaling = (
+        f"A gradient step takes {_milliseconds(gradient_step)}: one vector step makes "
+        f"{rounds * per_round / vector_steps:.3g} of them, and simulating it takes as long as {affordable:.2g}."
+    )
+    if measured.parts[UPDATES] < 0.5 * measured.seconds or per_round < 2:
+        return scaling
     fewer = per_round // 2
     return (
         f"Updates take {100 * measured.parts[UPDATES] / measured.seconds:.0f} % of the time: with "
         f"gradient_steps={fewer} instead of {configured}, the training run would take "
-        f"{_instead(config, measured, UPDATES, per_round / fewer)}. {_CHANGES_LEARNING}"
+        f"{_instead(config, measured, UPDATES, per_round / fewer)}. {_CHANGES_LEARNING} {scaling}"
     )
 
 
