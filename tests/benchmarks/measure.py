@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 from argparse import ArgumentParser
+from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
 from statistics import median
@@ -30,6 +31,8 @@ BUDGETS: dict[tuple[str, str], dict[int, float]] = {
 """How many times the bare engine's step a step may take, by environment, controller and number of environments."""
 PYBULLET_BUDGET, WORKERS_BUDGET = 1.3, 1.5
 PYBULLET_STEPS = 2000
+ALGORITHMS = ("ppo", "sbx_ppo", "sac", "sbx_sac", "td3", "sbx_td3")
+"""Those whose training run is split into its parts."""
 TRAINING_BUDGETS = {"joint_delta_position": 30, "tcp_delta_position": 5}  # [s], median over the seeds
 
 _IMPORT = """
@@ -126,6 +129,11 @@ def trainings(seeds: int) -> list[dict[str, Any]]:
     return rows
 
 
+def training_parts(algorithms: Sequence[str] = ALGORITHMS) -> list[dict[str, Any]]:
+    """Return where the time of a training run goes with each algorithm."""
+    return [frobs("bench", ID, "--training", "--algorithm", name) for name in algorithms]
+
+
 def import_seconds(repeats: int = 5) -> float:
     """Return what ``import frobs_core`` costs beyond ``import gymnasium`` [s], the median of fresh processes."""
     return median(float(_python(_IMPORT)) for _ in range(repeats))
@@ -140,6 +148,7 @@ def memory_bytes() -> float:
 def report(
     steps: list[dict[str, Any]],
     trained: list[dict[str, Any]],
+    training: list[dict[str, Any]],
     import_time: float,
     memory: float,
     pybullet: dict[str, Any],
@@ -179,11 +188,11 @@ def report(
         f"Eight environments take {_time(workers[0])} in one process and {_time(workers[1])} in two workers: two give "
         f"{workers[0] / workers[1]:.2f} times the steps of one (at least {WORKERS_BUDGET:g}).",
         "",
-        "## A training",
+        "## A training run",
         "",
-        "PPO with the tuned settings, each seed in a fresh process; the time is that of the training alone, without "
-        "imports and evaluation. Success is that of the deterministic policy on 1,000 new goals, 5 cm, held at the end; "
-        "the worst octant is that of the goal box.",
+        "PPO with the tuned settings, each seed in a fresh process. The time is that of training alone, without imports and "
+        "evaluation. Success is the share of 1,000 new goals that the deterministic policy reaches within 5 cm and holds "
+        "until the end; the worst octant is that of the goal box.",
         "",
         "| controller | seed | steps | training | success | 95 % interval | worst octant |",
         "|---|---:|---:|---:|---:|---|---:|",
@@ -199,6 +208,20 @@ def report(
     for controller, budget in TRAINING_BUDGETS.items():
         seconds = median(row["seconds"] for row in trained if row["controller"] == controller)
         lines.append(f"- `{controller}`: median {seconds:.1f} s (at most {budget} s).")
+    parts = list(dict.fromkeys(part for row in training for part in row["parts"]))
+    lines += [
+        "",
+        "## The parts of a training run",
+        "",
+        f"`frobs bench {ID} --training --algorithm NAME`: time of each part per 1,000 environment steps, with the tuned "
+        "settings, after compilation. `sbx_` algorithms are in JAX, the others in PyTorch.",
+        "",
+        f"| algorithm | {' | '.join(parts)} | steps per second |",
+        f"|---|{'---:|' * (len(parts) + 1)}",
+    ]
+    for row in training:
+        cells = " | ".join(_time(row["parts"][part]) for part in parts)
+        lines.append(f"| `{row['algorithm']}` | {cells} | {row['steps_per_second']:,.0f} |")
     return "\n".join(lines) + "\n"
 
 
@@ -207,7 +230,8 @@ def main() -> None:
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=5, help="trainings for each controller")
     seeds = parser.parse_args().seeds
-    page = report(step_costs(), trainings(seeds), import_seconds(), memory_bytes(), pybullet_cost(), worker_times())
+    trained, training = trainings(seeds), training_parts()
+    page = report(step_costs(), trained, training, import_seconds(), memory_bytes(), pybullet_cost(), worker_times())
     PAGE.write_text(page, "utf-8")
     sys.stdout.write(page)
 
@@ -219,6 +243,8 @@ def _python(code: str, *arguments: object) -> str:
 
 
 def _time(seconds: float) -> str:
+    if seconds >= 1.0:
+        return f"{seconds:.2f} s"
     return f"{1e6 * seconds:.0f} µs" if seconds < 1e-3 else f"{1e3 * seconds:.1f} ms"
 
 

@@ -29,6 +29,7 @@ def test_the_page_says_what_was_measured(monkeypatch: pytest.MonkeyPatch) -> Non
     page = measure.report(
         measure.step_costs(),
         [{"controller": controller, **trained} for controller in measure.CONTROLLERS],
+        [{"algorithm": "ppo", "parts": {"simulation": 0.045, "updates": 0.09}, "steps_per_second": 7407.0}],
         measure.import_seconds(repeats=1),
         11e6,
         measure.pybullet_cost(),
@@ -39,3 +40,4 @@ def test_the_page_says_what_was_measured(monkeypatch: pytest.MonkeyPatch) -> Non
     assert "| 3 | 1,000 | 2.0 s | 95.0% | 90.0% to 100.0% | 90.0% |" in page
     assert "times the steps of one (at least 1.5)" in page
     assert "median 2.0 s (at most 5 s)" in page
+    assert "| `ppo` | 45.0 ms | 90.0 ms | 7,407 |" in page

@@ -28,7 +28,7 @@ def test_the_page_gives_medians_and_says_what_differs() -> None:
     page = neighbours.report(rows, 300)
     assert f"| {neighbours.THEIRS} | 21 s | 20 s, 21 s, 22 s | 31 s | 30 s, 31 s, 32 s |" in page
     assert "| FRobs | 2.5 s | 1.5 s, 2.5 s, never | 2.5 s | 1.5 s, 2.5 s, never |" in page
-    assert all(word in page for word in ("goals", "reward", "algorithm", "hindsight replay"))
+    assert all(word in page for word in ("goals", "reward", "algorithm", "hindsight experience replay"))
 
 
 @pytest.mark.slow
