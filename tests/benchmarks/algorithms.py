@@ -76,6 +76,13 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], episodes: int) -> s
             f"{found[0]['steps']:,} | {median(row['seconds'] for row in found):.0f} s | {worst} | {median(success):.1%} | "
             f"{max(success):.1%} |"
         )
+    missing = [
+        f"`{case.algorithm}` on `{case.id}` ({case.controller or 'joint_delta_position'})"
+        for case in CASES
+        if not rows.get(case)
+    ]
+    if missing:
+        lines += ["", f"Not measured with the current settings: {', '.join(missing)}."]
     return "\n".join(lines) + "\n"
 
 

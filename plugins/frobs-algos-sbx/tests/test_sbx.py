@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import test_sb3_exact as exact
 
 from frobs_algos_sb3 import storage
 from frobs_core import plugins
-from frobs_core.errors import CheckpointError, ConfigurationError
+from frobs_core.errors import CheckpointError, ConfigurationError, PluginError
 from frobs_train import resolve_config
 
 SMALL = {"policy_kwargs": {"net_arch": [8, 8]}}
@@ -137,3 +138,14 @@ def test_tuned_settings_and_search_spaces_are_those_of_the_torch_family(name: st
     assert (ours.tuned, ours.search_space) == (theirs.tuned, theirs.search_space)
     for environment in ours.tuned:
         assert resolve_config(environment, flags={"algorithm": ours.name}).algorithm == ours.name
+
+
+@pytest.mark.parametrize("name", ["sbx_ppo", "sbx_sac"])
+def test_without_jax_one_error_says_how_to_install_it(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    record = plugins.get_record("algorithm", name)
+    for module in [module for module in sys.modules if module.partition(".")[0] == "frobs_algos_sbx"]:
+        monkeypatch.delitem(sys.modules, module)
+    monkeypatch.setitem(sys.modules, "jax", None)
+    with pytest.raises(PluginError, match=r"jax.*pip install frobs-algos-sbx") as caught:
+        record.load()
+    assert "\n" not in str(caught.value)

@@ -41,5 +41,6 @@ def test_an_exported_policy_acts_alike_on_a_thousand_observations(tmp_path: Path
     np.save(tmp_path / "observations.npy", observations)
     files = [exported.path, tmp_path / "observations.npy", tmp_path / "actions.npy"]
     subprocess.run([sys.executable, "-c", ACT, *map(str, files)], check=True)
-    expected, _ = load_policy(run.checkpoints[-1]).predict(observations)
+    policy, _ = load_policy(run, env.single_observation_space, env.single_action_space)
+    expected, _ = policy.predict(observations)
     np.testing.assert_allclose(np.load(tmp_path / "actions.npy"), expected, rtol=0.0, atol=1e-5)
