@@ -82,7 +82,7 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], episodes: int) -> s
         if not rows.get(case)
     ]
     if missing:
-        lines += ["", f"Not measured with the current settings: {', '.join(missing)}."]
+        lines += ["", f"Not part of this measurement: {', '.join(missing)}."]
     return "\n".join(lines) + "\n"
 
 
