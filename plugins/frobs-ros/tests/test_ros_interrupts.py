@@ -1,33 +1,57 @@
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
 import pytest
 
 from frobs_ros import interrupts
 
+_NODE = """
+import os, signal, threading, time
+from frobs_ros.environment import use_ros
+from frobs_ros.interrupts import interruptible
 
-@pytest.fixture(autouse=True)
-def uninterrupted(monkeypatch: pytest.MonkeyPatch) -> None:
+use_ros()
+import rospy
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a background shell ignores SIGINT
+rospy.init_node("trainer")
+held = threading.Lock()
+rospy.on_shutdown(held.acquire)
+with held:
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(0.1)
+while not rospy.is_shutdown():
+    time.sleep(0.01)
+try:
+    with interruptible():
+        print("it began although the node is gone")
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+def test_signal_shuts_the_node_down_although_the_main_thread_holds_a_lock_that_this_needs(rosmaster: str) -> None:
+    process = subprocess.run(
+        [sys.executable, "-c", _NODE],
+        env={**os.environ, "ROS_MASTER_URI": rosmaster},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert process.stdout == "interrupted\n", process.stderr
+    assert process.stderr == ""
+
+
+def test_signal_that_shut_the_node_down_replaces_the_errors_that_follow(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(interrupts, "_was_interrupted", False)
-
-
-def shut_down(reason: str) -> None:
-    """Step as an environment does whose node is shut down meanwhile."""
-    with interrupts.interruptible():
-        interrupts._note(reason)
+    with pytest.raises(KeyboardInterrupt), interrupts.interruptible():
+        interrupts._was_interrupted = True
         raise OSError("the connection is gone")
 
 
-def test_signal_that_shut_the_node_down_replaces_the_errors_that_follow() -> None:
-    with pytest.raises(KeyboardInterrupt):
-        shut_down("signal-2")
-
-
-def test_nothing_begins_after_a_signal_has_shut_the_node_down() -> None:
-    interrupts._note("signal-15")
-    with pytest.raises(KeyboardInterrupt), interrupts.interruptible():
-        pytest.fail("it began although the node is gone")
-
-
-def test_shutdown_by_the_script_interrupts_nothing() -> None:
-    with pytest.raises(OSError, match="gone"):
-        shut_down("closing")
+def test_errors_without_a_signal_are_raised_as_they_are() -> None:
+    with pytest.raises(OSError, match="gone"), interrupts.interruptible():
+        raise OSError("the connection is gone")

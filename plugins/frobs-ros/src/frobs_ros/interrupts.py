@@ -1,22 +1,28 @@
 """Ctrl-C in scripts that are ROS nodes.
 
-rospy's handler shuts the node down and swallows the KeyboardInterrupt, so that a script which never asks
-``rospy.is_shutdown()``, such as a training script, would go on without its node.
+rospy's signal handler shuts the node down in the middle of whatever the main thread does. That can wait forever for a
+lock that the main thread itself holds, and it prints a traceback if the signal arrives while a log line is written.
+The handler here shuts the node down in another thread.
+
+Like rospy's own, it swallows the KeyboardInterrupt, so that a script which never asks ``rospy.is_shutdown()``, such as
+a training script, would go on without its node. :func:`interruptible` ends it.
 """
 
 from __future__ import annotations
 
+import _thread
 import contextlib
 from collections.abc import Iterator
+from typing import Any
 
 _was_interrupted = False
 
 
 def watch() -> None:
-    """Notice when a signal shuts this process's node down."""
-    import rospy
+    """Replace rospy's signal handler, before ``rospy.init_node`` installs it."""
+    import rospy.core
 
-    rospy.core.add_preshutdown_hook(_note)
+    rospy.core._ros_signal = _shut_down
 
 
 @contextlib.contextmanager
@@ -36,6 +42,14 @@ def interruptible() -> Iterator[None]:
         raise
 
 
-def _note(reason: str) -> None:
+def _shut_down(number: int, frame: Any) -> None:
     global _was_interrupted
-    _was_interrupted = _was_interrupted or reason.startswith("signal-")
+    import rospy.core
+
+    _was_interrupted = True
+    # Thread.start would take a lock that the main thread may hold.
+    _thread.start_new_thread(rospy.core.signal_shutdown, (f"signal-{number}",))
+    previous = rospy.core._signalChain.get(number)
+    if callable(previous):
+        with contextlib.suppress(KeyboardInterrupt):
+            previous(number, frame)
