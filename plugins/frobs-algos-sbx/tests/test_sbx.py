@@ -149,3 +149,23 @@ def test_without_jax_one_error_says_how_to_install_it(name: str, monkeypatch: py
     with pytest.raises(PluginError, match=r"jax.*pip install frobs-algos-sbx") as caught:
         record.load()
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["sbx_sac", "sbx_td3", "sbx_tqc", "sbx_crossq", "sbx_dqn"])
+def test_first_weights_are_as_wide_as_those_of_the_torch_family(name: str, make: Any) -> None:
+    from frobs_algos_sbx import state
+
+    env = make(exact.REACH, 2, **(exact.DISCRETE if name == "sbx_dqn" else {}))
+    record = plugins.get_record("algorithm", name).load()
+    algorithms = [record(env, record.resolve_config({}), seed) for seed in (1, 1, 2)]
+    first, again, other = (state.networks(algorithm.model) for algorithm in algorithms)
+    kernels = [key for key in first if key.endswith("/kernel") and "/params/" in key]
+    assert kernels
+    for key in kernels:
+        bound = first[key].shape[-2] ** -0.5
+        for array in (first[key], first[key.replace("/kernel", "/bias")]):
+            assert 0.5 * bound < np.abs(array).max() <= bound
+        assert np.array_equal(first[key], again[key])
+        assert not np.array_equal(first[key], other[key])
+        target = key.replace("/params/", "/target_params/", 1)
+        assert np.array_equal(first.get(target, first[key]), first[key])

@@ -87,6 +87,11 @@ class JaxAlgorithm(SB3Algorithm):
 class JaxOffPolicy(JaxAlgorithm, OffPolicy):
     """Base class of the off-policy algorithms of sbx."""
 
+    def _make_model(self, policy: str, **kwargs: Any) -> BaseAlgorithm:
+        model = super()._make_model(policy, **kwargs)
+        state.restore(model, state.initial_networks(model, self._seed))
+        return model
+
     def _keeps_dict(self) -> bool:
         space = self.observation_space
         return isinstance(space, spaces.Dict) and set(space.spaces) >= GOAL_KEYS
