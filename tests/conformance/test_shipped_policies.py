@@ -13,18 +13,17 @@ from frobs_train.export.pretrained import claimed_evaluation, describe_pretraine
 
 SHIPPED = pretrained_ids()
 QUICK = {"frobs/Irb120Reach-v0", "frobs/KobukiDynamic-v0"}
-WITHOUT = {"frobs/Irb140ReachVelocityLegacy-v0"}
 MANIPULATION = {"frobs/PandaLift-v0", "frobs/PandaOpenDrawer-v0", "frobs/Ur5OpenDrawer-v0"}
 """The manipulation IDs that have one so far."""
 
 
-def test_one_comes_with_nearly_every_id_that_has_a_robot() -> None:
+def test_one_comes_with_every_id_that_has_a_robot_but_manipulation() -> None:
     wanted = {
         id
         for id, (task, record) in registry.environments().items()
         if record.robot and id.startswith("frobs/") and "manipulation" not in task.entry_point
     }
-    assert set(SHIPPED) == (wanted - WITHOUT) | MANIPULATION
+    assert set(SHIPPED) == wanted | MANIPULATION
 
 
 @pytest.mark.parametrize("id", SHIPPED)

@@ -92,7 +92,7 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
             "twin delayed deep deterministic policy gradient",
             ("Box",),
             Irb120Reach="td3_irb120_reach.yaml",
-            Irb140ReachVelocityLegacy="td3_reach_legacy.yaml",
+            Irb140ReachVelocityLegacy="td3_irb140_reach_velocity_legacy.yaml",
         ),
         _contrib("tqc", "TQC", "truncated quantile critics, from sb3-contrib", ("Box",)),
         _contrib("crossq", "CrossQ", "batch normalisation instead of target networks, from sb3-contrib", ("Box",)),

@@ -8,15 +8,16 @@ from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-legacy"
 _TELEPORT = {"teleport": Level.APPROXIMATE}
-_UNTRAINED = {"Irb140ReachVelocityLegacy"}
-"""IDs without a trained policy; ``tests/benchmarks/pretrained.py`` makes those of the others."""
 
 
 def _environment(name: str, summary: str, max_episode_steps: int, **fields: Any) -> EnvironmentRecord:
     """Return the record of ``frobs/NAME-v0`` with its trained policy."""
-    bundle = "" if name in _UNTRAINED else f"frobs_tasks_legacy:pretrained/{name.lower()}.frobs"
     return EnvironmentRecord(
-        id=f"frobs/{name}-v0", summary=summary, max_episode_steps=max_episode_steps, pretrained=bundle, **fields
+        id=f"frobs/{name}-v0",
+        summary=summary,
+        max_episode_steps=max_episode_steps,
+        pretrained=f"frobs_tasks_legacy:pretrained/{name.lower()}.frobs",
+        **fields,
     )
 
 
