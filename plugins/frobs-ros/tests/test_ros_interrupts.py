@@ -45,13 +45,18 @@ def test_signal_shuts_the_node_down_although_the_main_thread_holds_a_lock_that_t
     assert process.stderr == ""
 
 
+@interrupts.interruptible()
+def lose_the_connection(monkeypatch: pytest.MonkeyPatch, interrupted: bool) -> None:
+    monkeypatch.setattr(interrupts, "_was_interrupted", interrupted)
+    raise OSError("the connection is gone")
+
+
 def test_signal_that_shut_the_node_down_replaces_the_errors_that_follow(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(interrupts, "_was_interrupted", False)
-    with pytest.raises(KeyboardInterrupt), interrupts.interruptible():
-        interrupts._was_interrupted = True
-        raise OSError("the connection is gone")
+    with pytest.raises(KeyboardInterrupt):
+        lose_the_connection(monkeypatch, interrupted=True)
 
 
-def test_errors_without_a_signal_are_raised_as_they_are() -> None:
-    with pytest.raises(OSError, match="gone"), interrupts.interruptible():
-        raise OSError("the connection is gone")
+def test_errors_without_a_signal_are_raised_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(OSError, match="gone"):
+        lose_the_connection(monkeypatch, interrupted=False)

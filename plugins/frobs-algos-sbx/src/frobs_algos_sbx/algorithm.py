@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
 from frobs_algos_sb3 import state as sb3_state
@@ -87,7 +88,7 @@ class JaxAlgorithm(SB3Algorithm):
 class JaxOffPolicy(JaxAlgorithm, OffPolicy):
     """Base class of the off-policy algorithms of sbx."""
 
-    def _make_model(self, policy: str, **kwargs: Any) -> BaseAlgorithm:
+    def _make_model(self, policy: str, **kwargs: Any) -> OffPolicyAlgorithm:
         model = super()._make_model(policy, **kwargs)
         state.restore(model, state.initial_networks(model, self._seed))
         return model
