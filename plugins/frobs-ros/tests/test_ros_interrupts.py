@@ -33,10 +33,10 @@ except KeyboardInterrupt:
 """
 
 
-def test_signal_shuts_the_node_down_although_the_main_thread_holds_a_lock_that_this_needs(rosmaster: str) -> None:
+def test_signal_shuts_the_node_down_although_the_main_thread_holds_a_lock_that_this_needs(second_master: str) -> None:
     process = subprocess.run(
         [sys.executable, "-c", _NODE],
-        env={**os.environ, "ROS_MASTER_URI": rosmaster},
+        env={**os.environ, "ROS_MASTER_URI": second_master},
         capture_output=True,
         text=True,
         timeout=60,
