@@ -36,7 +36,7 @@ demo: install ## train an arm to reach, evaluate it on 1,000 new goals, draw the
 test: $(VENV)/.installed-dev ## the tests that a change must pass (≤ 10 minutes)
 	@$(PYTEST) -m "not slow" $(PYTEST_ARGS)
 
-test-all: $(VENV)/.installed-dev ## the slow tests too (≤ 40 minutes; PYTEST_ARGS=--exhaustive: all of those that are many alike)
+test-all: $(VENV)/.installed-dev ## also run the slow tests (≤ 40 minutes; PYTEST_ARGS=--exhaustive: the full parametrized test matrix)
 	@$(PYTEST) $(PYTEST_ARGS)
 
 lint: $(VENV)/.installed-dev ## ruff check, ruff format and mypy

@@ -521,17 +521,17 @@ class SimulationError(FrobsError):
 
 
 class RenderingUnavailableError(SimulationError):
-    """No picture can be drawn on this machine.
+    """This machine cannot render images.
 
     Args:
         reason: What is missing.
-        package: The Debian package that brings it.
+        package: The Debian package that provides it.
     """
 
     def __init__(self, reason: str, package: str) -> None:
         self.reason = reason
         self.package = package
-        super().__init__(f"no picture can be drawn: {reason}; install it with 'apt-get install {package}'.")
+        super().__init__(f"cannot render: {reason}. Install the Debian package: apt-get install {package}")
 
 
 class RunError(FrobsError):

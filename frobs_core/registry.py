@@ -39,7 +39,7 @@ _registered: dict[str, EnvSpec] = {}  # known again even when a user has changed
 
 @dataclass
 class _Table:
-    """What the IDs of a collection come to."""
+    """Environment IDs, resolved from a plugin collection."""
 
     environments: dict[str, tuple[TaskRecord, EnvironmentRecord]] = field(default_factory=dict)
     specs: dict[str, EnvSpec] = field(default_factory=dict)

@@ -37,7 +37,7 @@ def page() -> str:
     ]
     text = label("environments") + heading("Environments")
     text += (
-        "Each ID is a task with a robot, and what both are given by default. All take ``simulator=``, ``controller=``, "
+        "Each ID combines a task with a robot and their default settings. All IDs accept ``simulator=``, ``controller=``, "
         "``reward_type=``, ``render_mode=`` and the parameters of their task as keywords. ``frobs show ID`` prints "
         "the same facts, and ``frobs play ID --pretrained`` shows the trained policy that comes with an ID.\n\n"
     )

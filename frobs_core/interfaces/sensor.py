@@ -151,7 +151,7 @@ class Lidar(Sensor):
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Refuse numbers that no lidar has."""
+        """Validate the parameters."""
         if isinstance(self.rays, bool) or not isinstance(self.rays, int | np.integer) or self.rays < 1:
             raise self._error("rays", self.rays, "a whole number ≥ 1")
         super().__post_init__()

@@ -27,7 +27,7 @@ class PluginReport:
         import_seconds: How long its import took.
         records: Its records, by kind; all kinds are present.
         made_for: The versions of the core that its distribution requires, ``">=0.2,<0.3"``; empty: it does not say.
-        warning: One line where it is loaded, and something about it wants to be known; empty as a rule.
+        warning: One line about a non-fatal problem of a loaded plugin; usually empty.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Observations that are wrong and late, as those of sensors are."""
+"""Noisy, delayed observations, as real sensors give them."""
 
 from __future__ import annotations
 

@@ -134,7 +134,11 @@ def _members(path: Path, data: bytes) -> dict[str, bytes]:
                 if info.compress_type != zipfile.ZIP_STORED or info.file_size != info.compress_size:
                     raise BundleError(path, f"is no policy bundle: {info.filename} is compressed; a bundle's is not.")
                 if info.file_size > _LARGEST[info.filename]:
-                    raise BundleError(path, f"{info.filename} has {info.file_size:,} bytes, which no policy needs.")
+                    limit = _LARGEST[info.filename]
+                    raise BundleError(
+                        path,
+                        f"{info.filename} is {info.file_size:,} bytes, larger than the limit of {limit:,} bytes.",
+                    )
             return {info.filename: archive.read(info) for info in infos}
     except _DAMAGE as error:
         raise BundleError(path, f"is damaged, or no policy bundle: {error}. {_AGAIN}") from error

@@ -53,7 +53,7 @@ def _signal(pids: list[int], number: int) -> None:
 
 
 def _reap() -> None:
-    """Bury those that were adopted."""
+    """Reap orphaned child processes."""
     with contextlib.suppress(ChildProcessError):
         while os.waitpid(-1, os.WNOHANG)[0]:
             continue
@@ -127,7 +127,7 @@ def main(arguments: list[str]) -> int:
 
 
 def _reap_adopted(child: int) -> None:
-    """Bury those that were adopted and are dead, but leave the command's own code to be asked for."""
+    """Reap orphaned child processes that have ended, but keep the exit code of the command itself."""
     with open(f"/proc/self/task/{os.getpid()}/children") as file:
         adopted = [pid for pid in map(int, file.read().split()) if pid != child]
     for pid in adopted:

@@ -221,7 +221,7 @@ class World:
     def reset(self) -> None:
         """Go back to the state as it was built; parameters stay."""
         if self._broken:
-            self._rebuild()  # what numbers that are none have done to Bullet's data, nobody knows
+            self._rebuild()  # NaNs may have corrupted Bullet's state
         else:
             p.restoreState(self._fresh, physicsClientId=self.client)
         self._steps, self._broken = 0, False

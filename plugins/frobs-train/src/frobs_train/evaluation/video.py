@@ -123,7 +123,7 @@ def _picture(env: gym.Env[Any, Any]) -> Frame:
     try:
         frame = env.render()
     except gym.error.Error as error:  # of others' environments: a package that draws is not installed
-        raise RunError(f"no picture can be drawn: {error}") from error
+        raise RunError(f"cannot render: {error}") from error
     if not isinstance(frame, np.ndarray) or frame.ndim != 3 or frame.shape[2] != 3:
         raise RunError(f"{env.spec.id if env.spec else env} draws no rgb picture; record another environment.")
     # yuv420p halves height and width: an odd one gets its last row or column twice.

@@ -99,7 +99,7 @@ def commands_have_their_shape(subject: ControllerUnderTest) -> None:
 def info_has_its_shape(subject: ControllerUnderTest) -> None:
     """What it tells of a step are finite numbers, (num_envs,) each, with the same names in each step."""
     if subject.record.load().info is Controller.info:
-        raise NotApplicable("it tells nothing")
+        raise NotApplicable("the controller reports no info keys")
     with subject.bind() as bound:
         known: set[str] | None = None
         for action in bound.actions(subject.count(5), seed=13):
