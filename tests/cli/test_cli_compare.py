@@ -30,7 +30,7 @@ def test_groups_stand_in_a_table_with_what_is_sure(frobs: Callable[..., Result],
     assert "num_envs=4" in lines[2]
     assert "90.0 %" in lines[2]
     assert "1:01" in lines[2]
-    assert "0 of 3 got there" in lines[3]
+    assert "0 of 3 reached it" in lines[3]
     assert "100 %" in result.stdout
     assert str(out) in result.stdout
     assert "evaluated" in result.stderr

@@ -52,8 +52,8 @@ def test_the_environment_is_made_as_the_settings_say(reach: Path) -> None:
 @pytest.mark.parametrize(
     ("args", "message"),
     [
-        (["--trust"], "--trust: it belongs to --model FILE"),
-        (["--algorithm", "ppo"], "--algorithm: it belongs to --model FILE"),
+        (["--trust"], "--trust: this option requires --model FILE"),
+        (["--algorithm", "ppo"], "--algorithm: this option requires --model FILE"),
         (["--model", "nothing.zip"], "nothing.zip does not exist"),
         (["--model", "model.onnx"], "model files that end in .zip"),
         (["--model", "nothing.zip", "--algorithm", "poo"], "Did you mean 'ppo'"),

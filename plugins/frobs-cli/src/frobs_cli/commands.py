@@ -86,7 +86,7 @@ COMMANDS = (
     ),
     Command(
         name="show",
-        summary="Show everything about one thing: what it is, what it takes and what it needs.",
+        summary="Show the details of a part, an environment ID, a run or a robot file.",
         function="frobs_cli.show:show",
         heading="Look around",
     ),

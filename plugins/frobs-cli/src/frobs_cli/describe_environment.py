@@ -21,8 +21,8 @@ from frobs_core.config import EnvConfig
 from frobs_core.errors import CapabilityError, FrobsError
 from frobs_core.specs import AlgorithmRecord, ControllerRecord, EnvironmentRecord, SimulatorRecord, TaskRecord
 
-_YOURS = "any: say which with robot=…"
-_DEPENDS = "as many columns as the robot asks for"
+_YOURS = "any: choose one with robot=…"
+_DEPENDS = "its number of columns depends on the robot"
 
 
 def describe_environment(spec: EnvSpec) -> dict[str, Any]:

@@ -102,7 +102,7 @@ def _line(error: Exception) -> str:
     if isinstance(error, typer.TyperException):
         message = error.format_message().strip().replace("\n\t", " ").replace("\n", " ")
         context = getattr(error, "ctx", None)
-        hint = f" '{context.command_path} --help' shows what it takes." if context else ""
+        hint = f" Run '{context.command_path} --help' for usage." if context else ""
         return f"{message[:1].lower()}{message[1:].rstrip('.')}.{hint}"
     return str(error).strip() or type(error).__name__
 

@@ -20,8 +20,8 @@ def list_(
         str | None,
         typer.Argument(
             metavar="[KIND]",
-            show_default="everything",
-            help="simulators, robots, controllers, tasks, algorithms or envs.",
+            show_default="all kinds",
+            help="Kind to list: simulators, robots, controllers, tasks, algorithms or envs.",
             autocompletion=complete_kind,
         ),
     ] = None,

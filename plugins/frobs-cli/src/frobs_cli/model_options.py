@@ -13,7 +13,7 @@ from frobs_core.models import package_name
 
 XacroArgs = Annotated[
     list[str] | None,
-    typer.Option("--args", metavar="NAME:=VALUE", show_default=False, help="An argument of a xacro file; repeatable."),
+    typer.Option("--args", metavar="NAME:=VALUE", show_default=False, help="Argument of the xacro file. Repeatable."),
 ]
 
 PackagePath = Annotated[
@@ -21,7 +21,7 @@ PackagePath = Annotated[
     typer.Option(
         metavar="[NAME=]FOLDER",
         show_default=False,
-        help="Where a ROS package is that the file names, or a folder that holds such packages; repeatable.",
+        help="Folder of a ROS package that the model file names, or a folder that contains such packages. Repeatable.",
     ),
 ]
 

@@ -9,66 +9,79 @@ import typer
 
 from frobs_cli.completion import complete_id
 
-Json = Annotated[bool, typer.Option("--json", help="Write JSON to stdout, and nothing else there.")]
+Json = Annotated[bool, typer.Option("--json", help="Write the results to stdout as JSON, and nothing else.")]
 
 EnvId = Annotated[
     str,
     typer.Argument(
         metavar="ID",
         show_default=False,
-        help="A Gymnasium ID: one of 'frobs list envs', or any other ('CartPole-v1', 'module:Id-v0').",
+        help="Gymnasium environment ID: one that 'frobs list envs' shows, or any other ('CartPole-v1', 'module:Id-v0').",
         autocompletion=complete_id,
     ),
 ]
 
 RunFolder = Annotated[
-    Path, typer.Argument(metavar="RUN", show_default=False, help="The folder that 'frobs train' wrote.")
+    Path, typer.Argument(metavar="RUN", show_default=False, help="Run folder that 'frobs train' wrote.")
 ]
 
 Robot = Annotated[
     str | None,
     typer.Option(
         metavar="NAME",
-        show_default="the environment's own",
-        help="One of 'frobs list robots', or a URDF, xacro or MJCF file.",
+        show_default="the environment's robot",
+        help="Robot: a name from 'frobs list robots', or a URDF, xacro or MJCF file.",
     ),
 ]
 
 Tcp = Annotated[
     str | None,
-    typer.Option(metavar="LINK", show_default="the robot's own", help="The link that the task talks about."),
+    typer.Option(
+        metavar="LINK", show_default="the robot's TCP", help="Link of the robot that is the tool center point (TCP)."
+    ),
 ]
 
 Base = Annotated[
     str | None,
     typer.Option(
         metavar="KIND",
-        show_default="the robot's own",
-        help="Whether the robot's root moves: fixed, floating or wheeled.",
+        show_default="the robot's base",
+        help="How the robot's root link can move: fixed, floating or wheeled.",
     ),
 ]
 
 Simulator = Annotated[
     str | None,
-    typer.Option(metavar="NAME", show_default="the environment's own", help="One of 'frobs list simulators'."),
+    typer.Option(
+        metavar="NAME",
+        show_default="the environment's simulator",
+        help="Simulator: a name from 'frobs list simulators'.",
+    ),
 ]
 
 Controller = Annotated[
     str | None,
-    typer.Option(metavar="NAME", show_default="the environment's own", help="One of 'frobs list controllers'."),
+    typer.Option(
+        metavar="NAME",
+        show_default="the environment's controller",
+        help="Controller: a name from 'frobs list controllers'.",
+    ),
 ]
 
 Algorithm = Annotated[
-    str | None, typer.Option(metavar="NAME", show_default="ppo", help="One of 'frobs list algorithms'.")
+    str | None,
+    typer.Option(metavar="NAME", show_default="ppo", help="Training algorithm: a name from 'frobs list algorithms'."),
 ]
 
 NumEnvs = Annotated[
-    int | None, typer.Option(metavar="N", min=1, show_default=False, help="Environments stepped together.")
+    int | None, typer.Option(metavar="N", min=1, show_default=False, help="Number of environments to step together.")
 ]
 
 Randomized = Annotated[
     bool,
-    typer.Option("--randomized", help="Randomise the models as in the training; else they are the nominal ones."),
+    typer.Option(
+        "--randomized", help="Randomize the models as in training. Without this flag, the models are the nominal ones."
+    ),
 ]
 
 CheckpointName = Annotated[
@@ -76,7 +89,7 @@ CheckpointName = Annotated[
     typer.Option(
         "--checkpoint",
         metavar="WHICH",
-        help="newest; best of the evaluations during the training; or its environment steps.",
+        help="Checkpoint to use: newest, best (of the evaluations during training), or its number of environment steps.",
     ),
 ]
 

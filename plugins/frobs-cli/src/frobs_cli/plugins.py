@@ -22,11 +22,13 @@ _STATES = {"loaded": "green", "failed": "bold red", "disabled": "yellow"}
 
 def plugins(
     verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", help="Add modules, import times, records and tracebacks.")
+        bool, typer.Option("--verbose", "-v", help="Also show modules, import times, records and tracebacks.")
     ] = False,
     json: Json = False,
 ) -> None:
-    """Show the installed plugins: loaded, failed and why, or disabled; and the IDs that cannot be made.
+    """Show whether each installed plugin is loaded, failed or disabled.
+
+    If a plugin failed, the cause is shown. Environment IDs that cannot be created are listed, too.
 
     Example:
         $ frobs plugins
@@ -39,7 +41,7 @@ def plugins(
         print_json({"plugins": [_facts(report) for report in found], "problems": dict(registry.problems())})
         return
     if not found:
-        print_note("no plugin is installed; 'pip install frobs-sim-mujoco' brings a first one")
+        print_note("no plugins are installed; install one, for example with 'pip install frobs-sim-mujoco'")
     elif verbose:
         for i, report in enumerate(found):
             if i:

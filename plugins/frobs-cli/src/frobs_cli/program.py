@@ -139,7 +139,10 @@ def frobs(
     context: typer.Context,
     version: Annotated[bool, typer.Option("--version", help="Show the version and exit.")] = False,
     debug: Annotated[
-        bool, typer.Option("--debug", help="Show the traceback of an error; also FROBS_DEBUG=1, on any command.")
+        bool,
+        typer.Option(
+            "--debug", help="Show the traceback of an error. Works with every command, as does FROBS_DEBUG=1."
+        ),
     ] = False,
 ) -> None:
     """Robot reinforcement learning from plugins: simulators, robots, controllers, tasks and algorithms.

@@ -34,22 +34,29 @@ def show(
         typer.Argument(
             metavar="NAME",
             show_default=False,
-            help="A simulator, robot, controller, task or algorithm, an environment ID, a run's folder, or a robot's file "
-            "(URDF, xacro, MJCF); KIND:NAME where it is several.",
+            help="What to show: a simulator, robot, controller, task or algorithm, an environment ID, a run folder, or a "
+            "robot's model file (URDF, xacro, MJCF). If a name has several meanings, write KIND:NAME.",
         ),
     ],
     config: Annotated[
-        bool, typer.Option("--config", help="Of a run, its settings alone, as YAML that 'frobs train --config' takes.")
+        bool, typer.Option("--config", help="For a run, show only its settings, as YAML for 'frobs train --config'.")
     ] = False,
     picture: Annotated[
         Path | None,
-        typer.Option(metavar="PNG", show_default=False, help="Of a robot, draw it at home and at its limits."),
+        typer.Option(
+            metavar="PNG",
+            show_default=False,
+            help="For a robot, draw it at home and at its limits, and write the picture to this file.",
+        ),
     ] = None,
     args: XacroArgs = None,
     package_path: PackagePath = None,
     json: Json = False,
 ) -> None:
-    """Show everything about one thing: what it is, what it takes, what it needs, and what it goes with.
+    """Show the details of a part, an environment ID, a run or a robot file.
+
+    The details include the parameters that a part accepts, the capabilities that it needs, and what it is compatible
+    with.
 
     Example:
         $ frobs show irb120
@@ -82,7 +89,7 @@ def show(
             print_facts(_readable(facts))
     if len(found) > 1:
         ways = ", ".join(f"'{facts['kind']}:{name}'" for facts in found)
-        print_note(f"'{name}' is several things; for one of them: {ways}")
+        print_note(f"'{name}' has several meanings; to show only one, use {ways}")
 
 
 def _readable(facts: Facts) -> Mapping[str, Any]:

@@ -27,26 +27,32 @@ class Metric(StrEnum):
 
 def compare(
     runs: Annotated[
-        list[Path], typer.Argument(metavar="RUN...", show_default=False, help="Folders that 'frobs train' wrote.")
+        list[Path], typer.Argument(metavar="RUN...", show_default=False, help="Run folders that 'frobs train' wrote.")
     ],
     metric: Annotated[
         Metric | None,
-        typer.Option(show_default="success where the environment tells it", help="What they are compared by."),
+        typer.Option(show_default="success if every environment reports it, else reward", help="Metric to compare."),
     ] = None,
     threshold: Annotated[
         float | None,
-        typer.Option(metavar="X", show_default="0.95 of success", help="Count the steps until the metric gets here."),
+        typer.Option(
+            metavar="X",
+            show_default="0.95 for success, none for reward",
+            help="Count the steps until the metric reaches this value.",
+        ),
     ] = None,
     picture: Annotated[
         Path | None,
-        typer.Option("--plot", metavar="FILE", dir_okay=False, show_default=False, help="Draw it as a PNG, too."),
+        typer.Option(
+            "--plot", metavar="FILE", dir_okay=False, show_default=False, help="Also plot the comparison as a PNG file."
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Compare runs over their seeds: what they reach, how soon, how fast, and how sure that is.
+    """Compare the final metric, the steps to a threshold and the speed of runs over their seeds.
 
-    Runs that differ in nothing but the seed form a group. Of each group stand the interquartile mean over its seeds and
-    its 95 % bootstrap interval; of each two in one environment the probability that one beats the other.
+    Runs that differ only in the seed form a group. For each group, shows the interquartile mean over its seeds with its
+    95 % bootstrap interval. For each pair of groups in one environment, shows the probability that one beats the other.
 
     Example:
         $ frobs compare runs/frobs/Irb120Reach-v0/*
@@ -120,7 +126,7 @@ def _print_rest(found: Comparison) -> None:
 def _steps(group: Group) -> str:
     if group.steps_to_threshold is not None and group.reached == len(group.runs):
         return f"{group.steps_to_threshold:,.0f}"
-    reached = f"{group.reached} of {len(group.runs)} got there"
+    reached = f"{group.reached} of {len(group.runs)} reached it"
     return reached if group.steps_to_threshold is None else f"{group.steps_to_threshold:,.0f} ({reached})"
 
 

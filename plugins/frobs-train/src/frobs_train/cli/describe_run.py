@@ -63,11 +63,11 @@ def readable_run(facts: Mapping[str, Any]) -> dict[str, Any]:
     if facts["steps"] is not None and facts["seconds"] is not None:
         shown["trained"] = f"{facts['steps']:,.0f} steps in {duration(facts['seconds'])}"
     if facts["success"] is not None:
-        shown["success"] = f"{percent(facts['success'])} at the end of the training"
+        shown["success"] = f"{percent(facts['success'])} at the end of training"
     if facts["reward"] is not None:
-        shown["reward"] = f"{number(facts['reward'])} per episode at the end of the training"
+        shown["reward"] = f"{number(facts['reward'])} per episode at the end of training"
     if facts["best"] is not None:
-        shown["best"] = f"after {facts['best']:,} steps, of the evaluations during the training"
+        shown["best"] = f"after {facts['best']:,} steps, according to the evaluations during training"
     shown |= {"threads": facts["threads"], "checkpoints": len(facts["checkpoints"]), "files": facts["files"]}
     shown["changes"] = [
         {"after": f"{change['steps']:,} steps", "setting": key, "was": values["from"], "is": values["to"]}

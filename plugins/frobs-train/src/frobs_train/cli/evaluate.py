@@ -33,14 +33,16 @@ def evaluate(
     algorithm: ModelAlgorithm = None,
     settings: ModelSettings = None,
     trust: Trust = False,
-    episodes: Annotated[int, typer.Option(metavar="N", min=1, help="How many episodes.")] = 1000,
+    episodes: Annotated[int, typer.Option(metavar="N", min=1, help="Number of episodes to run.")] = 1000,
     simulator: Simulator = None,
     randomized: Randomized = False,
     seed: Seed = None,
     checkpoint: CheckpointName = "newest",
     json: Json = False,
 ) -> None:
-    """Measure what a run has learned, on episodes that the training has never seen; or what a model file acts like.
+    """Measure the performance of a policy on episodes that were never used in training.
+
+    The policy is that of a run, a bundle, a trained policy of an ID, a model file or an expert.
 
     Example:
         $ frobs evaluate runs/first
@@ -56,7 +58,7 @@ def evaluate(
 
     with only_json(json):
         opened = open_run(run, model, algorithm, settings, trust, pretrained, expert)
-        with console(stderr=True).status(f"playing {episodes:,} episodes"):
+        with console(stderr=True).status(f"running {episodes:,} episodes"):
             found = evaluate_run(
                 opened, episodes, simulator=simulator, randomize=randomized, seed=seed, checkpoint=checkpoint
             )
@@ -80,7 +82,7 @@ def summary(found: Evaluation) -> dict[str, object]:
         name, worst = min(found.success_by_octant.items(), key=lambda item: item[1].success_rate)
         facts["worst_octant"] = f"{percent(worst.success_rate)}  ({name}: {worst.episodes:,} episodes)"
     if found.tracking_error is not None:
-        facts["tracking_error"] = f"{1e3 * found.tracking_error:.1f} mm on the mean, in the second half of the episodes"
+        facts["tracking_error"] = f"{1e3 * found.tracking_error:.1f} mm on average, in the second half of the episodes"
     facts["reward"] = f"{number(found.mean_reward)} per episode"
     facts["length"] = f"{number(found.mean_length)} steps per episode"
     facts["episodes"] = f"{found.episodes:,}" + (f", after {found.steps:,} steps of training" if found.steps else "")

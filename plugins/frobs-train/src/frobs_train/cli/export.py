@@ -14,24 +14,29 @@ from frobs_cli.output import console, only_json, print_json
 
 def export(
     run: RunFolder,
-    format: Annotated[Literal["onnx"], typer.Option(help="Of the network.")] = "onnx",
+    format: Annotated[Literal["onnx"], typer.Option(help="File format of the network in the bundle.")] = "onnx",
     out: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", dir_okay=False, show_default="policy.frobs in the run", help="The bundle."),
+        typer.Option(
+            metavar="FILE", dir_okay=False, show_default="policy.frobs in the run folder", help="Bundle file to write."
+        ),
     ] = None,
     checkpoint: CheckpointName = "newest",
     license: Annotated[
         str | None,
         typer.Option(
-            metavar="SPDX_OR_FILE", show_default="none given", help="Licence of the policy: 'MIT', or a text file."
+            metavar="SPDX_OR_FILE",
+            show_default="none given",
+            help="License of the policy: an SPDX identifier such as 'MIT', or a text file.",
         ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Write what a run has learned as one file that acts with NumPy and onnxruntime alone.
+    """Export the policy of a run as one file that needs only NumPy and onnxruntime to run.
 
-    The bundle holds the network with everything before and after it, and what the policy is for: joints, units, rate,
-    observation, limits, and where it comes from. It is written once its actions have been found to be the trainer's.
+    The bundle contains the network with all processing before and after it. It also describes what the policy is for:
+    joints, units, rate, observation, limits and origin. The bundle is written only after its actions have been verified
+    to equal those of the trainer.
 
     Example:
         $ frobs export runs/first

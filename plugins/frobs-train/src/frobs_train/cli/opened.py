@@ -18,8 +18,8 @@ RunOrId = Annotated[
     typer.Argument(
         metavar="RUN",
         show_default=False,
-        help="The folder that 'frobs train' wrote, or the bundle that 'frobs export' wrote; with --model, "
-        "--pretrained or --expert, a Gymnasium ID.",
+        help="Run folder that 'frobs train' wrote, or bundle that 'frobs export' wrote. With --model, --pretrained or "
+        "--expert: a Gymnasium environment ID.",
     ),
 ]
 
@@ -29,20 +29,25 @@ ModelPath = Annotated[
         "--model",
         metavar="FILE",
         show_default=False,
-        help="A trained model's file, as its library wrote it, instead of a run.",
+        help="File of a trained model, as its library wrote it, to use instead of a run.",
     ),
 ]
 
 Pretrained = Annotated[
     bool,
-    typer.Option("--pretrained", help="Take the trained policy that comes with the ID; 'frobs list envs' says which."),
+    typer.Option(
+        "--pretrained",
+        help="Use the trained policy that comes with the environment ID; 'frobs list envs' shows which IDs have one.",
+    ),
 ]
 
-UsesExpert = Annotated[bool, typer.Option("--expert", help="Use the scripted expert of the ID's task.")]
+UsesExpert = Annotated[bool, typer.Option("--expert", help="Use the scripted expert of the environment's task.")]
 
 ModelAlgorithm = Annotated[
     str | None,
-    typer.Option("--algorithm", metavar="NAME", show_default="the file tells", help="Of --model."),
+    typer.Option(
+        "--algorithm", metavar="NAME", show_default="read from the file", help="Algorithm of the --model file."
+    ),
 ]
 
 ModelSettings = Annotated[
@@ -51,7 +56,8 @@ ModelSettings = Annotated[
         "--set",
         metavar="KEY=VALUE",
         show_default=False,
-        help="With --model or --expert: settings of the environment, such as environment_kwargs.robot=ur5 or wrappers=[…].",
+        help="With --model or --expert: setting of the environment, such as environment_kwargs.robot=ur5 or wrappers=[…]. "
+        "Repeatable.",
     ),
 ]
 
@@ -59,8 +65,8 @@ Trust = Annotated[
     bool,
     typer.Option(
         "--trust",
-        help="Open --model also where that executes code that it holds, and a bundle also where it names files, modules "
-        "or wrappers to import: only if you know its author.",
+        help="Open the --model file even if that executes code in it, and a bundle even if it names files, modules or "
+        "wrappers to import. Use this flag only if you know the author of the file.",
     ),
 ]
 
@@ -96,7 +102,8 @@ def open_run(
     for flag, given in (("--algorithm", algorithm), ("--set", settings), ("--trust", trust and not run.is_file())):
         if given:
             raise CommandLineError(
-                flag, "it belongs to --model FILE; a run stores its own settings, and its folder is always trusted."
+                flag,
+                "this option requires --model FILE; a run stores its own settings, and its folder is always trusted.",
             )
     if pretrained:
         return open_pretrained(str(run))

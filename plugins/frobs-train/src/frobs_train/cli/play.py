@@ -32,14 +32,21 @@ def play(
     trust: Trust = False,
     video: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", dir_okay=False, show_default=False, help="Write an MP4 instead of a window."),
+        typer.Option(
+            metavar="FILE",
+            dir_okay=False,
+            show_default=False,
+            help="Write an MP4 video to this file instead of opening a window.",
+        ),
     ] = None,
-    viewer: Annotated[bool, typer.Option("--viewer", help="Open a window, until Ctrl-C; that is the default.")] = False,
-    episodes: Annotated[int, typer.Option(metavar="N", min=1, help="How many episodes the video shows.")] = 3,
+    viewer: Annotated[bool, typer.Option("--viewer", help="Open a window until Ctrl-C. This is the default.")] = False,
+    episodes: Annotated[int, typer.Option(metavar="N", min=1, help="Number of episodes in the --video file.")] = 3,
     randomized: Randomized = False,
     checkpoint: CheckpointName = "newest",
 ) -> None:
-    """Watch what a run has learned, or how a model file acts: in a window, or as a video.
+    """Watch a policy in a window, or record a video.
+
+    The policy is that of a run, a bundle, a trained policy of an ID, a model file or an expert.
 
     Example:
         $ frobs play frobs/Irb120Reach-v0 --pretrained
@@ -58,7 +65,7 @@ def play(
             view(opened, randomized=randomized, checkpoint=checkpoint)
         except RenderingUnavailableError as error:
             flag = " --pretrained" if pretrained else " --expert" if expert else ""
-            raise RunError(f"{error} Without a window: frobs play {run}{flag} --video FILE") from error
+            raise RunError(f"{error} To record a video instead: frobs play {run}{flag} --video FILE") from error
         return
     with console(stderr=True).status(f"recording {episodes} episodes"):
         path = record_video(opened, video, episodes=episodes, randomized=randomized, checkpoint=checkpoint)

@@ -12,19 +12,19 @@ from frobs_cli.output import print_line
 
 def plot(
     runs: Annotated[
-        list[Path], typer.Argument(metavar="RUN...", show_default=False, help="Folders that 'frobs train' wrote.")
+        list[Path], typer.Argument(metavar="RUN...", show_default=False, help="Run folders that 'frobs train' wrote.")
     ],
     out: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
             dir_okay=False,
-            show_default="plots/learning_curve.png in the run, learning_curves.png beside several",
-            help="The picture.",
+            show_default="plots/learning_curve.png in the run folder; for several runs, learning_curves.png next to them",
+            help="PNG file to write.",
         ),
     ] = None,
 ) -> None:
-    """Draw learning curves and reward terms as a PNG: of one run, or of several side by side.
+    """Plot learning curves and reward terms of one run, or of several runs side by side, as a PNG file.
 
     Example:
         $ frobs plot runs/first

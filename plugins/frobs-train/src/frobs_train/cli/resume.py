@@ -17,8 +17,8 @@ def resume(
         typer.Option(
             metavar="N",
             min=1,
-            show_default="the run's own",
-            help="Environment steps in all; more than the run's own extend it.",
+            show_default="the run's total",
+            help="Total number of environment steps. A larger number than the run's total extends the run.",
         ),
     ] = None,
     settings: Annotated[
@@ -27,16 +27,18 @@ def resume(
             "--set",
             metavar="KEY=VALUE",
             show_default=False,
-            help="Change a setting from here on, once for each: keep_checkpoints=9, environment_kwargs.tolerance=0.02.",
+            help="Setting to change from here on, such as keep_checkpoints=9 or environment_kwargs.tolerance=0.02. "
+            "Repeatable.",
         ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Continue a training from its newest checkpoint, exactly where the simulator restores its state exactly.
+    """Continue a training run from its newest checkpoint.
 
-    A run that was stopped or killed continues as if it had not been interrupted. A complete run stays as it is, unless
-    --steps asks for more. If the continuation cannot be exact, a line says why. Changed settings are recorded in the
-    run's history.json; --set rejects settings on which the checkpoints depend, and says why.
+    If the simulator restores its state exactly, a run that was stopped or killed continues as if it had not been
+    interrupted. If the continuation cannot be exact, a message explains why. A complete run does not change, unless
+    --steps is larger than its total. Changed settings are recorded in the run's history.json. If the checkpoints depend
+    on a setting, --set rejects it and explains why.
 
     Example:
         $ frobs resume runs/first

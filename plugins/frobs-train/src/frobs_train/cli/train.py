@@ -17,7 +17,7 @@ def train(
     algorithm: Algorithm = None,
     config: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", exists=True, dir_okay=False, show_default=False, help="YAML with settings."),
+        typer.Option(metavar="FILE", exists=True, dir_okay=False, show_default=False, help="YAML file with settings."),
     ] = None,
     robot: Robot = None,
     tcp: Tcp = None,
@@ -26,19 +26,25 @@ def train(
     controller: Controller = None,
     num_envs: NumEnvs = None,
     steps: Annotated[
-        int | None, typer.Option(metavar="N", min=1, show_default=False, help="Environment steps, over all of them.")
+        int | None,
+        typer.Option(
+            metavar="N",
+            min=1,
+            show_default=False,
+            help="Total number of environment steps, summed over all environments.",
+        ),
     ] = None,
     seed: Seed = None,
     run_dir: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", show_default="runs/ID/…", help="The folder to write."),
+        typer.Option(metavar="DIR", show_default="runs/ID/…", help="Run folder to write."),
     ] = None,
     on_existing: Annotated[
         str,
         typer.Option(
             metavar="WHAT",
-            help="What to do where the folder exists: error; increment: write DIR_2, DIR_3, …; overwrite: remove the run "
-            "that it holds; resume: continue it, if it is a run of these settings.",
+            help="What to do if the run folder exists. error: stop with an error; increment: write DIR_2, DIR_3, …; "
+            "overwrite: remove the run in it; resume: continue the run in it, if it has these settings.",
         ),
     ] = "error",
     settings: Annotated[
@@ -47,15 +53,16 @@ def train(
             "--set",
             metavar="KEY=VALUE",
             show_default=False,
-            help="Any setting, again for each: algorithm_config.gamma=0.95, environment_kwargs.tolerance=0.02.",
+            help="Any setting, such as algorithm_config.gamma=0.95 or environment_kwargs.tolerance=0.02. Repeatable.",
         ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Train a policy on any Gymnasium ID, and write one folder with all that it takes to use it.
+    """Train a policy on any Gymnasium environment, and write one run folder with everything needed to use the policy.
 
-    What is not given is as tuned for the ID, or as the algorithm's default. What is given here goes before the file,
-    and --set before all. Ctrl-C stops after the rollout that is under way, with a checkpoint; again, at once.
+    Settings you omit use the values tuned for the ID, or else the algorithm's defaults. Flags override the --config
+    file, and --set overrides everything else. Ctrl-C stops after the current rollout and writes a checkpoint. A second
+    Ctrl-C stops at once.
 
     Example:
         $ frobs train frobs/Irb120Reach-v0

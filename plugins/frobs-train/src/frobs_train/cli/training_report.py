@@ -62,7 +62,7 @@ def describe_training(config: RunConfig, begun: str, where: str) -> str:
     """
     from frobs_train import decide_threads
 
-    seed = "a seed drawn now" if config.seed is None else f"seed {config.seed}"
+    seed = "a random seed" if config.seed is None else f"seed {config.seed}"
     environments = "1 environment" if config.num_envs == 1 else f"{config.num_envs:,} environments"
     return (
         f"{begun} {config.environment} with {config.algorithm}: {config.steps:,} steps, {environments}, {seed}, "

@@ -43,7 +43,7 @@ def tune(
     env_id: EnvId,
     trials: Annotated[
         int,
-        typer.Option(metavar="N", min=1, help="Trials that the study shall have in all, earlier ones included."),
+        typer.Option(metavar="N", min=1, help="Total number of trials in the study, including earlier ones."),
     ] = 50,
     algorithm: Algorithm = None,
     space: Annotated[
@@ -52,14 +52,18 @@ def tune(
             metavar="FILE",
             exists=True,
             dir_okay=False,
-            show_default="the algorithm's own",
-            help="YAML: what is searched.",
+            show_default="the algorithm's search space",
+            help="YAML file with the search space.",
         ),
     ] = None,
     config: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", exists=True, dir_okay=False, show_default=False, help="YAML with settings of every trial."
+            metavar="FILE",
+            exists=True,
+            dir_okay=False,
+            show_default=False,
+            help="YAML file with settings for every trial.",
         ),
     ] = None,
     robot: Robot = None,
@@ -69,26 +73,36 @@ def tune(
     controller: Controller = None,
     num_envs: NumEnvs = None,
     steps: Annotated[
-        int | None, typer.Option(metavar="N", min=1, show_default=False, help="Environment steps of each run.")
+        int | None,
+        typer.Option(metavar="N", min=1, show_default=False, help="Number of environment steps of each run."),
     ] = None,
-    seeds: Annotated[int, typer.Option(metavar="N", min=1, help="Runs of each trial, with one seed each.")] = 1,
-    seed: Annotated[int, typer.Option(metavar="S", min=0, help="The first of these seeds.")] = 0,
-    episodes: Annotated[int, typer.Option(metavar="N", min=1, help="Episodes that judge each run at its end.")] = 200,
+    seeds: Annotated[
+        int, typer.Option(metavar="N", min=1, help="Number of runs per trial, each with its own seed.")
+    ] = 1,
+    seed: Annotated[int, typer.Option(metavar="S", min=0, help="Seed of the first run of each trial.")] = 0,
+    episodes: Annotated[
+        int, typer.Option(metavar="N", min=1, help="Number of evaluation episodes at the end of each run.")
+    ] = 200,
     metric: Annotated[
-        Metric | None, typer.Option(show_default="success where the environment tells it", help="What shall be high.")
+        Metric | None,
+        typer.Option(show_default="success if the environment reports it, else reward", help="Metric to maximize."),
     ] = None,
-    sampler: Annotated[Sampler, typer.Option(help="How settings are chosen.")] = Sampler.tpe,
-    pruner: Annotated[Pruner, typer.Option(help="How trials that promise little are ended.")] = Pruner.median,
+    sampler: Annotated[Sampler, typer.Option(help="Method that chooses the settings of each trial.")] = Sampler.tpe,
+    pruner: Annotated[Pruner, typer.Option(help="Method that stops unpromising trials early.")] = Pruner.median,
     study_dir: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", show_default="studies/ID/ALGORITHM", help="Where runs and best.yaml go."),
+        typer.Option(metavar="DIR", show_default="studies/ID/ALGORITHM", help="Folder for the runs and best.yaml."),
     ] = None,
     storage: Annotated[
         str | None,
-        typer.Option(metavar="URL", show_default="study.db in that folder", help="Any storage URL that Optuna takes."),
+        typer.Option(
+            metavar="URL",
+            show_default="study.db in the --study-dir folder",
+            help="Storage of the study: any storage URL that Optuna accepts.",
+        ),
     ] = None,
     name: Annotated[
-        str | None, typer.Option(metavar="NAME", show_default="ID/ALGORITHM", help="The study's, in the storage.")
+        str | None, typer.Option(metavar="NAME", show_default="ID/ALGORITHM", help="Name of the study in the storage.")
     ] = None,
     settings: Annotated[
         list[str] | None,
@@ -96,14 +110,16 @@ def tune(
             "--set",
             metavar="KEY=VALUE",
             show_default=False,
-            help="Any setting, again for each; what is set is not searched.",
+            help="Any setting, as in 'frobs train'. Settings given here are not searched. Repeatable.",
         ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Search for settings: each trial is a run, judged by its evaluation; the best becomes a file for 'frobs train'.
+    """Search for better training settings.
 
-    The same command goes on with a study that was interrupted, and joins one that another process works on.
+    Each trial trains one run per seed and is scored by the evaluation of these runs. The best settings are written to a
+    file for 'frobs train'. Run the same command again to continue an interrupted study, or to join a study that another
+    process works on.
 
     Example:
         $ frobs tune frobs/Irb120Reach-v0 --trials 50 --steps 100_000
@@ -147,7 +163,7 @@ def tune(
         try:
             found = _watched(search, search_settings)
         except KeyboardInterrupt:
-            raise KeyboardInterrupt("the same command goes on with the study") from None
+            raise KeyboardInterrupt("run the same command again to continue the study") from None
     if json:
         print_json(found.to_dict())
     else:
@@ -200,7 +216,7 @@ def _print(found: StudyResult, env_id: str) -> None:
             [_row(trial, keys) for trial in ranked[:_SHOWN]],
         )
     if len(ranked) > _SHOWN:
-        print_note(f"{len(ranked) - _SHOWN} more: --json has them all")
+        print_note(f"{len(ranked) - _SHOWN} more trials; --json lists all")
 
 
 def _row(trial: TrialResult, keys: list[str]) -> list[str]:
