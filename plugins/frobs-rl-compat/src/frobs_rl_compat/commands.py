@@ -3,21 +3,21 @@
 from frobs_cli.commands import Command
 
 COMMANDS = (
-    Command(name="legacy", summary="Start packages that were written for FRobs_RL, unmodified."),
+    Command(name="legacy", summary="Run packages that were written for FRobs_RL without changes."),
     Command(
         name="legacy run",
-        summary="Run a script or program of an old package.",
+        summary="Run a script or program of a package that was written for FRobs_RL.",
         function="frobs_rl_compat.cli.legacy:run",
         passes_options_on=True,
     ),
     Command(
         name="legacy env",
-        summary="Print the variables of 'frobs legacy run' as exports for a shell.",
+        summary="Print the environment variables of 'frobs legacy run' as export commands for a shell.",
         function="frobs_rl_compat.cli.legacy:env",
     ),
     Command(
         name="migrate",
-        summary="Turn a package of FRobs_RL into a plugin.",
+        summary="Convert a package of FRobs_RL to a plugin.",
         function="frobs_rl_compat.cli.migrate:migrate",
     ),
 )

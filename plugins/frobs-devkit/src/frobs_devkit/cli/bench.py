@@ -29,7 +29,7 @@ def bench(
         typer.Option(
             metavar="NAME",
             show_default="ppo",
-            help="Algorithm to train with --training: one of 'frobs list algorithms'.",
+            help="Algorithm to train with --training: a name from 'frobs list algorithms'.",
         ),
     ] = None,
     num_envs: Annotated[
@@ -38,7 +38,7 @@ def bench(
             metavar="N",
             min=1,
             show_default="1; with --training, the configured number",
-            help="Environments stepped together.",
+            help="Number of environments to step together.",
         ),
     ] = None,
     steps: Annotated[
@@ -62,7 +62,7 @@ def bench(
             "--set",
             metavar="KEY=VALUE",
             show_default=False,
-            help="Setting of the training run, as in 'frobs train'; repeatable. Requires --training.",
+            help="Setting of the --training run, as in 'frobs train'. Repeatable.",
         ),
     ] = None,
     json: Json = False,
@@ -122,7 +122,7 @@ def _step_facts(found: BenchResult) -> dict[str, Any]:
         "kind": _environments(found.num_envs),
         "step": f"{_time(found.step_seconds)}, of {found.decimation} physics steps; median of {found.steps:,}",
         "steps_per_second": f"{found.steps_per_second:,.0f}",
-        "bare_engine": "this simulator offers none" if found.bare_seconds is None else _time(found.bare_seconds),
+        "bare_engine": "not available in this simulator" if found.bare_seconds is None else _time(found.bare_seconds),
         "ratio": None if found.ratio is None else f"{found.ratio:.2f}",
         "machine": found.machine,
         "parts": [

@@ -30,23 +30,33 @@ def check(
         typer.Argument(
             metavar="ID_OR_PLUGIN",
             show_default=False,
-            help="A Gymnasium ID; a part, 'robot:irb120' or 'irb120'; a plugin or a distribution, with all its parts.",
+            help="What to check: a Gymnasium environment ID, a part ('robot:irb120' or 'irb120'), or a plugin or distribution "
+            "with all its parts.",
             autocompletion=complete_id,
         ),
     ],
     robot: Annotated[
         str | None,
-        typer.Option(metavar="NAME", show_default="its own, or a small one of the kit's", help="What it is tried on."),
+        typer.Option(
+            metavar="NAME",
+            show_default="that of ID_OR_PLUGIN, or a small one of the kit",
+            help="Robot to use for checks of controllers, tasks and environments.",
+        ),
     ] = None,
     simulator: Annotated[
-        str | None, typer.Option(metavar="NAME", show_default="its own; all for a robot", help="What it is tried in.")
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            show_default="that of ID_OR_PLUGIN; for a robot, all installed ones",
+            help="Simulator to run the checks in.",
+        ),
     ] = None,
     expect_failure: Annotated[
         list[str] | None,
         typer.Option(
             metavar="CHECK=REASON",
             show_default=False,
-            help="A check that is known to fail, and why; one that passes is a failure. Repeatable.",
+            help="Check that is known to fail, and the reason. If it passes, that counts as a failure. Repeatable.",
         ),
     ] = None,
     settings: Annotated[
@@ -55,21 +65,24 @@ def check(
             "--set",
             metavar="KEY=VALUE",
             show_default=False,
-            help="A setting of the algorithm, or a keyword of the environment, task or controller. Repeatable.",
+            help="Setting of the algorithm, or keyword of the environment, task or controller. Repeatable.",
         ),
     ] = None,
     steps: Annotated[
         int | None,
         typer.Option(
-            metavar="N", min=1, show_default="300", help="Environment steps of an algorithm's short training."
+            metavar="N",
+            min=1,
+            show_default="300",
+            help="Number of environment steps in the short training run of an algorithm.",
         ),
     ] = None,
     json: Json = False,
 ) -> None:
     """Check that an environment, a part or a plugin keeps its contract.
 
-    A check is inconclusive (○) where it ran and saw nothing that could have failed: no episode ended, nothing moved. At the
-    end stand the simulator's capabilities that were verified, and on which versions. Exits with 1 where a check failed
+    A check is inconclusive (○) if it ran but nothing happened that could have failed: no episode ended or nothing moved.
+    Finally lists the simulator capabilities that were verified, with versions. Exits with status 1 if any check failed
     (✗).
 
     Example:
@@ -126,7 +139,10 @@ def _print_end(subject: Subject, report: Report) -> None:
     out = console()
     if report.inconclusive:
         names = ", ".join(result.name for result in report.inconclusive)
-        out.print(Text(f"warning: these saw nothing that could have failed: {names}", style="yellow"), soft_wrap=True)
+        out.print(
+            Text(f"warning: inconclusive, because nothing happened that could have failed: {names}", style="yellow"),
+            soft_wrap=True,
+        )
     verified = [f"{name} ({subject.claims[name]})" if name in subject.claims else name
                 for name in report.verified_capabilities]  # fmt: skip
     unverified = [name for name in subject.claims if name not in report.verified_capabilities]

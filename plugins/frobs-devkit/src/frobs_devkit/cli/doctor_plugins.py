@@ -23,18 +23,21 @@ def plugins(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[NAME]...", show_default=False, help="Plugins or distributions to examine; all of them if none."
+            metavar="[NAME]...",
+            show_default=False,
+            help="Plugins or distributions to examine. If none are given, all are examined.",
         ),
     ] = None,
     timeout: Annotated[
-        float, typer.Option(metavar="S", min=0.1, help="How many seconds the import of each may take.")
+        float, typer.Option(metavar="S", min=0.1, help="Maximum number of seconds for the import of each plugin.")
     ] = 30.0,
     json: Json = False,
 ) -> None:
-    """Import each installed plugin in a process of its own: what it costs, offers, prints, changes and lacks.
+    """Import each installed plugin in its own process and report problems.
 
-    One that is broken, or whose import hangs, is shown with its traceback; nothing of it reaches this command. Exits
-    with 1 where something keeps a plugin from being used.
+    Reports how long the import took, what the plugin offers, what it printed, which state of the process it changed,
+    and which requirements are missing. If a plugin is broken or its import hangs, shows its traceback. Such a plugin
+    cannot affect this command. Exits with status 1 if a plugin cannot be used.
 
     Example:
         $ frobs doctor plugins
@@ -52,7 +55,7 @@ def plugins(
     if json:
         print_json({"plugins": found})
     elif not found:
-        print_note("no plugin is installed; 'pip install frobs-sim-mujoco' brings a first one")
+        print_note("no plugins are installed; install one, for example with 'pip install frobs-sim-mujoco'")
     else:
         _print(found)
     if not all(facts.sound for facts in found):
@@ -80,7 +83,7 @@ def _print(found: tuple[PluginFacts, ...]) -> None:
     broken = sum(not facts.sound for facts in found)
     remarked = sum(facts.sound and bool(facts.findings) for facts in found)
     print_line()
-    verdict = f"{len(found)} examined, {broken} broken, {remarked} with a remark"
+    verdict = f"{len(found)} examined, {broken} broken, {remarked} with other findings"
     console().print(Text(verdict, style="bold red" if broken else "bold green"), soft_wrap=True)
 
 

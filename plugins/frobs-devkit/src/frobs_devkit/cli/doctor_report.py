@@ -41,7 +41,7 @@ def print_report(report: RobotReport) -> None:
     _section("links")
     _print_links(report)
     if len(report.tools) > 1:
-        _section("tool candidates", "chosen with tcp=LINK")
+        _section("tool candidates", "choose one with tcp=LINK")
         _print_tools(report.tools)
     for simulator in report.simulators:
         _print_simulator(simulator)
@@ -87,7 +87,7 @@ def _axis(axis: Sequence[float]) -> str:
 
 def _print_drives(joints: Sequence[JointFacts]) -> None:
     drives = [(joint, joint.drive) for joint in joints if joint.drive is not None]
-    _section("drives", "if none are declared: from the largest inertia")
+    _section("drives", "from the largest inertia, unless declared")
     rows = []
     for joint, drive in drives:
         numbers = (drive.inertia, drive.stiffness, drive.damping, abs(drive.holding_effort))
@@ -117,7 +117,7 @@ def _print_tools(tools: Sequence[ToolCandidate]) -> None:
         rows.append([tool.link, str(tool.actuated_joints), *reach, ", ".join(why)])
     _print_table(["link", "joints", "reach in m", "at most", ""], rows, right=(1, 2, 3))
     if len(tools) > _TOOLS:
-        print_line(f"    … and {len(tools) - _TOOLS} more; --json has them all")
+        print_line(f"    … and {len(tools) - _TOOLS} more; --json lists all")
 
 
 def _print_simulator(simulator: SimulatorFacts) -> None:
@@ -125,7 +125,7 @@ def _print_simulator(simulator: SimulatorFacts) -> None:
 
     _section(simulator.name, f"{simulator.distribution} {simulator.version}")
     if simulator.builds is None:
-        verdict, style = f"not asked: {simulator.reason}", "dim"
+        verdict, style = f"not checked: {simulator.reason}", "dim"
     elif not simulator.builds:
         verdict, style = f"cannot simulate it: {simulator.reason}", "bold red"
     elif simulator.overlaps:
@@ -180,7 +180,7 @@ def _print_verdict(report: RobotReport) -> None:
 
     counts = {s: sum(finding.severity is s for finding in report.findings) for s in Severity}
     words = [_count(counts[s], str(s)) for s in Severity if counts[s]]
-    said = f": {', '.join(words)}" if words else ", and nothing is odd about it"
+    said = f": {', '.join(words)}" if words else "; no findings"
     text = "this robot can be used" if report.usable else "this robot cannot be used"
     tried = [simulator for simulator in report.simulators if simulator.builds is not None]
     if report.usable and not all(simulator.complete for simulator in tried):

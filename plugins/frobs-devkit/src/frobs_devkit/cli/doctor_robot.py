@@ -18,21 +18,22 @@ def robot(
         typer.Argument(
             metavar="ROBOT",
             show_default=False,
-            help="A URDF, xacro or MJCF file, 'package:path' in a Python package, or one of 'frobs list robots'.",
+            help="Robot to examine: a URDF, xacro or MJCF file, 'package:path' in a Python package, or a name from "
+            "'frobs list robots'.",
         ),
     ],
     args: XacroArgs = None,
     package_path: PackagePath = None,
     simulator: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", show_default="all installed", help="A simulator to ask; repeatable."),
+        typer.Option(metavar="NAME", show_default="all installed", help="Simulator to check the robot in. Repeatable."),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Examine a robot's file: joints, masses, shapes, drives, and what each simulator makes of it.
+    """Examine a robot's model file: joints, masses, shapes, drives, and how each simulator represents it.
 
-    Every finding says what to do. Exits with 1 where one keeps the robot from being used, and with 2 where the file
-    cannot be read at all.
+    Every finding comes with advice. Exits with status 1 if a finding keeps the robot from being used, and with status 2
+    if the file cannot be read.
 
     Example:
         $ frobs doctor robot arm.urdf

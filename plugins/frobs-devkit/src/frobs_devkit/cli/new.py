@@ -22,28 +22,36 @@ _SHIPPED = "frobs/Irb120Reach-v0"  # an ID with a trained policy
 def new(
     what: Annotated[
         str | None,
-        typer.Argument(metavar="WHAT", show_default=False, help=f"One of {', '.join(CHOICES['what'])}."),
+        typer.Argument(metavar="WHAT", show_default=False, help=f"What to create: {', '.join(CHOICES['what'])}."),
     ] = None,
     name: Annotated[
-        str | None, typer.Argument(metavar="NAME", show_default=False, help="As users will write it: my_arm.")
+        str | None,
+        typer.Argument(
+            metavar="NAME", show_default=False, help="Name of the new part as users will write it, such as my_arm."
+        ),
     ] = None,
     example: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
             show_default="arm, or file with --robot-file",
-            help="What to begin with: arm reaches, wheeled drives to a goal, file is your own arm.",
+            help="Example to start from: arm (reaches), wheeled (drives to a goal) or file (your own arm).",
         ),
     ] = None,
     paced: Annotated[
-        bool, typer.Option("--paced", help="Make a simulator whose world moves on by itself, such as a real robot.")
+        bool, typer.Option("--paced", help="Create a simulator whose world advances by itself, such as a real robot.")
     ] = False,
     robot_file: Annotated[
-        Path | None, typer.Option(metavar="FILE", show_default=False, help="Your arm: a URDF, xacro or MJCF file.")
+        Path | None,
+        typer.Option(metavar="FILE", show_default=False, help="Model file of your arm: URDF, xacro or MJCF."),
     ] = None,
     tcp: Annotated[
         str | None,
-        typer.Option(metavar="LINK", show_default="the likeliest", help="The link of your arm that tasks talk about."),
+        typer.Option(
+            metavar="LINK",
+            show_default="the likeliest link",
+            help="Link of your arm that is the tool center point (TCP).",
+        ),
     ] = None,
     args: XacroArgs = None,
     package_path: PackagePath = None,
@@ -52,35 +60,48 @@ def new(
         typer.Option(
             metavar="NAME",
             show_default="reject",
-            help="If the conformance kit fails on FILE: reject it, or expect the failures in the plugin's tests.",
+            help="What to do if the conformance kit fails on --robot-file: reject the file, or expect the failures in the "
+            "plugin's tests.",
         ),
     ] = None,
     robot: Annotated[
         str | None,
-        typer.Option(metavar="NAME", show_default="irb120", help="The installed robot that a task alone is for."),
+        typer.Option(
+            metavar="NAME", show_default="irb120", help="Installed robot that the new task is for, if WHAT is task."
+        ),
     ] = None,
     namespace: Annotated[
-        str | None, typer.Option(metavar="NAME", show_default="lab", help="The first part of Gymnasium IDs.")
+        str | None, typer.Option(metavar="NAME", show_default="lab", help="First part of the Gymnasium IDs.")
     ] = None,
     author: Annotated[
-        str | None, typer.Option(metavar="NAME", show_default="Your Name", help="Who holds the copyright.")
+        str | None, typer.Option(metavar="NAME", show_default="Your Name", help="Copyright holder.")
     ] = None,
     license: Annotated[
-        str | None, typer.Option(metavar="NAME", show_default="MIT", help=f"One of {', '.join(CHOICES['license'])}.")
+        str | None,
+        typer.Option(
+            metavar="NAME", show_default="MIT", help=f"License of the plugin: {', '.join(CHOICES['license'])}."
+        ),
     ] = None,
     ci: Annotated[
         str | None,
-        typer.Option(metavar="NAME", show_default="github", help=f"Tests at each push: {', '.join(CHOICES['ci'])}."),
+        typer.Option(
+            metavar="NAME",
+            show_default="github",
+            help=f"Service that runs the tests at each push: {', '.join(CHOICES['ci'])}.",
+        ),
     ] = None,
     output: Annotated[
-        Path, typer.Option(metavar="DIR", show_default="here", help="The folder to make the plugin's folder in.")
+        Path,
+        typer.Option(
+            metavar="DIR", show_default="the current folder", help="Folder in which to create the plugin's folder."
+        ),
     ] = Path(),
     json: Json = False,
 ) -> None:
-    """Make a plugin from templates: a package that installs, is tested and trains, without an edit.
+    """Create a plugin from templates: a package that can be installed, tested and trained without edits.
 
-    In a terminal it asks for what is not given, unless both WHAT and NAME are. A pair is a robot and its task, a
-    distribution each; both puts them into one.
+    In a terminal, asks for missing answers unless both WHAT and NAME are given. 'pair' creates a robot and its task as
+    two distributions; 'both' creates them as one distribution.
 
     Example:
         $ frobs new

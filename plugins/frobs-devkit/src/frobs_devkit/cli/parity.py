@@ -23,26 +23,30 @@ def parity(
         str | None,
         typer.Option(
             metavar="NAME,NAME…",
-            show_default="the environment's own, then every other one that is here",
-            help="Which to compare, the reference first.",
+            show_default="the environment's simulator, then every other one that can be used here",
+            help="Simulators to compare. The first one is the reference.",
         ),
     ] = None,
     run: Annotated[
         Path | None,
-        typer.Option(metavar="RUN", show_default=False, help="Evaluate the policy of this run folder on each, too."),
+        typer.Option(
+            metavar="RUN", show_default=False, help="Run folder whose policy is evaluated on each simulator, too."
+        ),
     ] = None,
-    episodes: Annotated[int, typer.Option(metavar="N", min=1, help="Of the policy, on each simulator.")] = 200,
+    episodes: Annotated[
+        int, typer.Option(metavar="N", min=1, help="Number of episodes of the --run policy on each simulator.")
+    ] = 200,
     actions: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
             dir_okay=False,
-            show_default="smooth actions of its own",
-            help="Actions to replay: .json or .npz with id, seed and actions.",
+            show_default="generated smooth actions",
+            help="File with actions to replay: .json or .npz with id, seed and actions.",
         ),
     ] = None,
     only: Annotated[
-        str | None, typer.Option(metavar="NAME,NAME…", show_default="all", help="Make these measurements only.")
+        str | None, typer.Option(metavar="NAME,NAME…", show_default="all", help="Measurements to make.")
     ] = None,
     controller: Controller = None,
     robot: Robot = None,
@@ -51,15 +55,17 @@ def parity(
     package_path: PackagePath = None,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", file_okay=False, show_default="parity/ID", help="Folder of the certificate."),
+        typer.Option(
+            metavar="DIR", file_okay=False, show_default="parity/ID", help="Folder to write the certificate to."
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Measure whether an environment means the same on other simulators, and write a certificate of it.
+    """Measure how closely simulators agree on an environment, and write a certificate.
 
-    Kinematics, drives, gravity, contacts, lidar, rewards, and a run's policy are compared, each with its error, its
-    tolerance and a picture. Exits with 1 where something is over its tolerance (✗); what a simulator cannot do is
-    skipped (–), and said so.
+    Compares kinematics, drives, gravity, contacts, lidar, rewards and the policy of a run. Each comparison has an error,
+    a tolerance and a picture. Exits with status 1 if an error exceeds its tolerance (✗). If a simulator does not support
+    a measurement, the measurement is skipped (–) and the reason is shown.
 
     Example:
         $ frobs parity frobs/Irb120Reach-v0 --simulators mujoco,pybullet
@@ -113,7 +119,7 @@ def _print(certificate: Certificate, folder: Path) -> None:
 
     from frobs_devkit.parity.report import SIGNS, rows
 
-    print_title(certificate.id, f"against {certificate.reference}")
+    print_title(certificate.id, f"compared with {certificate.reference}")
     print_line()
     table: list[list[str | Text]] = []
     for measurement in certificate.measurements:
@@ -123,7 +129,16 @@ def _print(certificate: Certificate, folder: Path) -> None:
             title = measurement.title if i == 0 else ""
             table.append([title, sign, simulator, quantity, error, tolerance, note])
     print_table(
-        ("measurement", "", "simulator", "quantity", "error", "tolerance", "where it is largest, or why not"), table
+        (
+            "measurement",
+            "",
+            "simulator",
+            "quantity",
+            "error",
+            "tolerance",
+            "where the error is largest, or why skipped",
+        ),
+        table,
     )
     print_line()
     console().print(certificate.verdict, style="bold green" if certificate.passed else "bold red", soft_wrap=True)

@@ -17,14 +17,14 @@ def run(
     command: Annotated[
         list[str],
         typer.Argument(
-            metavar="SCRIPT", show_default=False, help="A Python script (*.py) or any program, then its arguments."
+            metavar="SCRIPT", show_default=False, help="Python script (*.py) or any program, followed by its arguments."
         ),
     ],
 ) -> None:
-    """Run a script or program of an old package.
+    """Run a script or program of a package that was written for FRobs_RL.
 
-    Imports of gym, frobs_rl, rospy and messages work in it and in all processes that it starts, and rospack finds the ROS
-    package frobs_rl. Scripts run with this environment's Python. The exit code is that of the script.
+    In the script and in all processes that it starts, imports of gym, frobs_rl, rospy and messages work, and rospack
+    finds the ROS package frobs_rl. Scripts run with this environment's Python. The exit code is that of the script.
 
     Example:
         $ frobs legacy run scripts/train.py --seed 3
@@ -43,7 +43,7 @@ def run(
 
 
 def env() -> None:
-    """Print the variables of 'frobs legacy run' as exports for a shell.
+    """Print the environment variables that 'frobs legacy run' sets, as export commands for a shell.
 
     Example:
         $ eval "$(frobs legacy env)"

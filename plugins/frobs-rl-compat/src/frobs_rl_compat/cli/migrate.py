@@ -14,32 +14,42 @@ from frobs_cli.options import Json
 def migrate(
     path: Annotated[
         Path,
-        typer.Argument(metavar="PATH", show_default=False, help="The ROS package's folder, or one of its YAML files."),
+        typer.Argument(metavar="PATH", show_default=False, help="Folder of the ROS package, or one of its YAML files."),
     ],
     out: Annotated[
-        Path, typer.Option(metavar="FOLDER", show_default="here", help="Where the new folder or file is made.")
+        Path,
+        typer.Option(
+            metavar="FOLDER",
+            show_default="the current folder",
+            help="Folder in which to create the new folder or file.",
+        ),
     ] = Path(),
     name: Annotated[
         str | None,
-        typer.Option(metavar="NAME", show_default="the package's", help="Of the robot and the task: my_arm."),
+        typer.Option(
+            metavar="NAME", show_default="the package's name", help="Name of the new robot and task, such as my_arm."
+        ),
     ] = None,
     id: Annotated[
         str | None,
         typer.Option(
-            metavar="ID", show_default="the task that a script trains", help="Environment that the package registers."
+            metavar="ID",
+            show_default="the task that a script trains",
+            help="ID of the environment to migrate, as the package registers it.",
         ),
     ] = None,
-    namespace: Annotated[str, typer.Option(metavar="NAME", help="The first part of the new Gymnasium ID.")] = "lab",
+    namespace: Annotated[str, typer.Option(metavar="NAME", help="First part of the new Gymnasium ID.")] = "lab",
     package_path: PackagePath = None,
     json: Json = False,
 ) -> None:
-    """Make a plugin of a package of FRobs_RL, or a run configuration of its YAML file.
+    """Convert a package of FRobs_RL to a plugin, or its YAML file to a run configuration.
 
-    The package is read, never imported. The plugin installs and trains as it is, with the package's own robot. If the
-    package's task is one of FRobs_RL's example tasks, with the same or other numbers, the plugin has the same task: its
-    observation, rewards, success, walls and way points. The task of any other package is a stand-in, and its ID ends in
-    Skeleton-v0: TODO marks where to port the old methods, and original.py has the old spaces and numbers. MIGRATION.md
-    lists what was carried over, what works in another way, and what was not carried over. Nothing is overwritten.
+    The package is read, never imported. The plugin installs and trains without edits, with the package's own robot. If
+    the package's task is one of FRobs_RL's example tasks, with the same or other numbers, the plugin has the same task:
+    its observation, rewards, success, walls and way points. For any other package, the task is a stand-in, and its ID
+    ends in Skeleton-v0. TODO comments mark where to port the old methods, and original.py has the old spaces and
+    numbers. MIGRATION.md lists what was migrated, what works differently, and what was not migrated. Nothing is
+    overwritten.
 
     Example:
         $ frobs migrate ~/catkin_ws/src/my_arm_rl --out plugins

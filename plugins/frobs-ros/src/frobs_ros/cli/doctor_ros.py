@@ -14,9 +14,10 @@ if TYPE_CHECKING:
 
 
 def ros(json: Json = False) -> None:
-    """Find out which parts of ROS and Gazebo are here, which packages bring what is missing, and whether a master answers.
+    """Check which parts of ROS and Gazebo are installed, and whether a ROS master answers.
 
-    Exits with 1 where something is missing without which frobs-ros cannot work.
+    For each missing part, shows the package that provides it. Exits with status 1 if a part is missing that frobs-ros
+    requires.
 
     Example:
         $ frobs doctor ros
@@ -32,10 +33,10 @@ def ros(json: Json = False) -> None:
     else:
         rows: list[list[str | Text]] = []
         for part in report.parts:
-            state = Text("here", style="green") if part.found else Text("missing", style=_style(part.needed))
+            state = Text("found", style="green") if part.found else Text("missing", style=_style(part.needed))
             about = part.version or part.place if part.found else f"apt-get install {part.package}" * bool(part.package)
             rows.append([part.name, state, part.purpose, about or "–"])
-        print_table(("part", "state", "what for", "version, place or remedy"), rows)
+        print_table(("part", "state", "purpose", "version, path or fix"), rows)
         print_line()
         for line in report.advice:
             console().print(Text(line), soft_wrap=True)

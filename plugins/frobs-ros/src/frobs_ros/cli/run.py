@@ -15,20 +15,30 @@ from frobs_cli.output import only_json, print_json, print_line, print_note
 def run(
     bundle: Annotated[
         str,
-        typer.Argument(metavar="BUNDLE", show_default=False, help="A file of 'frobs export'; an ID with --pretrained."),
+        typer.Argument(
+            metavar="BUNDLE",
+            show_default=False,
+            help="Bundle that 'frobs export' wrote. With --pretrained: a Gymnasium environment ID.",
+        ),
     ],
-    pretrained: Annotated[bool, typer.Option("--pretrained", help="Take the policy that comes with an ID.")] = False,
+    pretrained: Annotated[
+        bool, typer.Option("--pretrained", help="Use the trained policy that comes with the environment ID.")
+    ] = False,
     robot: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", show_default=False, help="The robot's model file, to be compared with the policy's."
+            metavar="FILE",
+            show_default=False,
+            help="Model file of the robot, to compare with the robot that the policy was trained for.",
         ),
     ] = None,
-    namespace: Annotated[str, typer.Option(metavar="NS", help="The robot's.")] = "/",
+    namespace: Annotated[str, typer.Option(metavar="NS", help="ROS namespace of the robot.")] = "/",
     controller: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME", show_default=False, help="Which gets the commands; a wheeled robot's cmd_vel without it."
+            metavar="NAME",
+            show_default=False,
+            help="Controller that receives the commands. Without it, a wheeled robot is driven by its cmd_vel topic.",
         ),
     ] = None,
     goal: Annotated[
@@ -39,23 +49,33 @@ def run(
             help="Goal of the task in meters; wheeled robots use X and Y. Default: drawn by the task.",
         ),
     ] = None,
-    joint_states: Annotated[str, typer.Option(metavar="TOPIC", help="Where joints are measured.")] = "joint_states",
-    odom: Annotated[str, typer.Option(metavar="TOPIC", help="Where a moving base is measured.")] = "odom",
-    scan: Annotated[str, typer.Option(metavar="TOPIC", help="Where a lidar is measured.")] = "scan",
-    goal_topic: Annotated[str, typer.Option(metavar="TOPIC", help="Where other goals come (Point).")] = "goal_pos",
-    speed: Annotated[float, typer.Option(metavar="X", help="Share of the velocity limits that may be used.")] = 1.0,
+    joint_states: Annotated[
+        str, typer.Option(metavar="TOPIC", help="Topic of the measured joint states.")
+    ] = "joint_states",
+    odom: Annotated[
+        str, typer.Option(metavar="TOPIC", help="Topic of the measured odometry of a moving base.")
+    ] = "odom",
+    scan: Annotated[str, typer.Option(metavar="TOPIC", help="Topic of the lidar scans.")] = "scan",
+    goal_topic: Annotated[
+        str, typer.Option(metavar="TOPIC", help="Topic on which new goals arrive (Point).")
+    ] = "goal_pos",
+    speed: Annotated[float, typer.Option(metavar="X", help="Fraction of the velocity limits that may be used.")] = 1.0,
     timeout: Annotated[
-        float, typer.Option(metavar="S", min=0.0, help="How many seconds measurements may fail to come.")
+        float, typer.Option(metavar="S", min=0.0, help="Maximum number of seconds without measurements.")
     ] = 0.5,
     seconds: Annotated[
-        float | None, typer.Option(metavar="S", show_default=False, help="End after so many seconds, by ROS's clock.")
+        float | None,
+        typer.Option(metavar="S", show_default=False, help="Number of seconds, by the ROS clock, after which to stop."),
     ] = None,
-    simulator: Annotated[str, typer.Option(metavar="NAME", help="Which mirrors the robot.")] = "mujoco",
+    simulator: Annotated[
+        str, typer.Option(metavar="NAME", help="Simulator used to mirror the robot's state.")
+    ] = "mujoco",
     json: Json = False,
 ) -> None:
-    """Let a trained policy act on a robot behind ROS, until Ctrl-C: joint states in, commands out.
+    """Run a trained policy on a robot behind ROS until Ctrl-C.
 
-    Commands keep the joints' limits. When measurements fail to come, and at the end, the robot is told to stay.
+    The policy receives joint states and sends commands. Commands stay within the joint limits. If measurements stop
+    arriving, and at the end, the robot is commanded to hold its position.
 
     Example:
         $ frobs ros run reach.frobs --controller arm_controller --goal 0.3 0.1 0.5
@@ -86,7 +106,7 @@ def run(
         rospy.init_node("frobs_policy", anonymous=True, disable_signals=True)
         try:
             live = RosRobot(mirror, namespace, controller, Topics(joint_states, odom, scan, goal_topic))
-            print_note(f"acting each {mirror.env.control_timestep:g} s; Ctrl-C ends it")
+            print_note(f"sending a command every {mirror.env.control_timestep:g} s; press Ctrl-C to stop")
             report: Report = act(
                 live,
                 mirror,
@@ -101,4 +121,4 @@ def run(
     if json:
         print_json({**vars(report), "latency": str(policy.latency)})
     else:
-        print_line(f"{report.steps:,} commands, {report.late} of them late; actions took {policy.latency}")
+        print_line(f"{report.steps:,} commands, {report.late} of them late; time per action: {policy.latency}")

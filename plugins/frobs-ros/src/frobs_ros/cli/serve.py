@@ -15,24 +15,27 @@ def serve(
         typer.Option(
             metavar="NAME",
             show_default="an empty world",
-            help="A robot that stands there from the beginning: one of 'frobs list robots', or a URDF, xacro or MJCF file.",
+            help="Robot in the world from the beginning: a name from 'frobs list robots', or a URDF, xacro or MJCF file.",
         ),
     ] = None,
-    simulator: Annotated[str, typer.Option(metavar="NAME", help="One of 'frobs list simulators'.")] = "mujoco",
-    namespace: Annotated[str, typer.Option(metavar="NS", help="Of the robot's topics and services.")] = "/",
+    simulator: Annotated[
+        str, typer.Option(metavar="NAME", help="Simulator: a name from 'frobs list simulators'.")
+    ] = "mujoco",
+    namespace: Annotated[str, typer.Option(metavar="NS", help="Namespace of the robot's topics and services.")] = "/",
     model_name: Annotated[
-        str, typer.Option(metavar="NAME", show_default="the robot's own", help="What the world calls the robot.")
+        str,
+        typer.Option(metavar="NAME", show_default="the robot's name", help="Name of the robot's model in the world."),
     ] = "",
     world: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", exists=True, dir_okay=False, show_default="a ground plane", help="An SDF world file."
+            metavar="FILE", exists=True, dir_okay=False, show_default="a ground plane", help="SDF world file to load."
         ),
     ] = None,
-    paused: Annotated[bool, typer.Option("--paused", help="Begin with the time standing still.")] = False,
+    paused: Annotated[bool, typer.Option("--paused", help="Start with simulated time paused.")] = False,
     timestep: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", show_default="the world file's, or 0.001", help="Of a physics step."),
+        typer.Option(metavar="SECONDS", show_default="the world file's, or 0.001", help="Duration of a physics step."),
     ] = None,
     max_update_rate: Annotated[
         float | None,
@@ -40,29 +43,31 @@ def serve(
             metavar="HZ",
             min=0.0,
             show_default="the world file's, or real time",
-            help="Physics steps per second; 0: as fast as it goes.",
+            help="Maximum number of physics steps per second; 0 means as fast as possible.",
         ),
     ] = None,
     clock_frequency: Annotated[
-        float, typer.Option(metavar="HZ", min=0.0, help="Of /clock, in simulated time; 0: every step.")
+        float,
+        typer.Option(metavar="HZ", min=0.0, help="Rate of the /clock topic, in simulated time; 0 means every step."),
     ] = 100.0,
     state_frequency: Annotated[
-        float, typer.Option(metavar="HZ", min=0.0, help="Of model_states and link_states, in simulated time.")
+        float,
+        typer.Option(metavar="HZ", min=0.0, help="Rate of the model_states and link_states topics, in simulated time."),
     ] = 100.0,
-    gui: Annotated[bool, typer.Option("--gui", help="Open a window on the world.")] = False,
+    gui: Annotated[bool, typer.Option("--gui", help="Open a window that shows the world.")] = False,
     verbose: Annotated[bool, typer.Option("--verbose", help="Log everything.")] = False,
     listen: Annotated[
         str | None,
         typer.Option(
             metavar="ADDRESS",
-            show_default="this machine alone",
-            help="Listen on all interfaces, and be reached at this address by other machines.",
+            show_default="this machine only",
+            help="Address at which other machines reach this one. With this option, listens on all interfaces.",
         ),
     ] = None,
 ) -> None:
-    """Offer a simulation as Gazebo: the services and topics of gazebo_ros and its controller managers.
+    """Run a simulation behind the services and topics of gazebo_ros and its controller managers.
 
-    A ROS master must be running. Ctrl-C ends it.
+    A ROS master must be running. Press Ctrl-C to stop.
 
     Example:
         $ frobs ros serve --robot irb120 --simulator mujoco
