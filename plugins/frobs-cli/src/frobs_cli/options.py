@@ -16,7 +16,7 @@ EnvId = Annotated[
     typer.Argument(
         metavar="ID",
         show_default=False,
-        help="Gymnasium environment ID: one that 'frobs list envs' shows, or any other ('CartPole-v1', 'module:Id-v0').",
+        help="Gymnasium environment ID: one from 'frobs list envs', or any other ('CartPole-v1', 'module:Id-v0').",
         autocompletion=complete_id,
     ),
 ]
@@ -89,7 +89,7 @@ CheckpointName = Annotated[
     typer.Option(
         "--checkpoint",
         metavar="WHICH",
-        help="Checkpoint to use: newest, best (of the evaluations during training), or its number of environment steps.",
+        help="Checkpoint to use: newest, best (of the evaluations during training), or its environment steps.",
     ),
 ]
 

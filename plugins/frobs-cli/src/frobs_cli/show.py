@@ -34,8 +34,8 @@ def show(
         typer.Argument(
             metavar="NAME",
             show_default=False,
-            help="What to show: a simulator, robot, controller, task or algorithm, an environment ID, a run folder, or a "
-            "robot's model file (URDF, xacro, MJCF). If a name has several meanings, write KIND:NAME.",
+            help="What to show: a simulator, robot, controller, task or algorithm, an environment ID, a run folder, or "
+            "a robot's model file (URDF, xacro, MJCF). If a name has several meanings, write KIND:NAME.",
         ),
     ],
     config: Annotated[

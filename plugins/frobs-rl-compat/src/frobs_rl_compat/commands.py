@@ -3,7 +3,7 @@
 from frobs_cli.commands import Command
 
 COMMANDS = (
-    Command(name="legacy", summary="Run packages that were written for FRobs_RL without changes."),
+    Command(name="legacy", summary="Run unmodified packages that were written for FRobs_RL."),
     Command(
         name="legacy run",
         summary="Run a script or program of a package that was written for FRobs_RL.",

@@ -30,8 +30,8 @@ def check(
         typer.Argument(
             metavar="ID_OR_PLUGIN",
             show_default=False,
-            help="What to check: a Gymnasium environment ID, a part ('robot:irb120' or 'irb120'), or a plugin or distribution "
-            "with all its parts.",
+            help="What to check: a Gymnasium environment ID, a part ('robot:irb120' or 'irb120'), or a plugin or "
+            "distribution with all its parts.",
             autocompletion=complete_id,
         ),
     ],
@@ -81,9 +81,9 @@ def check(
 ) -> None:
     """Check that an environment, a part or a plugin keeps its contract.
 
-    A check is inconclusive (○) if it ran but nothing happened that could have failed: no episode ended or nothing moved.
-    Finally lists the simulator capabilities that were verified, with versions. Exits with status 1 if any check failed
-    (✗).
+    A check is inconclusive (○) if it ran but nothing happened that could have failed: no episode ended or nothing
+    moved. Finally lists the simulator capabilities that were verified, with versions. Exits with status 1 if any check
+    failed (✗).
 
     Example:
         $ frobs check frobs/Irb120Reach-v0

@@ -60,8 +60,8 @@ def new(
         typer.Option(
             metavar="NAME",
             show_default="reject",
-            help="What to do if the conformance kit fails on --robot-file: reject the file, or expect the failures in the "
-            "plugin's tests.",
+            help="What to do if the conformance kit fails on --robot-file: reject the file, or expect the failures "
+            "in the plugin's tests.",
         ),
     ] = None,
     robot: Annotated[

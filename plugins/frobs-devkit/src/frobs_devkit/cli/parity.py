@@ -46,7 +46,8 @@ def parity(
         ),
     ] = None,
     only: Annotated[
-        str | None, typer.Option(metavar="NAME,NAME…", show_default="all", help="Measurements to make.")
+        str | None,
+        typer.Option(metavar="NAME,NAME…", show_default="all", help="Measurements to make; all others are left out."),
     ] = None,
     controller: Controller = None,
     robot: Robot = None,
@@ -63,9 +64,9 @@ def parity(
 ) -> None:
     """Measure how closely simulators agree on an environment, and write a certificate.
 
-    Compares kinematics, drives, gravity, contacts, lidar, rewards and the policy of a run. Each comparison has an error,
-    a tolerance and a picture. Exits with status 1 if an error exceeds its tolerance (✗). If a simulator does not support
-    a measurement, the measurement is skipped (–) and the reason is shown.
+    Compares kinematics, drives, gravity, contacts, lidar, rewards and the policy of a run. Each comparison has an
+    error, a tolerance and a picture. Exits with status 1 if an error exceeds its tolerance (✗). If a simulator does
+    not support a measurement, the measurement is skipped (–) and the reason is shown.
 
     Example:
         $ frobs parity frobs/Irb120Reach-v0 --simulators mujoco,pybullet

@@ -70,16 +70,16 @@ def find_problem(answers: Mapping[str, str]) -> str:
             return f"{question} is '{answer}'; it must be one of {', '.join(choices)}."
     questions = asked(answers)
     if answers.get("what") == "task" and answers.get("example") == "file":
-        return "a task alone is for a robot that is installed; make a pair, both or a robot from a file."
+        return "a task without a robot requires an installed robot; create a pair, both or a robot from a file."
     for question in questions:
         if question in answers:
             problem = _PROBLEMS[question](answers[question]) if question in _PROBLEMS else ""
             if problem:
                 return problem
     if "robot_file" in questions and "robot_file" in answers and not answers["robot_file"].strip():
-        return "to begin with a file, say which: robot_file is empty."
+        return "robot_file is empty; enter the path of your robot's model file."
     if "robot" in questions and "robot" in answers and not answers["robot"].strip():
-        return "a task alone is for a robot that is installed: say which; 'frobs list robots' shows them."
+        return "a task without a robot requires an installed robot; enter one that 'frobs list robots' shows."
     return ""
 
 
@@ -89,7 +89,7 @@ def _problem_of_name(name: str) -> str:
     if keyword.iskeyword(name) or keyword.issoftkeyword(name):
         return f"the name '{name}' is a keyword of Python; choose another: 'my_{name}'."
     if len(name) > _LONGEST:
-        return f"the name '{name}' has {len(name)} characters; {_LONGEST} are the most."
+        return f"the name '{name}' has {len(name)} characters; at most {_LONGEST} are allowed."
     return ""
 
 
@@ -97,7 +97,7 @@ def _problem_of_namespace(namespace: str) -> str:
     if not _NAMESPACE.fullmatch(namespace):
         return f"the namespace '{namespace}' must be letters, digits, - and _, a letter first: 'lab'."
     if namespace == "frobs":
-        return "the namespace 'frobs' is that of FRobs itself; take your lab's, team's or company's name."
+        return "the namespace 'frobs' is that of FRobs itself; use your lab's, team's or company's name."
     return ""
 
 

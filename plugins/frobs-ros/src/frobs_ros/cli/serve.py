@@ -15,7 +15,8 @@ def serve(
         typer.Option(
             metavar="NAME",
             show_default="an empty world",
-            help="Robot in the world from the beginning: a name from 'frobs list robots', or a URDF, xacro or MJCF file.",
+            help="Robot that is in the world from the start: a name from 'frobs list robots', or a URDF, xacro or "
+            "MJCF file.",
         ),
     ] = None,
     simulator: Annotated[
@@ -35,14 +36,16 @@ def serve(
     paused: Annotated[bool, typer.Option("--paused", help="Start with simulated time paused.")] = False,
     timestep: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", show_default="the world file's, or 0.001", help="Duration of a physics step."),
+        typer.Option(
+            metavar="SECONDS", show_default="from the world file, or 0.001", help="Duration of a physics step."
+        ),
     ] = None,
     max_update_rate: Annotated[
         float | None,
         typer.Option(
             metavar="HZ",
             min=0.0,
-            show_default="the world file's, or real time",
+            show_default="from the world file, or real time",
             help="Maximum number of physics steps per second; 0 means as fast as possible.",
         ),
     ] = None,

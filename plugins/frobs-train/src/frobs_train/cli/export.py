@@ -36,7 +36,7 @@ def export(
 
     The bundle contains the network with all processing before and after it. It also describes what the policy is for:
     joints, units, rate, observation, limits and origin. The bundle is written only after its actions have been verified
-    to equal those of the trainer.
+    to match those of the trainer.
 
     Example:
         $ frobs export runs/first

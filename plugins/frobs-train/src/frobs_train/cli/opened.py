@@ -56,8 +56,8 @@ ModelSettings = Annotated[
         "--set",
         metavar="KEY=VALUE",
         show_default=False,
-        help="With --model or --expert: setting of the environment, such as environment_kwargs.robot=ur5 or wrappers=[…]. "
-        "Repeatable.",
+        help="With --model or --expert: setting of the environment, such as environment_kwargs.robot=ur5 or "
+        "wrappers=[…]. Repeatable.",
     ),
 ]
 
