@@ -1,4 +1,4 @@
-"""Measure what randomisation is worth: policies trained with and without it, on models that are wrong by known amounts.
+"""Measure what randomization is worth: policies trained with and without it, on models that are wrong by known amounts.
 
 Writes ``docs/explanation/robustness-measured.md``. Wants an otherwise idle machine: about a minute for each seed with tool
 actions, several with joint actions::
@@ -68,7 +68,7 @@ HARDER: Mapping[str, dict[str, Any]] = {
 
 
 def measure(controller: str, seeds: Sequence[int], episodes: int, steps: int | None = None) -> list[dict[str, Any]]:
-    """Train with and without randomisation, and evaluate on every model.
+    """Train with and without randomization, and evaluate on every model.
 
     Args:
         controller: Of the environment.
@@ -90,7 +90,7 @@ def measure(controller: str, seeds: Sequence[int], episodes: int, steps: int | N
             for model_name, model in models.items():
                 row[model_name] = evaluate(run, episodes, randomize=model).success_rate
         rows.append(row)
-        _say(f"{controller}, {name} randomisation, seed {seed}: worst of the grid {_worst(row):.1%}")
+        _say(f"{controller}, {name} randomization, seed {seed}: worst of the grid {_worst(row):.1%}")
     return rows
 
 
@@ -102,7 +102,7 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
         "# Robustness, measured",
         "",
         f"By `tests/benchmarks/robustness.py`, {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}: success of "
-        f"PPO on `{ID}`, trained with and without [randomisation](../how-to/randomize.md), on models that are wrong by "
+        f"PPO on `{ID}`, trained with and without [randomization](../how-to/randomize.md), on models that are wrong by "
         f"known amounts. Each number is {episodes:,} new goals (5 cm, held at the end); training seeds: "
         f"{', '.join(map(str, seeds))}{'; the mean over them, and in brackets the worst' if len(seeds) > 1 else ''}.",
         "",
@@ -119,7 +119,7 @@ def _section(controller: str, trained: Mapping[str, Sequence[Mapping[str, Any]]]
     lines = [
         f"## `{controller}`",
         "",
-        f"Training takes {seconds['without']:.1f} s without and {seconds['with']:.1f} s with randomisation. On models off "
+        f"Training takes {seconds['without']:.1f} s without and {seconds['with']:.1f} s with randomization. On models off "
         f"by 20 % in masses and gains, the worst that a policy trained with it does is {worst:.1%} "
         f"(at least {SUCCESS:.0%}).",
         "",
