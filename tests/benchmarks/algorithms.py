@@ -22,6 +22,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from tasks import EPISODES, ROOT, SEEDS, Case, kept_row, measure
 
 PAGE = ROOT / "docs" / "explanation" / "algorithms-measured.md"
+KEPT = ROOT / "build" / "benchmarks" / "algorithms"
 REACH, GOAL = "frobs/Irb120Reach-v0", "frobs/Irb120ReachGoal-v0"
 CASES = (
     Case(REACH, "ppo"),
@@ -96,10 +97,12 @@ def main() -> None:
     cases = [case for case in CASES if not given.only or case.algorithm in given.only]
     if given.kept:
         rows = {
-            case: found for case in cases if (found := [row for seed in given.seeds if (row := kept_row(case, seed))])
+            case: found
+            for case in cases
+            if (found := [row for seed in given.seeds if (row := kept_row(case, seed, KEPT))])
         }
     else:
-        rows = {case: [measure(case, seed, other_simulator=None) for seed in given.seeds] for case in cases}
+        rows = {case: [measure(case, seed, kept=KEPT, other_simulator=None) for seed in given.seeds] for case in cases}
     page = report(rows, EPISODES)
     if given.only:  # a part is no page
         sys.stdout.write(page)
