@@ -79,7 +79,7 @@ def test_a_paced_simulator_is_run_and_not_trained_on(frobs: Frobs) -> None:
         (["pair", "my_arm", "--namespace", "a/b"], "letters, digits"),
         (["pair", "my_arm", "--author", 'A "B" C'], "without quotes"),
         (["pair", "my_arm", "--example", "file"], "robot_file is empty"),
-        (["task", "my_reach", "--robot-file", "arm.urdf"], "a task without a robot requires an installed robot"),
+        (["task", "my_reach", "--robot-file", "arm.urdf"], "a task on its own requires an installed robot"),
         (["controller", "my_controller", "--tcp", "tool0"], "tcp means nothing for a new controller"),
         (["controller", "my_controller", "--paced"], "paced means nothing for a new controller"),
         (["robot", "irb120"], "the robot 'irb120' exists already"),

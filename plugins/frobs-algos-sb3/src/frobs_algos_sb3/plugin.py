@@ -95,6 +95,6 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
             Irb140ReachVelocityLegacy="td3_irb140_reach_velocity_legacy.yaml",
         ),
         _contrib("tqc", "TQC", "truncated quantile critics, from sb3-contrib", ("Box",)),
-        _contrib("crossq", "CrossQ", "batch normalisation instead of target networks, from sb3-contrib", ("Box",)),
+        _contrib("crossq", "CrossQ", "batch normalization instead of target networks, from sb3-contrib", ("Box",)),
         _contrib("recurrent_ppo", "RecurrentPPO", "PPO with a memory, from sb3-contrib", _ANY),
     ]

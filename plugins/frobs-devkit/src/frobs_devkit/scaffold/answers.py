@@ -70,7 +70,7 @@ def find_problem(answers: Mapping[str, str]) -> str:
             return f"{question} is '{answer}'; it must be one of {', '.join(choices)}."
     questions = asked(answers)
     if answers.get("what") == "task" and answers.get("example") == "file":
-        return "a task without a robot requires an installed robot; create a pair, both or a robot from a file."
+        return "a task on its own requires an installed robot; create a pair, both or a robot from a file."
     for question in questions:
         if question in answers:
             problem = _PROBLEMS[question](answers[question]) if question in _PROBLEMS else ""
@@ -79,7 +79,7 @@ def find_problem(answers: Mapping[str, str]) -> str:
     if "robot_file" in questions and "robot_file" in answers and not answers["robot_file"].strip():
         return "robot_file is empty; enter the path of your robot's model file."
     if "robot" in questions and "robot" in answers and not answers["robot"].strip():
-        return "a task without a robot requires an installed robot; enter one that 'frobs list robots' shows."
+        return "a task on its own requires an installed robot; enter one that 'frobs list robots' shows."
     return ""
 
 
