@@ -30,6 +30,7 @@ ALLOWED = {
     "frobs-tasks-*": {CORE},
     "frobs-algos-sbx": {CORE, "frobs-algos-sb3"},
     "frobs-algos-*": {CORE},
+    "frobs-ray": {CORE, CLI, TRAIN},
     "frobs-ros": {CORE, CLI, DEPLOY},
     "frobs-rl-compat": {
         *(CORE, CLI, "frobs-ros", "frobs-algos-sb3", "frobs-controllers-planning", "frobs-tasks-legacy", DEVKIT)
@@ -107,10 +108,10 @@ def test_a_distribution_requires_what_it_imports_of_frobs(distribution: Distribu
     assert required == imported_distributions(distribution) | REQUIRED_ONLY.get(distribution.name, set())
 
 
-def test_the_meta_package_requires_every_distribution_but_that_for_jax() -> None:
+def test_the_meta_package_requires_every_distribution_but_those_for_jax_and_ray() -> None:
     meta = distributions()["frobs"]
     assert meta.packages == ()
-    assert meta.requirements() == set(distributions()) - {"frobs", "frobs-algos-sbx"}
+    assert meta.requirements() == set(distributions()) - {"frobs", "frobs-algos-sbx", "frobs-ray"}
 
 
 def test_imported_libraries_are_required_here_or_below(distribution: Distribution) -> None:
