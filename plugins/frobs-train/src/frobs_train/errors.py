@@ -3,7 +3,8 @@
 RunError                    in :mod:`frobs_core.errors`, as algorithms raise it too
 ├── RunExistsError          the run folder exists
 ├── RunBusyError            another process is training in the run folder
-└── TrainingError           the training run failed; says where, and what can be resumed
+├── TrainingError           the training run failed; says where, and what can be resumed
+└── JobsError               some of several jobs failed
 
 ConfigurationError          in :mod:`frobs_core.errors`
 ├── EnvironmentBuildError   an environment cannot be built with these keywords
@@ -14,7 +15,7 @@ ConfigurationError          in :mod:`frobs_core.errors`
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +77,21 @@ class TrainingError(RunError):
             f"the training run in {path} failed after {steps:,} environment steps: {cause}. Fix it, then "
             f"'frobs resume {path}' continues {since}; --debug shows the traceback."
         )
+
+
+class JobsError(RunError):
+    """Some of several jobs failed; the others are complete.
+
+    Args:
+        failed: Name of each failed job, and the error that ended it.
+        total: Number of all jobs.
+    """
+
+    def __init__(self, failed: Sequence[tuple[str, Exception]], total: int) -> None:
+        self.failed = tuple(failed)
+        self.total = total
+        lines = [f"{name}: {error}" for name, error in failed]
+        super().__init__(f"{len(failed)} of {total} jobs failed. " + "\n".join(lines))
 
 
 class EnvironmentBuildError(ConfigurationError):

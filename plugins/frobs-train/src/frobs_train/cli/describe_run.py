@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +24,7 @@ def describe_run(path: Path) -> dict[str, Any]:
     ``success``, ``reward`` and ``length`` are those of the last row of the log in which an episode ended.
     """
     from frobs_train import Run
-    from frobs_train.logs.progress import read_progress
+    from frobs_train.logs.progress import last_value, read_progress
 
     run = Run.open(path)
     log = path / "progress.csv"
@@ -38,11 +37,11 @@ def describe_run(path: Path) -> dict[str, Any]:
         "environment_kwargs": run.config.environment_kwargs,
         "algorithm": run.config.algorithm,
         "seed": run.config.seed,
-        "steps": _last(columns.get("train/steps", [])),
-        "seconds": _last(columns.get("time/elapsed", [])),
-        "success": _last(columns.get("episode/success", [])),
-        "reward": _last(columns.get("episode/reward", [])),
-        "length": _last(columns.get("episode/length", [])),
+        "steps": last_value(columns.get("train/steps", [])),
+        "seconds": last_value(columns.get("time/elapsed", [])),
+        "success": last_value(columns.get("episode/success", [])),
+        "reward": last_value(columns.get("episode/reward", [])),
+        "length": last_value(columns.get("episode/length", [])),
         "checkpoints": [checkpoint.steps for checkpoint in run.checkpoints],
         "best": _best(run),
         "threads": _threads(path),
@@ -95,10 +94,6 @@ def _threads(path: Path) -> str | None:
         return str(Threads(**json.loads((path / "versions.json").read_text("utf-8"))["threads"]))
     except (OSError, ValueError, KeyError, TypeError):
         return None
-
-
-def _last(values: Sequence[float]) -> float | None:
-    return next((value for value in reversed(values) if math.isfinite(value)), None)
 
 
 def _evaluation(found: Mapping[str, Any]) -> dict[str, Any]:

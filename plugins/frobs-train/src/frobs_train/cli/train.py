@@ -9,6 +9,7 @@ import typer
 
 from frobs_cli.options import Algorithm, Base, Controller, EnvId, Json, NumEnvs, Robot, Seed, Simulator, Tcp
 from frobs_cli.output import only_json, print_note
+from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
 from frobs_train.cli.training_report import describe_training, report_training
 
 
@@ -35,6 +36,19 @@ def train(
         ),
     ] = None,
     seed: Seed = None,
+    seeds: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            min=1,
+            show_default=False,
+            help="Train N runs, with the seeds S, S+1, …; S is --seed, or 0. --run-dir is then the folder of all runs.",
+        ),
+    ] = None,
+    runner: RunnerName = "local",
+    ray_address: RayAddress = None,
+    cpus: JobCpus = None,
+    memory: JobMemory = None,
     run_dir: Annotated[
         Path | None,
         typer.Option(metavar="DIR", show_default="runs/ID/…", help="Run folder to write."),
@@ -68,13 +82,16 @@ def train(
         $ frobs train frobs/Irb120Reach-v0
         $ frobs train frobs/Irb120Reach-v0 --controller tcp_delta_position --seed 1
         $ frobs train CartPole-v1 --steps 100_000 --set algorithm_config.gamma=0.98
+        $ frobs train frobs/Irb120Reach-v0 --seeds 10 --runner ray
     """
     from frobs_core.registry import find_spec
 
     find_spec(env_id)  # before torch is imported, so that a typing error is answered at once
     from frobs_train import default_run_dir, resolve_config
     from frobs_train import train as train_run
+    from frobs_train.cli.train_seeds import train_and_report
     from frobs_train.configuration.advice import advise_controller
+    from frobs_train.runners.runner import LOCAL
 
     flags = {
         "algorithm": algorithm,
@@ -91,6 +108,10 @@ def train(
         resolved = resolve_config(env_id, file=config, flags=flags, settings=settings or ())
     if advice := advise_controller(resolved):
         print_note(advice)
+    chosen = open_runner(runner, ray_address, cpus, memory)
+    if seeds is not None or runner != LOCAL:
+        train_and_report(resolved, seeds or 1, chosen, run_dir, on_existing, json=json)
+        return
     folder = run_dir or default_run_dir(resolved)
     report_training(
         describe_training(resolved, "training", str(folder)),

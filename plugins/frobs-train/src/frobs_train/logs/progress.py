@@ -167,6 +167,11 @@ def read_progress(path: Path) -> dict[str, list[float]]:
         raise RunError(f"{path} is damaged: {error}. {_REMOVE}") from error
 
 
+def last_value(values: Sequence[float]) -> float | None:
+    """Return the last finite value of a column; None if there is none."""
+    return next((value for value in reversed(values) if math.isfinite(value)), None)
+
+
 def _steps(row: Mapping[str, str]) -> float:
     try:
         return math.inf if None in row else float(row[STEPS])

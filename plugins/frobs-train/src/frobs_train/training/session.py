@@ -14,7 +14,7 @@ import gymnasium as gym
 from frobs_core.errors import IncompatibleSpaceError, RunError
 from frobs_core.interfaces import Algorithm
 from frobs_core.specs import AlgorithmRecord
-from frobs_train.configuration.config import RunConfig
+from frobs_train.configuration.config import RunConfig, algorithm_record
 from frobs_train.environments import make_vector_env
 from frobs_train.errors import TrainingError
 from frobs_train.logs.progress import ProgressLog
@@ -61,6 +61,15 @@ def check_action_space(record: AlgorithmRecord, environment: str, space: gym.Spa
             f"cannot act in {environment}: its action space is {type(space).__name__}, "
             f"and '{record.name}' acts in {', '.join(record.action_spaces)}; choose another algorithm or controller.",
         )
+
+
+def check_environment(config: RunConfig) -> None:
+    """Raise the error of a configuration whose environment cannot be made, or in which the algorithm cannot act."""
+    env = make_training_env(config.model_copy(update={"num_envs": 1}))
+    try:
+        check_action_space(algorithm_record(config.algorithm), config.environment, env.single_action_space)
+    finally:
+        env.close()
 
 
 def run_training(

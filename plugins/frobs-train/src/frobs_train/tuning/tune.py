@@ -18,7 +18,7 @@ from frobs_train.configuration.resolve import resolve_config
 from frobs_train.errors import SearchSpaceError
 from frobs_train.evaluation.evaluate import Evaluation, evaluate
 from frobs_train.training.monitor import Progress
-from frobs_train.training.session import check_action_space, make_training_env
+from frobs_train.training.session import check_environment
 from frobs_train.training.train import train
 from frobs_train.tuning.search_space import SearchSpace, load_space, setting
 from frobs_train.tuning.study import (
@@ -111,7 +111,7 @@ def tune(
         whole_number(name, value, 1)
     base = search.resolve()
     space = _space(search, base)
-    _check_environment(base)
+    check_environment(base)
     identifier = f"{base.environment.rpartition(':')[2]}/{base.algorithm}"
     folder = Path(search.folder) if search.folder is not None else Path("studies") / identifier
     storage = search.storage or f"sqlite:///{(folder / 'study.db').resolve()}"
@@ -235,15 +235,6 @@ def _space(search: Search, base: RunConfig) -> SearchSpace:
         except ConfigurationError:
             continue  # a value that another setting may make usable: the trial that chooses it tells
     return space
-
-
-def _check_environment(config: RunConfig) -> None:
-    """Find out before the study begins what would fail every trial."""
-    env = make_training_env(config.model_copy(update={"num_envs": 1}))
-    try:
-        check_action_space(algorithm_record(config.algorithm), config.environment, env.single_action_space)
-    finally:
-        env.close()
 
 
 def _finished(study: optuna.Study) -> int:

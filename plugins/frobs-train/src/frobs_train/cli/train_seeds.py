@@ -1,0 +1,68 @@
+"""``frobs train --seeds``: train several seeds, and summarize them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from frobs_cli.formats import duration, number, percent
+from frobs_cli.output import only_json, print_json, print_line, print_table, print_title
+from frobs_train.cli.jobs_progress import JobsProgress
+
+if TYPE_CHECKING:
+    from frobs_train import RunConfig
+    from frobs_train.runners.runner import Outcome, Runner
+
+
+def train_and_report(
+    config: RunConfig, count: int, runner: Runner, run_dir: Path | None, on_existing: str, *, json: bool
+) -> None:
+    """Train a number of seeds, and print one row for each.
+
+    Args:
+        config: The configuration; its seed is the first one, 0 if it has none.
+        count: Number of seeds.
+        runner: Where the seeds are trained.
+        run_dir: See :func:`frobs_train.runners.seeds.train_seeds`.
+        on_existing: The same.
+        json: Write JSON to stdout, and nothing else there.
+
+    Raises:
+        JobsError: A seed failed.
+    """
+    from frobs_train.runners.runner import raise_failures
+    from frobs_train.runners.seeds import train_seeds
+
+    first = config.seed or 0
+    seeds = list(range(first, first + count))
+    outcomes: list[Outcome] = []
+    with only_json(json), JobsProgress([f"seed {seed}" for seed in seeds]) as progress:
+        try:
+            for outcome in train_seeds(config, seeds, runner, run_dir, progress.update, on_existing=on_existing):
+                outcomes.append(outcome)
+                progress.finish(outcome)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt("repeat the command with --on-existing resume to continue all seeds") from None
+    trained = [outcome.result for outcome in sorted(outcomes, key=lambda each: each.index) if outcome.error is None]
+    if json:
+        print_json(trained)
+    elif trained:
+        _print(config, trained)
+    raise_failures(outcomes)
+
+
+def _print(config: RunConfig, trained: list[Mapping[str, Any]]) -> None:
+    print_title(config.environment, config.algorithm)
+    table = [
+        [str(row["seed"]), percent(row["success"]), number(row["reward"]), duration(row["seconds"]), _short(row["run"])]
+        for row in trained
+    ]
+    print_table(["seed", "success", "reward", "time", "run"], table)
+    print_line()
+    print_line(f"next: frobs compare {_short(trained[0]['run']).rstrip('0123456789')}*")
+
+
+def _short(path: Path) -> str:
+    """Return a path relative to the working directory if it is below it."""
+    return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)

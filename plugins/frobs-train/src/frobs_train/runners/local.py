@@ -1,0 +1,53 @@
+"""The runner of this process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import ClassVar
+
+from frobs_core.errors import ConfigurationError
+from frobs_train.runners.runner import LOCAL, Job, Outcome, Runner, RunnerOptions
+from frobs_train.training.monitor import Progress
+from frobs_train.tuning.study import StudyResult, TrialResult
+from frobs_train.tuning.tune import Search, tune
+
+
+class LocalRunner(Runner):
+    """Runs one job after another in this process, each on all processors."""
+
+    name: ClassVar[str] = LOCAL
+
+    def __init__(self, options: RunnerOptions) -> None:
+        super().__init__(options)
+        if options != RunnerOptions():
+            raise ConfigurationError(
+                "the local runner has no options, because it runs one job after another in this process; "
+                "add --runner ray, or leave them out."
+            )
+
+    def run(
+        self, jobs: Sequence[Job], folder: Path, on_progress: Callable[[int, Progress], None] | None = None
+    ) -> Iterator[Outcome]:
+        """Run jobs and yield each outcome as soon as it is known."""
+        for index, job in enumerate(jobs):
+
+            def report(progress: Progress, index: int = index) -> None:
+                if on_progress is not None:
+                    on_progress(index, progress)
+
+            try:
+                result = job.call(report)
+            except Exception as error:
+                yield Outcome(index=index, job=job, error=error)
+            else:
+                yield Outcome(index=index, job=job, result=result)
+
+    def tune(
+        self,
+        search: Search,
+        on_trial: Callable[[StudyResult, TrialResult], None] | None = None,
+        on_progress: Callable[[int, int, Progress], None] | None = None,
+    ) -> StudyResult:
+        """Search for settings, one trial after another."""
+        return tune(search, on_trial, on_progress)

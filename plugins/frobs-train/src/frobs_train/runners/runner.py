@@ -1,0 +1,171 @@
+"""A runner: runs independent jobs, on this machine or on others.
+
+A distribution offers a runner under the entry-point group ``frobs.runners``::
+
+    [project.entry-points."frobs.runners"]
+    ray = "frobs_ray.runner:RayRunner"
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib import import_module
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_train.errors import JobsError
+from frobs_train.training.monitor import Progress
+
+if TYPE_CHECKING:
+    from frobs_train.tuning.study import StudyResult, TrialResult
+    from frobs_train.tuning.tune import Search
+
+GROUP = "frobs.runners"
+
+LOCAL = "local"
+"""Name of the runner that runs one job after another in this process."""
+
+Report = Callable[[Progress], bool | None]
+"""Called by a job with its progress. If it returns False, the job should end early."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunnerOptions:
+    """Options of a runner.
+
+    Attributes:
+        address: Address of the cluster to join; None: the one of the environment variables, or a new one on this machine.
+        processors: Processors of each job; None: the runner's default.
+        memory: [B] of memory of each job; None: as estimated for the job.
+    """
+
+    address: str | None = None
+    processors: int | None = None
+    memory: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """A call that may happen in another process or on another machine.
+
+    If the process or machine fails, the runner calls the function again with the same arguments. The function must
+    therefore continue what the first call has begun.
+
+    Attributes:
+        name: Name in progress reports and errors: ``"seed 3"``.
+        function: ``"module:function"``. It is called with the arguments and with ``report``, a :data:`Report`.
+        arguments: Keyword arguments that can be pickled. Paths must be absolute.
+        memory: [B] of memory that the job is expected to need.
+    """
+
+    name: str
+    function: str
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+    memory: int = 0
+
+    def call(self, report: Report) -> Any:
+        """Run the job in this process and return its result."""
+        module, _, name = self.function.partition(":")
+        return getattr(import_module(module), name)(**self.arguments, report=report)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """The result of a job, or the error that ended it.
+
+    Attributes:
+        index: Position of the job in the sequence of jobs.
+        job: The job.
+        result: Return value of the function; None if it failed.
+        error: Exception that ended the job; None if it succeeded.
+    """
+
+    index: int
+    job: Job
+    result: Any = None
+    error: Exception | None = None
+
+
+class Runner(ABC):
+    """Base class of runners.
+
+    Args:
+        options: Options; a runner raises ConfigurationError for one that it does not support.
+    """
+
+    name: ClassVar[str]
+
+    def __init__(self, options: RunnerOptions) -> None:
+        self.options = options
+
+    @abstractmethod
+    def run(
+        self, jobs: Sequence[Job], folder: Path, on_progress: Callable[[int, Progress], None] | None = None
+    ) -> Iterator[Outcome]:
+        """Run jobs and yield each outcome as soon as it is known.
+
+        A job that fails does not stop the others. Closing the iterator stops the jobs that are still running.
+
+        Args:
+            jobs: The jobs.
+            folder: Existing folder below which the jobs write. All machines must see it under the same path.
+            on_progress: Called with the index of a job and its progress.
+
+        Raises:
+            ConfigurationError: The jobs cannot run: a machine lacks something that they need.
+        """
+
+    @abstractmethod
+    def tune(
+        self,
+        search: Search,
+        on_trial: Callable[[StudyResult, TrialResult], None] | None = None,
+        on_progress: Callable[[int, int, Progress], None] | None = None,
+    ) -> StudyResult:
+        """Search for settings; see :func:`frobs_train.tune`."""
+
+
+def raise_failures(outcomes: Sequence[Outcome]) -> None:
+    """Raise JobsError if a job failed."""
+    failed = [(outcome.job.name, outcome.error) for outcome in outcomes if outcome.error is not None]
+    if failed:
+        raise JobsError(failed, len(outcomes)) from failed[0][1]
+
+
+def runner_names() -> list[str]:
+    """Return the names of all installed runners, the local one first."""
+    return [LOCAL, *sorted(entry.name for entry in entry_points(group=GROUP))]
+
+
+def load_runner(name: str, options: RunnerOptions | None = None) -> Runner:
+    """Return a runner.
+
+    Args:
+        name: ``"local"``, or the name of an installed runner.
+        options: Options of the runner.
+
+    Raises:
+        UnknownNameError: No installed runner has this name.
+        ConfigurationError: The runner does not support an option, or cannot be imported.
+    """
+    options = options or RunnerOptions()
+    if name == LOCAL:
+        from frobs_train.runners.local import LocalRunner
+
+        return LocalRunner(options)
+    found = [entry for entry in entry_points(group=GROUP) if entry.name == name]
+    if not found:
+        hint = "pip install frobs-ray" if name == "ray" else ""
+        raise UnknownNameError("runner", name, runner_names(), hint)
+    try:
+        cls = found[0].load()
+    except ImportError as error:
+        raise ConfigurationError(
+            f"the runner '{name}' cannot be imported: {error}; install what is missing."
+        ) from error
+    runner: Runner = cls(options)
+    return runner

@@ -1,0 +1,69 @@
+"""Training one configuration with several seeds."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from frobs_core.errors import RunError
+from frobs_train.configuration.config import RunConfig, algorithm_record, resolve_algorithm_config
+from frobs_train.runners.jobs import training_job
+from frobs_train.runners.runner import Outcome, Runner
+from frobs_train.runs.existing import settle_existing
+from frobs_train.runs.run import default_run_dir
+from frobs_train.training.monitor import Progress
+from frobs_train.training.session import check_environment
+
+
+def seed_folders(config: RunConfig, seeds: Sequence[int], run_dir: Path | None = None) -> dict[int, Path]:
+    """Return the run folder of each seed: ``DIR/seed3``, or the usual one if no folder is given."""
+    configs = [config.model_copy(update={"seed": seed}) for seed in seeds]
+    return {
+        seed: default_run_dir(each) if run_dir is None else run_dir / f"seed{seed}"
+        for seed, each in zip(seeds, configs, strict=True)
+    }
+
+
+def train_seeds(
+    config: RunConfig,
+    seeds: Sequence[int],
+    runner: Runner,
+    run_dir: Path | None = None,
+    on_progress: Callable[[int, Progress], None] | None = None,
+    *,
+    on_existing: str = "error",
+) -> Iterator[Outcome]:
+    """Train a configuration with several seeds.
+
+    Args:
+        config: See :func:`frobs_train.resolve_config`; its seed is ignored.
+        seeds: The seeds, each in [0, 2³²).
+        runner: Where the seeds are trained.
+        run_dir: Folder for the run folders ``seed0``, ``seed1``, …; None: ``runs/<ID>/<algorithm>_seed<seed>``.
+        on_progress: Called with the index of a seed and its progress.
+        on_existing: What to do with run folders that exist; see :func:`frobs_train.train`. With ``"resume"``, seeds that
+            are complete are not trained again.
+
+    Yields:
+        The outcome of each seed as soon as it is known; the result is described in
+        :func:`frobs_train.runners.jobs.training_job`.
+
+    Raises:
+        RunExistsError: A run folder exists.
+        ConfigurationError: The configuration cannot be used, or the runner cannot run the jobs.
+    """
+    settings = resolve_algorithm_config(algorithm_record(config.algorithm), config.algorithm_config)
+    config = config.model_copy(update={"algorithm_config": settings})
+    folders = {seed: settle_existing(path, on_existing) for seed, path in seed_folders(config, seeds, run_dir).items()}
+    check_environment(config)
+    if on_existing == "overwrite":
+        for path in folders.values():
+            shutil.rmtree(path, ignore_errors=True)
+    root = next(iter(folders.values())).absolute().parent
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RunError(f"the folder {root} cannot be made: {error.strerror}; choose another with --run-dir.") from error
+    jobs = [training_job(config.model_copy(update={"seed": seed}), path) for seed, path in folders.items()]
+    yield from runner.run(jobs, root, on_progress)
