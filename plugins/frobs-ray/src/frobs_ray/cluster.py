@@ -1,0 +1,134 @@
+"""Connecting to a Ray cluster, or starting one on this machine."""
+
+from __future__ import annotations
+
+import logging
+import os
+import secrets
+import signal
+import socket
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from importlib import import_module
+from typing import Any
+
+import ray
+from ray.exceptions import AuthenticationError, RaySystemError, RpcError
+
+from frobs_ray.errors import ClusterConnectionError
+
+LOOPBACK = "127.0.0.1"
+OBJECT_STORE = 512 * 2**20
+"""Shared memory of a cluster on this machine [bytes]; it is allocated when it is used, and excess data go to disk."""
+
+_ALWAYS = {
+    "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0",  # Ray's new behavior; without the variable Ray prints a warning
+    "RAY_ENABLE_UV_RUN_RUNTIME_ENV": "0",  # workers use this environment and do not copy the working folder
+}
+# Ray listens on every network interface. A token of this process protects a cluster on this machine; without it Ray would
+# write one into the user's home.
+_LOCAL = {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32), "RAY_USAGE_STATS_ENABLED": "0"}
+_TIMEOUT = 10.0  # [s] for the first connection to a head node
+
+
+@contextmanager
+def connect(address: str | None = None, num_cpus: int | None = None) -> Iterator[None]:
+    """Connect this process to a Ray cluster while the ``with`` block runs.
+
+    If this process is already connected, the existing connection is used and stays open afterwards. Ray prints nothing,
+    and the handlers of Ctrl-C and SIGTERM stay the caller's.
+
+    Args:
+        address: ``"host:port"`` of the head node, or ``"auto"``: the cluster that runs on this machine. None: start a
+            cluster on this machine that ends with the block.
+        num_cpus: Processors of a cluster that is started here; None: those of this machine. Ignored with an address.
+
+    Raises:
+        ClusterConnectionError: No cluster answers at the address, or Ray cannot start.
+    """
+    if ray.is_initialized():
+        yield
+        return
+    if address is not None and address != "auto":
+        _check_address(address)
+    arguments: dict[str, Any] = {"address": address}
+    if address is None:
+        arguments = {
+            "address": "local",
+            "num_cpus": num_cpus,
+            "include_dashboard": False,
+            "object_store_memory": OBJECT_STORE,
+            "_node_ip_address": LOOPBACK,
+        }
+    with ExitStack() as stack:
+        stack.callback(_read_authentication)  # once the variables are as they were
+        stack.enter_context(_variables(_ALWAYS if address else _ALWAYS | _LOCAL))
+        stack.enter_context(_quiet())
+        _read_authentication()
+        with _handlers_kept():
+            try:
+                ray.init(logging_level=logging.ERROR, log_to_driver=False, configure_logging=False, **arguments)
+            except (OSError, RuntimeError, ValueError, AuthenticationError, RaySystemError, RpcError) as error:
+                raise ClusterConnectionError(address, f"{error}") from error
+        try:
+            yield
+        finally:
+            with _handlers_kept():
+                ray.shutdown()
+
+
+def _check_address(address: str) -> None:
+    """Raise ClusterConnectionError unless something listens at ``host:port``; Ray itself would retry for a minute."""
+    host, _, port = address.rpartition(":")
+    if "://" in address or not host or not port.isdecimal():
+        raise ClusterConnectionError(address, "the address must be 'host:port' of the head node, or 'auto'")
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), _TIMEOUT).close()
+    except (OSError, OverflowError) as error:
+        raise ClusterConnectionError(address, f"{error}") from error
+
+
+@contextmanager
+def _variables(values: Mapping[str, str]) -> Iterator[None]:
+    """Set environment variables that the user has not set, and remove them at the end."""
+    added = [name for name in values if name not in os.environ]
+    set_by_ray = [name for name in ("PYTHONBREAKPOINT",) if name not in os.environ]
+    os.environ.update({name: values[name] for name in added})
+    try:
+        yield
+    finally:
+        for name in (*added, *set_by_ray):
+            os.environ.pop(name, None)
+
+
+def _read_authentication() -> None:
+    """Let Ray read its authentication mode and token from the environment again; it does so only once by itself."""
+    compiled: Any = import_module("ray._raylet")
+    compiled.Config.initialize("")
+    compiled.AuthenticationTokenLoader.instance().reset_cache()
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Suppress Ray's messages below errors in this process."""
+    logger = logging.getLogger("ray")
+    before = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        logger.setLevel(before)
+
+
+@contextmanager
+def _handlers_kept() -> Iterator[None]:
+    """Keep the handler of SIGTERM, which Ray replaces."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # Ray cannot replace it either
+        return
+    before = signal.getsignal(signal.SIGTERM)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
