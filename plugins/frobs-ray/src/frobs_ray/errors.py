@@ -1,14 +1,20 @@
 """Errors of this distribution.
 
     ConfigurationError
-    └── ClusterConnectionError  no Ray cluster answers, or none can be started
+    ├── ClusterConnectionError  no Ray cluster answers, or none can be started
+    ├── ClusterResourcesError   no node is large enough for a job
+    └── NodesDifferError        nodes lack a version, a plugin or the shared folder
+    RunError
+    └── RemoteJobError          a job failed on its node
 
 Each takes the objects it is about, keeps them as fields, and writes its own text.
 """
 
 from __future__ import annotations
 
-from frobs_core.errors import ConfigurationError
+from collections.abc import Mapping, Sequence
+
+from frobs_core.errors import ConfigurationError, RunError
 
 
 class ClusterConnectionError(ConfigurationError):
@@ -30,3 +36,57 @@ class ClusterConnectionError(ConfigurationError):
                 "--head', check the address with 'ray status', or omit the address to use this machine only."
             )
         super().__init__(text)
+
+
+class ClusterResourcesError(ConfigurationError):
+    """No node of the cluster is large enough for one job.
+
+    Args:
+        processors: Number of processors of a job.
+        memory: [B] of memory of a job.
+        nodes: Resources of each node, as Ray reports them.
+    """
+
+    def __init__(self, processors: int, memory: int, nodes: Sequence[Mapping[str, float]]) -> None:
+        self.processors = processors
+        self.memory = memory
+        self.nodes = tuple(nodes)
+        most = max((node.get("CPU", 0) for node in nodes), default=0)
+        largest = max((node.get("memory", 0) for node in nodes), default=0)
+        super().__init__(
+            f"a job needs {processors} processor{'s' if processors > 1 else ''} and {memory / 1e9:.1f} GB of memory, but the "
+            f"largest node has {most:.0f} and {largest / 1e9:.1f} GB; lower --cpus or --memory, use a smaller "
+            "algorithm_config.buffer_size, or add a larger node."
+        )
+
+
+class NodesDifferError(ConfigurationError):
+    """Nodes of the cluster cannot run the jobs as this machine would.
+
+    Args:
+        problems: One line for each problem, by address of the node.
+    """
+
+    def __init__(self, problems: Mapping[str, Sequence[str]]) -> None:
+        self.problems = {address: tuple(lines) for address, lines in problems.items()}
+        found = "\n".join(f"  {address}: {'; '.join(lines)}" for address, lines in problems.items())
+        super().__init__(
+            f"these nodes of the cluster cannot run the jobs:\n{found}\nInstall the same versions of Python, FRobs and its "
+            "plugins on every node, and use a folder that all nodes share under the same path."
+        )
+
+
+class RemoteJobError(RunError):
+    """A job failed on its node.
+
+    Args:
+        name: Name of the job.
+        message: Message of the error there.
+        trace: Its traceback; empty if there is none.
+    """
+
+    def __init__(self, name: str, message: str, trace: str) -> None:
+        self.name = name
+        self.message = message
+        self.trace = trace
+        super().__init__(message)

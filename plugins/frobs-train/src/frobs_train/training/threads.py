@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from frobs_core import registry
 from frobs_core.validation import whole_number
 from frobs_train.configuration.config import RunConfig
+
+
+_most: int | None = None  # processors that a runner allows
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,8 +41,24 @@ class Threads:
         return asdict(self)
 
 
+@contextmanager
+def processors_limited_to(count: int) -> Iterator[None]:
+    """Let this process believe that it may use at most so many processors, because jobs run side by side."""
+    global _most
+    before, _most = _most, count
+    try:
+        yield
+    finally:
+        _most = before
+
+
 def usable_processors() -> int:
-    """Return how many processors this process may use: of a container or batch job, its share."""
+    """Return how many processors this process may use: its share of a container, batch job or runner."""
+    found = _affinity()
+    return found if _most is None else min(found, _most)
+
+
+def _affinity() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -83,21 +83,85 @@ class Search:
         return resolve_config(self.environment, file=self.file, flags=self.flags, settings=[*self.settings, *more])
 
 
+class Session:
+    """An open study: it draws settings and records results. Several processes may have the same study open.
+
+    Args:
+        search: What is searched, and how.
+
+    Attributes:
+        search: The same.
+        base: The configuration that all trials share.
+        space: The search space.
+        folder: Folder of the study.
+        study: The study of Optuna.
+
+    Raises:
+        RunError: Optuna is not installed, or the folder holds the trials of another study.
+        UnknownNameError: No such environment ID or algorithm.
+        ConfigurationError: A setting, the search space, the storage or a number cannot be used.
+    """
+
+    def __init__(self, search: Search) -> None:
+        for name, value in (("trials", search.trials), ("seeds", search.seeds), ("episodes", search.episodes)):
+            whole_number(name, value, 1)
+        self.search = search
+        self.base = search.resolve()
+        self.space = _space(search, self.base)
+        check_environment(self.base)
+        identifier = f"{self.base.environment.rpartition(':')[2]}/{self.base.algorithm}"
+        self.folder = Path(search.folder) if search.folder is not None else Path("studies") / identifier
+        self._storage = search.storage or f"sqlite:///{(self.folder / 'study.db').resolve()}"
+        if search.storage is None:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        self.study = open_study(search.name or identifier, self._storage, search.sampler, search.pruner, search.seeds)
+        trials = self.folder / "trials"
+        if trials.exists() and not self.study.get_trials(deepcopy=False):  # in this order: other processes may add some
+            raise RunError(
+                f"{self.folder} holds trials, but the study has none; choose another --study-dir, or remove the folder."
+            )
+        hold_together(
+            self.study,
+            {
+                "configuration": self.base.model_copy(update={"seed": None}).model_dump(mode="json"),
+                "search space": {key: dimension.model_dump(mode="json") for key, dimension in self.space.items()},
+                "number of seeds": [self.base.seed or 0, search.seeds],
+                "metric": search.metric,
+            },
+        )
+
+    @property
+    def finished(self) -> int:
+        """Number of trials that count: not those that are running or were interrupted."""
+        return sum(result.state != "running" and result.error != "interrupted" for result in results(self.study))
+
+    def draw(self, trial: optuna.Trial) -> dict[str, Any]:
+        """Draw the settings of a trial and record them."""
+        chosen = {key: dimension.draw(trial, key) for key, dimension in self.space.items()}
+        trial.set_user_attr("settings", chosen)
+        paths = run_folders(self.search, self.base, self.folder, trial.number)
+        trial.set_user_attr("runs", [str(path) for path in paths.values()])
+        return chosen
+
+    def result(self) -> StudyResult:
+        """Return what the study has found so far, and write ``best.yaml``."""
+        return _result(self.study, self.search, self._storage, self.folder)
+
+
 def tune(
     search: Search,
     on_trial: Callable[[StudyResult, TrialResult], None] | None = None,
     on_progress: Callable[[int, int, Progress], None] | None = None,
 ) -> StudyResult:
-    """Search until the study has its number of trials; a study that is there is continued.
+    """Search until the study has its number of trials. An existing study is continued.
 
-    Several processes may do the same at once on one storage; each then ends the trial that it has begun, so that there
-    may be a few more. A trial that fails is recorded, and does not end the study; nor does it count among the trials
-    when Ctrl-C ended it.
+    Several processes may work on one study at once. Each finishes the trial that it has begun, so there may be a few more
+    trials than requested. A trial that fails is recorded and does not end the study. Trials that Ctrl-C ended do not count.
 
     Args:
         search: What is searched, and how.
         on_trial: Called after each trial of this process.
-        on_progress: Called during one, with its number, the index of its seed and the progress of that run.
+        on_progress: Called during a trial with its number, the index of its seed and the progress of that run.
 
     Returns:
         What the study has found, in all processes.
@@ -107,117 +171,109 @@ def tune(
         UnknownNameError: No such environment ID or algorithm.
         ConfigurationError: A setting, the search space, the storage or a number cannot be used.
     """
-    for name, value in (("trials", search.trials), ("seeds", search.seeds), ("episodes", search.episodes)):
-        whole_number(name, value, 1)
-    base = search.resolve()
-    space = _space(search, base)
-    check_environment(base)
-    identifier = f"{base.environment.rpartition(':')[2]}/{base.algorithm}"
-    folder = Path(search.folder) if search.folder is not None else Path("studies") / identifier
-    storage = search.storage or f"sqlite:///{(folder / 'study.db').resolve()}"
-    if search.storage is None:
-        folder.mkdir(parents=True, exist_ok=True)
-    study = open_study(search.name or identifier, storage, search.sampler, search.pruner, search.seeds)
-    if (folder / "trials").exists() and not study.get_trials(deepcopy=False):  # in this order: others work, too
-        raise RunError(f"{folder} holds trials, and the study none; choose another --study-dir, or remove the folder.")
-    hold_together(
-        study,
-        {
-            "configuration": base.model_copy(update={"seed": None}).model_dump(mode="json"),
-            "search space": {key: dimension.model_dump(mode="json") for key, dimension in space.items()},
-            "number of seeds": [base.seed or 0, search.seeds],
-            "metric": search.metric,
-        },
-    )
-
-    def found() -> StudyResult:
-        return _result(study, search, storage, folder)
+    session = Session(search)
 
     def after(study: optuna.Study, trial: optuna.trial.FrozenTrial) -> None:
-        result = found()
         if on_trial is not None:
-            on_trial(result, to_result(trial))
-        if _finished(study) >= search.trials:
+            on_trial(session.result(), to_result(trial))
+        if session.finished >= search.trials:
             study.stop()
 
-    if _finished(study) < search.trials:
-        objective = _Objective(search, base, space, folder, on_progress)
-        with quiet():
-            study.optimize(objective, callbacks=[after], catch=(Exception,))
-    return found()
-
-
-class _Objective:
-    """Trains and evaluates what a trial chooses."""
-
-    def __init__(
-        self,
-        search: Search,
-        base: RunConfig,
-        space: SearchSpace,
-        folder: Path,
-        on_progress: Callable[[int, int, Progress], None] | None,
-    ) -> None:
-        self._search, self._base, self._space, self._folder = search, base, space, folder
-        self._on_progress = on_progress
-
-    def __call__(self, trial: optuna.Trial) -> float:
+    def objective(trial: optuna.Trial) -> float:
         import optuna
 
-        chosen = {key: dimension.draw(trial, key) for key, dimension in self._space.items()}
-        trial.set_user_attr("settings", chosen)
-        values: list[float] = []
+        def report(step: int, value: float) -> bool:
+            trial.report(value, step)
+            return not trial.should_prune()
+
+        def tell(index: int, progress: Progress) -> None:
+            if on_progress is not None:
+                on_progress(trial.number, index, progress)
+
+        chosen = session.draw(trial)
         try:
-            for index in range(self._search.seeds):
-                values.append(self._run(trial, chosen, index, values))
-        except optuna.TrialPruned:
-            raise
+            value = run_trial(search, session.folder, trial.number, chosen, report, tell)
         except KeyboardInterrupt:
             trial.set_user_attr("error", "interrupted")
             raise
         except Exception as error:
             trial.set_user_attr("error", f"{type(error).__name__}: {error}")
             raise
-        return float(np.mean(values))
+        if value is None:
+            raise optuna.TrialPruned
+        return value
 
-    def _run(self, trial: optuna.Trial, chosen: Mapping[str, Any], index: int, before: Sequence[float]) -> float:
-        import optuna
+    if session.finished < search.trials:
+        with quiet():
+            session.study.optimize(objective, callbacks=[after], catch=(Exception,))
+    return session.result()
 
-        seed = (self._base.seed or 0) + index
-        config = self._search.resolve(chosen).model_copy(update={"seed": seed})
-        path = self._folder / "trials" / f"{trial.number:04d}" / f"seed{seed}"
-        trial.set_user_attr("runs", [*trial.user_attrs.get("runs", ()), str(path)])
+
+def run_folders(search: Search, base: RunConfig, folder: Path, number: int) -> dict[int, Path]:
+    """Return the run folder of each seed of a trial."""
+    first = base.seed or 0
+    return {seed: folder / "trials" / f"{number:04d}" / f"seed{seed}" for seed in range(first, first + search.seeds)}
+
+
+def run_trial(
+    search: Search,
+    folder: Path,
+    number: int,
+    chosen: Mapping[str, Any],
+    report: Callable[[int, float], bool],
+    on_progress: Callable[[int, Progress], None],
+    *,
+    on_existing: str = "error",
+) -> float | None:
+    """Train and evaluate all seeds of a trial.
+
+    Args:
+        search: What is searched, and how.
+        folder: Folder of the study.
+        number: Number of the trial.
+        chosen: Its settings.
+        report: Called with a step that counts the reports, in [0, ``REPORTS`` × seeds], and with the mean of the metric up
+            to this step. If it returns False, the trial ends.
+        on_progress: Called with the index of a seed and the progress of its run.
+        on_existing: What to do with run folders that exist; see :func:`frobs_train.train`.
+
+    Returns:
+        The mean of the metric over the seeds; None if ``report`` ended the trial.
+    """
+    config = search.resolve(chosen)
+    values: list[float] = []
+    for index, (seed, path) in enumerate(run_folders(search, config, folder, number).items()):
         reported, stopped = 0, False
 
-        def watch(progress: Progress) -> bool:
+        def watch(progress: Progress, index: int = index) -> bool:
             nonlocal reported, stopped
-            if self._on_progress is not None:
-                self._on_progress(trial.number, index, progress)
-            value = self._metric(progress.success, progress.reward)
+            on_progress(index, progress)
+            value = _metric(search, progress.success, progress.reward)
             part = REPORTS * progress.steps // progress.total_steps
             if value is None or part <= reported or part >= REPORTS:  # the end is evaluated
                 return True
             reported = part
-            trial.report(float(np.mean([*before, value])), REPORTS * index + part)
-            stopped = trial.should_prune()
+            stopped = not report(REPORTS * index + part, float(np.mean([*values, value])))
             return not stopped
 
-        run = train(config, path, watch)
+        run = train(config.model_copy(update={"seed": seed}), path, watch, on_existing=on_existing)
         if stopped:
-            raise optuna.TrialPruned
-        value = self._final(evaluate(run, self._search.episodes))
-        trial.report(float(np.mean([*before, value])), REPORTS * (index + 1))
-        return value
+            return None
+        values.append(_final(search, evaluate(run, search.episodes)))
+        report(REPORTS * (index + 1), float(np.mean(values)))
+    return float(np.mean(values))
 
-    def _metric(self, success: float | None, reward: float | None) -> float | None:
-        wanted = self._search.metric or ("success" if success is not None else "reward")
-        return success if wanted == "success" else reward
 
-    def _final(self, found: Evaluation) -> float:
-        value = self._metric(found.success_rate, found.mean_reward)
-        if value is None:
-            raise RunError(f"{found.environment} tells no success; search by --metric reward.")
-        return value
+def _metric(search: Search, success: float | None, reward: float | None) -> float | None:
+    wanted = search.metric or ("success" if success is not None else "reward")
+    return success if wanted == "success" else reward
+
+
+def _final(search: Search, found: Evaluation) -> float:
+    value = _metric(search, found.success_rate, found.mean_reward)
+    if value is None:
+        raise RunError(f"{found.environment} reports no success; search with --metric reward.")
+    return value
 
 
 def _space(search: Search, base: RunConfig) -> SearchSpace:
@@ -235,11 +291,6 @@ def _space(search: Search, base: RunConfig) -> SearchSpace:
         except ConfigurationError:
             continue  # a value that another setting may make usable: the trial that chooses it tells
     return space
-
-
-def _finished(study: optuna.Study) -> int:
-    """Return how many trials count: not those that run, nor those that Ctrl-C ended."""
-    return sum(result.state != "running" and result.error != "interrupted" for result in results(study))
 
 
 def _result(study: optuna.Study, search: Search, storage: str, folder: Path) -> StudyResult:

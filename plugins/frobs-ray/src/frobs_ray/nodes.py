@@ -1,0 +1,118 @@
+"""Whether the nodes of a cluster can run the jobs: same versions, same plugins, a shared folder, enough memory."""
+
+from __future__ import annotations
+
+import contextlib
+import platform
+import secrets
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import ray
+from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
+
+from frobs_ray.errors import ClusterResourcesError, NodesDifferError
+from frobs_train import versions
+
+_TIMEOUT = 120  # [s] for a node to import FRobs and its plugins
+
+Versions = Mapping[str, str]
+"""Version of Python, FRobs, each plugin and each library, by name."""
+
+
+def flat_versions() -> dict[str, str]:
+    """Return the versions on this machine that determine the results of a training run."""
+    found: Any = versions()
+    return {
+        "Python": ".".join(platform.python_version_tuple()[:2]),
+        "frobs-core": found["frobs-core"],
+        **found["plugins"],
+        **found["libraries"],
+    }
+
+
+def living_nodes() -> list[dict[str, Any]]:
+    """Return Ray's description of each node that is alive."""
+    return [node for node in ray.nodes() if node["Alive"]]  # type: ignore[no-untyped-call]
+
+
+def check_resources(processors: int, memory: int) -> None:
+    """Check that some node has the processors and the memory [B] of one job.
+
+    Raises:
+        ClusterResourcesError: No node has.
+    """
+    nodes = [node["Resources"] for node in living_nodes()]
+    if not any(node.get("CPU", 0) >= processors and node.get("memory", 0) >= memory for node in nodes):
+        raise ClusterResourcesError(processors, memory, nodes)
+
+
+def check_nodes(folder: Path) -> None:
+    """Check that every node has the same versions as this machine, and sees the folder and can write to it.
+
+    Raises:
+        NodesDifferError: A node differs; the message names each difference.
+    """
+    here = ray.get_runtime_context().get_node_id()
+    with _token(folder) as token:
+        probe = ray.remote(examine_node)
+        asked = {}
+        for node in living_nodes():
+            if node["NodeID"] != here:
+                placed = NodeAffinitySchedulingStrategy(node["NodeID"], soft=False)
+                asked[node["NodeManagerAddress"]] = probe.options(num_cpus=0, scheduling_strategy=placed).remote(token)
+        problems = {}
+        for address, reference in asked.items():
+            try:
+                found, sees_folder = ray.get(reference, timeout=_TIMEOUT)
+            except Exception as error:  # whatever keeps a node from importing FRobs
+                problems[address] = [f"FRobs does not run there: {_last_line(error)}"]
+                continue
+            lines = describe_differences(flat_versions(), found)
+            if not sees_folder:
+                lines.append(f"it cannot write to the folder {folder}")
+            if lines:
+                problems[address] = lines
+    if problems:
+        raise NodesDifferError(problems)
+
+
+def examine_node(token: Path) -> tuple[dict[str, str], bool]:
+    """Return the versions on the node that runs this function, and whether it sees a file and can write next to it."""
+    beside = token.with_name(f"{token.name}-{secrets.token_hex(4)}")
+    try:
+        seen = token.is_file()
+        if seen:
+            beside.touch()
+            beside.unlink()
+    except OSError:
+        seen = False
+    return flat_versions(), seen
+
+
+def describe_differences(here: Versions, there: Versions) -> list[str]:
+    """Return a line for each version on a node that differs from that on this machine."""
+    return [
+        f"{name} is {there[name]} there and {version} here" if name in there else f"{name} {version} is missing there"
+        for name, version in here.items()
+        if there.get(name) != version
+    ]
+
+
+@contextmanager
+def _token(folder: Path) -> Iterator[Path]:
+    """Create a file in a folder that other nodes can look for."""
+    path = folder.absolute() / f".frobs-{secrets.token_hex(8)}"
+    path.touch()
+    try:
+        yield path
+    finally:
+        with contextlib.suppress(OSError):
+            path.unlink()
+
+
+def _last_line(error: Exception) -> str:
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    return lines[-1] if lines else type(error).__name__
