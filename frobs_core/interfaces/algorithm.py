@@ -11,7 +11,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core.arrays import Action, Mask
-from frobs_core.errors import PolicyExportError
+from frobs_core.errors import ConfigurationError, PolicyExportError
 from frobs_core.observation import Observation
 
 
@@ -157,6 +157,27 @@ class Algorithm(ABC):
             CheckpointError: A file is missing or damaged.
             UntrustedFileError: A file could only be opened by executing it.
         """
+
+    @classmethod
+    def load_with(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any]) -> Self:
+        """Read what :meth:`save` wrote, and continue with other settings. Population-based training needs it.
+
+        Optional. An algorithm that supports it can continue with another learning rate, discount, batch size and the like.
+
+        Args:
+            folder: The folder.
+            env: The environment.
+            config: The new settings, complete.
+
+        Raises:
+            ConfigurationError: A setting cannot change, because the networks or buffers depend on it, or the algorithm
+                does not support changes.
+            CheckpointError: A file is missing or damaged.
+        """
+        raise ConfigurationError(
+            f"the algorithm {cls.__name__} cannot change its settings during training, because it has no load_with; "
+            "search with another --pruner."
+        )
 
     def export_onnx(self) -> bytes:
         """Return the deterministic policy as an ONNX graph, from the raw observation to the action that is taken.

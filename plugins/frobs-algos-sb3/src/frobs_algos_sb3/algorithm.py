@@ -24,12 +24,18 @@ from frobs_algos_sb3.features import ScaledFlattenExtractor
 from frobs_algos_sb3.spaces import space_from_json, space_to_json
 from frobs_algos_sb3.vec_env import NoEnvironment, VectorEnvAdapter
 from frobs_core.arrays import Action, Mask
-from frobs_core.errors import CheckpointError, IncompatibleSpaceError, ModelMismatchError, RunError
+from frobs_core.errors import CheckpointError, ConfigurationError, IncompatibleSpaceError, ModelMismatchError, RunError
 from frobs_core.interfaces import Algorithm, Observation, TrainingMonitor
 from frobs_core.validation import validate
 
 if TYPE_CHECKING:
     from frobs_algos_sb3.onnx_policy import PolicyGraph
+
+_FIXED = (
+    *("policy_kwargs", "scale_observation", "normalize_observation", "normalize_reward", "use_sde"),
+    *("buffer_size", "replay_buffer", "optimize_memory_usage", "n_steps"),
+)
+"""Settings on which networks, optimizers or buffers depend, so that they cannot change during training."""
 
 FORMAT = 2
 """Of the files that :meth:`SB3Algorithm.save` writes."""
@@ -166,6 +172,17 @@ class SB3Algorithm(Algorithm):
     @classmethod
     def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
         """Read what :meth:`save` wrote; with an environment, to train on from there."""
+        return cls._load(folder, env, None)
+
+    @classmethod
+    def load_with(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any]) -> Self:
+        """Read what :meth:`save` wrote, and continue with other settings; the networks must stay the same."""
+        return cls._load(folder, env, config)
+
+    @classmethod
+    def _load(
+        cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None, config: Mapping[str, Any] | None
+    ) -> Self:
         saved = storage.read_json(folder / "algorithm.json")
         if saved.get("format") != FORMAT or saved.get("algorithm") != cls.name:
             raise CheckpointError(
@@ -174,7 +191,9 @@ class SB3Algorithm(Algorithm):
             )
         algorithm = cls.__new__(cls)
         try:
-            settings = cls._settings(saved["config"])
+            settings = cls._settings(saved["config"] if config is None else config)
+            if config is not None:
+                _check_fixed(cls._settings(saved["config"]), settings)
             detached = NoEnvironment(
                 saved["num_envs"], space_from_json(saved["observation_space"]), space_from_json(saved["action_space"])
             )
@@ -341,6 +360,16 @@ def _suggested_scale(env: gym.vector.VectorEnv[Any, Any, Any]) -> list[float] | 
     if scale is None or np.shape(scale) != env.single_observation_space.shape:
         return None
     return [float(factor) for factor in scale]
+
+
+def _check_fixed(before: SB3Config, after: SB3Config) -> None:
+    for name in _FIXED:
+        old, new = getattr(before, name, None), getattr(after, name, None)
+        if old != new:
+            raise ConfigurationError(
+                f"algorithm_config.{name} cannot change from {old} to {new} during training, because networks or buffers "
+                "depend on it; start a new run."
+            )
 
 
 def _check_same_spaces(saved: gym.vector.VectorEnv[Any, Any, Any], env: gym.vector.VectorEnv[Any, Any, Any]) -> None:

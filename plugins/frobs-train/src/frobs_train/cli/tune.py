@@ -14,9 +14,11 @@ from frobs_cli.formats import duration
 from frobs_cli.options import Algorithm, Base, Controller, EnvId, Json, NumEnvs, Robot, Simulator, Tcp
 from frobs_cli.output import console, only_json, print_json, print_note, print_table
 from frobs_train.cli.compare import Metric
+from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
 
 if TYPE_CHECKING:
     from frobs_train import Progress, Search, StudyResult, TrialResult
+    from frobs_train.runners.runner import Runner
 
 _SHOWN = 10
 """Trials in the table."""
@@ -36,6 +38,7 @@ class Pruner(StrEnum):
     median = "median"
     halving = "halving"
     hyperband = "hyperband"
+    population = "population"
     none = "none"
 
 
@@ -88,7 +91,17 @@ def tune(
         typer.Option(show_default="success if the environment reports it, else reward", help="Metric to maximize."),
     ] = None,
     sampler: Annotated[Sampler, typer.Option(help="Method that chooses the settings of each trial.")] = Sampler.tpe,
-    pruner: Annotated[Pruner, typer.Option(help="Method that stops unpromising trials early.")] = Pruner.median,
+    pruner: Annotated[
+        Pruner,
+        typer.Option(
+            help="Method that stops unpromising trials early. population replaces them by variants of better ones; it "
+            "requires --runner ray."
+        ),
+    ] = Pruner.median,
+    runner: RunnerName = "local",
+    ray_address: RayAddress = None,
+    cpus: JobCpus = None,
+    memory: JobMemory = None,
     study_dir: Annotated[
         Path | None,
         typer.Option(metavar="DIR", show_default="studies/ID/ALGORITHM", help="Folder for the runs and best.yaml."),
@@ -123,6 +136,7 @@ def tune(
 
     Example:
         $ frobs tune frobs/Irb120Reach-v0 --trials 50 --steps 100_000
+        $ frobs tune frobs/Irb120Reach-v0 --trials 50 --runner ray --pruner halving
         $ frobs tune CartPole-v1 --trials 20 --steps 20_000 --seeds 3 --space space.yaml
         $ frobs train frobs/Irb120Reach-v0 --config studies/frobs/Irb120Reach-v0/ppo/best.yaml
     """
@@ -130,7 +144,6 @@ def tune(
 
     find_spec(env_id)
     from frobs_train import Search
-    from frobs_train import tune as search_settings
 
     flags = {
         "algorithm": algorithm,
@@ -159,9 +172,10 @@ def tune(
         sampler=sampler.value,
         pruner=pruner.value,
     )
+    chosen = open_runner(runner, ray_address, cpus, memory)
     with only_json(json):
         try:
-            found = _watched(search, search_settings)
+            found = _watched(search, chosen)
         except KeyboardInterrupt:
             raise KeyboardInterrupt("run the same command again to continue the study") from None
     if json:
@@ -170,7 +184,7 @@ def tune(
         _print(found, env_id)
 
 
-def _watched(search: Search, search_settings: Any) -> StudyResult:
+def _watched(search: Search, runner: Runner) -> StudyResult:
     """Search, with a line on stderr for each trial and a status in a terminal."""
     with console(stderr=True).status("preparing") as status:
 
@@ -182,8 +196,7 @@ def _watched(search: Search, search_settings: Any) -> StudyResult:
             print_note(_line(found, trial))
             status.update("choosing settings")
 
-        result: StudyResult = search_settings(search, on_trial, on_progress)
-    return result
+        return runner.tune(search, on_trial, on_progress)
 
 
 def _line(found: StudyResult, trial: TrialResult) -> str:

@@ -116,6 +116,11 @@ class Run:
         return run
 
     @property
+    def has_new_algorithm_settings(self) -> bool:
+        """Whether settings of the algorithm have changed since the run began, as population-based training does."""
+        return any(key.startswith("algorithm_config.") for change in self.changes for key in change["settings"])
+
+    @property
     def seeds(self) -> RunSeeds:
         """The seeds that the run's seed was spread into."""
         assert self.config.seed is not None

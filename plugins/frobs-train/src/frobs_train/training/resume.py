@@ -135,7 +135,11 @@ def _continue(
         else:
             restored = _restore(run, recorder, checkpoint)
             episodes.restore(read_state(checkpoint.path)[1])
-            algorithm = record.load().load(checkpoint.path / "algorithm", recorder)
+            folder, cls = checkpoint.path / "algorithm", record.load()
+            if run.has_new_algorithm_settings:
+                algorithm = cls.load_with(folder, recorder, run.config.algorithm_config)
+            else:
+                algorithm = cls.load(folder, recorder)
             if not restored:
                 algorithm.forget_episodes()
         steps = 0 if state is None else state.steps

@@ -12,7 +12,6 @@ from frobs_core import registry
 from frobs_core.validation import whole_number
 from frobs_train.configuration.config import RunConfig
 
-
 _most: int | None = None  # processors that a runner allows
 
 

@@ -8,6 +8,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from frobs_core.errors import ConfigFileError, ConfigurationError, MissingSettingError
@@ -71,6 +72,40 @@ class Dimension(BaseModel):
             step = 1 if self.step is None else int(self.step)
             return self._prefixed(trial.suggest_int(key, int(self.low), int(self.high), step=step, log=self.log))
         return self._prefixed(trial.suggest_float(key, self.low, self.high, step=self.step, log=self.log))
+
+    def sample(self, rng: np.random.Generator) -> Any:
+        """Return a random value."""
+        if self.type == "choice":
+            assert self.choices is not None
+            return self.choices[int(rng.integers(len(self.choices)))]
+        assert self.low is not None
+        assert self.high is not None
+        if self.log:
+            return self._bounded(float(np.exp(rng.uniform(np.log(self.low), np.log(self.high)))))
+        return self._bounded(float(rng.uniform(self.low, self.high)))
+
+    def vary(self, value: Any, rng: np.random.Generator) -> Any:
+        """Return a value near another one: a neighboring choice, or a number that is a fifth smaller or larger."""
+        if self.type == "choice":
+            assert self.choices is not None
+            at = self.choices.index(value) + int(rng.choice([-1, 1]))
+            return self.choices[min(max(at, 0), len(self.choices) - 1)]
+        assert self.low is not None
+        assert self.high is not None
+        old = float(str(value).removeprefix(self.prefix))
+        new = old * float(rng.choice([0.8, 1.2]))
+        if self.type == "int":
+            new = old + max(1.0, abs(new - old)) * (1 if new > old else -1)
+        return self._bounded(new)
+
+    def _bounded(self, value: float) -> Any:
+        """Return the nearest number of this dimension, as settings contain it."""
+        assert self.low is not None
+        assert self.high is not None
+        if self.step is not None:
+            value = self.low + round((value - self.low) / self.step) * self.step
+        value = min(max(value, self.low), self.high)
+        return self._prefixed(round(value) if self.type == "int" else value)
 
     @property
     def example(self) -> Any:

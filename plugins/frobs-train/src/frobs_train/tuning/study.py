@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 SAMPLERS = ("tpe", "gp", "random")
 """How settings are chosen: by a tree of Parzen estimators, by a Gaussian process, or blindly."""
 
-PRUNERS = ("median", "halving", "hyperband", "none")
-"""How trials that promise little are ended: below the median, by successive halving, by Hyperband, or not."""
+PRUNERS = ("median", "halving", "hyperband", "population", "none")
+"""How unpromising trials are stopped: below the median, by successive halving, by Hyperband, not at all, or, with
+``population``, replaced by variants of better trials, which only a runner on a cluster supports."""
 
 REPORTS = 20
 """Reports of a run to the pruner, evenly over its steps."""

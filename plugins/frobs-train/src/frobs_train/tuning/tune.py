@@ -54,7 +54,8 @@ class Search:
         episodes: Of the evaluation at the end of each run.
         metric: ``"success"`` or ``"reward"``; None: success where the environment tells it.
         sampler: How settings are chosen: ``tpe``, ``gp`` or ``random``.
-        pruner: How trials that promise little are ended: ``median``, ``halving``, ``hyperband`` or ``none``.
+        pruner: How unpromising trials are stopped: ``median``, ``halving``, ``hyperband`` or ``none``; with the runner
+            ``ray`` also ``population``, which replaces them by variants of better ones.
     """
 
     environment: str | None = None
@@ -171,6 +172,10 @@ def tune(
         UnknownNameError: No such environment ID or algorithm.
         ConfigurationError: A setting, the search space, the storage or a number cannot be used.
     """
+    if search.pruner == "population":
+        raise ConfigurationError(
+            "population-based training runs its trials side by side; add --runner ray, or choose another --pruner."
+        )
     session = Session(search)
 
     def after(study: optuna.Study, trial: optuna.trial.FrozenTrial) -> None:

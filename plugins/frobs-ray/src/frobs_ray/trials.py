@@ -1,0 +1,125 @@
+"""A trial on a node of the cluster."""
+
+from __future__ import annotations
+
+import json
+import logging
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from ray import tune
+from ray.actor import ActorHandle
+
+from frobs_ray.mailbox import Sender
+from frobs_ray.nodes import Versions, describe_differences, flat_versions
+from frobs_train.runs.fork import copy_run, fork_run
+from frobs_train.runs.run import is_run
+from frobs_train.training.monitor import Progress
+from frobs_train.training.threads import processors_limited_to
+from frobs_train.tuning.study import REPORTS
+from frobs_train.tuning.tune import Search, run_folders, run_trial
+
+_OWNER = "trial.json"
+"""File in a checkpoint of Ray: which trial wrote it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Place:
+    """What all trials of a search share.
+
+    Attributes:
+        search: What is searched, and how.
+        folder: Folder of the study, absolute.
+        mailbox: Receives the progress.
+        processors: Number of processors of a trial.
+        expected: Versions of the machine that began the search.
+    """
+
+    search: Search
+    folder: Path
+    mailbox: ActorHandle[Any]
+    processors: int
+    expected: Versions
+
+
+def run_trial_on_ray(config: Mapping[str, Any], place: Place) -> None:
+    """Run a trial, and report its metric to Ray Tune.
+
+    If the process or node died before, the run folder is continued. Exceptions are reported as ``error``, because Ray
+    would start the trial again.
+
+    Args:
+        config: ``number`` and ``settings``.
+        place: What all trials share.
+    """
+    logging.getLogger("frobs").setLevel(logging.ERROR)  # notices of a continued run: the command reports its progress
+    number, settings = int(tune.get_context().get_trial_name()), dict(config["settings"])
+    differences = describe_differences(place.expected, flat_versions())
+    if differences:
+        tune.report({"error": f"its node differs from the machine of this command: {'; '.join(differences)}."})
+        return
+    search, sender = place.search, Sender(place.mailbox)
+    population = search.pruner == "population"
+    try:
+        if population:
+            search = frequent_checkpoints(search)
+            _take_over(search, place.folder, number, settings)
+
+        def report(step: int, value: float) -> bool:
+            metrics = {"step": step, "value": value, "settings": settings}
+            if not population:
+                tune.report(metrics)
+                return True
+            with tempfile.TemporaryDirectory() as folder:
+                tune.report(metrics, checkpoint=_checkpoint(Path(folder), search, place.folder, number, settings))
+            return True
+
+        def tell(index: int, progress: Progress) -> None:
+            sender.send((number, index), progress)
+
+        with processors_limited_to(place.processors):
+            run_trial(search, place.folder, number, settings, report, tell, on_existing="resume")
+    except Exception as error:
+        tune.report({"error": f"{type(error).__name__}: {error}"})
+
+
+def frequent_checkpoints(search: Search) -> Search:
+    """Return a search whose runs write a checkpoint for each report, so that other trials can continue from it."""
+    every = max(1, search.resolve().steps // REPORTS)
+    return replace(search, settings=(*search.settings, f"checkpoint_every={every}"))
+
+
+def _checkpoint(
+    folder: Path, search: Search, study: Path, number: int, settings: Mapping[str, Any]
+) -> tune.Checkpoint | None:
+    """Copy the run of a trial, so that another trial can continue it; None if it has no checkpoint yet."""
+    path = _run_folder(search, study, number, settings)
+    if not any((path / "checkpoints").glob("step_*")):
+        return None
+    copy_run(path, folder / "run")
+    (folder / _OWNER).write_text(json.dumps({"number": number, "settings": settings}), "utf-8")
+    found: Any = tune.Checkpoint.from_directory(folder)  # its type hint names the base class
+    checkpoint: tune.Checkpoint = found
+    return checkpoint
+
+
+def _take_over(search: Search, study: Path, number: int, settings: Mapping[str, Any]) -> None:
+    """Continue from the run of a better trial, if Ray Tune has chosen one for this trial."""
+    checkpoint = tune.get_checkpoint()
+    if checkpoint is None:
+        return
+    path = _run_folder(search, study, number, settings)
+    with checkpoint.as_directory() as found:
+        owner = json.loads((Path(found) / _OWNER).read_text("utf-8"))
+        if owner == {"number": number, "settings": settings} and is_run(path):
+            return  # its own run, which may be further than the checkpoint
+        path.parent.mkdir(parents=True, exist_ok=True)
+        config = search.resolve(settings)
+        fork_run(Path(found) / "run", path, config.model_copy(update={"seed": config.seed or 0}))
+
+
+def _run_folder(search: Search, study: Path, number: int, settings: Mapping[str, Any]) -> Path:
+    return next(iter(run_folders(search, search.resolve(settings), study, number).values()))

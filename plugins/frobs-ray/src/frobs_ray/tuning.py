@@ -1,0 +1,185 @@
+"""Searching for settings with Ray Tune. The study and the run folders are those of a search without Ray."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from datetime import datetime
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from ray import tune
+from ray.tune.schedulers import (
+    ASHAScheduler,
+    FIFOScheduler,
+    MedianStoppingRule,
+    PopulationBasedTraining,
+    TrialScheduler,
+)
+
+from frobs_core.errors import ConfigurationError
+from frobs_core.files import write_text
+from frobs_core.plain import plain
+from frobs_core.yaml import dump_yaml
+from frobs_ray.cluster import connect
+from frobs_ray.jobs import RETRIES
+from frobs_ray.mailbox import open_mailbox
+from frobs_ray.nodes import check_nodes, check_resources, flat_versions
+from frobs_ray.searcher import Recorder, StudySearcher, StudyTrials
+from frobs_ray.trials import Place, run_trial_on_ray
+from frobs_train.runners.jobs import estimate_memory
+from frobs_train.runs.lock import RunLock
+from frobs_train.training.monitor import Progress
+from frobs_train.tuning.search_space import SearchSpace
+from frobs_train.tuning.study import REPORTS, StudyResult, TrialResult, quiet
+from frobs_train.tuning.tune import Search, Session
+
+if TYPE_CHECKING:
+    from frobs_ray.runner import RayRunner
+
+_RESAMPLED = 0.25
+"""Probability that population-based training draws a setting anew instead of varying it."""
+
+_FIXED = ("algorithm_config.policy_kwargs", "algorithm_config.n_steps", "algorithm_config.buffer_size")
+"""Settings on which networks or buffers depend: a trial keeps them, or takes all of them from a better one."""
+
+_QUIET = {
+    "TUNE_DISABLE_AUTO_CALLBACK_LOGGERS": "1",
+    "TUNE_DISABLE_SIGINT_HANDLER": "1",
+    "TUNE_DISABLE_STRICT_METRIC_CHECKING": "1",
+    "RAY_AIR_NEW_OUTPUT": "0",
+}
+
+
+def tune_on_ray(
+    runner: RayRunner,
+    search: Search,
+    on_trial: Callable[[StudyResult, TrialResult], None] | None = None,
+    on_progress: Callable[[int, int, Progress], None] | None = None,
+) -> StudyResult:
+    """Search until the study has its number of trials, with as many trials side by side as the cluster has room for.
+
+    The pruner ``halving`` is ASHA, ``hyperband`` is ASHA with several brackets, ``median`` is the median stopping rule, and
+    ``population`` is population-based training. If the command was interrupted, the trials that were running continue
+    from their checkpoints.
+
+    Args:
+        runner: The runner with its options.
+        search: What is searched, and how.
+        on_trial: Called after each trial.
+        on_progress: Called with the number of a trial, the index of its seed and the progress of that run.
+
+    Raises:
+        RunBusyError: Another process works on the study with this runner.
+        ConfigurationError: A setting cannot be used, or the cluster cannot run the trials.
+    """
+    session = Session(search)
+    if search.pruner == "population" and search.seeds > 1:
+        raise ConfigurationError("population-based training uses one seed per trial; leave out --seeds.")
+    with RunLock(session.folder), connect(runner.address), _quiet_tune(), quiet():
+        trials = StudyTrials(session)
+        if not trials.left:
+            return session.result()
+        memory = runner.options.memory or estimate_memory(session.base)
+        check_resources(runner.processors, memory)
+        check_nodes(session.folder)
+        mailbox = open_mailbox()
+        place = Place(
+            search=_portable(session),
+            folder=session.folder.absolute(),
+            mailbox=mailbox,
+            processors=runner.processors,
+            expected=flat_versions(),
+        )
+        trainable = tune.with_resources(
+            tune.with_parameters(run_trial_on_ray, place=place), {"cpu": runner.processors, "memory": memory}
+        )
+        storage = place.folder / "ray"
+        tuner = tune.Tuner(
+            trainable,
+            param_space=_population(trials) if search.pruner == "population" else None,
+            tune_config=tune.TuneConfig(
+                metric="value",
+                mode="max",
+                num_samples=1 if search.pruner == "population" else trials.left,
+                search_alg=None if search.pruner == "population" else StudySearcher(trials),
+                scheduler=_scheduler(session),
+                trial_name_creator=_name,
+                trial_dirname_creator=_name,
+            ),
+            run_config=tune.RunConfig(
+                name=f"{datetime.now():%Y%m%d-%H%M%S}",
+                storage_path=str(storage),
+                failure_config=tune.FailureConfig(max_failures=RETRIES),
+                checkpoint_config=tune.CheckpointConfig(num_to_keep=2),
+                callbacks=[Recorder(session, trials, mailbox, on_trial, on_progress)],
+                verbose=0,
+            ),
+        )
+        tuner.fit()
+        shutil.rmtree(storage, ignore_errors=True)
+    return session.result()
+
+
+def _portable(session: Session) -> Search:
+    """Return the search with all settings in one file in the study's folder, which every node sees."""
+    path = session.folder.absolute() / "base.yaml"
+    write_text(path, dump_yaml(plain(session.base.model_dump(), for_yaml=True)))
+    return replace(session.search, file=path, flags={}, settings=(), space=None, folder=None, storage=None)
+
+
+def _name(trial: Any) -> str:
+    return str(trial.config["number"])
+
+
+def _population(trials: StudyTrials) -> dict[str, Any]:
+    """Return the members of the population: Ray's population-based training draws no settings from a study itself."""
+    members = list(iter(trials.next, None))
+    return tune.grid_search(members)
+
+
+def _scheduler(session: Session) -> TrialScheduler:
+    pruner, longest = session.search.pruner, REPORTS * session.search.seeds
+    if pruner == "median":
+        return MedianStoppingRule(time_attr="step", grace_period=REPORTS // 4, min_samples_required=5)
+    if pruner == "halving":
+        return ASHAScheduler(time_attr="step", max_t=longest, grace_period=REPORTS // 4, reduction_factor=2)
+    if pruner == "hyperband":
+        return ASHAScheduler(time_attr="step", max_t=longest, grace_period=2, reduction_factor=3, brackets=3)
+    if pruner == "population":
+        return PopulationBasedTraining(
+            time_attr="step",
+            perturbation_interval=REPORTS // 5,
+            custom_explore_fn=partial(_explore, session.space),
+            log_config=False,
+        )
+    return FIFOScheduler()  # type: ignore[no-untyped-call]
+
+
+def _explore(space: SearchSpace, config: Mapping[str, Any]) -> dict[str, Any]:
+    """Vary the settings that a trial takes over from a better one."""
+    rng, settings = np.random.default_rng(), dict(config["settings"])
+    for key, dimension in space.items():
+        if key.startswith("algorithm_config.") and not key.startswith(_FIXED):
+            anew = rng.random() < _RESAMPLED
+            settings[key] = dimension.sample(rng) if anew else dimension.vary(settings[key], rng)
+    return {**config, "settings": settings}
+
+
+@contextmanager
+def _quiet_tune() -> Iterator[None]:
+    """Keep Ray Tune from writing event files and messages, and from catching Ctrl-C."""
+    added = {name: value for name, value in _QUIET.items() if name not in os.environ}
+    os.environ.update(added)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        for name in added:
+            os.environ.pop(name, None)

@@ -1,0 +1,55 @@
+"""Continuing a copy of a run with other settings of the algorithm, as population-based training does."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+from frobs_train.configuration.config import RunConfig
+from frobs_train.runs.history import describe_change, write_history
+from frobs_train.runs.lock import NAME as LOCK
+from frobs_train.runs.run import Run
+
+
+def copy_run(source: Path, target: Path) -> None:
+    """Copy what is needed to continue a run into a new folder. Files of checkpoints, which never change, are linked."""
+    target.mkdir(parents=True)
+    for path in source.iterdir():
+        if path.is_file() and path.name != LOCK:
+            shutil.copy2(path, target / path.name)
+    if (source / "checkpoints").is_dir():
+        newest = Run.open(source).newest_checkpoint()[0].path
+        shutil.copytree(newest, target / "checkpoints" / newest.name, copy_function=_link)
+
+
+def fork_run(source: Path, path: Path, config: RunConfig) -> Run:
+    """Replace a run folder by a copy of another run that continues with other settings.
+
+    Nobody may train in ``path`` meanwhile.
+
+    Args:
+        source: Folder of the other run; it has a checkpoint.
+        path: The run folder to write.
+        config: Configuration from now on. It differs from the other run's in settings of the algorithm only.
+
+    Returns:
+        The run, ready for :func:`frobs_train.resume`.
+    """
+    aside = path.with_name(f".{path.name}.{os.getpid()}")
+    shutil.rmtree(aside, ignore_errors=True)
+    copy_run(source, aside)
+    run = Run.open(aside)
+    steps = run.newest_checkpoint()[0].steps
+    changes = run.changes if config == run.config else (*run.changes, describe_change(run.config, config, steps))
+    write_history(aside, config, changes)
+    shutil.rmtree(path, ignore_errors=True)
+    os.replace(aside, path)
+    return Run.open(path)
+
+
+def _link(source: str, target: str) -> None:
+    try:
+        os.link(source, target)
+    except OSError:  # another disk
+        shutil.copy2(source, target)
