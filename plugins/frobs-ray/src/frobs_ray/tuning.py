@@ -116,7 +116,6 @@ def tune_on_ray(
                 name=f"{datetime.now():%Y%m%d-%H%M%S}",
                 storage_path=str(storage),
                 failure_config=tune.FailureConfig(max_failures=RETRIES),
-                checkpoint_config=tune.CheckpointConfig(num_to_keep=2),
                 callbacks=[Recorder(session, trials, mailbox, on_trial, on_progress)],
                 verbose=0,
             ),
@@ -157,6 +156,7 @@ def _scheduler(session: Session) -> TrialScheduler:
             perturbation_interval=REPORTS // 5,
             custom_explore_fn=partial(_explore, session.space),
             log_config=False,
+            require_attrs=False,  # a trial that failed reports its error alone
         )
     return FIFOScheduler()  # type: ignore[no-untyped-call]
 
