@@ -8,6 +8,7 @@
     comparison/      statistics over seeds
     plots/           learning curves and comparisons as pictures
     tuning/          search for settings
+    runners/         many jobs, on this machine or on others
     export/          policy bundles, written and used in place of a run; pretrained policies
     cli/             the commands
 
@@ -41,6 +42,13 @@ if TYPE_CHECKING:
     from frobs_train.plots.figures import make_figure as make_figure
     from frobs_train.plots.plot import plot_runs as plot_runs
     from frobs_train.plots.plot_comparison import plot_comparison as plot_comparison
+    from frobs_train.runners.runner import Job as Job
+    from frobs_train.runners.runner import Outcome as Outcome
+    from frobs_train.runners.runner import Runner as Runner
+    from frobs_train.runners.runner import RunnerOptions as RunnerOptions
+    from frobs_train.runners.runner import load_runner as load_runner
+    from frobs_train.runners.runner import raise_failures as raise_failures
+    from frobs_train.runners.seeds import train_seeds as train_seeds
     from frobs_train.runs.checkpoints import Checkpoint as Checkpoint
     from frobs_train.runs.existing import ON_EXISTING as ON_EXISTING
     from frobs_train.runs.expert_run import ExpertRun as ExpertRun
@@ -69,16 +77,20 @@ _MODULES = {
     "Comparison": "frobs_train.comparison.compare",
     "ComponentConfig": "frobs_train.configuration.config",
     "Evaluation": "frobs_train.evaluation.evaluate",
-    "INK": "frobs_train.plots.figures",
     "ExpertRun": "frobs_train.runs.expert_run",
+    "INK": "frobs_train.plots.figures",
+    "Job": "frobs_train.runners.runner",
     "ModelFile": "frobs_train.runs.model_file",
     "ON_EXISTING": "frobs_train.runs.existing",
     "OctantResult": "frobs_train.evaluation.playing",
+    "Outcome": "frobs_train.runners.runner",
     "PreparedTraining": "frobs_train.training.prepare",
     "Progress": "frobs_train.training.monitor",
-    "Run": "frobs_train.runs.run",
     "ResetFromConfig": "frobs_train.configuration.config",
+    "Run": "frobs_train.runs.run",
     "RunConfig": "frobs_train.configuration.config",
+    "Runner": "frobs_train.runners.runner",
+    "RunnerOptions": "frobs_train.runners.runner",
     "Search": "frobs_train.tuning.tune",
     "StudyResult": "frobs_train.tuning.study",
     "Threads": "frobs_train.training.threads",
@@ -92,19 +104,22 @@ _MODULES = {
     "default_run_dir": "frobs_train.runs.run",
     "dress": "frobs_train.plots.figures",
     "evaluate": "frobs_train.evaluation.evaluate",
+    "load_runner": "frobs_train.runners.runner",
     "make_env": "frobs_train.environments",
+    "make_figure": "frobs_train.plots.figures",
     "make_training_env": "frobs_train.training.session",
     "make_vector_env": "frobs_train.environments",
-    "make_figure": "frobs_train.plots.figures",
     "open_pretrained": "frobs_train.export.bundle_run",
     "plot_comparison": "frobs_train.plots.plot_comparison",
     "plot_runs": "frobs_train.plots.plot",
     "prepare_training": "frobs_train.training.prepare",
+    "raise_failures": "frobs_train.runners.runner",
     "read_setting": "frobs_train.configuration.resolve",
     "record_video": "frobs_train.evaluation.video",
     "resolve_config": "frobs_train.configuration.resolve",
     "resume": "frobs_train.training.resume",
     "train": "frobs_train.training.train",
+    "train_seeds": "frobs_train.runners.seeds",
     "tune": "frobs_train.tuning.tune",
     "versions": "frobs_train.runs.versions",
     "view": "frobs_train.evaluation.view",
