@@ -76,6 +76,7 @@ $(BIN)/python:
 $(VENV)/.installed: $(BIN)/python $(PROJECTS)
 	@echo "Installing FRobs into $(VENV) (the first time takes a few minutes: PyTorch is large)."
 	@$(PIP) install --constraint constraints.txt --editable . $(PLUGINS:%=--editable ./%)
+	@$(BIN)/python -c 'import sys; v = "%d.%d" % sys.version_info[:2]; sys.version_info < (3, 12) or print("PyBullet has no wheel for Python " + v + ": to simulate on it, use Python 3.11.")'
 	@touch $@
 
 $(VENV)/.installed-dev: $(VENV)/.installed requirements-dev.txt

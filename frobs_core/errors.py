@@ -46,6 +46,8 @@ import difflib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from frobs_core.install_hints import local_install_hint
+
 
 def nearest(name: str, available: Iterable[str]) -> str | None:
     """Return the member of ``available`` that is most like ``name``, or None if none is close."""
@@ -117,10 +119,10 @@ class UnknownNameError(PluginError):
         self.name = name
         self.available = tuple(sorted(available))
         self.failed = tuple(failed)
-        self.install_hint = install_hint
+        self.install_hint = local_install_hint(install_hint)
         text = f"no {kind} is named '{name}'.{_hint(name, self.available)}"
-        if install_hint:
-            text += f" To install it: {install_hint}."
+        if self.install_hint:
+            text += f" To install it: {self.install_hint}."
         if self.failed:
             text += f" Plugins that failed to load: {'; '.join(self.failed)}."
         super().__init__(text)
@@ -306,8 +308,8 @@ class MissingDependencyError(ConfigurationError):
     def __init__(self, purpose: str, packages: Sequence[str], command: str) -> None:
         self.purpose = purpose
         self.packages = tuple(packages)
-        self.command = command
-        super().__init__(f"{purpose} needs {' and '.join(self.packages)}; install with: {command}")
+        self.command = local_install_hint(command)
+        super().__init__(f"{purpose} needs {' and '.join(self.packages)}; install with: {self.command}")
 
 
 class ResetOptionError(ConfigurationError):

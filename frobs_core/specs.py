@@ -9,6 +9,7 @@ from typing import Any
 
 from frobs_core.capabilities import Level
 from frobs_core.errors import PluginError
+from frobs_core.install_hints import local_install_hint
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,8 +37,10 @@ class Record:
         module, _, attribute = self.entry_point.partition(":")
         try:
             return getattr(import_module(module), attribute)
+        except PluginError:  # the module itself says what to do
+            raise
         except Exception as error:
-            hint = f" To install what it needs: {self.install_hint}." if self.install_hint else ""
+            hint = f" To install what it needs: {local_install_hint(self.install_hint)}." if self.install_hint else ""
             raise PluginError(
                 f"'{self.name}' cannot be imported from '{self.entry_point}': {type(error).__name__}: {error}.{hint}"
             ) from error

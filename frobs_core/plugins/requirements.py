@@ -6,6 +6,8 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from frobs_core.install_hints import local_install_hint
+
 _CORE_LINE = re.compile(r"^\s*frobs[-_.]core(?![\w.-])\s*(?:\[[^\]]*\])?\s*\(?([^;)]*)\)?", re.IGNORECASE)
 
 
@@ -24,7 +26,9 @@ class Missing:
     @property
     def command(self) -> str:
         """What installs it."""
-        return f"pip install {'--upgrade ' if self.installed else ''}'{self.requirement}'"
+        if self.installed:
+            return f"pip install --upgrade '{self.requirement}'"
+        return local_install_hint(f"pip install '{self.requirement}'")
 
 
 def core_versions(requirements: Iterable[str]) -> str:

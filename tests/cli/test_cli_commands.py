@@ -121,7 +121,8 @@ def test_a_command_that_is_not_installed_says_what_installs_it() -> None:
     done = subprocess.run([sys.executable, "-c", code, "ros"], text=True, capture_output=True)
     assert done.returncode == 2
     assert "no command is named 'ros'." in done.stderr
-    assert "pip install frobs-ros" in done.stderr
+    assert "pip install -e" in done.stderr
+    assert "plugins/frobs-ros" in done.stderr
 
 
 def test_help_and_completion_import_nothing_heavy(process: Run) -> None:

@@ -99,7 +99,7 @@ def test_an_unknown_name_gets_the_nearest_and_what_failed_to_load(site):
     ],
 )
 def test_a_built_in_that_is_not_installed_says_how_to_install_it(site, kind, name, package):
-    with pytest.raises(UnknownNameError, match=f"To install it: pip install {package}"):
+    with pytest.raises(UnknownNameError, match=rf"To install it: pip install -e .*plugins/{package}"):
         site.plugins().get_record(kind, name)
 
 

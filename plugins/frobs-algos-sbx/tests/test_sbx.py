@@ -146,7 +146,7 @@ def test_without_jax_one_error_says_how_to_install_it(name: str, monkeypatch: py
     for module in [module for module in sys.modules if module.partition(".")[0] == "frobs_algos_sbx"]:
         monkeypatch.delitem(sys.modules, module)
     monkeypatch.setitem(sys.modules, "jax", None)
-    with pytest.raises(PluginError, match=r"jax.*pip install frobs-algos-sbx") as caught:
+    with pytest.raises(PluginError, match=r"jax.*pip install -e .*plugins/frobs-algos-sbx") as caught:
         record.load()
     assert "\n" not in str(caught.value)
 

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import sys
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +9,10 @@ import pybullet
 import pytest
 from robots import place
 
-from frobs_core.errors import RenderingUnavailableError
+from frobs_core.errors import PluginError, RenderingUnavailableError
 from frobs_core.interfaces import Body, CommandMode, Scene
 from frobs_core.models import Box, Pose
+from frobs_sim_pybullet import plugin
 from frobs_sim_pybullet.simulation import PybulletSimulation
 
 
@@ -76,7 +76,15 @@ def test_a_window_without_a_display_is_refused(tmp_path: Path, monkeypatch: pyte
 
 def test_a_python_without_a_wheel_is_told_which_has_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pybullet", None)
-    monkeypatch.delitem(sys.modules, "frobs_sim_pybullet.bullet")
+    for name in [name for name in sys.modules if name.startswith("frobs_sim_pybullet.")]:
+        monkeypatch.delitem(sys.modules, name)
     monkeypatch.setattr(sys, "version_info", (3, 13, 0, "final", 0))
-    with pytest.raises(ImportError, match=r"no wheel for Python 3\.13: use Python 3\.11"):
-        import_module("frobs_sim_pybullet.bullet")
+    with pytest.raises(PluginError) as raised:
+        plugin.frobs_simulators()[0].load()
+    assert str(raised.value) == "PyBullet has no wheel for Python 3.13: use Python 3.11, or simulator='mujoco'"
+
+
+def test_lists_on_a_python_without_a_wheel_say_which_has_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plugin, "find_spec", lambda name: None)
+    monkeypatch.setattr(sys, "version_info", (3, 13, 0, "final", 0))
+    assert "has no wheel for Python 3.13: use Python 3.11" in plugin.frobs_simulators()[0].summary

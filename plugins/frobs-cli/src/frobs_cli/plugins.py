@@ -11,6 +11,7 @@ from frobs_cli.catalogue import plural
 from frobs_cli.options import Json
 from frobs_cli.output import console, only_json, print_json, print_line, print_note, print_table, print_title
 from frobs_core import registry
+from frobs_core.install_hints import local_install_hint
 from frobs_core.plugins import PluginReport, reports
 from frobs_core.specs import Record
 
@@ -41,7 +42,8 @@ def plugins(
         print_json({"plugins": [_facts(report) for report in found], "problems": dict(registry.problems())})
         return
     if not found:
-        print_note("no plugins are installed; install one, for example with 'pip install frobs-sim-mujoco'")
+        hint = local_install_hint("pip install frobs-sim-mujoco")
+        print_note(f"no plugins are installed; install one, for example with '{hint}'")
     elif verbose:
         for i, report in enumerate(found):
             if i:

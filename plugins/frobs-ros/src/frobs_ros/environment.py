@@ -15,6 +15,7 @@ from functools import cache
 from pathlib import Path
 from urllib.parse import urlparse
 
+from frobs_core.install_hints import local_install_hint
 from frobs_ros import interrupts
 from frobs_ros.errors import RosNotFoundError
 from frobs_ros.overlay import links_to_messages, links_to_modules, make_overlay
@@ -119,7 +120,7 @@ def use_ros() -> None:
         version = f"{sys.version_info.major}.{sys.version_info.minor}"
         raise RosNotFoundError(
             f"'import rospy' fails in Python {version}: {error}. If a module of Python is missing: "
-            "pip install 'frobs-ros[ros]'"
+            + local_install_hint("pip install 'frobs-ros[ros]'")
         ) from error
     sys.path.append(str(make_overlay(links_to_messages())))
     interrupts.watch()

@@ -7,6 +7,8 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from frobs_core.errors import PluginError
+
 __all__ = ["pybullet", "quiet"]
 
 
@@ -32,11 +34,7 @@ try:
     with quiet():
         import pybullet
 except ImportError as error:
-    newest = (3, 11)
-    version = ".".join(map(str, sys.version_info[:2]))
-    advice = (
-        "install it with 'pip install pybullet'"
-        if sys.version_info[:2] <= newest
-        else f"it has no wheel for Python {version}: use Python 3.11, or simulator='mujoco'"
-    )
-    raise ImportError(f"PyBullet is not installed ({error}); {advice}") from error
+    if sys.version_info < (3, 12):
+        raise ImportError(f"PyBullet is not installed ({error}); install it with 'pip install pybullet'") from error
+    version = f"{sys.version_info[0]}.{sys.version_info[1]}"
+    raise PluginError(f"PyBullet has no wheel for Python {version}: use Python 3.11, or simulator='mujoco'") from error

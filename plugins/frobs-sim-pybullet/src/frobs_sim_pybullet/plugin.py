@@ -1,5 +1,8 @@
 """Records of this distribution."""
 
+import sys
+from importlib.util import find_spec
+
 from frobs_core.capabilities import Level
 from frobs_core.hookspecs import hookimpl
 from frobs_core.specs import SimulatorRecord
@@ -15,9 +18,9 @@ def frobs_simulators() -> list[SimulatorRecord]:
     return [
         SimulatorRecord(
             name="pybullet",
-            summary="PyBullet: many environments at once in worker processes",
+            summary=_summary(),
             entry_point="frobs_sim_pybullet.simulation:PybulletSimulation",
-            install_hint="pip install frobs-sim-pybullet, on Python 3.11: PyBullet has no wheel for a newer one",
+            install_hint="pip install frobs-sim-pybullet, with Python 3.11: PyBullet has no wheel for newer versions",
             capabilities={
                 **dict.fromkeys(exact.split(), Level.EXACT),
                 # A constraint of the engine; the drives do not know what they carry by it.
@@ -31,3 +34,10 @@ def frobs_simulators() -> list[SimulatorRecord]:
             },
         )
     ]
+
+
+def _summary() -> str:
+    """Return what ``frobs list`` prints; on a Python without PyBullet, how to get it."""
+    if sys.version_info < (3, 12) or find_spec("pybullet"):
+        return "PyBullet: many environments at once in worker processes"
+    return f"PyBullet, which has no wheel for Python {sys.version_info[0]}.{sys.version_info[1]}: use Python 3.11, or the simulator mujoco"

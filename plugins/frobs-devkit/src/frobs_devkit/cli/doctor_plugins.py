@@ -9,6 +9,7 @@ import typer
 from frobs_cli.options import Json
 from frobs_cli.output import console, only_json, print_json, print_line, print_note, print_table, print_title
 from frobs_core.errors import UnknownNameError
+from frobs_core.install_hints import local_install_hint
 from frobs_core.plugins import active
 
 if TYPE_CHECKING:
@@ -55,7 +56,8 @@ def plugins(
     if json:
         print_json({"plugins": found})
     elif not found:
-        print_note("no plugins are installed; install one, for example with 'pip install frobs-sim-mujoco'")
+        hint = local_install_hint("pip install frobs-sim-mujoco")
+        print_note(f"no plugins are installed; install one, for example with '{hint}'")
     else:
         _print(found)
     if not all(facts.sound for facts in found):

@@ -7,6 +7,7 @@ from contextlib import closing
 
 from frobs_core import plugins
 from frobs_core.errors import FrobsError
+from frobs_core.install_hints import local_install_hint
 from frobs_core.interfaces import CommandMode, Overlap, Placement, Robot, Scene, Simulation
 from frobs_core.models import RobotModel, elements
 from frobs_devkit.doctor.report import Finding, Severity, SimulatorFacts, TranslatedElement, warning
@@ -105,7 +106,7 @@ def simulator_findings(model: RobotModel, facts: Sequence[SimulatorFacts]) -> It
             severity=Severity.NOTE,
             about=f"robot '{model.name}'",
             problem="no simulator is installed, so nothing was built and overlaps were not looked for",
-            advice="pip install frobs-sim-mujoco",
+            advice=local_install_hint("pip install frobs-sim-mujoco"),
         )
     tried = [simulator for simulator in facts if simulator.builds is not None]
     for simulator in facts:
