@@ -38,39 +38,6 @@ PYTHONS = ("3.11", "3.12", "3.13")
 ID = "frobs/Irb120Reach-v0"
 WORKERS = len(os.sched_getaffinity(0))
 
-SMOKE = """
-import importlib, sys
-from importlib.util import find_spec
-for package in sys.argv[1:]:
-    importlib.import_module(package)
-if find_spec("frobs_core"):
-    from frobs_core import plugins
-    broken = [f"{report.name}: {report.cause}" for report in plugins.reports() if report.state != "loaded"]
-    assert not broken, broken
-"""
-"""Imports the packages of a distribution, and loads the plugins that are installed."""
-
-SMOKE_ALL = """
-import sys
-import gymnasium as gym
-from frobs_core import plugins
-from frobs_core.errors import PluginError
-from frobs_core.specs import KINDS
-for kind in KINDS:
-    for name, record in plugins.active().records(kind).items():
-        try:
-            record.load()
-        except PluginError as error:
-            if "PyBullet has no wheel" not in str(error) or sys.version_info < (3, 12):
-                raise
-            print(error)
-env = gym.make("frobs_core:" + sys.argv[1])
-env.reset(seed=0)
-env.step(env.action_space.sample())
-env.close()
-"""
-"""Imports what every plugin offers, and steps an environment."""
-
 
 class CheckError(Exception):
     """A command failed, or a file is not as it must be."""
@@ -251,8 +218,7 @@ def try_together(environments: Environments, built: Mapping[str, Built]) -> str:
     environment = environments.new("together", needs_torch=True)
     try:
         environments.install(environment, [one.wheel for one in built.values()])
-        smoke(environment, [package for one in built.values() for package in one.packages()])
-        try_in(environment, ["python", "-c", SMOKE_ALL, ID])
+        smoke(environment, ["--everything", *(package for one in built.values() for package in one.packages())])
         try_in(environment, ["frobs", "train", ID, "--steps", 2000, "--seed", 0, "--run-dir", environment / "run"])
     except (CheckError, subprocess.TimeoutExpired) as error:
         return f"FAILED all together: {error}"
@@ -261,9 +227,9 @@ def try_together(environments: Environments, built: Mapping[str, Built]) -> str:
     return f"ok     all together: gym.make, step, training ({time.monotonic() - start:.0f} s)"
 
 
-def smoke(environment: Path, packages: Sequence[str]) -> None:
+def smoke(environment: Path, arguments: Sequence[str]) -> None:
     """Import packages and load plugins; run ``frobs`` if it is installed."""
-    try_in(environment, ["python", "-c", SMOKE, *packages])
+    try_in(environment, ["python", "-P", ROOT / ".ci" / "smoke.py", *arguments])
     if (environment / "bin" / "frobs").exists():
         try_in(environment, ["frobs", "--help"])
         try_in(environment, ["frobs", "list"])
