@@ -5,6 +5,7 @@ ID = frobs/Irb120Reach-v0
 SEED = 0
 CONTROLLER =
 PYTEST_ARGS =
+WHEELS_ARGS =
 BENCHMARKS = measure tasks neighbours
 
 BIN := $(VENV)/bin
@@ -19,7 +20,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help install demo test test-all lint docs benchmark soak clean
+.PHONY: help install demo test test-all lint docs wheels benchmark soak clean
 
 help: ## list the targets
 	@echo "FRobs: robot reinforcement learning from plugins"
@@ -47,6 +48,9 @@ docs: $(VENV)/.installed-dev ## the documentation, as site/index.html; a broken 
 	@touch build/docs-built
 	@echo "The documentation is at site/index.html."
 
+wheels: $(VENV)/.installed-dev ## build all wheels and sdists in dist/, check them, try them on each Python that is here (≤ 25 minutes; WHEELS_ARGS=--build-only)
+	@$(BIN)/python .ci/wheels.py $(WHEELS_ARGS)
+
 benchmark: $(VENV)/.installed ## measure speed, tasks and neighbours anew, for docs/explanation; wants an idle machine (hours; BENCHMARKS=tasks)
 	@for name in $(BENCHMARKS); do $(BIN)/python tests/benchmarks/$$name.py || exit 1; done
 
@@ -54,7 +58,7 @@ soak: $(VENV)/.installed ## check memory, file descriptors and contacts over mil
 	@$(BIN)/python tests/benchmarks/soak.py
 
 clean: ## remove what the other targets made; runs and demo/ stay
-	rm -rf $(VENV) site build .pytest_cache .mypy_cache .ruff_cache .hypothesis docs/reference/generated
+	rm -rf $(VENV) site build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis docs/reference/generated
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(BIN)/python:

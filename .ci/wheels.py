@@ -22,9 +22,8 @@ import tempfile
 import time
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 from package_checks import metadata, problems
@@ -249,7 +248,8 @@ def on_python(python: Path, built: Mapping[str, Built], names: Sequence[str]) ->
         environments = Environments(python, built, Path(folder))
         environments.prepare()
         with ThreadPoolExecutor(WORKERS) as pool:
-            yield from pool.map(partial(try_alone, environments, built), names)
+            for done in as_completed([pool.submit(try_alone, environments, built, name) for name in names]):
+                yield done.result()
         yield try_together(environments, built)
 
 
