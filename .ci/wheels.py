@@ -21,7 +21,7 @@ import sys
 import tempfile
 import time
 import zipfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
@@ -148,18 +148,23 @@ class Environments:
         self.built = built
         self.folder = folder
         self.with_pip = folder / "pip"
-        self.with_torch = folder / "torch"
+        self.bases = {"frobs-core": folder / "base-core", "torch": folder / "base-torch"}
 
     def prepare(self) -> None:
-        """Download what all distributions require, and install PyTorch once: copies of it are linked, not installed."""
+        """Download what all distributions require, and make an environment with the core and another with PyTorch too.
+
+        New environments begin as copies of these: most distributions require the core, and PyTorch is large.
+        """
         run([self.python, "-m", "venv", self.with_pip])
         wheels = [one.wheel for one in self.built.values()]
         links = ["--find-links", DIST, "--find-links", WHEELHOUSE]
         self._pip(["wheel", "--constraint", CONSTRAINTS, "--wheel-dir", WHEELHOUSE, *links, *wheels])
         for copy in WHEELHOUSE.glob("frobs*"):
             copy.unlink()
-        run([self.python, "-m", "venv", "--without-pip", self.with_torch])
-        self.install(self.with_torch, ["torch"])
+        run([self.python, "-m", "venv", "--without-pip", self.bases["frobs-core"]])
+        self.install(self.bases["frobs-core"], [self.built["frobs-core"].wheel])
+        shutil.copytree(self.bases["frobs-core"], self.bases["torch"], symlinks=True)
+        self.install(self.bases["torch"], ["torch"])
 
     def install(self, environment: Path, requirements: Sequence[object]) -> None:
         """Install into an environment, without network, and check that all requirements are met."""
@@ -177,30 +182,36 @@ class Environments:
         )
         self._pip(["--python", environment / "bin" / "python", "check"])
 
-    def new(self, name: str, needs_torch: bool) -> Path:
-        """Return a new environment; one with PyTorch is a hard-linked copy of the environment that has it."""
+    def new(self, name: str, required: Collection[str]) -> Path:
+        """Return a new environment.
+
+        Args:
+            name: Name of its folder.
+            required: What will be installed into it. If that includes PyTorch or the core, the environment is a
+                hard-linked copy of one that has it.
+        """
         environment = self.folder / name
-        if needs_torch:
-            shutil.copytree(self.with_torch, environment, symlinks=True, copy_function=os.link)
-        else:
-            run([self.python, "-m", "venv", "--without-pip", environment])
+        for requirement in ("torch", "frobs-core"):
+            if requirement in required:
+                shutil.copytree(self.bases[requirement], environment, symlinks=True, copy_function=os.link)
+                return environment
+        run([self.python, "-m", "venv", "--without-pip", environment])
         return environment
 
     def _pip(self, words: Sequence[object]) -> None:
         run([self.with_pip / "bin" / "python", "-m", "pip", "--no-input", "--disable-pip-version-check", *words])
 
 
-def needs_torch(name: str, built: Mapping[str, Built]) -> bool:
-    """Return whether a distribution requires PyTorch, itself or through another one of ours."""
-    if name not in built:
-        return name == "torch"
-    return any(needs_torch(other, built) for other in built[name].requirements())
+def all_required(name: str, built: Mapping[str, Built]) -> set[str]:
+    """Return the names of what a distribution requires, itself or through others of ours."""
+    direct = built[name].requirements() if name in built else []
+    return set(direct).union(*(all_required(other, built) for other in direct))
 
 
 def try_alone(environments: Environments, built: Mapping[str, Built], name: str) -> str:
     """Install a distribution with its requirements into a new environment and try it; return a line about it."""
     start = time.monotonic()
-    environment = environments.new(name, needs_torch(name, built))
+    environment = environments.new(name, all_required(name, built))
     try:
         environments.install(environment, [built[name].wheel])
         smoke(environment, built[name].packages())
@@ -214,7 +225,7 @@ def try_alone(environments: Environments, built: Mapping[str, Built], name: str)
 def try_together(environments: Environments, built: Mapping[str, Built]) -> str:
     """Install all distributions into one environment and try them; return a line about it."""
     start = time.monotonic()
-    environment = environments.new("together", needs_torch=True)
+    environment = environments.new("together", {"torch"})
     try:
         environments.install(environment, [one.wheel for one in built.values()])
         smoke(environment, ["--everything", *(package for one in built.values() for package in one.packages())])
