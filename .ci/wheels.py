@@ -8,7 +8,8 @@ tried with what is installed: imports, plugins, ``frobs``, a step of an environm
     $ python .ci/wheels.py --build-only
     $ python .ci/wheels.py --python 3.11 --only frobs-core frobs-cli
 
-The wheels of other projects are kept in ``build/wheelhouse``; each environment is installed from there, without network.
+The wheels of other projects are kept in ``build/wheelhouse``, and each environment is installed from there, without network.
+For the CPU build of PyTorch, set ``PIP_EXTRA_INDEX_URL=https://download.pytorch.org/whl/cpu``.
 """
 
 from __future__ import annotations
@@ -96,17 +97,26 @@ def run(
 def build() -> dict[str, Built]:
     """Build each distribution into ``dist/``: the sdist first, and the wheel from it."""
     shutil.rmtree(DIST, ignore_errors=True)
-    projects = [ROOT, *sorted(file.parent for file in ROOT.glob("plugins/*/pyproject.toml"))]
     command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", DIST]
     with ThreadPoolExecutor(WORKERS) as pool:
-        list(pool.map(lambda project: run([*command, project]), projects))
+        list(pool.map(lambda project: run([*command, project]), projects()))
+    return find_built()
+
+
+def projects() -> list[Path]:
+    """Return the folders of all distributions."""
+    return [ROOT, *sorted(file.parent for file in ROOT.glob("plugins/*/pyproject.toml"))]
+
+
+def find_built() -> dict[str, Built]:
+    """Return the distributions in ``dist/`` by name."""
     found = {}
     for wheel in sorted(DIST.glob("*.whl")):
         stem = "-".join(wheel.name.split("-")[:2])
         name = metadata(wheel)["Name"]
         found[name] = Built(name, wheel, DIST / f"{stem}.tar.gz")
-    if len(found) != len(projects):
-        raise CheckError(f"{len(projects)} distributions were built, but dist/ has {len(found)} wheels.")
+    if len(found) != len(projects()):
+        raise CheckError(f"There are {len(projects())} distributions, but dist/ has {len(found)} wheels.")
     return found
 
 
@@ -158,9 +168,13 @@ class Environments:
         run([self.python, "-m", "venv", self.with_pip])
         wheels = [one.wheel for one in self.built.values()]
         links = ["--find-links", DIST, "--find-links", WHEELHOUSE]
-        self._pip(["wheel", "--constraint", CONSTRAINTS, "--wheel-dir", WHEELHOUSE, *links, *wheels])
+        options = ["--constraint", CONSTRAINTS, *links]
+        try:
+            self._pip(["install", "--dry-run", "--no-index", *options, *wheels])
+        except CheckError:  # the wheelhouse is empty or outdated
+            self._pip(["wheel", "--wheel-dir", WHEELHOUSE, *options, *wheels])
         for copy in WHEELHOUSE.glob("frobs*"):
-            copy.unlink()
+            copy.unlink(missing_ok=True)
         run([self.python, "-m", "venv", "--without-pip", self.bases["frobs-core"]])
         self.install(self.bases["frobs-core"], [self.built["frobs-core"].wheel])
         shutil.copytree(self.bases["frobs-core"], self.bases["torch"], symlinks=True)
@@ -268,6 +282,7 @@ def main() -> int:
     """Build, check and try all distributions; return the exit status."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--build-only", action="store_true", help="build and check the files, and install nothing")
+    parser.add_argument("--use-dist", action="store_true", help="build nothing, and try the files that are in dist/")
     parser.add_argument("--require-all", action="store_true", help="fail if one of the Pythons is not on this machine")
     parser.add_argument("--python", nargs="+", default=PYTHONS, metavar="VERSION", help="versions of Python to try")
     parser.add_argument("--only", nargs="+", metavar="NAME", help="distributions to install alone (default: each)")
@@ -275,12 +290,12 @@ def main() -> int:
 
     start = time.monotonic()
     try:
-        built = build()
+        built = find_built() if arguments.use_dist else build()
         check(built)
     except CheckError as error:
         print(error, file=sys.stderr)
         return 1
-    print(f"built and checked {len(built)} wheels and {len(built)} sdists in dist/ ({time.monotonic() - start:.0f} s)")
+    print(f"checked {len(built)} wheels and {len(built)} sdists in dist/ ({time.monotonic() - start:.0f} s)")
     if arguments.build_only:
         return 0
 
