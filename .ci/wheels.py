@@ -182,19 +182,10 @@ class Environments:
 
     def install(self, environment: Path, requirements: Sequence[object]) -> None:
         """Install into an environment, without network, and check that all requirements are met."""
-        options = ["--no-index", "--find-links", DIST, "--find-links", WHEELHOUSE, "--no-compile"]
-        self._pip(
-            [
-                "--python",
-                environment / "bin" / "python",
-                "install",
-                "--constraint",
-                CONSTRAINTS,
-                *options,
-                *requirements,
-            ]
-        )
-        self._pip(["--python", environment / "bin" / "python", "check"])
+        there = ["--python", environment / "bin" / "python"]
+        offline = ["--no-index", "--find-links", DIST, "--find-links", WHEELHOUSE]
+        self._pip([*there, "install", "--no-compile", "--constraint", CONSTRAINTS, *offline, *requirements])
+        self._pip([*there, "check"])
 
     def new(self, name: str, required: Collection[str]) -> Path:
         """Return a new environment.
@@ -298,6 +289,9 @@ def main() -> int:
     print(f"checked {len(built)} wheels and {len(built)} sdists in dist/ ({time.monotonic() - start:.0f} s)")
     if arguments.build_only:
         return 0
+    unknown = set(arguments.only or ()) - set(built)
+    if unknown:
+        parser.error(f"no distribution is named {', '.join(sorted(unknown))}; there are {', '.join(built)}")
 
     WHEELHOUSE.mkdir(parents=True, exist_ok=True)
     failed, missing = False, []
