@@ -1,7 +1,7 @@
 """Install commands in messages.
 
 Messages name distributions of FRobs as they are called on a package index: ``pip install frobs-sim-mujoco``. In a checkout
-of the repository, :func:`local_install_hint` replaces the name by the folder: ``pip install -e plugins/frobs-sim-mujoco``.
+of the repository, ``local_install_hint`` replaces the name by the folder: ``pip install -e plugins/frobs-sim-mujoco``.
 """
 
 from __future__ import annotations
