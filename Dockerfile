@@ -1,4 +1,4 @@
-# FRobs with all plugins and the CPU build of PyTorch:
+# FRobs with all plugins:
 #   docker build --tag frobs .
 #   docker run --rm --interactive --tty frobs
 FROM python:3.11-slim-bookworm
@@ -14,8 +14,11 @@ RUN mkdir /home/frobs/frobs && python -m venv /home/frobs/venv
 WORKDIR /home/frobs/frobs
 ENV PATH=/home/frobs/venv/bin:$PATH PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1
 
-# First, and in a layer of its own: the default build of PyTorch would bring 2.7 GB of CUDA.
-RUN pip install torch==2.13.0 --index-url https://download.pytorch.org/whl/cpu
+# First, and in a layer of its own. Without options, PyTorch brings 2.7 GB of CUDA; for its CPU build, pass the options that
+# https://pytorch.org/get-started/locally/ shows after the package names for pip and CPU:
+#   docker build --build-arg TORCH_OPTIONS="…" --tag frobs .
+ARG TORCH_OPTIONS=
+RUN pip install torch==2.13.0 ${TORCH_OPTIONS}
 
 COPY --chown=frobs:frobs pyproject.toml constraints.txt LICENSE CHANGELOG.md ./
 COPY --chown=frobs:frobs frobs_core frobs_core/

@@ -9,7 +9,7 @@ tried with what is installed: imports, plugins, ``frobs``, a step of an environm
     $ python .ci/wheels.py --python 3.11 --only frobs-core frobs-cli
 
 The wheels of other projects are kept in ``build/wheelhouse``, and each environment is installed from there, without network.
-For the CPU build of PyTorch, set ``PIP_EXTRA_INDEX_URL=https://download.pytorch.org/whl/cpu``.
+For the CPU build of PyTorch, set ``PIP_EXTRA_INDEX_URL`` to the index that PyTorch's installation page names.
 """
 
 from __future__ import annotations
