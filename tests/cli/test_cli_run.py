@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -60,6 +61,48 @@ def test_settings_outrank_flags_and_flags_outrank_the_file(frobs: Frobs, facts: 
     assert found["config"]["num_envs"] == 2
     assert found["config"]["algorithm_config"]["n_steps"] == 8
     assert found["config"]["algorithm_config"]["gamma"] == 0.75
+
+
+def test_evaluate_measures_several_runs_in_one_table(frobs: Frobs, facts: Facts, run: Path, tmp_path: Path) -> None:
+    other = tmp_path / "other"
+    shutil.copytree(run, other)
+    result = frobs("evaluate", str(run), str(other), "--episodes", "4")
+    assert result.exit_code == 0, result.stderr
+    header, *rows = result.stdout.splitlines()
+    assert header.split() == ["environment", "run", "success", "95", "%", "interval", "reward", "episodes"]
+    assert [row.split()[:2] for row in rows] == [["CartPole-v1", str(path)] for path in (run, other)]
+    assert [row["run"] for row in facts("evaluate", str(run), str(other), "--episodes", "4")] == [str(run), str(other)]
+
+
+def test_an_evaluation_that_fails_leaves_the_others(frobs: Frobs, run: Path, tmp_path: Path) -> None:
+    broken = tmp_path / "broken"
+    shutil.copytree(run, broken)
+    shutil.rmtree(broken / "checkpoints")
+    result = frobs("evaluate", str(broken), str(run), "--episodes", "4")
+    assert result.exit_code == 1
+    assert str(run) in result.stdout
+    assert f"error: 1 of 2 jobs failed. {broken}: " in result.stderr
+
+
+def test_experts_of_several_environments_are_evaluated(facts: Facts) -> None:
+    found = facts("evaluate", "frobs/PandaPush-v0", "frobs/PandaLift-v0", "--expert", "--episodes", "1")
+    assert [row["environment"] for row in found] == ["frobs/PandaPush-v0", "frobs/PandaLift-v0"]
+
+
+def test_a_model_file_is_evaluated_alone(frobs: Frobs) -> None:
+    result = frobs("evaluate", "CartPole-v1", "Acrobot-v1", "--model", "model.zip")
+    assert result.exit_code == 2
+    assert "--model: evaluate a model file alone" in result.stderr
+
+
+def test_compare_evaluates_first(frobs: Frobs, facts: Facts, run: Path, tmp_path: Path) -> None:
+    other = tmp_path / "other"
+    shutil.copytree(run, other)
+    found = facts("compare", str(run), str(other), "--evaluate", "3")
+    scores = found["groups"][0]["runs"]
+    assert [score["source"] for score in scores] == ["evaluation", "evaluation"]
+    assert len(list((other / "evaluations").glob("*_3episodes.json"))) == 1
+    assert "--runner: requires --evaluate N" in frobs("compare", str(run), "--runner", "ray").stderr
 
 
 def test_evaluate_measures(frobs: Frobs, facts: Facts, run: Path) -> None:

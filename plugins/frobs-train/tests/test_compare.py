@@ -133,7 +133,7 @@ def test_environments_without_success_are_compared_by_reward(tmp_path: Path) -> 
         compare([blind], metric="success")
 
 
-def test_algorithms_are_compared_over_environments(tmp_path: Path) -> None:
+def test_environments_are_compared_separately(tmp_path: Path) -> None:
     runs = [
         make(tmp_path / f"{name}{where}{seed}", seed, final, environment=f"{where}-v0", algorithm=name)
         for where in "XY"
@@ -141,10 +141,18 @@ def test_algorithms_are_compared_over_environments(tmp_path: Path) -> None:
         for seed in range(3)
     ]
     found = compare(runs)
-    assert found.overall["ppo"].value == pytest.approx(0.975)
-    assert found.overall["sac"].value == pytest.approx(0.4875)
+    assert [(group.environment, group.algorithm) for group in found.groups] == [
+        *(("X-v0", "ppo"), ("X-v0", "sac"), ("Y-v0", "ppo"), ("Y-v0", "sac"))
+    ]
     assert len(found.improvements) == 2
-    assert compare(runs[:-3]).overall == {}  # a cell is missing
+    assert set(found.to_dict()) == {"metric", "threshold", "groups", "improvements", "notes"}  # no average over tasks
+
+
+def test_given_evaluations_count_instead_of_those_in_the_folder(tmp_path: Path) -> None:
+    run = evaluated(make(tmp_path / "a", 0), 0.2, steps=1000)
+    found = compare([run], evaluations={run.path: {"steps": 2000, "success_rate": 0.6, "mean_reward": -1.0}})
+    [score] = found.groups[0].runs
+    assert (score.final, score.source, score.evaluated_steps) == (0.6, "evaluation", 2000)
 
 
 def test_seeds_and_folders_that_repeat_are_said(tmp_path: Path) -> None:

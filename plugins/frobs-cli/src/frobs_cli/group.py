@@ -26,7 +26,7 @@ READER_GONE = 141
 class FrobsGroup(TyperGroup):
     """Commands whose failures are one clear line on stderr and an exit code.
 
-    0: done; 1: a check failed, or a bug, which shows its traceback; 2: bad input; 130: Ctrl-C; 143: SIGTERM, of a
+    0: done; 1: a check or one of several jobs failed, or a bug, which shows its traceback; 2: bad input; 130: Ctrl-C; 143: SIGTERM, of a
     training, which writes a checkpoint first.
     """
 
@@ -80,7 +80,7 @@ class FrobsGroup(TyperGroup):
             if debug:
                 traceback.print_exc()
             print_error(_line(error))
-            code = BAD_INPUT
+            code = getattr(error, "command_exit_code", BAD_INPUT)
         sys.exit(code)
 
 

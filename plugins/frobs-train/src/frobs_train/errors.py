@@ -87,6 +87,8 @@ class JobsError(RunError):
         total: Number of all jobs.
     """
 
+    command_exit_code = 1  # the input was good, and the other jobs are complete
+
     def __init__(self, failed: Sequence[tuple[str, Exception]], total: int) -> None:
         self.failed = tuple(failed)
         self.total = total

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from frobs_cli.formats import duration, number, percent
 from frobs_cli.options import Json
 from frobs_cli.output import only_json, print_json, print_line, print_note, print_table, print_title
+from frobs_core.errors import CommandLineError
+from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
 
 if TYPE_CHECKING:
-    from frobs_train import Comparison
+    from frobs_train import Comparison, Run
     from frobs_train.comparison.compare import Group
     from frobs_train.comparison.confidence import Estimate
+    from frobs_train.runners.runner import Runner
 
 
 class Metric(StrEnum):
@@ -47,24 +51,47 @@ def compare(
             "--plot", metavar="FILE", dir_okay=False, show_default=False, help="Also plot the comparison as a PNG file."
         ),
     ] = None,
+    episodes: Annotated[
+        int | None,
+        typer.Option(
+            "--evaluate",
+            metavar="N",
+            min=1,
+            show_default=False,
+            help="First evaluate each run on N new episodes, and compare the runs by these evaluations.",
+        ),
+    ] = None,
+    runner: RunnerName = "local",
+    ray_address: RayAddress = None,
+    cpus: JobCpus = None,
+    memory: JobMemory = None,
     json: Json = False,
 ) -> None:
     """Compare the final metric, the steps to a threshold and the speed of runs over their seeds.
 
     Runs that differ only in the seed form a group. For each group, shows the interquartile mean over its seeds with its
     95 % bootstrap interval. For each pair of groups in one environment, shows the probability that one beats the other.
+    Environments are compared separately, each in its own table.
 
     Example:
         $ frobs compare runs/frobs/Irb120Reach-v0/*
         $ frobs compare runs/ppo_* runs/sac_* --plot comparison.png
         $ frobs compare runs/a runs/b --metric reward --json
+        $ frobs compare runs/frobs/*/* --evaluate 1000 --runner ray
     """
     from frobs_train import Run, plot_comparison
     from frobs_train import compare as compare_runs
+    from frobs_train.runners.runner import LOCAL
 
+    if episodes is None and runner != LOCAL:
+        raise CommandLineError("--runner", "requires --evaluate N: only evaluations are jobs.")
+    chosen = open_runner(runner, ray_address, cpus, memory)
     with only_json(json):
         opened = [Run.open(path) for path in runs]
-        found = compare_runs(opened, metric=None if metric is None else metric.value, threshold=threshold)
+        evaluations = None if episodes is None else _evaluate(opened, episodes, chosen)
+        found = compare_runs(
+            opened, metric=None if metric is None else metric.value, threshold=threshold, evaluations=evaluations
+        )
         drawn = None if picture is None else plot_comparison(found, picture)
     if json:
         print_json({**found.to_dict(), "picture": drawn})
@@ -76,6 +103,19 @@ def compare(
         print_line(str(drawn))
     for note in found.notes:
         print_note(note)
+
+
+def _evaluate(runs: Sequence[Run], episodes: int, runner: Runner) -> dict[Path, Mapping[str, Any]]:
+    """Return an evaluation of each run, by its folder; raise JobsError if one failed."""
+    from frobs_train.cli.evaluate_runs import run_evaluations
+    from frobs_train.runners.jobs import evaluation_job
+    from frobs_train.runners.runner import raise_failures
+
+    outcomes = run_evaluations(
+        [evaluation_job(path, episodes=episodes) for path in dict.fromkeys(run.path for run in runs)], runner
+    )
+    raise_failures(outcomes)
+    return {outcome.result["run"]: outcome.result for outcome in outcomes}
 
 
 def _print_groups(found: Comparison) -> None:
@@ -106,10 +146,6 @@ def _row(found: Comparison, group: Group) -> list[str]:
 
 
 def _print_rest(found: Comparison) -> None:
-    if found.overall:
-        print_title("all environments")
-        rows = [[name, _value(found, item.value), _interval(found, item)] for name, item in found.overall.items()]
-        print_table(["algorithm", found.metric, "95 % interval"], rows)
     if found.improvements:
         print_line()
         print_title("probability of improvement")

@@ -10,23 +10,26 @@ from frobs_cli.facts import print_facts
 from frobs_cli.formats import number, percent
 from frobs_cli.options import CheckpointName, Json, Randomized, Seed, Simulator
 from frobs_cli.output import console, only_json, print_json
+from frobs_core.errors import CommandLineError
 from frobs_train.cli.opened import (
     ModelAlgorithm,
     ModelPath,
     ModelSettings,
     Pretrained,
-    RunOrId,
+    RunsOrIds,
     Trust,
     UsesExpert,
     open_run,
 )
+from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
 
 if TYPE_CHECKING:
     from frobs_train import Evaluation
+    from frobs_train.runners.jobs import PolicyKind
 
 
 def evaluate(
-    run: RunOrId,
+    runs: RunsOrIds,
     pretrained: Pretrained = False,
     expert: UsesExpert = False,
     model: ModelPath = None,
@@ -38,11 +41,16 @@ def evaluate(
     randomized: Randomized = False,
     seed: Seed = None,
     checkpoint: CheckpointName = "newest",
+    runner: RunnerName = "local",
+    ray_address: RayAddress = None,
+    cpus: JobCpus = None,
+    memory: JobMemory = None,
     json: Json = False,
 ) -> None:
     """Measure the performance of a policy on episodes that were never used in training.
 
-    The policy is that of a run, a bundle, a trained policy of an ID, a model file or an expert.
+    The policy is that of a run, a bundle, a trained policy of an ID, a model file or an expert. Several policies are
+    evaluated as separate jobs; if one fails, the results of the others are still printed, and the exit status is 1.
 
     Example:
         $ frobs evaluate runs/first
@@ -53,9 +61,38 @@ def evaluate(
         $ frobs evaluate runs/first --randomized
         $ frobs evaluate frobs/Irb120Reach-v0 --model trained_model.zip
         $ frobs evaluate runs/first --checkpoint best --episodes 200 --json
+        $ frobs evaluate runs/frobs/*/* --runner ray
     """
     from frobs_train import evaluate as evaluate_run
+    from frobs_train.cli.evaluate_runs import evaluate_and_report
+    from frobs_train.runners.jobs import evaluation_job
+    from frobs_train.runners.runner import LOCAL
 
+    chosen = open_runner(runner, ray_address, cpus, memory)
+    if len(runs) > 1 or runner != LOCAL:
+        if model is not None:
+            raise CommandLineError("--model", "evaluate a model file alone, and without --runner.")
+        with only_json(json):
+            for each in runs:
+                open_run(each, model, algorithm, settings, trust, pretrained, expert)
+        source: PolicyKind = "pretrained" if pretrained else "expert" if expert else "run"
+        jobs = [
+            evaluation_job(
+                each,
+                source,
+                settings=settings or (),
+                trust=trust,
+                episodes=episodes,
+                simulator=simulator,
+                randomize=randomized,
+                seed=seed,
+                checkpoint=checkpoint,
+            )
+            for each in dict.fromkeys(runs)
+        ]
+        evaluate_and_report(jobs, chosen, json=json)
+        return
+    [run] = runs
     with only_json(json):
         opened = open_run(run, model, algorithm, settings, trust, pretrained, expert)
         with console(stderr=True).status(f"running {episodes:,} episodes"):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
@@ -18,6 +19,35 @@ if TYPE_CHECKING:
 
 _LINE_EVERY = 10.0
 """[s] between plain lines."""
+
+
+def collect_outcomes(
+    names: Sequence[str], start: Callable[[Callable[[int, Progress], None]], Iterator[Outcome]], if_interrupted: str
+) -> list[Outcome]:
+    """Show the progress of jobs until all have ended, and return their outcomes in the order of the jobs.
+
+    Args:
+        names: Names of the jobs.
+        start: Runs the jobs; called with the function that receives their progress.
+        if_interrupted: What to do after Ctrl-C, for the message.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C was pressed.
+    """
+    outcomes = []
+    with JobsProgress(names) as progress:
+        try:
+            for outcome in start(progress.update):
+                outcomes.append(outcome)
+                progress.finish(outcome)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(if_interrupted) from None
+    return sorted(outcomes, key=lambda outcome: outcome.index)
+
+
+def short_path(path: Path) -> str:
+    """Return a path relative to the working directory if it is below it."""
+    return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
 
 
 class JobsProgress:
@@ -43,7 +73,7 @@ class JobsProgress:
             text = TextColumn("{task.description}", markup=False)
             numbers = TextColumn("{task.fields[numbers]}", markup=False)
             self._bars = Progress(text, BarColumn(bar_width=None), TaskProgressColumn(), numbers, console=self._console)
-            self._tasks = [self._bars.add_task(name, total=1.0, numbers="waiting") for name in self._names]
+            self._tasks = [self._bars.add_task(name, total=1.0, numbers="not finished") for name in self._names]
             self._bars.start()
         return self
 

@@ -13,14 +13,15 @@ from frobs_core.errors import CommandLineError, ConflictingOptionsError
 if TYPE_CHECKING:
     from frobs_train import Run
 
-RunOrId = Annotated[
-    Path,
-    typer.Argument(
-        metavar="RUN",
-        show_default=False,
-        help="Run folder that 'frobs train' wrote, or bundle that 'frobs export' wrote. With --model, --pretrained or "
-        "--expert: a Gymnasium environment ID.",
-    ),
+_RUN_OR_ID = (
+    "Run folder that 'frobs train' wrote, or bundle that 'frobs export' wrote. With --model, --pretrained or --expert: a "
+    "Gymnasium environment ID."
+)
+
+RunOrId = Annotated[Path, typer.Argument(metavar="RUN", show_default=False, help=_RUN_OR_ID)]
+
+RunsOrIds = Annotated[
+    list[Path], typer.Argument(metavar="RUN...", show_default=False, help=f"{_RUN_OR_ID} Several: one table.")
 ]
 
 ModelPath = Annotated[

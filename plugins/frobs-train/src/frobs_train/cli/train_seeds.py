@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from frobs_cli.formats import duration, number, percent
 from frobs_cli.output import only_json, print_json, print_line, print_table, print_title
-from frobs_train.cli.jobs_progress import JobsProgress
+from frobs_train.cli.jobs_progress import collect_outcomes, short_path
 
 if TYPE_CHECKING:
     from frobs_train import RunConfig
-    from frobs_train.runners.runner import Outcome, Runner
+    from frobs_train.runners.runner import Runner
 
 
 def train_and_report(
@@ -36,15 +36,13 @@ def train_and_report(
 
     first = config.seed or 0
     seeds = list(range(first, first + count))
-    outcomes: list[Outcome] = []
-    with only_json(json), JobsProgress([f"seed {seed}" for seed in seeds]) as progress:
-        try:
-            for outcome in train_seeds(config, seeds, runner, run_dir, progress.update, on_existing=on_existing):
-                outcomes.append(outcome)
-                progress.finish(outcome)
-        except KeyboardInterrupt:
-            raise KeyboardInterrupt("repeat the command with --on-existing resume to continue all seeds") from None
-    trained = [outcome.result for outcome in sorted(outcomes, key=lambda each: each.index) if outcome.error is None]
+    with only_json(json):
+        outcomes = collect_outcomes(
+            [f"seed {seed}" for seed in seeds],
+            lambda update: train_seeds(config, seeds, runner, run_dir, update, on_existing=on_existing),
+            "repeat the command with --on-existing resume to continue all seeds",
+        )
+    trained = [outcome.result for outcome in outcomes if outcome.error is None]
     if json:
         print_json(trained)
     elif trained:
@@ -55,14 +53,15 @@ def train_and_report(
 def _print(config: RunConfig, trained: list[Mapping[str, Any]]) -> None:
     print_title(config.environment, config.algorithm)
     table = [
-        [str(row["seed"]), percent(row["success"]), number(row["reward"]), duration(row["seconds"]), _short(row["run"])]
+        [
+            str(row["seed"]),
+            percent(row["success"]),
+            number(row["reward"]),
+            duration(row["seconds"]),
+            short_path(row["run"]),
+        ]
         for row in trained
     ]
     print_table(["seed", "success", "reward", "time", "run"], table)
     print_line()
-    print_line(f"next: frobs compare {_short(trained[0]['run']).rstrip('0123456789')}*")
-
-
-def _short(path: Path) -> str:
-    """Return a path relative to the working directory if it is below it."""
-    return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
+    print_line(f"next: frobs compare {short_path(trained[0]['run']).rstrip('0123456789')}*")

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import combinations
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -59,8 +60,6 @@ class Comparison:
         threshold: Of the metric; None: none.
         groups: By environment, the best first.
         improvements: Of each pair of groups in one environment, the better one first.
-        overall: By algorithm, the interquartile mean over environments and seeds, where each algorithm has one group in
-            each of several environments and the metric is success.
         notes: What a reader of the numbers has to know: runs that are unfinished, or were never evaluated, …
     """
 
@@ -68,7 +67,6 @@ class Comparison:
     threshold: float | None
     groups: tuple[Group, ...]
     improvements: tuple[Improvement, ...]
-    overall: dict[str, Estimate]
     notes: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
@@ -79,16 +77,24 @@ class Comparison:
         return found
 
 
-def compare(runs: Sequence[Run], *, metric: Metric | None = None, threshold: float | None = None) -> Comparison:
+def compare(
+    runs: Sequence[Run],
+    *,
+    metric: Metric | None = None,
+    threshold: float | None = None,
+    evaluations: Mapping[Path, Mapping[str, Any]] | None = None,
+) -> Comparison:
     """Compare runs, grouped by environment, algorithm and configuration without the seed.
 
-    What a run reached is what its newest evaluation found, or else the mean over the last tenth of its training.
-    Intervals are stratified bootstrap ones (95 %, with a fixed seed).
+    The result of a run is that of its newest evaluation, or else the mean over the last tenth of its training. Intervals
+    are stratified bootstrap intervals (95 %, with a fixed seed). Environments are compared separately: success in one
+    task and success in another have no meaningful average.
 
     Args:
         runs: At least one.
         metric: None: success where every environment tells it, else reward.
         threshold: What steps are counted to; None: 0.95 for success, none for reward.
+        evaluations: By run folder, the fields of the :class:`frobs_train.Evaluation` to use instead of the newest one.
 
     Raises:
         RunError: There is no run, one has no log yet, or one knows no success and that is asked for.
@@ -100,6 +106,7 @@ def compare(runs: Sequence[Run], *, metric: Metric | None = None, threshold: flo
         raise ParameterValueError("threshold", threshold, "finite")
     opened = list({run.path.resolve(): run for run in runs}.values())
     columns = {run.path: read_columns(run.path) for run in opened}
+    chosen_evaluations = {path.resolve(): found for path, found in (evaluations or {}).items()}
     blind = [run for run in opened if not has_success(run, columns[run.path])]
     if metric == "success" and blind:
         raise RunError(f"{blind[0].path}: its environment tells no success; compare by --metric reward.")
@@ -108,7 +115,10 @@ def compare(runs: Sequence[Run], *, metric: Metric | None = None, threshold: flo
         threshold = 0.95
     groups = []
     for label, members in group_runs(opened).items():
-        scores = tuple(score_run(run, columns[run.path], chosen, threshold) for run in members)
+        scores = tuple(
+            score_run(run, columns[run.path], chosen, threshold, chosen_evaluations.get(run.path.resolve()))
+            for run in members
+        )
         curve = curve_of([columns[run.path] for run in members], chosen)
         groups.append(_group(label, members[0], scores, curve, threshold))
     environments = list(dict.fromkeys(group.environment for group in groups))
@@ -118,7 +128,6 @@ def compare(runs: Sequence[Run], *, metric: Metric | None = None, threshold: flo
         threshold=threshold,
         groups=tuple(groups),
         improvements=_improvements(groups),
-        overall=_overall(groups) if chosen == "success" else {},
         notes=tuple(_notes(groups, len(runs) - len(opened), len(blind) if metric is None else 0, len(opened))),
     )
 
@@ -150,19 +159,6 @@ def _improvements(groups: Sequence[Group]) -> tuple[Improvement, ...]:
         for first, second in combinations(groups, 2)
         if first.environment == second.environment
     )
-
-
-def _overall(groups: Sequence[Group]) -> dict[str, Estimate]:
-    """Return one estimate for each algorithm, where all have one group in each of several environments."""
-    environments = {group.environment for group in groups}
-    algorithms = sorted({group.algorithm for group in groups})
-    cells = {(group.environment, group.algorithm) for group in groups}
-    if len(environments) < 2 or not len(cells) == len(groups) == len(environments) * len(algorithms):
-        return {}
-    return {
-        algorithm: estimate([_finals(group) for group in groups if group.algorithm == algorithm])
-        for algorithm in algorithms
-    }
 
 
 def _finals(group: Group) -> np.ndarray[Any, np.dtype[np.float64]]:

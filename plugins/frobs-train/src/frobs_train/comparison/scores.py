@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -55,10 +55,26 @@ def has_success(run: Run, columns: Columns) -> bool:
     return logged or any(found.get("success_rate") is not None for found in run.evaluations())
 
 
-def score_run(run: Run, columns: Columns, metric: str, threshold: float | None) -> RunScore:
-    """Return the result of a run; raise RunError if no episode has ended yet."""
+def score_run(
+    run: Run, columns: Columns, metric: str, threshold: float | None, found: Mapping[str, Any] | None = None
+) -> RunScore:
+    """Return the result of a run.
+
+    Args:
+        run: The run.
+        columns: Its log.
+        metric: ``"success"`` or ``"reward"``.
+        threshold: Value of the metric until which steps are counted; None: none.
+        found: Fields of the evaluation to use; None: the newest one.
+
+    Raises:
+        RunError: No episode has ended yet.
+    """
     assert run.config.seed is not None
-    evaluation = _newest_evaluation(run, columns, metric)
+    if found is None:
+        evaluation = _newest_evaluation(run, columns, metric)
+    else:
+        evaluation = int(found["steps"]), float(found[_KEYS[metric]])
     steps = columns[STEPS]
     values = columns.get(f"episode/{metric}", np.full(len(steps), np.nan))
     if evaluation is None and not np.isfinite(values).any():

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from frobs_train.configuration.config import RunConfig, algorithm_record, resolve_algorithm_config
 from frobs_train.evaluation.evaluate import evaluate
+from frobs_train.export.bundle_run import open_pretrained, open_run_or_bundle
 from frobs_train.logs.progress import last_value, read_progress
 from frobs_train.runners.runner import Job, Report
+from frobs_train.runs.expert_run import ExpertRun
 from frobs_train.runs.run import Run
 from frobs_train.training.train import train
 
 _PROCESS_MEMORY = 2**30  # [B] Python, the libraries and a hundred environments
+
+PolicyKind = Literal["run", "pretrained", "expert"]
+"""What is evaluated: a run folder or bundle, the trained policy of an environment ID, or the expert of its task."""
 
 _COLUMNS = {
     "steps": "train/steps",
@@ -39,12 +44,33 @@ def training_job(config: RunConfig, run_dir: Path) -> Job:
     )
 
 
-def evaluation_job(run: Path, **keywords: Any) -> Job:
-    """Return the job that evaluates a run; the keywords are those of :func:`frobs_train.evaluate`."""
+def evaluation_job(
+    run: Path | str,
+    kind: PolicyKind = "run",
+    *,
+    settings: Sequence[str] = (),
+    trust: bool = False,
+    **keywords: Any,
+) -> Job:
+    """Return the job that evaluates a policy. Its result is ``run`` and the fields of :class:`frobs_train.Evaluation`.
+
+    Args:
+        run: Run folder or bundle. An environment ID for the other kinds.
+        kind: ``"run"``; ``"pretrained"``: the trained policy of the ID; ``"expert"``: the expert of its task.
+        settings: Settings of an expert's environment.
+        trust: Whether a bundle may name files, modules and wrappers to import.
+        keywords: Keywords of :func:`frobs_train.evaluate`.
+    """
     return Job(
         name=str(run),
         function=f"{__name__}:evaluate_run",
-        arguments={"run": run.absolute(), "keywords": keywords},
+        arguments={
+            "run": Path(run).absolute() if kind == "run" else str(run),
+            "kind": kind,
+            "settings": tuple(settings),
+            "trust": trust,
+            "keywords": keywords,
+        },
         memory=_PROCESS_MEMORY,
     )
 
@@ -58,9 +84,20 @@ def train_run(config: Mapping[str, Any], run_dir: Path, report: Report) -> dict[
     return {"run": run.path, **trained, **facts}
 
 
-def evaluate_run(run: Path, keywords: Mapping[str, Any], report: Report) -> dict[str, Any]:
-    """Evaluate a run."""
-    return {"run": run, **evaluate(Run.open(run), **keywords).to_dict()}
+def evaluate_run(
+    run: Path | str,
+    keywords: Mapping[str, Any],
+    report: Report,
+    kind: PolicyKind = "run",
+    settings: Sequence[str] = (),
+    trust: bool = False,
+) -> dict[str, Any]:
+    """Evaluate a policy."""
+    if kind == "expert":
+        opened: Run = ExpertRun(str(run), settings)
+    else:
+        opened = open_pretrained(str(run)) if kind == "pretrained" else open_run_or_bundle(run, trust)
+    return {"run": opened.path, **evaluate(opened, **keywords).to_dict()}
 
 
 def estimate_memory(config: RunConfig) -> int:
