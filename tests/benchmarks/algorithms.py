@@ -5,6 +5,7 @@ idle machine with two cores. As with ``tasks.py``, finished seeds are kept, and 
 
     python tests/benchmarks/algorithms.py
     python tests/benchmarks/algorithms.py --only sac td3 --seeds 0
+    python tests/benchmarks/algorithms.py --runner ray
 """
 
 from __future__ import annotations
@@ -19,7 +20,18 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from tasks import EPISODES, ROOT, SEEDS, Case, kept_row, measure
+from tasks import (
+    EPISODES,
+    LOCAL,
+    ROOT,
+    SEEDS,
+    Case,
+    add_runner_options,
+    kept_row,
+    measure,
+    measure_as_jobs,
+    open_runner,
+)
 
 PAGE = ROOT / "docs" / "explanation" / "algorithms-measured.md"
 KEPT = ROOT / "build" / "benchmarks" / "algorithms"
@@ -93,6 +105,7 @@ def main() -> None:
     parser.add_argument("--only", nargs="+", choices=sorted({case.algorithm for case in CASES}), help="algorithms")
     parser.add_argument("--seeds", nargs="+", type=int, default=list(SEEDS))
     parser.add_argument("--kept", action="store_true", help="train nothing; write the page of what was kept")
+    add_runner_options(parser)
     given = parser.parse_args()
     cases = [case for case in CASES if not given.only or case.algorithm in given.only]
     if given.kept:
@@ -102,6 +115,9 @@ def main() -> None:
             if (found := [row for seed in given.seeds if (row := kept_row(case, seed, KEPT))])
         }
     else:
+        if given.runner != LOCAL:
+            wanted = [(case, seed) for case in cases for seed in given.seeds]
+            measure_as_jobs(open_runner(given), wanted, kept=KEPT, other_simulator=None)
         rows = {case: [measure(case, seed, kept=KEPT, other_simulator=None) for seed in given.seeds] for case in cases}
     page = report(rows, EPISODES)
     if given.only:  # a part is no page

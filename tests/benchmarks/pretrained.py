@@ -50,8 +50,12 @@ def main() -> None:
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("--only", nargs="+", choices=pretrained_ids(), metavar="ID")
     parser.add_argument("--seed", type=int, default=0)
+    tasks.add_runner_options(parser)
     given = parser.parse_args()
     wanted = given.only or pretrained_ids()
+    if given.runner != tasks.LOCAL:
+        cases = [(case, given.seed) for case in tasks.cases() if case.id in wanted]
+        tasks.measure_as_jobs(tasks.open_runner(given), cases)
     made = {case.id: make(case, given.seed) for case in tasks.cases() if case.id in wanted}
     for id in wanted:
         if id not in made:

@@ -7,7 +7,9 @@ where it was interrupted, on another machine too::
     python tests/benchmarks/tasks.py
     python tests/benchmarks/tasks.py --only frobs/Irb120Reach-v0 --seeds 0
     python tests/benchmarks/tasks.py --kept
+    python tests/benchmarks/tasks.py --runner ray
 
+With ``--runner``, all seeds are trained and evaluated as jobs, side by side. Their times do not count against the target.
 A row says at which commit it was made; ``--fresh`` forgets runs and figures. ``--kept`` trains nothing, and writes the
 page of what was measured, which then says what is missing.
 """
@@ -20,9 +22,9 @@ import platform
 import shutil
 import subprocess
 import sys
-from argparse import ArgumentParser
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from datetime import date
 from functools import cache
 from importlib.util import find_spec
@@ -33,8 +35,12 @@ from typing import Any, cast
 import yaml
 
 from frobs_core import plugins, registry
+from frobs_core.plain import plain
 from frobs_core.specs import AlgorithmRecord
-from frobs_train import Run, plot_runs
+from frobs_train import Progress, Run, plot_runs, resolve_config
+from frobs_train.cli.jobs_progress import collect_outcomes
+from frobs_train.runners.jobs import evaluation_job, training_job
+from frobs_train.runners.runner import LOCAL, Job, Outcome, Runner, RunnerOptions, load_runner, raise_failures
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "explanation" / "tasks-measured.md"
@@ -132,31 +138,129 @@ def measure(
             flags += ["--controller", case.controller]
         trained = {**frobs("train", case.id, *flags, "--run-dir", run, *budget), "commit": commit}
         done.write_text(json.dumps(trained, indent=1), "utf-8")
-    longest = registry.environments()[case.id][1].max_episode_steps
-    found = frobs("evaluate", run, "--episodes", min(episodes, MOST_STEPS // longest))
+    found = frobs("evaluate", run, "--episodes", evaluation_episodes(case, episodes))
     other = None
     if other_simulator and find_spec(other_simulator) is not None:
-        fewer = min(episodes, OTHER_EPISODES, OTHER_MOST_STEPS // longest)
+        fewer = evaluation_episodes(case, episodes, other=True)
         other = frobs("evaluate", run, "--episodes", fewer, "--simulator", other_simulator)
+    return write_row(case, seed, kept, trained, found, other, machine=machine(), shared=is_shared())
+
+
+def evaluation_episodes(case: Case, episodes: int, *, other: bool = False) -> int:
+    """Return the number of episodes of an evaluation: fewer if they may last long, or on the other simulator."""
+    longest = registry.environments()[case.id][1].max_episode_steps
+    return min(episodes, OTHER_EPISODES, OTHER_MOST_STEPS // longest) if other else min(episodes, MOST_STEPS // longest)
+
+
+def write_row(
+    case: Case,
+    seed: int,
+    kept: Path,
+    trained: Mapping[str, Any],
+    found: Mapping[str, Any],
+    other: Mapping[str, Any] | None,
+    *,
+    machine: str,
+    shared: bool,
+) -> dict[str, Any]:
+    """Write the results of a seed to its folder, and return them as :func:`measure` does."""
+    folder = case.folder(seed, kept)
     row = {
         "id": case.id,
         "algorithm": case.algorithm,
         "seed": seed,
-        "run": str(run.relative_to(kept)),
+        "run": str((folder / "run").relative_to(kept)),
         "steps": trained["steps"],
         "seconds": trained["seconds"],
         "in_training": trained.get("success"),
-        "machine": machine(),
-        "shared": is_shared(),
+        "machine": machine,
+        "shared": shared,
         "commit": trained["commit"],
         "mujoco": found,
         "pybullet": other,
     }
-    result.write_text(json.dumps(row, indent=1), "utf-8")
+    (folder / "result.json").write_text(json.dumps(plain(row), indent=1), "utf-8")
     rate = found["success_rate"]
     name = " ".join(filter(None, (case.id, case.algorithm, case.controller)))
     sys.stderr.write(f"{name}, seed {seed}: {rate:.1%} after {trained['seconds']:.0f} s\n")
     return row
+
+
+def measure_as_jobs(
+    runner: Runner,
+    wanted: Sequence[tuple[Case, int]],
+    episodes: int = EPISODES,
+    steps: int | None = None,
+    kept: Path = KEPT,
+    other_simulator: str | None = OTHER_SIMULATOR,
+) -> None:
+    """Train and evaluate seeds as jobs of a runner, so that :func:`measure` finds their results.
+
+    Args:
+        runner: Where the jobs run.
+        wanted: Cases and seeds; finished ones are left as they are.
+        episodes: Of each evaluation.
+        steps: Of each training; None: as tuned.
+        kept: The folder where finished seeds are kept.
+        other_simulator: Where to evaluate too; None: nowhere.
+
+    Raises:
+        JobsError: Some jobs failed; all others are complete.
+    """
+    kept.mkdir(parents=True, exist_ok=True)
+    missing = [each for each in wanted if not (each[0].folder(each[1], kept) / "result.json").is_file()]
+    commit = current_commit()
+    untrained, jobs = [], []
+    for case, seed in missing:
+        folder = case.folder(seed, kept)
+        if not (folder / "trained.json").is_file():
+            flags = {"algorithm": case.algorithm, "controller": case.controller or None, "seed": seed, "steps": steps}
+            untrained.append(folder)
+            jobs.append(replace(training_job(resolve_config(case.id, flags=flags), folder / "run"), name=folder.name))
+
+    def keep_training(outcome: Outcome) -> None:
+        facts = {**outcome.result, "steps": int(outcome.result["steps"]), "commit": commit}
+        (untrained[outcome.index] / "trained.json").write_text(json.dumps(plain(facts), indent=1), "utf-8")
+
+    outcomes = run_jobs(runner, jobs, kept, keep_training)
+    trained = [each for each in missing if (each[0].folder(each[1], kept) / "trained.json").is_file()]
+    simulators = [None, other_simulator] if other_simulator and find_spec(other_simulator) is not None else [None]
+    tasks = [(case, seed, simulator) for case, seed in trained for simulator in simulators]
+    evaluations = [
+        evaluation_job(
+            case.folder(seed, kept) / "run",
+            episodes=evaluation_episodes(case, episodes, other=simulator is not None),
+            simulator=simulator,
+        )
+        for case, seed, simulator in tasks
+    ]
+    found: dict[tuple[Case, int], dict[str | None, Any]] = {}
+
+    def keep_evaluation(outcome: Outcome) -> None:
+        case, seed, simulator = tasks[outcome.index]
+        results = found.setdefault((case, seed), {})
+        results[simulator] = {key: value for key, value in outcome.result.items() if key != "run"}
+        if len(results) == len(simulators):
+            facts = json.loads((case.folder(seed, kept) / "trained.json").read_text("utf-8"))
+            where = f"{machine()}, --runner {runner.name}"
+            other = results.get(other_simulator)
+            write_row(case, seed, kept, facts, results[None], other, machine=where, shared=True)
+
+    outcomes += run_jobs(runner, evaluations, kept, keep_evaluation)
+    raise_failures(outcomes)
+
+
+def run_jobs(runner: Runner, jobs: Sequence[Job], folder: Path, keep: Callable[[Outcome], None]) -> list[Outcome]:
+    """Run jobs with their progress, and pass each result on as soon as it is known."""
+
+    def start(on_progress: Callable[[int, Progress], None]) -> Iterator[Outcome]:
+        for outcome in runner.run(jobs, folder.absolute(), on_progress):
+            if outcome.error is None:
+                keep(outcome)
+            yield outcome
+
+    again = "repeat the command to continue"
+    return collect_outcomes([job.name for job in jobs], start, again) if jobs else []
 
 
 def kept_row(case: Case, seed: int, kept: Path = KEPT) -> dict[str, Any] | None:
@@ -346,12 +450,21 @@ def main() -> None:
     parser.add_argument("--episodes", type=int, default=EPISODES, help="of each evaluation")
     parser.add_argument("--fresh", action="store_true", help="measure anew what was measured before")
     parser.add_argument("--kept", action="store_true", help="train nothing; write the page of what was measured")
+    add_runner_options(parser)
     given = parser.parse_args()
     chosen = [known[id] for id in given.only or known]
     if given.fresh:
         for case in chosen:
             for folder in KEPT.glob(f"{case.slug}-*"):
                 shutil.rmtree(folder)
+    if given.runner != LOCAL and not given.kept:
+        wanted = [
+            (case, seed)
+            for case in chosen
+            for seed in given.seeds
+            if given.fresh or (kept_row(case, seed) is None and recorded(case, seed) is None)
+        ]
+        measure_as_jobs(open_runner(given), wanted, given.episodes)
     rows: dict[Case, list[dict[str, Any]]] = {}
     for case in chosen:
         for seed in given.seeds:
@@ -370,6 +483,18 @@ def main() -> None:
     else:
         RECORD.write_text(json.dumps([row for found in rows.values() for row in found], indent=1) + "\n", "utf-8")
         PAGE.write_text(page, "utf-8")
+
+
+def add_runner_options(parser: ArgumentParser) -> None:
+    """Add the options that choose a runner."""
+    parser.add_argument("--runner", default=LOCAL, metavar="NAME", help="where the jobs run, such as ray")
+    parser.add_argument("--ray-address", metavar="ADDRESS", help="address of the Ray cluster to join")
+    parser.add_argument("--cpus", type=int, metavar="N", help="processors of each job")
+
+
+def open_runner(given: Namespace) -> Runner:
+    """Return the runner that a command line asks for."""
+    return load_runner(given.runner, RunnerOptions(address=given.ray_address, processors=given.cpus))
 
 
 def _yaml(path: Path) -> dict[str, Any]:

@@ -14,6 +14,7 @@ import tasks
 from frobs_core import plugins, registry
 from frobs_deploy import read_bundle
 from frobs_train import resolve_config
+from frobs_train.runners.runner import load_runner
 
 REACH = tasks.Case("frobs/Irb120Reach-v0", "ppo")
 
@@ -124,3 +125,15 @@ def test_a_finished_seed_is_not_trained_again_and_becomes_a_bundle(
     assert tasks.kept_row(REACH, 3, tmp_path) == first
     tasks.draw(REACH, [first], tmp_path)
     assert "irb120reach-v0.png" in tasks.report({REACH: [first]}, {}, 4)
+
+
+@pytest.mark.slow
+def test_seeds_are_measured_as_jobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    wanted = [(REACH, 3), (REACH, 4)]
+    tasks.measure_as_jobs(load_runner("local"), wanted, 4, 2048, tmp_path, other_simulator=None)
+    monkeypatch.setattr(tasks, "frobs", None)  # nothing is run again
+    first, second = (tasks.measure(*each, episodes=4, steps=2048, kept=tmp_path) for each in wanted)
+    assert (first["steps"], first["seed"], first["mujoco"]["episodes"]) == (2048, 3, 4)
+    assert first["machine"].endswith("--runner local")
+    assert second["run"] == "irb120reach-v0-ppo-seed4/run"
+    assert set(first) == set(row(0, 0.9)) | {"shared"}

@@ -56,6 +56,39 @@ def test_parity_exits_with_1_where_something_differs(
     assert json.loads((tmp_path / "parity" / ID / "certificate.json").read_text())["passed"] is False
 
 
+def test_parity_of_several_ids_is_one_table_with_a_certificate_each(
+    frobs: Frobs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    other = "frobs/Ur5Reach-v0"
+    options = ("--simulators", "mujoco,mujoco", "--only", "forward_kinematics")
+    result = frobs("parity", ID, other, *options)
+    assert result.exit_code == 0, result.stderr
+    assert [row.split()[:2] for row in result.stdout.splitlines()[1:]] == [[name, "✓"] for name in (ID, other)]
+    for name in (ID, other):
+        assert (tmp_path / "parity" / name / "certificate.json").is_file()
+    found = json.loads(frobs("parity", ID, other, *options, "--out", "out", "--json").stdout)
+    assert [(row["id"], row["passed"], row["folder"]) for row in found] == [
+        (name, True, str(tmp_path / "out" / name)) for name in (ID, other)
+    ]
+
+
+def test_one_id_that_fails_leaves_the_certificates_of_the_others(
+    frobs: Frobs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = frobs("parity", "CartPole-v1", ID, "--simulators", "mujoco,mujoco", "--only", "forward_kinematics")
+    assert result.exit_code == 1
+    assert "4 passed" in result.stdout
+    assert "error: 1 of 2 jobs failed. CartPole-v1: " in result.stderr
+
+
+def test_a_run_belongs_to_one_id(frobs: Frobs) -> None:
+    result = frobs("parity", ID, "frobs/Ur5Reach-v0", "--run", "runs/first")
+    assert result.exit_code == 2
+    assert "--run: compare one ID with it" in result.stderr
+
+
 @pytest.mark.parametrize(
     ("args", "message"),
     [

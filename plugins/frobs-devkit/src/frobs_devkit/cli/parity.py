@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from frobs_cli.completion import complete_id
 from frobs_cli.model_options import PackagePath, XacroArgs, robot_keywords
-from frobs_cli.options import Controller, EnvId, Json, Robot, Tcp
+from frobs_cli.options import Controller, Json, Robot, Tcp
 from frobs_cli.output import console, only_json, print_json, print_line, print_note, print_table, print_title
+from frobs_core.errors import CommandLineError
+from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
 
 if TYPE_CHECKING:
     from frobs_devkit.parity import Certificate
@@ -18,7 +22,15 @@ _STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
 
 
 def parity(
-    env_id: EnvId,
+    env_ids: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="ID...",
+            show_default=False,
+            help="Gymnasium environment ID from 'frobs list envs'. Several: one certificate each, and one table.",
+            autocompletion=complete_id,
+        ),
+    ],
     simulators: Annotated[
         str | None,
         typer.Option(
@@ -30,7 +42,9 @@ def parity(
     run: Annotated[
         Path | None,
         typer.Option(
-            metavar="RUN", show_default=False, help="Run folder whose policy is evaluated on each simulator, too."
+            metavar="RUN",
+            show_default=False,
+            help="Run folder whose policy is evaluated on each simulator, too. Only with one ID.",
         ),
     ] = None,
     episodes: Annotated[
@@ -42,7 +56,7 @@ def parity(
             metavar="FILE",
             dir_okay=False,
             show_default="generated smooth actions",
-            help="File with actions to replay: .json or .npz with id, seed and actions.",
+            help="File with actions to replay: .json or .npz with id, seed and actions. Only with one ID.",
         ),
     ] = None,
     only: Annotated[
@@ -57,9 +71,16 @@ def parity(
     out: Annotated[
         Path | None,
         typer.Option(
-            metavar="DIR", file_okay=False, show_default="parity/ID", help="Folder to write the certificate to."
+            metavar="DIR",
+            file_okay=False,
+            show_default="parity/ID",
+            help="Folder to write the certificate to. With several IDs: the folder of the folders ID.",
         ),
     ] = None,
+    runner: RunnerName = "local",
+    ray_address: RayAddress = None,
+    cpus: JobCpus = None,
+    memory: JobMemory = None,
     json: Json = False,
 ) -> None:
     """Measure how closely simulators agree on an environment, and write a certificate.
@@ -68,31 +89,57 @@ def parity(
     error, a tolerance and a picture. Exits with status 1 if an error exceeds its tolerance (✗). If a simulator does
     not support a measurement, the measurement is skipped (–) and the reason is shown.
 
+    Several IDs are compared as separate jobs; if one fails, the results of the others are still printed.
+
     Example:
         $ frobs parity frobs/Irb120Reach-v0 --simulators mujoco,pybullet
         $ frobs parity frobs/Irb120Reach-v0 --run runs/first --out certificate
         $ frobs parity frobs/Irb120Reach-v0 --only replay --actions actions.json --json
         $ frobs parity frobs/Reach-v0 --robot arm.urdf --tcp tool0 --package-path ~/ros/src
+        $ frobs parity frobs/PandaPush-v0 frobs/PandaLift-v0 --runner ray
     """
     from frobs_core.registry import bare_id, find_spec
 
-    spec = find_spec(env_id)
+    specs = {env_id: find_spec(env_id) for env_id in env_ids}
     from frobs_devkit.parity import measure_parity
     from frobs_train import Run
+    from frobs_train.runners.runner import LOCAL
 
-    names = _split(simulators) or _installed(str(spec.kwargs.get("simulator", "mujoco")))
-    folder = out or Path("parity") / bare_id(env_id)
+    chosen = open_runner(runner, ray_address, cpus, memory)
+    names = {
+        env_id: _split(simulators) or _installed(str(spec.kwargs.get("simulator", "mujoco")))
+        for env_id, spec in specs.items()
+    }
     keywords = robot_keywords(robot, tcp, args, package_path) | ({"controller": controller} if controller else {})
+    if len(specs) > 1 or runner != LOCAL:
+        for option, value in (("--run", run), ("--actions", actions)):
+            if value is not None:
+                raise CommandLineError(option, "compare one ID with it, and without --runner.")
+        from frobs_devkit.cli.parity_jobs import certification_job, certify_and_report
+
+        root = out or Path("parity")
+        root.mkdir(parents=True, exist_ok=True)
+        jobs = [
+            certification_job(
+                id, names[id], root / bare_id(id), only=_split(only) or None, keywords=_absolute(keywords)
+            )
+            for id in specs
+        ]
+        if not certify_and_report(jobs, chosen, root.absolute(), json=json):
+            raise typer.Exit(1)
+        return
+    [env_id] = specs
+    folder = out or Path("parity") / bare_id(env_id)
     with only_json(json), console(stderr=True).status("comparing") as status:
         certificate = measure_parity(
             env_id,
-            names,
+            names[env_id],
             run=Run.open(run) if run else None,
             actions=actions,
             only=_split(only) or None,
             episodes=episodes,
             keywords=keywords,
-            on_measurement=lambda title: status.update(f"{title.lower()}: {', '.join(names)}"),
+            on_measurement=lambda title: status.update(f"{title.lower()}: {', '.join(names[env_id])}"),
         )
         certificate.write(folder)
     if json:
@@ -101,6 +148,16 @@ def parity(
         _print(certificate, folder)
     if not certificate.passed:
         raise typer.Exit(1)
+
+
+def _absolute(keywords: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keywords of an environment with absolute paths, because a job may run in another folder."""
+    found = dict(keywords)
+    if Path(str(found.get("robot", ""))).is_file():
+        found["robot"] = str(Path(found["robot"]).resolve())
+    if "package_paths" in found:
+        found["package_paths"] = {name: str(Path(path).resolve()) for name, path in found["package_paths"].items()}
+    return found
 
 
 def _split(names: str | None) -> list[str]:

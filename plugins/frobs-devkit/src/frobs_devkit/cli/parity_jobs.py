@@ -1,0 +1,83 @@
+"""``frobs parity ID ID …``: certify several environments as jobs, and print one table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from frobs_cli.output import only_json, print_json, print_table
+from frobs_train.cli.jobs_progress import collect_outcomes, short_path
+from frobs_train.runners.runner import Job, Report, Runner, raise_failures
+
+_MEMORY = 2 * 2**30  # [B] Python and the engines
+
+
+def certification_job(environment: str, simulators: Sequence[str], folder: Path, **keywords: Any) -> Job:
+    """Return the job that writes the certificate of an environment.
+
+    Its result is ``folder`` and what :meth:`frobs_devkit.parity.Certificate.to_dict` returns.
+
+    Args:
+        environment: Gymnasium ID.
+        simulators: Names of the simulators, the reference first.
+        folder: Folder of the certificate.
+        keywords: Further keywords of :func:`frobs_devkit.parity.measure_parity`.
+    """
+    return Job(
+        name=environment,
+        function=f"{__name__}:certify",
+        arguments={
+            "environment": environment,
+            "simulators": tuple(simulators),
+            "folder": folder.absolute(),
+            "keywords": keywords,
+        },
+        memory=_MEMORY,
+    )
+
+
+def certify(
+    environment: str, simulators: Sequence[str], folder: Path, keywords: Mapping[str, Any], report: Report
+) -> dict[str, Any]:
+    """Measure how closely simulators agree on an environment, and write the certificate."""
+    from frobs_devkit.parity import measure_parity
+
+    certificate = measure_parity(environment, simulators, **keywords)
+    certificate.write(folder)
+    return {"folder": folder, **certificate.to_dict()}
+
+
+def certify_and_report(jobs: Sequence[Job], runner: Runner, folder: Path, *, json: bool) -> bool:
+    """Certify several environments, print one row for each, and return whether all passed.
+
+    Args:
+        jobs: From :func:`certification_job`.
+        runner: Where they run.
+        folder: Existing folder that contains those of the certificates.
+        json: Write JSON to stdout, and nothing else there.
+
+    Raises:
+        JobsError: A job failed.
+    """
+    with only_json(json):
+        outcomes = collect_outcomes(
+            [job.name for job in jobs],
+            lambda update: runner.run(jobs, folder, update),
+            f"the certificates that are finished are in {folder}",
+        )
+    found = [outcome.result for outcome in outcomes if outcome.error is None]
+    if json:
+        print_json(found)
+    elif found:
+        print_table(["environment", "", "comparisons", "over the tolerance", "certificate"], [_row(it) for it in found])
+    raise_failures(outcomes)
+    return all(it["passed"] for it in found)
+
+
+def _row(found: Mapping[str, Any]) -> list[str]:
+    failed = [
+        measurement["title"].lower() for measurement in found["measurements"] if measurement["status"] == "failed"
+    ]
+    sign = "✓" if found["passed"] else "✗"
+    return [found["id"], sign, found["verdict"], ", ".join(failed) or "–", short_path(found["folder"])]
