@@ -45,6 +45,7 @@ REQUIRED_ONLY = {"frobs-rl-compat": {"frobs-tasks-legacy"}}
 OTHER_NAMES = {
     "PIL": "pillow",
     "coal": "pin",
+    "mlflow": "mlflow-skinny",
     "collada": "pycollada",
     "pinocchio": "pin",
     "sbx": "sbx-rl",
@@ -55,7 +56,7 @@ OTHER_NAMES = {
 OPTIONAL = {
     "frobs-algos-sb3": {"rospkg"},  # finds the packages that a configuration of FRobs_RL names
     DEVKIT: {"pytest", "stable_baselines3"},  # in the tests of plugins; a further checker of environments
-    TRAIN: {"sqlalchemy", "tensorboard"},  # comes with Optuna; event files are written if it is installed
+    TRAIN: {"tensorboard"},  # event files are written if it is installed
     "frobs-rl-compat": {"gym"},  # its own stand-in for old gym
 }
 """Imports that no requirement covers: each is used only if it is installed."""
@@ -66,6 +67,7 @@ FROM_ROS = {"actionlib", "dynamic_reconfigure", "genmsg", "genpy", "rosgraph", "
 USED_BY_OTHERS = {
     "frobs-algos-sb3": {"onnxscript", "tensorboard"},  # by torch.onnx and by stable-baselines3
     "frobs-algos-sbx": {"tfp-nightly"},  # by sbx
+    TRAIN: {"alembic"},  # by MLflow, for a local database
     "frobs-ros": {"defusedxml", "netifaces", "pycryptodomex", "python-gnupg", "rospkg"},  # by rospy
 }
 """Requirements that a distribution does not import itself."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +12,13 @@ from frobs_cli.options import Algorithm, Base, Controller, EnvId, Json, NumEnvs,
 from frobs_cli.output import only_json, print_note
 from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
 from frobs_train.cli.training_report import describe_training, report_training
+
+
+class Service(StrEnum):
+    """Services for experiment tracking."""
+
+    wandb = "wandb"
+    mlflow = "mlflow"
 
 
 def train(
@@ -53,6 +61,14 @@ def train(
         Path | None,
         typer.Option(metavar="DIR", show_default="runs/ID/…", help="Run folder to write."),
     ] = None,
+    log: Annotated[
+        list[Service] | None,
+        typer.Option(
+            show_default=False,
+            help="Also send the log to a service: wandb (Weights & Biases) or mlflow. Their own environment variables "
+            "apply, such as WANDB_MODE or MLFLOW_TRACKING_URI. Repeatable.",
+        ),
+    ] = None,
     on_existing: Annotated[
         str,
         typer.Option(
@@ -83,6 +99,7 @@ def train(
         $ frobs train frobs/Irb120Reach-v0 --controller tcp_delta_position --seed 1
         $ frobs train CartPole-v1 --steps 100_000 --set algorithm_config.gamma=0.98
         $ frobs train frobs/Irb120Reach-v0 --seeds 10 --runner ray
+        $ WANDB_MODE=offline frobs train frobs/Irb120Reach-v0 --log wandb
     """
     from frobs_core.registry import find_spec
 
@@ -103,6 +120,7 @@ def train(
         "num_envs": num_envs,
         "steps": steps,
         "seed": seed,
+        "log": [service.value for service in log] if log else None,
     }
     with only_json(json):
         resolved = resolve_config(env_id, file=config, flags=flags, settings=settings or ())

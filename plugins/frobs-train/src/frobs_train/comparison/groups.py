@@ -16,6 +16,7 @@ _INDIFFERENT = (
     "evaluate_every",
     "evaluation_episodes",
     "threads",
+    "log",
 )
 """Settings that change nothing about what is learned."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, cast
+from typing import Annotated, Any, Literal, cast
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
@@ -94,6 +94,7 @@ class RunConfig(BaseModel):
         threads: Who gets how many; see :func:`frobs_train.decide_threads`.
         wrappers: Gymnasium's wrappers around the environment, the innermost first: each with ``name`` and its keywords.
         callbacks: Subclasses of :class:`frobs_train.TrainingCallback`: each with ``name`` and its keywords.
+        log: Services that receive the log and evaluations besides ``progress.csv``: ``"wandb"``, ``"mlflow"``.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -117,6 +118,7 @@ class RunConfig(BaseModel):
     threads: Annotated[ThreadsConfig, BeforeValidator(_or_nothing)] = ThreadsConfig()
     wrappers: list[ComponentConfig] = []
     callbacks: list[ComponentConfig] = []
+    log: list[Literal["wandb", "mlflow"]] = []
 
     def keywords(
         self, *, simulator: str | None = None, randomize: bool | Mapping[str, Any] | None = None

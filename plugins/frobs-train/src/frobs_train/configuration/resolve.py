@@ -80,6 +80,10 @@ def check_config(merged: Mapping[str, Any]) -> RunConfig:
     _check_stop(config)
     check_components(config.wrappers, merged.get("wrappers"), "wrapper")
     check_components(config.callbacks, merged.get("callbacks"), "callback")
+    if config.log:
+        from frobs_train.logs.services import check_services
+
+        check_services(config.log)
     return config
 
 

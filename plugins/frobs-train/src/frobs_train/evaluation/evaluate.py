@@ -144,6 +144,10 @@ def evaluate(
         write_json(path, result.to_dict())
     except OSError as error:  # what was found is not lost for it
         _log.warning("%s cannot be written: %s; free some space, or make the folder writable.", path, error.strerror)
+    if config.log and checkpoint == "newest" and deterministic:
+        from frobs_train.logs.services import log_evaluation
+
+        log_evaluation(run, result)
     return result
 
 

@@ -35,6 +35,7 @@ class Run:
         progress.csv     a row for each iteration
         tensorboard/     the same as events
         checkpoints/     step_…, each complete, and best
+        wandb.json       which run of Weights & Biases this run is sent to, and how far; mlflow.json: the same of MLflow
         evaluations/     what `frobs evaluate` found, as JSON
         plots/           learning curve and reward terms
         video.mp4

@@ -48,6 +48,9 @@ class TrainingCallback:
     def on_end(self, run: Run, steps: int) -> None:
         """Take note that the training has ended, and was not interrupted."""
 
+    def close(self) -> None:
+        """Release resources. Called last, also after an interruption or an error, and even if the training never began."""
+
 
 def build_callbacks(components: list[ComponentConfig]) -> list[TrainingCallback]:
     """Build the callbacks of a configuration."""

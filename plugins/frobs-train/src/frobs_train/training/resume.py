@@ -13,6 +13,7 @@ from frobs_core.yaml import merge
 from frobs_train.configuration.config import RunConfig, algorithm_record, differences
 from frobs_train.configuration.resolve import check_config, read_setting
 from frobs_train.logs.recorder import EpisodeRecorder
+from frobs_train.logs.services import make_loggers
 from frobs_train.logs.statistics import EpisodeStatistics
 from frobs_train.runs import checkpoints
 from frobs_train.runs.checkpoints import Checkpoint
@@ -123,7 +124,7 @@ def _continue(
 ) -> None:
     for line in changed_versions(run.path / "versions.json") if checkpoint else []:
         _log.warning("%s: the numbers to come may differ from those of an uninterrupted run.", line)
-    callbacks = build_callbacks(run.config.callbacks)
+    callbacks = [*make_loggers(run.config.log), *build_callbacks(run.config.callbacks)]
     env = make_training_env(run.config)
     try:
         env.reset(seed=run.seeds.environment)

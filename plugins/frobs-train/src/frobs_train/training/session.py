@@ -109,6 +109,8 @@ def run_training(
         if run.config.evaluate_every is not None:
             evaluation = TrainingEvaluation(run, algorithm)
             stack.callback(evaluation.close)
+        for callback in callbacks:
+            stack.callback(callback.close)
         context = RunContext(
             env=env,
             episodes=episodes,

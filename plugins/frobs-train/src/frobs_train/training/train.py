@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from frobs_train.configuration.config import RunConfig, algorithm_record, resolve_algorithm_config
+from frobs_train.logs.services import make_loggers
 from frobs_train.runs.existing import resume_existing, settle_existing
 from frobs_train.runs.lock import RunLock
 from frobs_train.runs.run import Run, default_run_dir
@@ -59,7 +60,7 @@ def train(
     config = config.model_copy(update={"seed": seed})
     made = prepare_training(config)
     try:
-        callbacks = build_callbacks(config.callbacks)
+        callbacks = [*make_loggers(config.log), *build_callbacks(config.callbacks)]
         run = Run.create(path, config, replace=on_existing == "overwrite")
         with RunLock(run.path):
             run_training(run, made.recorder, made.episodes, made.algorithm, callbacks, on_progress)

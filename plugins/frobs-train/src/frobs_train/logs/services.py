@@ -1,0 +1,203 @@
+"""Loggers that send a run to a service for experiment tracking, next to ``progress.csv``."""
+
+from __future__ import annotations
+
+import logging
+import math
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from frobs_core.errors import MissingDependencyError
+from frobs_core.files import write_json
+from frobs_train.errors import RunBusyError
+from frobs_train.logs.progress import STEPS, read_progress
+from frobs_train.runs.lock import RunLock
+from frobs_train.training.callbacks import TrainingCallback
+
+if TYPE_CHECKING:
+    from frobs_train.evaluation.evaluate import Evaluation
+    from frobs_train.runs.checkpoints import Checkpoint
+    from frobs_train.runs.run import Run
+    from frobs_train.training.monitor import Progress
+
+_log = logging.getLogger("frobs")
+
+SERVICES: Mapping[str, str] = {
+    "wandb": "frobs_train.logs.wandb_logger:WandbLogger",
+    "mlflow": "frobs_train.logs.mlflow_logger:MlflowLogger",
+}
+"""Classes of the loggers, by the name of the setting ``log``; the name is also that of the required module."""
+
+Row = tuple[int, Mapping[str, float]]
+"""Environment steps, and the finite values of a row of the log by column."""
+
+
+class ServiceLogger(TrainingCallback):
+    """Sends each row of ``progress.csv`` to one run of a service.
+
+    The file ``<name>.json`` in the run folder stores the ID of that run and the steps of the last row that was sent, so
+    that a resumed training run continues it and sends no row twice. Rows that could not be sent are sent again at the
+    next checkpoint. Rows that were logged before the service was chosen are sent first.
+    """
+
+    name: ClassVar[str]
+
+    def __init__(self) -> None:
+        self._pending: list[Row] = []
+        self._failed = False
+        self._complete = False
+        self._state: dict[str, Any] = {}
+        self._run: Run | None = None
+
+    def on_start(self, run: Run, steps: int) -> None:
+        """Open the run of the service, and send the rows that it lacks."""
+        self._state = read_state(run, self.name)
+        self._state |= self._open(run, self._state)
+        self._run = run
+        path = run.path / "progress.csv"
+        logged = read_progress(path) if steps and path.is_file() else {}
+        rows = [dict(zip(logged, values, strict=True)) for values in zip(*logged.values(), strict=True)]
+        self._pending = [(int(row[STEPS]), _finite(row)) for row in rows if row[STEPS] > self._sent]
+        self._write_state()
+        self._send()
+
+    def on_progress(self, progress: Progress, row: Mapping[str, float | None]) -> None:
+        """Send a row, unless a resumed run repeats it."""
+        steps = int(row[STEPS] or 0)
+        if steps > self._sent:
+            self._pending.append((steps, _finite(row)))
+        if not self._failed:
+            self._send()
+
+    def on_checkpoint(self, checkpoint: Checkpoint) -> None:
+        """Send the rows that could not be sent before."""
+        self._send()
+
+    def on_end(self, run: Run, steps: int) -> None:
+        """Remember that the training run is complete."""
+        self._complete = True
+
+    def close(self) -> None:
+        """Send what is left, and close the run of the service."""
+        if self._run is not None:
+            self._send()
+            try:
+                self._close(complete=self._complete)
+            except Exception as error:
+                _log.warning("%s: the run could not be closed: %s.", self.name, error)
+            self._run = None
+
+    def log_evaluation(self, run: Run, found: Evaluation) -> None:
+        """Send the result of an evaluation to the run of the service."""
+        self._open(run, read_state(run, self.name))
+        values = {"success_rate": found.success_rate, "mean_reward": found.mean_reward}
+        values |= {"mean_length": found.mean_length, "tracking_error": found.tracking_error}
+        finals = {f"final/{key}": value for key, value in values.items() if value is not None}
+        try:
+            self._log_finals(found.steps, {**finals, "final/episodes": found.episodes})
+        finally:
+            self._close(complete=True)
+
+    @property
+    def _sent(self) -> int:
+        return int(self._state.get("steps", 0))
+
+    def _send(self) -> None:
+        if self._run is None or not self._pending:
+            return
+        try:
+            self._log(self._pending)
+        except Exception as error:
+            if not self._failed:
+                _log.warning(
+                    "%s cannot be reached: %s. The training continues; rows are sent again at the next checkpoint, and "
+                    "progress.csv has all of them.",
+                    self.name,
+                    error,
+                )
+            self._failed = True
+            return
+        self._failed = False
+        self._state["steps"] = self._pending[-1][0]
+        self._pending = []
+        self._write_state()
+
+    def _write_state(self) -> None:
+        assert self._run is not None
+        write_json(self._run.path / f"{self.name}.json", self._state)
+
+    @abstractmethod
+    def _open(self, run: Run, state: Mapping[str, Any]) -> dict[str, Any]:
+        """Open the run of the service whose ``id`` is in ``state``, or create one; return the state to store."""
+
+    @abstractmethod
+    def _log(self, rows: Sequence[Row]) -> None:
+        """Send rows, oldest first."""
+
+    @abstractmethod
+    def _log_finals(self, steps: int, values: Mapping[str, float]) -> None:
+        """Send the results of an evaluation after some steps."""
+
+    @abstractmethod
+    def _close(self, *, complete: bool) -> None:
+        """Close the run of the service; it stays resumable."""
+
+
+def check_services(names: Sequence[str]) -> None:
+    """Raise MissingDependencyError if the package of a service is not installed."""
+    for name in names:
+        found = find_spec(name)
+        if found is None or found.origin is None:  # a folder of this name, as W&B writes one, is no package
+            raise MissingDependencyError(f"--log {name}", [name], f"pip install 'frobs-train[{name}]'")
+
+
+def make_loggers(names: Sequence[str]) -> list[ServiceLogger]:
+    """Return the loggers of the services with these names."""
+    check_services(names)
+    loggers = []
+    for name in dict.fromkeys(names):
+        module, _, attribute = SERVICES[name].partition(":")
+        loggers.append(getattr(import_module(module), attribute)())
+    return loggers
+
+
+def log_evaluation(run: Run, found: Evaluation) -> None:
+    """Send an evaluation to the services to which its run was logged. A failure is a warning."""
+    if found.simulator or found.randomize:
+        return
+    names = [name for name in run.config.log if (run.path / f"{name}.json").is_file()]
+    for name in names:
+        try:
+            [logger] = make_loggers([name])
+            with RunLock(run.path):
+                logger.log_evaluation(run, found)
+        except RunBusyError:
+            _log.warning("The evaluation was not sent to %s, because the run is still being trained.", name)
+        except Exception as error:
+            _log.warning("The evaluation was not sent to %s: %s", name, error)
+
+
+def read_state(run: Run, name: str) -> dict[str, Any]:
+    """Return what the run folder stores about a service; an empty mapping if nothing was sent to it yet."""
+    import json
+
+    try:
+        found: dict[str, Any] = json.loads((run.path / f"{name}.json").read_text("utf-8"))
+    except FileNotFoundError:
+        return {}
+    return found
+
+
+def facts_of(run: Run) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the configuration of a run and its versions, as plain values."""
+    import json
+
+    versions: dict[str, Any] = json.loads((run.path / "versions.json").read_text("utf-8"))
+    return run.config.model_dump(mode="json"), versions
+
+
+def _finite(row: Mapping[str, float | None]) -> dict[str, float]:
+    return {name: float(value) for name, value in row.items() if value is not None and math.isfinite(value)}
