@@ -56,10 +56,37 @@ def nearest(name: str, available: Iterable[str]) -> str | None:
     return by_lower[found[0]] if found else None
 
 
-def _hint(name: str, available: Sequence[str]) -> str:
+_MOST_NAMES = 5
+"""Names that an error lists; if there are more, it lists the most similar ones."""
+
+
+def _suggestion(name: str, available: Sequence[str]) -> str:
     suggestion = nearest(name, available)
-    text = f" Did you mean '{suggestion}'?" if suggestion else ""
-    return f"{text} Available: {', '.join(available) if available else 'none'}."
+    return f" Did you mean '{suggestion}'?" if suggestion else ""
+
+
+def _hint(name: str, available: Sequence[str]) -> str:
+    return f"{_suggestion(name, available)} Available: {', '.join(available) if available else 'none'}."
+
+
+def _short_hint(name: str, available: Sequence[str], more: str) -> str:
+    """Return the suggestion and the most similar names; ``more`` is the command that lists all names, or empty."""
+    if len(available) <= _MOST_NAMES:
+        return _hint(name, available)
+    similar = sorted(
+        available, key=lambda known: difflib.SequenceMatcher(None, name.lower(), known.lower()).ratio(), reverse=True
+    )
+    rest = f"{len(available) - _MOST_NAMES} more{f': {more}' if more else ''}"
+    return f"{_suggestion(name, available)} Available: {', '.join(similar[:_MOST_NAMES])} and {rest}."
+
+
+_LISTS = {
+    **{kind: f"frobs list {kind}s" for kind in ("simulator", "robot", "controller", "task", "algorithm")},
+    "environment ID": "frobs list envs",
+    "record or environment ID": "frobs list",
+    "command": "frobs --help",
+}
+"""Command that lists all names of a kind."""
 
 
 def _restore(kind: type[FrobsError], args: tuple[object, ...], state: dict[str, object]) -> FrobsError:
@@ -120,7 +147,7 @@ class UnknownNameError(PluginError):
         self.available = tuple(sorted(available))
         self.failed = tuple(failed)
         self.install_hint = local_install_hint(install_hint)
-        text = f"no {kind} is named '{name}'.{_hint(name, self.available)}"
+        text = f"no {kind} is named '{name}'.{_short_hint(name, self.available, _LISTS.get(kind, ''))}"
         if self.install_hint:
             text += f" To install it: {self.install_hint}."
         if self.failed:

@@ -39,3 +39,17 @@ def test_a_value_error_names_owner_parameter_value_and_rule():
 def test_an_owner_and_an_advice_can_be_omitted():
     assert str(ParameterValueError("steps", "many", "a number")) == "steps is 'many'; it must be a number."
     assert str(MissingSettingError("task 'reach'", "a robot")) == "task 'reach' needs a robot."
+
+
+def test_an_unknown_name_lists_the_five_nearest_of_many():
+    names = [f"robot{i}" for i in range(9)] + ["irb120", "irb140"]
+    text = str(UnknownNameError("robot", "irb12", names))
+    assert text.startswith("no robot is named 'irb12'. Did you mean 'irb120'? Available: irb120, irb140, ")
+    assert text.endswith(" and 6 more: frobs list robots.")
+    assert text.count("robot") == 3 + 2  # "no robot", three of them, and the command
+    assert len(UnknownNameError("robot", "irb12", names).available) == 11
+    assert str(UnknownNameError("body", "x", "abcdef")).endswith(" and 1 more.")
+
+
+def test_an_unknown_parameter_lists_all():
+    assert "a, b, c, d, e, f, g" in str(UnknownParameterError("task 'reach'", "x", "abcdefg"))

@@ -12,7 +12,7 @@ BAD = {
     "command": (("trian",), "no command is named 'trian'. Did you mean 'train'?"),
     "option": (("train", "CartPole-v1", "--sed", "1"), "--seed"),
     "option of frobs": (("--verison",), "--version"),
-    "missing argument": (("evaluate",), "missing argument 'RUN'"),
+    "missing argument": (("evaluate",), "missing argument 'RUN...'"),
     "kind": (("list", "robotz"), "Did you mean 'robots'?"),
     "name": (("show", "ibr120"), "Did you mean 'irb120'?"),
     "name of a kind": (("show", "robot:irb12"), "no robot is named 'irb12'. Did you mean 'irb120'?"),

@@ -49,6 +49,31 @@ def test_a_name_that_two_distributions_offer_is_listed_with_both(
     assert [name for name in names if name.endswith(":irb120")] == ["frobs-robots-abb:irb120", "frobs-zz-other:irb120"]
 
 
+def test_a_simulator_without_its_engine_is_marked(
+    frobs: Frobs, facts: Facts, installed: Callable[[str, str], None]
+) -> None:
+    installed("frobs-zz-engine", SIMULATOR)
+    assert "an engine (not usable here; to install it: pip install zz)" in frobs("list", "simulators").stdout
+    missing = {row["name"]: row["missing"] for row in facts("list", "simulators")["simulators"]}
+    assert missing["zz"] == "not usable here; to install it: pip install zz"
+    assert missing["mujoco"] == ""
+    [found] = facts("show", "frobs/Irb120Reach-v0")
+    [row] = [row for row in found["simulators"] if row["simulator"] == "zz"]
+    assert row == {"simulator": "zz", "can_run_it": False, "lacks": missing["zz"]}
+
+
+SIMULATOR = """
+from frobs_core.hookspecs import hookimpl
+from frobs_core.capabilities import CAPABILITIES, Level
+from frobs_core.specs import SimulatorRecord
+
+@hookimpl
+def frobs_simulators():
+    every = dict.fromkeys(CAPABILITIES, Level.EXACT)
+    return [SimulatorRecord(name="zz", summary="an engine", entry_point="zz_engine:Zz", install_hint="pip install zz",
+                            capabilities=every)]
+"""
+
 ROBOT = """
 from frobs_core.hookspecs import hookimpl
 from frobs_core.specs import RobotRecord

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from frobs_core import plugins, registry
-from frobs_core.errors import UnknownNameError
+from frobs_core.errors import PluginError, UnknownNameError
 from frobs_core.specs import KINDS, Record
 
 ENVIRONMENT = "environment"
@@ -51,6 +51,15 @@ def listed(kind: str) -> list[Listed]:
         Listed(name, record, *sources.get(id(record), ("", "")))
         for name, record in sorted(plugins.records(kind).items())
     ]
+
+
+def why_unusable(record: Record) -> str:
+    """Return why the implementation of a record cannot be imported here, with how to install it; empty if it can."""
+    try:
+        record.load()
+    except PluginError as error:
+        return f"not usable here; to install it: {record.install_hint}" if record.install_hint else str(error)
+    return ""
 
 
 def source_of(kind: str, record: Record) -> str:

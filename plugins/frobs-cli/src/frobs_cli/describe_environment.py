@@ -108,7 +108,7 @@ def _with_defaults(rows: list[dict[str, Any]], chosen: Mapping[str, Any]) -> lis
 
 
 def _simulators(task: TaskRecord, environment: EnvironmentRecord) -> list[dict[str, Any]]:
-    """Return for each installed simulator whether it can run the environment, and what it lacks."""
+    """Return for each simulator whether it can run the environment here, and what it lacks: capabilities or packages."""
     needs: dict[str, Mapping[str, Level]] = {f"task '{task.name}'": task.needs}
     with contextlib.suppress(FrobsError):
         config = EnvConfig.from_dict({"task": task.name, "robot": environment.robot, **environment.parameters})
@@ -125,5 +125,7 @@ def _simulators(task: TaskRecord, environment: EnvironmentRecord) -> list[dict[s
                 check_capabilities(item.name, item.record.capabilities, needs)
             except CapabilityError as error:
                 missing = [f"{capability} ({wanted}; has {has})" for _, capability, wanted, has in error.missing]
+            if problem := catalogue.why_unusable(item.record):
+                missing.append(problem)
             rows.append({"simulator": item.name, "can_run_it": not missing, "lacks": ", ".join(missing)})
     return rows

@@ -11,7 +11,7 @@ _HEADINGS = {
     "max_episode_steps": "max steps",
     "help": "meaning",
     "entry_point": "entry point",
-    "lacks": "missing capabilities",
+    "lacks": "what is missing",
 }
 
 

@@ -29,6 +29,8 @@ def list_(
 ) -> None:
     """List what is installed: simulators, robots, controllers, tasks, algorithms and environment IDs.
 
+    A simulator whose engine is not installed is marked, with how to install it.
+
     Example:
         $ frobs list
         $ frobs list envs
@@ -60,6 +62,7 @@ def _records(kind: str) -> list[dict[str, Any]]:
             "summary": item.record.summary,
             "distribution": item.distribution,
             "version": item.version,
+            **({"missing": catalogue.why_unusable(item.record)} if kind == "simulator" else {}),
         }
         for item in catalogue.listed(kind)
     ]
@@ -90,5 +93,12 @@ def _print(kind: str, facts: list[dict[str, Any]]) -> None:
         ]
         print_table(("ID", "robot", *(heading for heading, _ in columns[0]), "summary"), rows)
     else:
-        rows = [[fact["name"], f"{fact['distribution']} {fact['version']}", fact["summary"]] for fact in facts]
+        rows = [
+            [
+                fact["name"],
+                f"{fact['distribution']} {fact['version']}",
+                fact["summary"] + (f" ({fact['missing']})" if fact.get("missing") else ""),
+            ]
+            for fact in facts
+        ]
         print_table(("name", "from", "summary"), rows)
