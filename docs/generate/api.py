@@ -38,7 +38,7 @@ MODULES = {
     "frobs-core": _core(),
     "frobs-deploy": ["frobs_deploy"],
     "frobs-cli": [f"frobs_cli.{name}" for name in _HELPERS],
-    "frobs-train": ["frobs_train"],
+    "frobs-train": ["frobs_train", "frobs_train.cli.jobs_progress", "frobs_train.cli.runner_options"],
     "frobs-devkit": [
         f"frobs_devkit.{name}"
         for name in ("bench", "bench_training", "doctor", "parity", "robot_sheet", "scaffold", "testing")

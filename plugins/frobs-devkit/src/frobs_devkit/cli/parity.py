@@ -103,7 +103,6 @@ def parity(
     specs = {env_id: find_spec(env_id) for env_id in env_ids}
     from frobs_devkit.parity import measure_parity
     from frobs_train import Run
-    from frobs_train.runners.runner import LOCAL
 
     chosen = open_runner(runner, ray_address, cpus, memory)
     names = {
@@ -111,7 +110,7 @@ def parity(
         for env_id, spec in specs.items()
     }
     keywords = robot_keywords(robot, tcp, args, package_path) | ({"controller": controller} if controller else {})
-    if len(specs) > 1 or runner != LOCAL:
+    if len(specs) > 1 or runner != "local":
         for option, value in (("--run", run), ("--actions", actions)):
             if value is not None:
                 raise CommandLineError(option, "compare one ID with it, and without --runner.")

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from frobs_cli.output import only_json, print_json, print_table
+from frobs_train import Job, Progress, Runner, raise_failures
 from frobs_train.cli.jobs_progress import collect_outcomes, short_path
-from frobs_train.runners.runner import Job, Report, Runner, raise_failures
 
 _MEMORY = 2 * 2**30  # [B] Python and the engines
 
@@ -38,7 +38,11 @@ def certification_job(environment: str, simulators: Sequence[str], folder: Path,
 
 
 def certify(
-    environment: str, simulators: Sequence[str], folder: Path, keywords: Mapping[str, Any], report: Report
+    environment: str,
+    simulators: Sequence[str],
+    folder: Path,
+    keywords: Mapping[str, Any],
+    report: Callable[[Progress], bool | None],
 ) -> dict[str, Any]:
     """Measure how closely simulators agree on an environment, and write the certificate."""
     from frobs_devkit.parity import measure_parity

@@ -31,6 +31,9 @@ def collect_outcomes(
         start: Runs the jobs; called with the function that receives their progress.
         if_interrupted: What to do after Ctrl-C, for the message.
 
+    Returns:
+        An outcome for each job; :func:`frobs_train.raise_failures` raises the error if one failed.
+
     Raises:
         KeyboardInterrupt: Ctrl-C was pressed.
     """
