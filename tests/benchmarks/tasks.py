@@ -226,14 +226,11 @@ def measure_as_jobs(
     trained = [each for each in missing if (each[0].folder(each[1], kept) / "trained.json").is_file()]
     simulators = [None, other_simulator] if other_simulator and find_spec(other_simulator) is not None else [None]
     tasks = [(case, seed, simulator) for case, seed in trained for simulator in simulators]
-    evaluations = [
-        evaluation_job(
-            case.folder(seed, kept) / "run",
-            episodes=evaluation_episodes(case, episodes, other=simulator is not None),
-            simulator=simulator,
-        )
-        for case, seed, simulator in tasks
-    ]
+    evaluations = []
+    for case, seed, simulator in tasks:
+        folder, fewer = case.folder(seed, kept), evaluation_episodes(case, episodes, other=simulator is not None)
+        job = evaluation_job(folder / "run", episodes=fewer, simulator=simulator)
+        evaluations.append(replace(job, name=" on ".join(filter(None, (folder.name, simulator)))))
     found: dict[tuple[Case, int], dict[str | None, Any]] = {}
 
     def keep_evaluation(outcome: Outcome) -> None:

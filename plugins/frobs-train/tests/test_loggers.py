@@ -15,6 +15,7 @@ from frobs_train.errors import TrainingError
 from frobs_train.logs import services
 from frobs_train.logs.progress import STEPS, read_progress
 from frobs_train.logs.services import Row, ServiceLogger
+from frobs_train.runs.fork import fork_run
 
 LINE = "FrobsTests/Line-v0"
 SETTINGS = (
@@ -109,6 +110,14 @@ def test_rows_before_the_service_was_chosen_are_sent_too(fake: type[FakeLogger],
     learn(tmp_path / "run", "steps=400")
     run = resume(tmp_path / "run", steps=1000, settings=["log=[wandb]"])
     assert_equal([values for _, values in fake.runs["run0"]], run)
+
+
+def test_a_fork_is_a_run_of_its_own_with_all_rows(fake: type[FakeLogger], tmp_path: Path) -> None:
+    run = learn(tmp_path / "run", "log=[wandb]", "steps=400")
+    fork_run(run.path, tmp_path / "fork", run.config)
+    fork = resume(tmp_path / "fork", steps=1000)
+    assert list(fake.runs) == ["run0", "run1"]
+    assert_equal([values for _, values in fake.runs["run1"]], fork)
 
 
 def test_a_service_that_is_down_delays_its_rows_and_not_the_training(

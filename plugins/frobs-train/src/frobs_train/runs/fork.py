@@ -7,16 +7,21 @@ import shutil
 from pathlib import Path
 
 from frobs_train.configuration.config import RunConfig
+from frobs_train.logs.services import SERVICES
 from frobs_train.runs.history import describe_change, write_history
 from frobs_train.runs.lock import NAME as LOCK
 from frobs_train.runs.run import Run
 
 
 def copy_run(source: Path, target: Path) -> None:
-    """Copy what is needed to continue a run into a new folder. Files of checkpoints, which never change, are linked."""
+    """Copy what is needed to continue a run into a new folder. Files of checkpoints, which never change, are linked.
+
+    The copy is a new run for Weights & Biases and MLflow, because its rows differ from now on.
+    """
+    left_out = {LOCK, *(f"{name}.json" for name in SERVICES)}
     target.mkdir(parents=True)
     for path in source.iterdir():
-        if path.is_file() and path.name != LOCK:
+        if path.is_file() and path.name not in left_out:
             shutil.copy2(path, target / path.name)
     if (source / "checkpoints").is_dir():
         newest = Run.open(source).newest_checkpoint()[0].path
