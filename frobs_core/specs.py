@@ -136,6 +136,9 @@ class AlgorithmRecord(Record):
             ``"module:function"`` that is called with the path, the environment's observation space and action space,
             the algorithm's name or None, and whether the file is trusted, and returns what has the spaces and
             ``predict`` of an algorithm, and the environment steps that it had trained for.
+        exact_resume: Whether a training that is saved, loaded and continued equals an uninterrupted one. If not, a run
+            says so when it is resumed.
+        reproducible: Whether the same seed learns the same. An algorithm that learns while its environments run does not.
     """
 
     action_spaces: tuple[str, ...] = ("Box",)
@@ -143,6 +146,8 @@ class AlgorithmRecord(Record):
     search_space: str = ""
     config_files: Mapping[str, str] = field(default_factory=dict)
     model_files: Mapping[str, str] = field(default_factory=dict)
+    exact_resume: bool = True
+    reproducible: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,16 +9,18 @@ from typing import Any, Protocol, Self
 
 import gymnasium as gym
 import numpy as np
+import numpy.typing as npt
 
-from frobs_core.arrays import Action, Mask
+from frobs_core.arrays import Action, Floats, Mask
 from frobs_core.errors import ConfigurationError, PolicyExportError
 from frobs_core.observation import Observation
 
 
 class TrainingMonitor(Protocol):
-    """What an algorithm tells while it trains; a run implements it.
+    """What an algorithm reports while it trains; a run implements it.
 
-    Episodes need no telling: the run watches the environment that it hands over.
+    The run watches the environment that it hands over, so an algorithm reports only the episodes of environments that it
+    makes and steps itself, for example on other machines: see :meth:`on_episodes`.
     """
 
     def is_due(self, steps: int) -> bool:
@@ -38,6 +40,22 @@ class TrainingMonitor(Protocol):
             Whether to go on; where not, ``train`` returns.
         """
 
+    def on_episodes(
+        self,
+        rewards: Floats,
+        lengths: npt.NDArray[np.int64],
+        successes: Floats | None = None,
+        terms: Mapping[str, Floats] | None = None,
+    ) -> None:
+        """Report n finished episodes of environments that the algorithm made itself; part of the next row of the log.
+
+        Args:
+            rewards: (n,) float64, undiscounted sums.
+            lengths: (n,) int64 [control steps].
+            successes: (n,) float64, 1.0 or 0.0; None: the environment does not report success.
+            terms: Sum of each reward term, (n,) float64, by its name.
+        """
+
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
         """Tell that the algorithm stands where it could continue exactly.
 
@@ -54,7 +72,8 @@ class Algorithm(ABC):
     """Base class of algorithms.
 
     Args:
-        env: A vector environment with same-step autoreset, seeded already: reset it without a seed.
+        env: A vector environment with same-step autoreset, seeded already: reset it without a seed. That of a run has
+            the attribute ``recipe``, by which an algorithm makes more environments of the same kind in other processes.
         config: The algorithm's own settings, checked by the algorithm.
         seed: All that the algorithm draws comes from it; in [0, 2³¹).
 

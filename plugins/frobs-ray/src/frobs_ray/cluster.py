@@ -64,7 +64,7 @@ def connect(address: str | None = None, num_cpus: int | None = None) -> Iterator
     with ExitStack() as stack:
         stack.callback(_read_authentication)  # once the variables are as they were
         stack.enter_context(_variables(_ALWAYS if address else _ALWAYS | _LOCAL))
-        stack.enter_context(_quiet())
+        stack.enter_context(quiet())
         _read_authentication()
         with _handlers_kept():
             try:
@@ -110,15 +110,17 @@ def _read_authentication() -> None:
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
-    """Suppress Ray's messages below errors in this process."""
-    logger = logging.getLogger("ray")
-    before = logger.level
-    logger.setLevel(logging.ERROR)
+def quiet() -> Iterator[None]:
+    """Suppress messages of Ray and its libraries below errors in this process."""
+    loggers = [logging.getLogger(name) for name in ("ray", "ray.rllib", "ray.tune")]
+    before = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.ERROR)
     try:
         yield
     finally:
-        logger.setLevel(before)
+        for logger, level in zip(loggers, before, strict=True):
+            logger.setLevel(level)
 
 
 @contextmanager

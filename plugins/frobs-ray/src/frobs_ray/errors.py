@@ -3,8 +3,11 @@
     ConfigurationError
     ├── ClusterConnectionError  no Ray cluster answers, or none can be started
     ├── ClusterResourcesError   no node is large enough for a job
+    ├── ClusterSizeError        the cluster has too few processors
+    ├── EnvironmentCopyError    an environment cannot be made again in another process
     └── NodesDifferError        nodes lack a version, a plugin or the shared folder
     RunError
+    ├── EnvironmentRunnerError  no environment runner works
     └── RemoteJobError          a job failed on its node
 
 Each takes the objects it is about, keeps them as fields, and writes its own text.
@@ -90,3 +93,49 @@ class RemoteJobError(RunError):
         self.message = message
         self.trace = trace
         super().__init__(message)
+
+
+class ClusterSizeError(ConfigurationError):
+    """A cluster has fewer processors than the environment runners need.
+
+    Args:
+        needed: Processors that all environment runners need together.
+        available: Processors of the cluster.
+    """
+
+    def __init__(self, needed: int, available: int) -> None:
+        self.needed = needed
+        self.available = available
+        super().__init__(
+            f"num_env_runners × cpus_per_env_runner is {needed}, and the Ray cluster has {available} CPUs. Reduce one of "
+            "the settings, or add nodes with 'ray start --address=HOST:PORT'."
+        )
+
+
+class EnvironmentCopyError(ConfigurationError):
+    """An environment cannot be made again in the processes of environment runners.
+
+    Args:
+        cause: One line that says why.
+        remedy: What to do instead.
+    """
+
+    def __init__(self, cause: str, remedy: str) -> None:
+        self.cause = cause
+        self.remedy = remedy
+        super().__init__(
+            f"environment runners in other processes cannot make the same environment: {cause}. "
+            f"Set num_env_runners to 0 to use the environment of this process, or {remedy}."
+        )
+
+
+class EnvironmentRunnerError(RunError):
+    """No environment runner delivers experience.
+
+    Args:
+        cause: One line that says why.
+    """
+
+    def __init__(self, cause: str) -> None:
+        self.cause = " ".join(cause.split()).rstrip(".")
+        super().__init__(f"no environment runner delivers experience: {self.cause}.")

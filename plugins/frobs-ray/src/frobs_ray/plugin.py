@@ -4,7 +4,21 @@ from frobs_core.hookspecs import hookimpl
 from frobs_core.specs import AlgorithmRecord
 
 
+def _record(name: str, cls: str, summary: str, action_spaces: tuple[str, ...], **more: object) -> AlgorithmRecord:
+    return AlgorithmRecord(
+        name=f"rllib_{name}",
+        summary=f"{summary}, from RLlib",
+        entry_point=f"frobs_ray.rllib.{name}:{cls}",
+        install_hint="pip install frobs-ray",
+        action_spaces=action_spaces,
+        exact_resume=False,
+        **more,  # type: ignore[arg-type]
+    )
+
+
 @hookimpl
 def frobs_algorithms() -> list[AlgorithmRecord]:
     """Offer the algorithms of RLlib."""
-    return []
+    return [
+        _record("ppo", "RLlibPPO", "proximal policy optimization", ("Box", "Discrete")),
+    ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -17,6 +18,30 @@ from frobs_core.specs import SimulatorRecord
 from frobs_train.configuration.components import build_component, load_wrapper
 from frobs_train.configuration.config import ComponentConfig
 from frobs_train.errors import ComponentError, EnvironmentBuildError
+
+
+@dataclass(frozen=True)
+class EnvironmentRecipe:
+    """How the environments of a training run were made, so that other processes can make more of them.
+
+    Attributes:
+        environment: Gymnasium ID.
+        kwargs: Keywords of the environment.
+        wrappers: Wrappers of the run's configuration.
+        obstacle: What a copy would lack, as a clause for an error message; empty: nothing.
+    """
+
+    environment: str
+    kwargs: Mapping[str, Any]
+    wrappers: tuple[ComponentConfig, ...] = ()
+    obstacle: str = ""
+
+    def make(self, num_envs: int, num_threads: int) -> gym.vector.VectorEnv[Any, Any, Any]:
+        """Make ``num_envs`` environments, unseeded; those of FRobs are stepped by ``num_threads`` threads."""
+        kwargs = dict(self.kwargs)
+        if "num_threads" in kwargs:
+            kwargs["num_threads"] = min(num_threads, num_envs)
+        return make_vector_env(self.environment, num_envs, kwargs, self.wrappers)
 
 
 def make_vector_env(

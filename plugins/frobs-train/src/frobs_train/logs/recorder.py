@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
 from frobs_core.arrays import Floats
+
+if TYPE_CHECKING:
+    from frobs_train.environments import EnvironmentRecipe
 
 TERM_PREFIX = "frobs/reward/"
 """What the keys of reward terms in ``info`` begin with."""
@@ -38,20 +41,31 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
     Args:
         env: An environment with same-step autoreset.
         on_episodes: Called in each step in which episodes end.
+        recipe: How the environments were made, for algorithms that make more of them in other processes; None: unknown.
 
     Attributes:
         steps: Environment steps so far, over all environments.
     """
 
     def __init__(
-        self, env: gym.vector.VectorEnv[Any, Any, Any], on_episodes: Callable[[FinishedEpisodes], None]
+        self,
+        env: gym.vector.VectorEnv[Any, Any, Any],
+        on_episodes: Callable[[FinishedEpisodes], None],
+        recipe: EnvironmentRecipe | None = None,
     ) -> None:
         super().__init__(env)
+        self.recipe = recipe
         self.steps = 0
         self._on_episodes = on_episodes
         self._rewards: Floats = np.zeros(env.num_envs)
         self._lengths = np.zeros(env.num_envs, np.int64)
         self._terms: dict[str, Floats] = {}
+
+    def add_elsewhere(self, finished: FinishedEpisodes) -> None:
+        """Report episodes of environments that the algorithm steps in other processes."""
+        for name in finished.terms:
+            self._terms.setdefault(name, np.zeros(self.num_envs))
+        self._on_episodes(finished)
 
     @property
     def term_names(self) -> tuple[str, ...]:

@@ -24,6 +24,9 @@ def has_snapshot(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) ->
 
 def why_not_exact(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) -> str | None:
     """Return why a resumed run may differ from an uninterrupted one; None if it is identical."""
+    record: Any = plugins.get_record("algorithm", config.algorithm)
+    if not record.exact_resume:
+        return f"the algorithm {config.algorithm} does not save its episodes and random numbers"
     if not has_snapshot(config, env):
         how = ", stepped one by one," if hasattr(env.unwrapped, "envs") else ""
         return f"{config.environment}{how} has no snapshot: its episodes begin anew"

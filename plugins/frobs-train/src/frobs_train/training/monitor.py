@@ -9,9 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
+from frobs_core.arrays import Floats
 from frobs_train.logs.progress import STEPS, ProgressLog
-from frobs_train.logs.recorder import EpisodeRecorder
+from frobs_train.logs.recorder import EpisodeRecorder, FinishedEpisodes
 from frobs_train.logs.statistics import EpisodeStatistics
 from frobs_train.runs.checkpoints import Checkpoint, write_checkpoint
 from frobs_train.runs.run import Run
@@ -122,6 +124,17 @@ class RunMonitor:
         if not early:
             self._write_row(steps)
         return self.stopped is None and self._context.interrupts.requested is None
+
+    def on_episodes(
+        self,
+        rewards: Floats,
+        lengths: npt.NDArray[np.int64],
+        successes: Floats | None = None,
+        terms: Mapping[str, Floats] | None = None,
+    ) -> None:
+        """Take episodes of environments that the algorithm steps in other processes."""
+        nowhere = np.full(len(rewards), -1, np.intp)
+        self._context.env.add_elsewhere(FinishedEpisodes(nowhere, rewards, lengths, successes, dict(terms or {})))
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
         """Write a checkpoint if one is due, or if the training stops here."""

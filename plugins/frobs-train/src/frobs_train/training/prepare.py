@@ -12,7 +12,7 @@ from frobs_train.configuration.config import RunConfig, algorithm_record, resolv
 from frobs_train.logs.recorder import EpisodeRecorder
 from frobs_train.logs.statistics import EpisodeStatistics
 from frobs_train.training.seeds import spread_seed
-from frobs_train.training.session import check_action_space, make_training_env
+from frobs_train.training.session import check_action_space, make_training_env, training_recipe
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +50,7 @@ def prepare_training(config: RunConfig) -> PreparedTraining:
         check_action_space(record, config.environment, env.single_action_space)
         env.reset(seed=seeds.environment)
         episodes = EpisodeStatistics()
-        recorder = EpisodeRecorder(env, episodes.add)
+        recorder = EpisodeRecorder(env, episodes.add, training_recipe(config))
         algorithm = record.load()(recorder, settings, seeds.algorithm)
     except BaseException:
         env.close()

@@ -26,7 +26,7 @@ from frobs_train.training.callbacks import build_callbacks
 from frobs_train.training.exactness import why_not_exact
 from frobs_train.training.monitor import Progress
 from frobs_train.training.seeds import later_seed
-from frobs_train.training.session import make_training_env, run_training
+from frobs_train.training.session import make_training_env, run_training, training_recipe
 
 _log = logging.getLogger("frobs")
 
@@ -129,7 +129,7 @@ def _continue(
     try:
         env.reset(seed=run.seeds.environment)
         episodes = EpisodeStatistics()
-        recorder = EpisodeRecorder(env, episodes.add)
+        recorder = EpisodeRecorder(env, episodes.add, training_recipe(run.config))
         record = algorithm_record(run.config.algorithm)
         if checkpoint is None or state is None:
             algorithm: Algorithm = record.load()(recorder, run.config.algorithm_config, run.seeds.algorithm)

@@ -15,7 +15,7 @@ from frobs_core.errors import IncompatibleSpaceError, RunError
 from frobs_core.interfaces import Algorithm
 from frobs_core.specs import AlgorithmRecord
 from frobs_train.configuration.config import RunConfig, algorithm_record
-from frobs_train.environments import make_vector_env
+from frobs_train.environments import EnvironmentRecipe, make_vector_env
 from frobs_train.errors import TrainingError
 from frobs_train.logs.progress import ProgressLog
 from frobs_train.logs.recorder import EpisodeRecorder
@@ -34,15 +34,22 @@ from frobs_train.training.threads import decide_threads
 _log = logging.getLogger("frobs")
 
 
-def make_training_env(config: RunConfig) -> gym.vector.VectorEnv[Any, Any, Any]:
-    """Make the environments of a training run, with their share of the processors."""
+def training_recipe(config: RunConfig) -> EnvironmentRecipe:
+    """Return how the environments of a training run are made, with their share of the processors."""
     keywords = config.keywords()
     simulator = decide_threads(config).simulator
     if simulator is not None:
         keywords["num_threads"] = simulator
     if config.stagger:
         keywords["stagger"] = True
-    env = make_vector_env(config.environment, config.num_envs, keywords, config.wrappers)
+    obstacle = "" if config.reset_from is None else "reset_from chooses the starts of one process"
+    return EnvironmentRecipe(config.environment, keywords, tuple(config.wrappers), obstacle)
+
+
+def make_training_env(config: RunConfig) -> gym.vector.VectorEnv[Any, Any, Any]:
+    """Make the environments of a training run, with their share of the processors."""
+    recipe = training_recipe(config)
+    env = make_vector_env(recipe.environment, config.num_envs, recipe.kwargs, recipe.wrappers)
     if config.reset_from is None:
         return env
     try:

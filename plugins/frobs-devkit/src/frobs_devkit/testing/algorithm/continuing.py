@@ -35,6 +35,8 @@ class _SavingMonitor(Monitor):
 @after("same_seed_repeats", "load_equals_save")
 def continues_exactly(subject: AlgorithmUnderTest) -> None:
     """What was saved in the middle of a training and loaded learns on as if it had never been stopped."""
+    if not subject.record.exact_resume:
+        raise NotApplicable("the record declares exact_resume=False")
     with closing(subject.make_env()) as env:
         try:
             copy.deepcopy(env).close()

@@ -13,7 +13,7 @@ from frobs_core.errors import UnknownParameterError
 from frobs_core.interfaces import Algorithm
 from frobs_core.plain import is_plain
 from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest, Monitor
-from frobs_devkit.testing.checks import Inconclusive, after, expect, expect_raises
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect, expect_raises
 from frobs_devkit.testing.compare import difference, expect_same
 
 _FARTHEST = 10.0  # of unbounded observations
@@ -102,6 +102,8 @@ def predicts_in_the_space(subject: AlgorithmUnderTest) -> None:
 
 def same_seed_repeats(subject: AlgorithmUnderTest) -> None:
     """The same seed learns the same; another seed learns something else."""
+    if not subject.record.reproducible:
+        raise NotApplicable("the record declares reproducible=False")
     seen = subject.observations(8)
     expected, again, other = (
         algorithm.predict(seen)[0]

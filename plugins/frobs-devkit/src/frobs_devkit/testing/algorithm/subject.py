@@ -67,6 +67,9 @@ class Monitor:
         self.rows.append(dict(metrics))
         return True
 
+    def on_episodes(self, rewards: Any, lengths: Any, successes: Any = None, terms: Any = None) -> None:
+        """Ignore episodes of other environments."""
+
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
         """Keep the steps, and want no checkpoint."""
         self.offers.append(steps)

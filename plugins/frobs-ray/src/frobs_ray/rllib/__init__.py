@@ -1,0 +1,1 @@
+"""The algorithms of RLlib as algorithms of FRobs."""

@@ -1,0 +1,233 @@
+"""What all algorithms of RLlib have in common."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+import gymnasium as gym
+import numpy as np
+import torch as th
+from ray.rllib.algorithms.algorithm_config import AlgorithmConfig
+
+from frobs_algos_sb3 import storage
+from frobs_algos_sb3.spaces import space_from_json, space_to_json
+from frobs_core.arrays import Action, Mask
+from frobs_core.errors import CheckpointError, ModelMismatchError, ParameterValueError, RunError
+from frobs_core.interfaces import Algorithm, Observation, TrainingMonitor
+from frobs_core.validation import validate
+from frobs_ray.cluster import quiet
+from frobs_ray.rllib import state
+from frobs_ray.rllib.config import RLlibConfig
+from frobs_ray.rllib.spaces import FlatSpaces
+from frobs_ray.rllib.training import Training
+
+FORMAT = 1
+"""Of the files that :meth:`RLlibAlgorithm.save` writes."""
+
+
+class RLlibAlgorithm(Algorithm):
+    """Base class; a subclass names its settings and configures RLlib.
+
+    The networks live in this process, so a prediction needs no Ray. RLlib's own algorithm exists during :meth:`train`
+    only.
+
+    Attributes:
+        name: Name in the record.
+        config_model: Accepted settings.
+        module_class: RLlib's module.
+        module: The networks.
+        spaces: Conversion between the environment and the networks.
+        env: The environment; None: the algorithm only predicts.
+        steps: Environment steps that were trained for.
+        learning: State of the optimizers when the last training ended.
+    """
+
+    name: ClassVar[str]
+    config_model: ClassVar[type[RLlibConfig]]
+    module_class: ClassVar[type[Any]]
+
+    module: Any
+    spaces: FlatSpaces
+    env: gym.vector.VectorEnv[Any, Any, Any] | None
+    steps: int
+    learning: state.Arrays
+
+    def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any], seed: int) -> None:
+        settings = self._settings(config)
+        suggested = _suggested_scale(env) if settings.scale_observation else None
+        self._build(env.single_observation_space, env.single_action_space, env.num_envs, settings, seed, suggested)
+        self._attach(env)
+
+    @classmethod
+    def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
+        """Check settings and fill in the defaults."""
+        return cls._settings(config).model_dump(mode="json")
+
+    @property
+    def settings(self) -> RLlibConfig:
+        """The settings."""
+        return self._config
+
+    @property
+    def seed(self) -> int:
+        """The seed of the training."""
+        return self._seed
+
+    @abstractmethod
+    def rllib_config(self, steps: int) -> AlgorithmConfig:
+        """Return RLlib's configuration of the algorithm, without that of the environments.
+
+        Args:
+            steps: Environment steps at the end of the training.
+        """
+
+    def train(self, steps: int, monitor: TrainingMonitor) -> None:
+        """Learn until ``steps`` environment steps were taken."""
+        if self.env is None:
+            raise RunError("this algorithm was loaded for prediction only; load it with an environment to train it.")
+        if self.steps >= steps:
+            return
+        th.set_num_threads(self._config.torch_threads)
+        Training(self, self.env, monitor).run(steps)
+
+    def predict(
+        self,
+        observation: Observation,
+        state: tuple[np.ndarray[Any, Any], ...] | None = None,
+        episode_start: Mask | None = None,
+        deterministic: bool = True,
+    ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
+        """Return actions for a batch of observations."""
+        inputs = th.from_numpy(self.spaces.flatten(observation))
+        with th.no_grad():
+            if not deterministic:
+                chosen = self.module.act(inputs, self._sampling)["actions"]
+            elif isinstance(self.action_space, gym.spaces.Discrete):
+                chosen = self.module.mode(inputs).argmax(dim=-1)
+            else:
+                chosen = self.module.mode(inputs)
+        return self.spaces.to_env(chosen.numpy()), None
+
+    def save(self, folder: Path, previous: Path | None = None) -> None:
+        """Write the networks, the optimizers and the step counter. The replay buffer of SAC is not saved."""
+        self.save_policy(folder)
+        storage.write_arrays(folder / "learning.npz", self.learning)
+
+    def save_policy(self, folder: Path) -> None:
+        """Write what predicts: ``algorithm.json`` and the networks."""
+        storage.write_json(
+            folder / "algorithm.json",
+            {
+                "format": FORMAT,
+                "algorithm": self.name,
+                "config": self._config.model_dump(mode="json"),
+                "seed": self._seed,
+                "observation_scale": self._scale,
+                "num_envs": self._num_envs,
+                "observation_space": space_to_json(self.observation_space),
+                "action_space": space_to_json(self.action_space),
+                "steps": self.steps,
+            },
+        )
+        storage.write_arrays(folder / "policy.npz", state.weights(self.module))
+
+    @classmethod
+    def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
+        """Read what :meth:`save` wrote; with an environment, to continue training from there in new episodes."""
+        saved = storage.read_json(folder / "algorithm.json")
+        if saved.get("format") != FORMAT or saved.get("algorithm") != cls.name:
+            raise CheckpointError(
+                f"{folder} holds algorithm '{saved.get('algorithm')}', format {saved.get('format')}; "
+                f"'{cls.name}', format {FORMAT} is needed."
+            )
+        algorithm = cls.__new__(cls)
+        try:
+            algorithm._build(
+                space_from_json(saved["observation_space"]),
+                space_from_json(saved["action_space"]),
+                saved["num_envs"],
+                cls._settings(saved["config"]),
+                saved["seed"],
+                saved["observation_scale"],
+            )
+            algorithm.steps = int(saved["steps"])
+        except KeyError as error:
+            raise CheckpointError(f"{folder} is incomplete: {error} is missing.") from error
+        state.restore_weights(algorithm.module, storage.read_arrays(folder / "policy.npz"))
+        if env is not None:
+            algorithm.learning = storage.read_arrays(folder / "learning.npz")
+            algorithm._check_same(env)
+            algorithm._attach(env)
+        return algorithm
+
+    def export_onnx(self) -> bytes:
+        """Return the deterministic policy as an ONNX graph."""
+        from frobs_algos_sb3.onnx import export_graph  # its tracer is heavy
+        from frobs_ray.rllib.onnx import policy_graph
+
+        return export_graph(lambda: policy_graph(self.module, self.observation_space, self.action_space))
+
+    @classmethod
+    def _settings(cls, config: Mapping[str, Any]) -> RLlibConfig:
+        return validate(cls.config_model, config, f"algorithm '{cls.name}'")
+
+    def _build(
+        self,
+        observation_space: gym.Space[Any],
+        action_space: gym.Space[Any],
+        num_envs: int,
+        config: RLlibConfig,
+        seed: int,
+        scale: list[float] | None,
+    ) -> None:
+        self._config, self._seed, self._num_envs = config, seed, num_envs
+        self.observation_space, self.action_space = observation_space, action_space
+        self.spaces = FlatSpaces(observation_space, action_space, self.name)
+        self._scale = [1.0] * int(self.spaces.observation.shape[0]) if scale is None else scale
+        self._sampling = th.Generator().manual_seed(seed)
+        self.env, self.steps, self.learning = None, 0, {}
+        with th.random.fork_rng(devices=[]), quiet():
+            th.manual_seed(seed)
+            self.module = self.module_class(
+                observation_space=self.spaces.observation,
+                action_space=self.spaces.action,
+                inference_only=False,
+                model_config=self.model_config(),
+            )
+            if self.has_target_networks:
+                self.module.make_target_networks()
+
+    has_target_networks: ClassVar[bool] = False
+
+    def model_config(self) -> dict[str, Any]:
+        """Return the settings of the networks for RLlib's module."""
+        config: Any = self._config
+        return {**config.policy_kwargs.model_dump(), "scale": self._scale}
+
+    def _attach(self, env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
+        runners = self._config.num_env_runners
+        if runners and env.num_envs % runners:
+            raise ParameterValueError(
+                "num_env_runners", runners, f"a divisor of num_envs = {env.num_envs}", f"algorithm '{self.name}'"
+            )
+        self.env = env
+
+    def _check_same(self, env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
+        for what, saved, found in (
+            ("num_envs", self._num_envs, env.num_envs),
+            ("observation_space", self.observation_space, env.single_observation_space),
+            ("action_space", self.action_space, env.single_action_space),
+        ):
+            if saved != found:
+                raise ModelMismatchError("the training run", what, saved, found)
+
+
+def _suggested_scale(env: gym.vector.VectorEnv[Any, Any, Any]) -> list[float] | None:
+    """Return what the observation terms suggest to multiply a flat observation by, or None."""
+    scale = getattr(getattr(env.unwrapped, "observations", None), "scale", None)
+    if scale is None or np.shape(scale) != env.single_observation_space.shape:
+        return None
+    return [float(factor) for factor in scale]

@@ -1,0 +1,98 @@
+"""Settings that the algorithms of RLlib share; names and meanings are those of the torch family."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt
+
+from frobs_algos_sb3.networks import Activation, Widths
+from frobs_algos_sb3.settings import Fraction, Schedule, Settings, schedule
+
+
+class NetworkConfig(Settings):
+    """Settings of the networks.
+
+    Attributes:
+        net_arch: Widths of the hidden layers of every network.
+        activation_fn: Activation function between the layers.
+    """
+
+    net_arch: Widths = Field(default=[256, 256])
+    activation_fn: Activation = "relu"
+
+
+class ActorCriticConfig(NetworkConfig):
+    """Settings of the networks of PPO and APPO: one for the policy and one for the values.
+
+    Attributes:
+        net_arch: Widths of the hidden layers of both networks.
+        activation_fn: Activation function between the layers.
+        ortho_init: Whether the initial weights are orthogonal matrices.
+        log_std_init: Logarithm of the initial standard deviation of the actions.
+    """
+
+    net_arch: Widths = Field(default=[64, 64])
+    activation_fn: Activation = "tanh"
+    ortho_init: bool = True
+    log_std_init: float = 0.0
+
+
+class RLlibConfig(Settings):
+    """Settings that every algorithm of RLlib accepts.
+
+    Attributes:
+        learning_rate: Learning rate of every optimizer.
+        gamma: Discount per control step.
+        scale_observation: Whether observations are multiplied by the scale that the task suggests.
+        torch_threads: Threads of PyTorch in the process that learns.
+        num_env_runners: Processes that step environments, on any node of the cluster. They share the ``num_envs`` of the
+            run evenly. 0: this process steps the environments.
+        cpus_per_env_runner: Processors that Ray reserves for each of these processes, which are also the threads of its
+            simulator.
+        ray_address: ``host:port`` of the head node of a Ray cluster, or ``auto``: the cluster that runs on this machine.
+            None: a cluster on this machine, only for this run.
+    """
+
+    learning_rate: Schedule = 3e-4
+    gamma: Fraction = 0.99
+    scale_observation: bool = True
+    torch_threads: PositiveInt = 1
+    num_env_runners: NonNegativeInt = 0
+    cpus_per_env_runner: PositiveInt = 1
+    ray_address: Annotated[str, Field(min_length=1)] | None = None
+
+    def rates(self, done: int, total: int) -> float | list[list[float]]:
+        """Return the learning rate as RLlib expects it.
+
+        Args:
+            done: Environment steps before this training begins.
+            total: Environment steps at its end.
+
+        Returns:
+            The rate, or points of a linear schedule: pairs of environment steps since the beginning and a rate.
+        """
+        found = schedule(self.learning_rate)
+        if not callable(found):
+            return found
+        return [[0, found(1.0 - done / total)], [total - done, found(0.0)]]
+
+
+class OnPolicyConfig(RLlibConfig):
+    """Settings that PPO and APPO share.
+
+    Attributes:
+        n_steps: Control steps of each environment in an iteration.
+        clip_range: Range of the ratio of probabilities that is not clipped, around 1.
+        ent_coef: Weight of the entropy in the loss.
+        vf_coef: Weight of the value loss.
+        max_grad_norm: Norm to which gradients are clipped.
+        policy_kwargs: Settings of the networks.
+    """
+
+    n_steps: PositiveInt = 2048
+    clip_range: PositiveFloat = 0.2
+    ent_coef: NonNegativeFloat = 0.0
+    vf_coef: NonNegativeFloat = 0.5
+    max_grad_norm: PositiveFloat = 0.5
+    policy_kwargs: ActorCriticConfig = ActorCriticConfig()

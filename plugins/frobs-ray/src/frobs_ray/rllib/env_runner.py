@@ -1,0 +1,171 @@
+"""RLlib's environment runner over a vector environment with same-step autoreset."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import gymnasium as gym
+import numpy as np
+import ray
+import torch as th
+from ray.rllib.core import DEFAULT_MODULE_ID
+from ray.rllib.core.columns import Columns
+from ray.rllib.env import INPUT_ENV_SINGLE_SPACES, INPUT_ENV_SPACES
+from ray.rllib.env.single_agent_env_runner import SingleAgentEnvRunner
+from ray.rllib.env.single_agent_episode import SingleAgentEpisode
+
+from frobs_ray.rllib.fragments import Fragments
+from frobs_ray.rllib.spaces import FlatSpaces
+from frobs_train.environments import EnvironmentRecipe
+from frobs_train.logs.recorder import EpisodeRecorder, FinishedEpisodes
+
+EPISODES = "frobs_episodes"
+"""Key of the metrics with the finished episodes."""
+
+Array = np.ndarray[Any, Any]
+
+
+class VectorEnvRunner(SingleAgentEnvRunner):
+    """Steps many environments at once, and returns pieces of their episodes.
+
+    All environments of a runner are one batch, for which the policy is evaluated once per step. RLlib's own runner keeps
+    its environments in a list and expects next-step autoreset.
+
+    ``env_config`` of RLlib's configuration has these keys:
+
+    - ``recipe``: :class:`~frobs_train.environments.EnvironmentRecipe` of the environments,
+    - ``spaces``: :class:`FlatSpaces`,
+    - ``seed``: seed of the training,
+    - ``random_steps``: steps of each environment with random actions at the beginning.
+
+    Attributes:
+        given: Environment that a new runner of this process uses; None: it makes one. RLlib's configuration is copied and
+            sent to other processes, so the environment cannot be in it.
+    """
+
+    given: ClassVar[gym.vector.VectorEnv[Any, Any, Any] | None] = None
+    _own: bool  # whether this runner made its environment
+
+    def make_env(self) -> None:
+        """Make the environment, and the generators of this runner."""
+        config = self.config.env_config
+        self._spaces: FlatSpaces = config["spaces"]
+        self._random_steps: int = config["random_steps"]
+        seeds = [config["seed"], self.worker_index or 0]
+        self._finished: list[FinishedEpisodes] = []
+        self._own = self.given is None
+        if not self._own:
+            self.env: Any = self.given
+        else:
+            if ray.get_runtime_context().was_current_actor_reconstructed:
+                seeds.append(secrets.randbits(31))  # the same numbers again would repeat the same episodes
+            th.set_num_threads(1)
+            recipe: EnvironmentRecipe = config["recipe"]
+            env = recipe.make(self.config.num_envs_per_env_runner, int(self.config.num_cpus_per_env_runner))
+            self.env = EpisodeRecorder(env, self._finished.append)
+        sequence = np.random.SeedSequence(seeds)
+        env_seed, action_seed, random_seed = (int(number) for number in sequence.generate_state(3) >> 1)
+        self._env_seed = env_seed if self._own else None
+        self._generator = th.Generator().manual_seed(action_seed)
+        self._random = np.random.default_rng(random_seed)
+        self.num_envs = self.env.num_envs
+        self._needs_initial_reset = True
+
+    def get_spaces(self) -> dict[str, Any]:
+        """Return the spaces of the networks under RLlib's keys."""
+        spaces: FlatSpaces = self.config.env_config["spaces"]
+        pair = (spaces.observation, spaces.action)
+        return {INPUT_ENV_SPACES: pair, INPUT_ENV_SINGLE_SPACES: pair, DEFAULT_MODULE_ID: pair}
+
+    def sample(
+        self,
+        *,
+        num_timesteps: int | None = None,
+        num_episodes: int | None = None,
+        explore: bool | None = None,
+        random_actions: bool = False,
+        force_reset: bool = False,
+    ) -> list[SingleAgentEpisode]:
+        """Take steps with actions drawn from the policy.
+
+        Args:
+            num_timesteps: Steps over all environments; None: as RLlib's configuration says.
+            num_episodes: Not supported.
+            explore: Not supported: actions are always drawn.
+            random_actions: Whether actions are drawn uniformly from the action space.
+            force_reset: Whether new episodes begin in all environments.
+
+        Returns:
+            A piece for each episode of each environment.
+        """
+        assert num_episodes is None
+        if num_timesteps is None:
+            steps = int(self.config.get_rollout_fragment_length(self.worker_index))
+        else:
+            steps = -(-num_timesteps // self.num_envs)
+        if self._needs_initial_reset or force_reset:
+            seed = self._env_seed if self._needs_initial_reset else None
+            self._observation = self._spaces.flatten(self.env.reset(seed=seed)[0])
+            self._needs_initial_reset = False
+        fragments = Fragments(steps, self._observation, self._spaces.action)
+        with th.no_grad():
+            for _ in range(steps):
+                self._step(fragments, random_actions or self._random_steps > 0)
+        episodes = fragments.episodes()
+        self._increase_sampled_metrics(steps * self.num_envs, sum(episode.is_done for episode in episodes))
+        return episodes
+
+    def get_metrics(self) -> Any:
+        """Return the number of steps and the finished episodes since the last call."""
+        if self._finished:
+            self.metrics.log_value(EPISODES, pack(self._finished), reduce="item_series")
+            self._finished.clear()
+        return self.metrics.reduce()
+
+    def stop(self) -> None:
+        """Close the environment, unless it was given."""
+        if self._own and self.env is not None:
+            self.env.close()
+
+    def _step(self, fragments: Fragments, random_actions: bool) -> None:
+        if random_actions:
+            self._random_steps -= 1
+            columns: dict[str, Array] = {Columns.ACTIONS: self._draw_uniformly()}
+        else:
+            module: Any = self.module
+            outputs = module.act(th.from_numpy(self._observation), self._generator)
+            columns = {name: tensor.numpy() for name, tensor in outputs.items()}
+        observation, rewards, terminated, truncated, info = self.env.step(self._spaces.to_env(columns[Columns.ACTIONS]))
+        finals: dict[int, Array] = {}
+        if (terminated | truncated).any():
+            diverged = info["final_info"].get("frobs/diverged")
+            if diverged is not None:  # there is no state beyond whose value could be trusted
+                terminated = terminated | diverged
+            for index in np.flatnonzero(terminated | truncated).tolist():
+                finals[index] = self._spaces.flatten_one(info["final_obs"][index])
+        self._observation = self._spaces.flatten(observation)
+        fragments.add(columns, self._observation, rewards, terminated, truncated, finals)
+
+    def _draw_uniformly(self) -> Array:
+        space = self._spaces.action
+        if isinstance(space, gym.spaces.Discrete):
+            return self._random.integers(space.n, size=self.num_envs)
+        return self._random.uniform(-1.0, 1.0, (self.num_envs, *space.shape)).astype(np.float32)
+
+
+def pack(finished: Sequence[FinishedEpisodes]) -> dict[str, Any]:
+    """Return finished episodes as few arrays: rewards, lengths, successes or None, and terms."""
+    successes = [item.successes for item in finished if item.successes is not None]
+    return {
+        "rewards": np.concatenate([item.rewards for item in finished]),
+        "lengths": np.concatenate([item.lengths for item in finished]),
+        "successes": np.concatenate(successes) if len(successes) == len(finished) else None,
+        "terms": _terms([item.terms for item in finished]),
+    }
+
+
+def _terms(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
+    names = dict.fromkeys(name for part in parts for name in part)
+    return {name: np.concatenate([part[name] for part in parts if name in part]) for name in names}

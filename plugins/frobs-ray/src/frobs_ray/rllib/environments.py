@@ -1,0 +1,60 @@
+"""How an environment of this process is made again elsewhere."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+from gymnasium.wrappers import OrderEnforcing, PassiveEnvChecker, TimeLimit
+
+from frobs_ray.errors import EnvironmentCopyError
+from frobs_train.environments import EnvironmentRecipe
+from frobs_train.logs.recorder import EpisodeRecorder
+
+_OF_GYMNASIUM = (OrderEnforcing, PassiveEnvChecker, TimeLimit)
+_ADAPTING = ("NormalizeObservation", "NormalizeReward")
+"""Wrappers whose statistics would differ between the runners, and from those of the evaluation."""
+
+
+def recipe_of(env: gym.vector.VectorEnv[Any, Any, Any]) -> EnvironmentRecipe:
+    """Return how to make the environments of a training again.
+
+    A run says how its environments were made. Otherwise the specification of Gymnasium is used, which contains the ID and
+    the keywords, but no wrappers.
+
+    Raises:
+        EnvironmentCopyError: A wrapper or callback would be lost, or the environment has no Gymnasium ID.
+    """
+    recipe = getattr(env, "recipe", None)
+    if isinstance(recipe, EnvironmentRecipe):
+        for component in recipe.wrappers:
+            if component.name.rpartition(":")[2] in _ADAPTING:
+                raise EnvironmentCopyError(
+                    f"the wrapper {component.name} adapts to the observations of one process",
+                    "remove it, or write one with fixed constants",
+                )
+        if recipe.obstacle:
+            raise EnvironmentCopyError(recipe.obstacle, "remove this setting")
+        return recipe
+    inner: Any = env
+    while isinstance(inner, gym.vector.VectorWrapper):
+        if not isinstance(inner, EpisodeRecorder):
+            raise EnvironmentCopyError(f"the wrapper {type(inner).__name__} was added in Python", _USE_A_RUN)
+        inner = inner.env
+    for single in getattr(inner, "envs", [])[:1]:
+        while isinstance(single, gym.Wrapper):
+            if not isinstance(single, _OF_GYMNASIUM):
+                raise EnvironmentCopyError(f"the wrapper {type(single).__name__} was added in Python", _USE_A_RUN)
+            single = single.env
+    if inner.spec is None:
+        raise EnvironmentCopyError("the environment was made without a Gymnasium ID", "register it, and make it by ID")
+    return EnvironmentRecipe(inner.spec.id, _keywords(inner.spec))
+
+
+_USE_A_RUN = "list it under 'wrappers' in the configuration of a run"
+
+
+def _keywords(spec: gym.envs.registration.EnvSpec) -> dict[str, Any]:
+    """Return the keywords with which an environment was made."""
+    registered = gym.spec(spec.id).kwargs
+    return {key: value for key, value in spec.kwargs.items() if key not in registered or registered[key] != value}

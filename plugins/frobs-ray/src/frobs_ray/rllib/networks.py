@@ -1,0 +1,60 @@
+"""Networks that RLlib's modules consist of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import torch as th
+from torch import nn
+
+from frobs_algos_sb3.networks import ACTIVATIONS
+
+
+class Scale(nn.Module):
+    """Multiplies flat observations (batch, k) by k constants, which are saved with the networks."""
+
+    def __init__(self, scale: Sequence[float]) -> None:
+        super().__init__()
+        self.register_buffer("scale", th.tensor(scale, dtype=th.float32))
+
+    def forward(self, observation: th.Tensor) -> th.Tensor:
+        """Scale."""
+        assert isinstance(self.scale, th.Tensor)
+        return observation * self.scale
+
+
+class GaussianActor(nn.Module):
+    """From observations to the inputs of a distribution: means and one trained logarithm of the deviation per action.
+
+    Args:
+        body: From an observation to means (batch, n).
+        size: n, the number of action components.
+        log_std: Initial logarithm of the standard deviation.
+    """
+
+    def __init__(self, body: nn.Module, size: int, log_std: float) -> None:
+        super().__init__()
+        self.body = body
+        self.log_std = nn.Parameter(th.full((size,), log_std))
+
+    def forward(self, observation: th.Tensor) -> th.Tensor:
+        """Return means and log deviations, (batch, 2 n)."""
+        mean = self.body(observation)
+        return th.cat([mean, self.log_std.expand_as(mean)], dim=-1)
+
+
+def hidden_layers(inputs: int, widths: Sequence[int], activation: str) -> tuple[list[nn.Module], int]:
+    """Return linear layers with activations, and the width of the last one."""
+    layers: list[nn.Module] = []
+    for width in widths:
+        layers += [nn.Linear(inputs, width), getattr(nn, ACTIVATIONS[activation])()]
+        inputs = width
+    return layers, inputs
+
+
+def orthogonal(network: nn.Module, last_gain: float) -> None:
+    """Initialize linear layers with orthogonal matrices and zero biases; ``last_gain`` is that of the last layer."""
+    layers = [layer for layer in network.modules() if isinstance(layer, nn.Linear)]
+    for layer in layers:
+        nn.init.orthogonal_(layer.weight, last_gain if layer is layers[-1] else 2.0**0.5)
+        nn.init.zeros_(layer.bias)

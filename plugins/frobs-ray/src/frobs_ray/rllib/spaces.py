@@ -1,0 +1,81 @@
+"""Observations and actions as the networks see them: flat floats, and numbers in [−1, 1] or choices from 0."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+
+from frobs_core.arrays import Action
+from frobs_core.errors import IncompatibleSpaceError
+from frobs_core.observation import Observation
+
+
+class FlatSpaces:
+    """Converts batches between an environment and the networks.
+
+    Args:
+        observation: Space of one environment: a Box of numbers, or a Dict of these.
+        action: Space of one environment: a bounded Box, or Discrete.
+        algorithm: Name of the algorithm, for errors.
+
+    Attributes:
+        observation: One flat Box of float32.
+        action: A flat Box in [−1, 1], or Discrete from 0.
+
+    Raises:
+        IncompatibleSpaceError: A space has another type.
+    """
+
+    def __init__(self, observation: gym.Space[Any], action: gym.Space[Any], algorithm: str) -> None:
+        parts = list(observation.spaces.values()) if isinstance(observation, spaces.Dict) else [observation]
+        if not all(isinstance(part, spaces.Box) and len(part.shape) < 3 for part in parts):
+            raise IncompatibleSpaceError(
+                f"algorithm '{algorithm}'",
+                observation,
+                f"needs observations of numbers, flat or in a Dict, and the observation space is {observation}; "
+                "use an algorithm of frobs-algos-sb3 for images and choices.",
+            )
+        self._sizes = [int(np.prod(part.shape)) for part in parts if part.shape is not None]
+        self._keys = list(observation.spaces) if isinstance(observation, spaces.Dict) else None
+        size = sum(self._sizes)
+        self.observation = spaces.Box(-np.inf, np.inf, (size,), np.float32)
+        if isinstance(action, spaces.Discrete):
+            self.action: gym.Space[Any] = spaces.Discrete(int(action.n))
+            self._start = int(action.start)
+            return
+        if not isinstance(action, spaces.Box) or not action.is_bounded():
+            raise IncompatibleSpaceError(
+                f"algorithm '{algorithm}'",
+                action,
+                f"needs actions with finite bounds, and the action space is {action}; "
+                "scale it with gymnasium.wrappers.RescaleAction, or choose another controller.",
+            )
+        self._low, self._high = action.low.astype(np.float32), action.high.astype(np.float32)
+        self.action = spaces.Box(-1.0, 1.0, (int(np.prod(action.shape)),), np.float32)
+
+    def flatten(self, observation: Observation) -> np.ndarray[Any, np.dtype[np.float32]]:
+        """Return a batch of observations as floats, (batch, k), in memory of its own."""
+        if self._keys is None:
+            parts = [np.asarray(observation)]
+        else:
+            assert isinstance(observation, dict)
+            parts = [np.asarray(observation[key]) for key in self._keys]
+        columns = [part.reshape(len(part), size) for part, size in zip(parts, self._sizes, strict=True)]
+        return np.concatenate(columns, axis=1, dtype=np.float32, casting="same_kind")
+
+    def flatten_one(self, observation: Any) -> np.ndarray[Any, np.dtype[np.float32]]:
+        """Return a single observation as floats, (k,)."""
+        if self._keys is None:
+            return self.flatten(np.asarray(observation)[None])[0]
+        return self.flatten({key: np.asarray(observation[key])[None] for key in self._keys})[0]
+
+    def to_env(self, action: np.ndarray[Any, Any]) -> Action:
+        """Return actions of the networks, (batch, n) or (batch,), as actions of the environment, clipped to the bounds."""
+        if isinstance(self.action, spaces.Discrete):
+            return action + self._start
+        unit = action.reshape(-1, *self._low.shape)
+        scaled = self._low + 0.5 * (unit + 1.0) * (self._high - self._low)
+        return np.clip(scaled, self._low, self._high)

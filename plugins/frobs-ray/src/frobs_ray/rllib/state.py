@@ -1,0 +1,88 @@
+"""What an algorithm has learned, as plain arrays: no file of a checkpoint holds Python objects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import torch as th
+from ray.rllib.core import DEFAULT_MODULE_ID
+from torch import nn
+
+from frobs_core.errors import CheckpointError
+
+Arrays = dict[str, np.ndarray[Any, Any]]
+
+
+def weights(module: nn.Module) -> Arrays:
+    """Return copies of the parameters and constants of a network."""
+    return {name: tensor.detach().cpu().numpy().copy() for name, tensor in module.state_dict().items()}
+
+
+def restore_weights(module: nn.Module, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
+    """Set the parameters and constants of a network; networks that it does not have yet are left out.
+
+    Raises:
+        CheckpointError: The arrays are those of another network.
+    """
+    own = module.state_dict()
+    fitting = {name: th.from_numpy(np.array(array)) for name, array in arrays.items() if name in own}
+    try:
+        module.load_state_dict(fitting)
+    except RuntimeError as error:
+        raise CheckpointError(f"the networks do not fit the settings beside them: {error}.") from error
+
+
+def learning(learner: Any) -> Arrays:
+    """Return the optimizers of a learner, and its coefficients that are learned or adapted."""
+    found: Arrays = {}
+    for name, optimizer in learner.get_optimizers_for_module(DEFAULT_MODULE_ID):
+        for index, values in optimizer.state_dict()["state"].items():
+            for key, value in values.items():
+                found[f"optimizer/{name}/{index}/{key}"] = np.array(value)
+    for name, value in _coefficients(learner).items():
+        found[f"coefficient/{name}"] = value.detach().cpu().numpy().copy()
+    return found
+
+
+def restore_learning(learner: Any, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
+    """Set what :func:`learning` returned.
+
+    Raises:
+        CheckpointError: The arrays are those of another learner.
+    """
+    with th.no_grad():
+        for name, value in _coefficients(learner).items():
+            saved = arrays.get(f"coefficient/{name}")
+            if saved is not None:
+                value.copy_(th.from_numpy(np.array(saved)).reshape(value.shape))
+    for name, optimizer in learner.get_optimizers_for_module(DEFAULT_MODULE_ID):
+        prefix = f"optimizer/{name}/"
+        state: dict[int, dict[str, Any]] = {}
+        for key in arrays:
+            if key.startswith(prefix):
+                index, _, entry = key.removeprefix(prefix).partition("/")
+                state.setdefault(int(index), {})[entry] = th.from_numpy(np.array(arrays[key]))
+        _check_shapes(name, optimizer, state)
+        optimizer.load_state_dict({"state": state, "param_groups": optimizer.state_dict()["param_groups"]})
+
+
+def _check_shapes(name: str, optimizer: th.optim.Optimizer, state: Mapping[int, Mapping[str, Any]]) -> None:
+    parameters = [parameter for group in optimizer.param_groups for parameter in group["params"]]
+    for index, entries in state.items():
+        fits = index < len(parameters) and all(
+            not value.shape or value.shape == parameters[index].shape for value in entries.values()
+        )
+        if not fits:
+            raise CheckpointError(f"the state of the optimizer {name} does not fit the settings beside it.")
+
+
+def _coefficients(learner: Any) -> dict[str, Any]:
+    """Return the temperature of SAC and the weight of PPO's divergence penalty, where the learner has them."""
+    found: dict[str, Callable[[], Any]] = {
+        "log_alpha": lambda: learner.curr_log_alpha[DEFAULT_MODULE_ID],
+        "kl_coeff": lambda: learner.curr_kl_coeffs_per_module[DEFAULT_MODULE_ID],
+    }
+    attributes = {"log_alpha": "curr_log_alpha", "kl_coeff": "curr_kl_coeffs_per_module"}
+    return {name: read() for name, read in found.items() if hasattr(learner, attributes[name])}

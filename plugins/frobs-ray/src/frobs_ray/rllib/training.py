@@ -1,0 +1,199 @@
+"""A training: RLlib's algorithm from its construction to its end, and the reports to the run's monitor."""
+
+from __future__ import annotations
+
+import math
+import time
+import warnings
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING, Any
+
+import gymnasium as gym
+import numpy as np
+import ray
+import torch as th
+from ray.rllib.core import DEFAULT_MODULE_ID
+from ray.rllib.core.rl_module.rl_module import RLModuleSpec
+from ray.rllib.utils.metrics import ENV_RUNNER_RESULTS, LEARNER_RESULTS, NUM_ENV_STEPS_SAMPLED_LIFETIME
+
+from frobs_core.interfaces import TrainingMonitor
+from frobs_ray.cluster import connect
+from frobs_ray.errors import ClusterSizeError, EnvironmentRunnerError
+from frobs_ray.rllib import state
+from frobs_ray.rllib.env_runner import EPISODES, VectorEnvRunner
+from frobs_ray.rllib.environments import recipe_of
+
+if TYPE_CHECKING:
+    from frobs_ray.rllib.algorithm import RLlibAlgorithm
+
+_PATIENCE = 600.0  # [s] without a working environment runner after which a training ends
+_PROBE = 1.0  # [s] for an answer of an environment runner that failed
+
+
+class Training:
+    """Trains an algorithm.
+
+    Args:
+        owner: The algorithm.
+        env: Its environment.
+        monitor: The monitor of the run.
+    """
+
+    def __init__(
+        self, owner: RLlibAlgorithm, env: gym.vector.VectorEnv[Any, Any, Any], monitor: TrainingMonitor
+    ) -> None:
+        self._owner, self._env, self._monitor = owner, env, monitor
+        self._metrics: dict[str, float] = {}
+        self._reported = -1
+        self._first = owner.steps
+
+    def run(self, steps: int) -> None:
+        """Train until ``steps`` environment steps were taken, or the monitor ends it.
+
+        Raises:
+            ClusterConnectionError: There is no cluster at the address of the settings.
+            ClusterSizeError: The cluster has too few processors.
+            EnvironmentCopyError: Environment runners cannot make the environment.
+            EnvironmentRunnerError: No environment runner has worked for ten minutes, or one found an error in the
+                environment.
+        """
+        owner = self._owner
+        with ExitStack() as stack:
+            stack.enter_context(warnings.catch_warnings())
+            warnings.simplefilter("ignore")  # RLlib's warnings are about its own code
+            stack.enter_context(self._cluster())
+            seed = np.random.SeedSequence([owner.seed, owner.steps]).generate_state(1)[0] >> 1
+            np.random.seed(seed)  # noqa: NPY002  # RLlib shuffles with it
+            th.manual_seed(int(seed))
+            algorithm = self._build(steps)
+            stack.callback(algorithm.stop)
+            learner = _learner(algorithm)
+            self._begin(algorithm, learner)
+            try:
+                self._iterate(algorithm, learner, steps)
+            finally:
+                owner.learning = state.learning(learner)
+
+    @contextmanager
+    def _cluster(self) -> Iterator[None]:
+        config = self._owner.settings
+        needed = config.num_env_runners * config.cpus_per_env_runner
+        with connect(config.ray_address, max(needed, 1)):
+            available = int(ray.cluster_resources().get("CPU", 0))
+            if available < needed:
+                raise ClusterSizeError(needed, available)
+            yield
+
+    def _build(self, steps: int) -> Any:
+        """Return RLlib's algorithm."""
+        owner, settings = self._owner, self._owner.settings
+        runners = settings.num_env_runners
+        random_steps = math.ceil(getattr(settings, "learning_starts", 0) / self._env.num_envs)
+        config = owner.rllib_config(steps)
+        config.framework("torch")
+        config.environment(
+            env="frobs",
+            env_config={
+                "recipe": recipe_of(self._env) if runners else None,
+                "spaces": owner.spaces,
+                "seed": owner.seed + owner.steps,
+                "random_steps": 0 if owner.steps else random_steps,
+            },
+            observation_space=owner.spaces.observation,
+            action_space=owner.spaces.action,
+            disable_env_checking=True,
+        )
+        config.env_runners(
+            env_runner_cls=VectorEnvRunner,
+            num_env_runners=runners,
+            num_envs_per_env_runner=self._env.num_envs // max(runners, 1),
+            num_cpus_per_env_runner=settings.cpus_per_env_runner,
+            sample_timeout_s=_PATIENCE,
+            add_default_connectors_to_env_to_module_pipeline=False,
+            add_default_connectors_to_module_to_env_pipeline=False,
+        )
+        config.learners(num_learners=0)
+        config.rl_module(
+            rl_module_spec=RLModuleSpec(
+                module_class=owner.module_class,
+                observation_space=owner.spaces.observation,
+                action_space=owner.spaces.action,
+                model_config=owner.model_config(),
+            )
+        )
+        config.fault_tolerance(
+            restart_failed_env_runners=True,
+            num_consecutive_env_runner_failures_tolerance=1_000_000,
+            env_runner_health_probe_timeout_s=_PROBE,
+        )
+        config.reporting(min_time_s_per_iteration=0, metrics_num_episodes_for_smoothing=1)
+        config.debugging(log_level="ERROR")
+        VectorEnvRunner.given = None if runners else self._env
+        try:
+            return config.build_algo(use_copy=False)
+        finally:
+            VectorEnvRunner.given = None
+
+    def _begin(self, algorithm: Any, learner: Any) -> None:
+        """Give RLlib's algorithm the networks and optimizers, and everyone the same networks."""
+        module = learner.module[DEFAULT_MODULE_ID].unwrapped()
+        state.restore_weights(module, state.weights(self._owner.module))
+        state.restore_learning(learner, self._owner.learning)
+        self._owner.module = module
+        algorithm.env_runner_group.sync_weights(
+            from_worker_or_learner_group=algorithm.learner_group, inference_only=True
+        )
+
+    def _iterate(self, algorithm: Any, learner: Any, steps: int) -> None:
+        owner, monitor = self._owner, self._monitor
+        last = time.monotonic()
+        while True:
+            before = owner.steps
+            results = algorithm.train()
+            self._take(results)
+            if owner.steps > before:
+                last = time.monotonic()
+            else:
+                self._wait(algorithm, last)
+            if owner.steps >= steps:
+                break
+            if owner.steps > before and monitor.is_due(owner.steps):
+                owner.learning = state.learning(learner)
+                go_on = self._report()
+                monitor.offer_checkpoint(owner.steps, owner.save)
+                if not go_on:
+                    return
+        if owner.steps != self._reported:
+            owner.learning = state.learning(learner)
+            self._report()
+
+    def _take(self, results: dict[str, Any]) -> None:
+        """Take over steps, episodes and metrics of an iteration."""
+        sampled = results.get(ENV_RUNNER_RESULTS, {})
+        self._owner.steps = self._first + int(sampled.get(NUM_ENV_STEPS_SAMPLED_LIFETIME, 0))
+        for packed in sampled.get(EPISODES, ()):
+            self._monitor.on_episodes(**packed)
+        learned = results.get(LEARNER_RESULTS, {}).get(DEFAULT_MODULE_ID, {})
+        for key, value in learned.items():
+            if isinstance(value, int | float | np.number) and np.isfinite(value):
+                self._metrics[f"{self._owner.name}/{key}"] = float(value)
+
+    def _report(self) -> bool:
+        metrics, self._metrics = self._metrics, {}
+        self._reported = self._owner.steps
+        return self._monitor.on_progress(self._owner.steps, metrics)
+
+    def _wait(self, algorithm: Any, last: float) -> None:
+        """Wait for an environment runner; raise EnvironmentRunnerError if none can be expected."""
+        if time.monotonic() - last > _PATIENCE:
+            raise EnvironmentRunnerError(f"none has answered for {_PATIENCE / 60.0:.0f} minutes; see 'ray status'")
+        time.sleep(0.1)
+
+
+def _learner(algorithm: Any) -> Any:
+    """Return the learner, which lives in this process."""
+    found: list[Any] = []
+    algorithm.learner_group.foreach_learner(lambda learner: found.append(learner))
+    return found[0]
+
