@@ -7,6 +7,8 @@ import os
 import secrets
 import signal
 import socket
+import sys
+import tempfile
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -24,11 +26,13 @@ OBJECT_STORE = 512 * 2**20
 
 _ALWAYS = {
     "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0",  # Ray's new behavior; without the variable Ray prints a warning
+    "RAY_BACKEND_LOG_LEVEL": "fatal",  # Ray's C++ code prints warnings to stderr
     "RAY_ENABLE_UV_RUN_RUNTIME_ENV": "0",  # workers use this environment and do not copy the working folder
 }
 # Ray listens on every network interface. A token of this process protects a cluster on this machine; without it Ray would
 # write one into the user's home.
 _LOCAL = {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32), "RAY_USAGE_STATS_ENABLED": "0"}
+_BANNER = b"Set ray log level from environment variable"
 _TIMEOUT = 10.0  # [s] for the first connection to a head node
 
 
@@ -68,7 +72,8 @@ def connect(address: str | None = None, num_cpus: int | None = None) -> Iterator
         _read_authentication()
         with _handlers_kept():
             try:
-                ray.init(logging_level=logging.ERROR, log_to_driver=False, configure_logging=False, **arguments)
+                with _without_banner():
+                    ray.init(logging_level=logging.ERROR, log_to_driver=False, configure_logging=False, **arguments)
             except (OSError, RuntimeError, ValueError, AuthenticationError, RaySystemError, RpcError) as error:
                 raise ClusterConnectionError(address, f"{error}") from error
         try:
@@ -121,6 +126,25 @@ def quiet() -> Iterator[None]:
     finally:
         for logger, level in zip(loggers, before, strict=True):
             logger.setLevel(level)
+
+
+@contextmanager
+def _without_banner() -> Iterator[None]:
+    """Drop the line of Ray's C++ code that reports its log level; pass on everything else that is written to stderr."""
+    sys.stderr.flush()
+    stderr = os.dup(2)
+    try:
+        with tempfile.TemporaryFile() as file:
+            os.dup2(file.fileno(), 2)
+            try:
+                yield
+            finally:
+                sys.stderr.flush()
+                os.dup2(stderr, 2)
+                file.seek(0)
+                os.write(2, b"".join(line for line in file if _BANNER not in line))
+    finally:
+        os.close(stderr)
 
 
 @contextmanager

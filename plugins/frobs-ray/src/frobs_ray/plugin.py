@@ -20,5 +20,13 @@ def _record(name: str, cls: str, summary: str, action_spaces: tuple[str, ...], *
 def frobs_algorithms() -> list[AlgorithmRecord]:
     """Offer the algorithms of RLlib."""
     return [
-        _record("ppo", "RLlibPPO", "proximal policy optimization", ("Box", "Discrete")),
+        _record(
+            "ppo",
+            "RLlibPPO",
+            "proximal policy optimization",
+            ("Box", "Discrete"),
+            tuned={"frobs/Irb120Reach-v0": "frobs_ray:tuned/ppo_irb120_reach.yaml"},
+        ),
+        _record("sac", "RLlibSAC", "soft actor-critic", ("Box",)),
+        _record("appo", "RLlibAPPO", "asynchronous PPO", ("Box", "Discrete"), reproducible=False),
     ]

@@ -43,10 +43,12 @@ class VectorEnvRunner(SingleAgentEnvRunner):
     Attributes:
         given: Environment that a new runner of this process uses; None: it makes one. RLlib's configuration is copied and
             sent to other processes, so the environment cannot be in it.
+        problem: What went wrong in the environment of this runner; empty: nothing.
     """
 
     given: ClassVar[gym.vector.VectorEnv[Any, Any, Any] | None] = None
-    _own: bool  # whether this runner made its environment
+    problem: str = ""
+    _own: bool = False  # whether this runner made its environment
 
     def make_env(self) -> None:
         """Make the environment, and the generators of this runner."""
@@ -56,22 +58,27 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         seeds = [config["seed"], self.worker_index or 0]
         self._finished: list[FinishedEpisodes] = []
         self._own = self.given is None
-        if not self._own:
-            self.env: Any = self.given
-        else:
-            if ray.get_runtime_context().was_current_actor_reconstructed:
-                seeds.append(secrets.randbits(31))  # the same numbers again would repeat the same episodes
-            th.set_num_threads(1)
-            recipe: EnvironmentRecipe = config["recipe"]
-            env = recipe.make(self.config.num_envs_per_env_runner, int(self.config.num_cpus_per_env_runner))
-            self.env = EpisodeRecorder(env, self._finished.append)
+        self.env: Any = self.given if self.given is not None else self._make()
+        if self._own and ray.get_runtime_context().was_current_actor_reconstructed:
+            seeds.append(secrets.randbits(31))  # the same numbers again would repeat the same episodes
         sequence = np.random.SeedSequence(seeds)
         env_seed, action_seed, random_seed = (int(number) for number in sequence.generate_state(3) >> 1)
         self._env_seed = env_seed if self._own else None
         self._generator = th.Generator().manual_seed(action_seed)
         self._random = np.random.default_rng(random_seed)
-        self.num_envs = self.env.num_envs
+        self.num_envs = self.config.num_envs_per_env_runner
         self._needs_initial_reset = True
+
+    def _make(self) -> EpisodeRecorder | None:
+        """Return a new environment; None: it cannot be made, and :attr:`problem` says why."""
+        th.set_num_threads(1)
+        recipe: EnvironmentRecipe = self.config.env_config["recipe"]
+        try:
+            env = recipe.make(self.config.num_envs_per_env_runner, int(self.config.num_cpus_per_env_runner))
+        except Exception as error:  # the algorithm asks for it: RLlib would only restart the runner
+            self.problem = f"{type(error).__name__}: {error}"
+            return None
+        return EpisodeRecorder(env, self._finished.append)
 
     def get_spaces(self) -> dict[str, Any]:
         """Return the spaces of the networks under RLlib's keys."""
@@ -105,6 +112,13 @@ class VectorEnvRunner(SingleAgentEnvRunner):
             steps = int(self.config.get_rollout_fragment_length(self.worker_index))
         else:
             steps = -(-num_timesteps // self.num_envs)
+        try:
+            return self._sample_steps(steps, random_actions, force_reset)
+        except Exception as error:
+            self.problem = self.problem or f"{type(error).__name__}: {error}"
+            raise
+
+    def _sample_steps(self, steps: int, random_actions: bool, force_reset: bool) -> list[SingleAgentEpisode]:
         if self._needs_initial_reset or force_reset:
             seed = self._env_seed if self._needs_initial_reset else None
             self._observation = self._spaces.flatten(self.env.reset(seed=seed)[0])

@@ -12,6 +12,9 @@ from frobs_train.environments import EnvironmentRecipe
 from frobs_train.logs.recorder import EpisodeRecorder
 
 _OF_GYMNASIUM = (OrderEnforcing, PassiveEnvChecker, TimeLimit)
+_OF_THE_VECTOR = ("num_envs", "vectorization_mode", "vector_kwargs")
+"""Arguments of ``gymnasium.make_vec`` that it adds to the keywords of the specification."""
+
 _ADAPTING = ("NormalizeObservation", "NormalizeReward")
 """Wrappers whose statistics would differ between the runners, and from those of the evaluation."""
 
@@ -57,4 +60,8 @@ _USE_A_RUN = "list it under 'wrappers' in the configuration of a run"
 def _keywords(spec: gym.envs.registration.EnvSpec) -> dict[str, Any]:
     """Return the keywords with which an environment was made."""
     registered = gym.spec(spec.id).kwargs
-    return {key: value for key, value in spec.kwargs.items() if key not in registered or registered[key] != value}
+    return {
+        key: value
+        for key, value in spec.kwargs.items()
+        if key not in _OF_THE_VECTOR and (key not in registered or registered[key] != value)
+    }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 import warnings
@@ -13,6 +14,7 @@ import gymnasium as gym
 import numpy as np
 import ray
 import torch as th
+from ray.exceptions import RayError
 from ray.rllib.core import DEFAULT_MODULE_ID
 from ray.rllib.core.rl_module.rl_module import RLModuleSpec
 from ray.rllib.utils.metrics import ENV_RUNNER_RESULTS, LEARNER_RESULTS, NUM_ENV_STEPS_SAMPLED_LIFETIME
@@ -27,8 +29,23 @@ from frobs_ray.rllib.environments import recipe_of
 if TYPE_CHECKING:
     from frobs_ray.rllib.algorithm import RLlibAlgorithm
 
+_log = logging.getLogger("frobs")
+
 _PATIENCE = 600.0  # [s] without a working environment runner after which a training ends
+_PAUSE = 0.1  # [s] between attempts while there is none
 _PROBE = 1.0  # [s] for an answer of an environment runner that failed
+_UNINTERESTING = ("num_", "last_target_update", "module_train_batch_size", "weights_seq_no")
+_NAMES = {
+    "curr_entropy_coeff": "ent_coef",
+    "curr_kl_coeff": "kl_coeff",
+    "default_optimizer_learning_rate": "learning_rate",
+    "gradients_default_optimizer_global_norm": "gradient_norm",
+    "mean_kl_loss": "approx_kl",
+    "policy_learning_rate": "learning_rate",
+    "vf_explained_var": "explained_variance",
+    "vf_loss": "value_loss",
+}
+"""Names of the torch family for metrics of RLlib."""
 
 
 class Training:
@@ -45,8 +62,8 @@ class Training:
     ) -> None:
         self._owner, self._env, self._monitor = owner, env, monitor
         self._metrics: dict[str, float] = {}
-        self._reported = -1
         self._first = owner.steps
+        self._working = -1
 
     def run(self, steps: int) -> None:
         """Train until ``steps`` environment steps were taken, or the monitor ends it.
@@ -62,6 +79,7 @@ class Training:
         with ExitStack() as stack:
             stack.enter_context(warnings.catch_warnings())
             warnings.simplefilter("ignore")  # RLlib's warnings are about its own code
+            stack.enter_context(_without_tracebacks())
             stack.enter_context(self._cluster())
             seed = np.random.SeedSequence([owner.seed, owner.steps]).generate_state(1)[0] >> 1
             np.random.seed(seed)  # noqa: NPY002  # RLlib shuffles with it
@@ -110,6 +128,7 @@ class Training:
             num_envs_per_env_runner=self._env.num_envs // max(runners, 1),
             num_cpus_per_env_runner=settings.cpus_per_env_runner,
             sample_timeout_s=_PATIENCE,
+            validate_env_runners_after_construction=False,
             add_default_connectors_to_env_to_module_pipeline=False,
             add_default_connectors_to_module_to_env_pipeline=False,
         )
@@ -132,6 +151,8 @@ class Training:
         VectorEnvRunner.given = None if runners else self._env
         try:
             return config.build_algo(use_copy=False)
+        except (IndexError, RayError) as error:  # IndexError: RLlib found no runner that answers
+            raise EnvironmentRunnerError(f"they cannot be started: {type(error).__name__}: {error}") from error
         finally:
             VectorEnvRunner.given = None
 
@@ -148,47 +169,56 @@ class Training:
     def _iterate(self, algorithm: Any, learner: Any, steps: int) -> None:
         owner, monitor = self._owner, self._monitor
         last = time.monotonic()
-        while True:
+        while owner.steps < steps:
             before = owner.steps
-            results = algorithm.train()
-            self._take(results)
-            if owner.steps > before:
-                last = time.monotonic()
-            else:
-                self._wait(algorithm, last)
-            if owner.steps >= steps:
-                break
-            if owner.steps > before and monitor.is_due(owner.steps):
+            self._take(algorithm.train())
+            self._check_runners(algorithm.env_runner_group)
+            if owner.steps == before:
+                if time.monotonic() - last > _PATIENCE:
+                    raise EnvironmentRunnerError(f"none has answered for {_PATIENCE / 60.0:.0f} minutes")
+                time.sleep(_PAUSE)
+                continue
+            last = time.monotonic()
+            if owner.steps < steps and monitor.is_due(owner.steps):
                 owner.learning = state.learning(learner)
                 go_on = self._report()
                 monitor.offer_checkpoint(owner.steps, owner.save)
                 if not go_on:
                     return
-        if owner.steps != self._reported:
-            owner.learning = state.learning(learner)
-            self._report()
+        owner.learning = state.learning(learner)
+        self._report()
+
+    def _check_runners(self, group: Any) -> None:
+        """Report runners that failed; raise EnvironmentRunnerError if the cause is the environment, not the cluster."""
+        working = group.num_healthy_remote_workers()
+        total = group.num_remote_workers()
+        if working == total or not total:
+            self._working = working
+            return
+        group.probe_unhealthy_env_runners()  # those that answer tell why they failed
+        problems = group.foreach_env_runner(lambda runner: runner.problem, local_env_runner=False, timeout_seconds=_PROBE)
+        for problem in filter(None, problems):
+            raise EnvironmentRunnerError(problem)
+        if working != self._working:
+            _log.warning("%d of %d environment runners work. The others start again when Ray can.", working, total)
+        self._working = working
 
     def _take(self, results: dict[str, Any]) -> None:
         """Take over steps, episodes and metrics of an iteration."""
         sampled = results.get(ENV_RUNNER_RESULTS, {})
         self._owner.steps = self._first + int(sampled.get(NUM_ENV_STEPS_SAMPLED_LIFETIME, 0))
-        for packed in sampled.get(EPISODES, ()):
-            self._monitor.on_episodes(**packed)
+        packed = sampled.get(EPISODES, [])
+        for item in packed if isinstance(packed, list) else [packed]:  # RLlib unpacks lists with one item
+            self._monitor.on_episodes(**item)
         learned = results.get(LEARNER_RESULTS, {}).get(DEFAULT_MODULE_ID, {})
         for key, value in learned.items():
-            if isinstance(value, int | float | np.number) and np.isfinite(value):
-                self._metrics[f"{self._owner.name}/{key}"] = float(value)
+            known = isinstance(value, int | float | np.number) and not key.startswith(_UNINTERESTING)
+            if known and np.isfinite(value):
+                self._metrics[f"{self._owner.name}/{_NAMES.get(key, key)}"] = float(value)
 
     def _report(self) -> bool:
         metrics, self._metrics = self._metrics, {}
-        self._reported = self._owner.steps
         return self._monitor.on_progress(self._owner.steps, metrics)
-
-    def _wait(self, algorithm: Any, last: float) -> None:
-        """Wait for an environment runner; raise EnvironmentRunnerError if none can be expected."""
-        if time.monotonic() - last > _PATIENCE:
-            raise EnvironmentRunnerError(f"none has answered for {_PATIENCE / 60.0:.0f} minutes; see 'ray status'")
-        time.sleep(0.1)
 
 
 def _learner(algorithm: Any) -> Any:
@@ -197,3 +227,14 @@ def _learner(algorithm: Any) -> Any:
     algorithm.learner_group.foreach_learner(lambda learner: found.append(learner))
     return found[0]
 
+
+@contextmanager
+def _without_tracebacks() -> Iterator[None]:
+    """Hide what RLlib logs about runners that fail: :class:`Training` reports them in a line."""
+    logger = logging.getLogger("ray.rllib.utils.actor_manager")
+    before = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logger.setLevel(before)

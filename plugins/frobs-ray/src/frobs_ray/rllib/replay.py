@@ -1,0 +1,90 @@
+"""A replay buffer of arrays, in the place of RLlib's buffer of episodes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from ray.rllib.core.columns import Columns
+from ray.rllib.env.single_agent_episode import SingleAgentEpisode
+from ray.rllib.utils.metrics.metrics_logger import MetricsLogger
+from ray.rllib.utils.replay_buffers.replay_buffer import ReplayBufferInterface
+
+Array = np.ndarray[Any, Any]
+
+
+class Transitions(dict[str, Array]):
+    """Sampled transitions by RLlib's columns; its length is their number."""
+
+    def __len__(self) -> int:
+        """Return the number of transitions."""
+        return len(self[Columns.REWARDS])
+
+
+class ReplayBuffer(ReplayBufferInterface):
+    """Keeps the last transitions, and draws from them uniformly.
+
+    RLlib's buffer handles every transition of a batch on its own in Python; this one indexes arrays.
+
+    Args:
+        capacity: Number of transitions that are kept.
+        seed: Seed of the draws.
+    """
+
+    def __init__(self, capacity: int, seed: int) -> None:
+        self.capacity = capacity
+        self._generator = np.random.default_rng(seed)
+        self._columns: dict[str, Array] = {}
+        self._size, self._next = 0, 0
+        self._metrics: Any = MetricsLogger(root=False)
+
+    def __len__(self) -> int:
+        """Return the number of transitions."""
+        return self._size
+
+    def add(self, episodes: Sequence[SingleAgentEpisode], **kwargs: Any) -> None:
+        """Add the steps of pieces of episodes."""
+        terminated = [np.zeros(len(episode), np.bool_) for episode in episodes]
+        for ends, episode in zip(terminated, episodes, strict=True):
+            ends[-1] = episode.is_terminated
+        observations = [episode.observations.data for episode in episodes]
+        rows = {
+            Columns.OBS: np.concatenate([values[:-1] for values in observations]),
+            Columns.NEXT_OBS: np.concatenate([values[1:] for values in observations]),
+            Columns.ACTIONS: np.concatenate([episode.actions.data for episode in episodes]),
+            Columns.REWARDS: np.concatenate([episode.rewards.data for episode in episodes]),
+            Columns.TERMINATEDS: np.concatenate(terminated),
+        }
+        count = len(rows[Columns.REWARDS])
+        if not self._columns:
+            self._columns = {
+                name: np.empty((self.capacity, *values.shape[1:]), values.dtype) for name, values in rows.items()
+            }
+        where = (self._next + np.arange(count)) % self.capacity
+        for name, values in rows.items():
+            self._columns[name][where[-self.capacity :]] = values[-self.capacity :]
+        self._next = (self._next + count) % self.capacity
+        self._size = min(self._size + count, self.capacity)
+
+    def sample(self, num_items: int, **kwargs: Any) -> list[Transitions]:  # type: ignore[override]
+        """Return a list with one batch of ``num_items`` transitions."""
+        chosen = self._generator.integers(self._size, size=num_items)
+        found = Transitions({name: values[chosen] for name, values in self._columns.items()})
+        found["weights"] = np.ones(num_items, np.float32)
+        found["n_step"] = np.ones(num_items, np.float32)
+        return [found]
+
+    def get_metrics(self) -> Any:
+        """Return no metrics, in RLlib's form."""
+        return self._metrics.reduce()
+
+    def update_priorities(self, *args: Any, **kwargs: Any) -> None:
+        """Ignore priorities: draws are uniform."""
+
+    def get_state(self) -> dict[str, Any]:
+        """Return nothing: a new training fills a new buffer."""
+        return {}
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Ignore a state."""
