@@ -30,7 +30,7 @@ ALLOWED = {
     "frobs-tasks-*": {CORE},
     "frobs-algos-sbx": {CORE, "frobs-algos-sb3"},
     "frobs-algos-*": {CORE},
-    "frobs-ray": {CORE, CLI, TRAIN},
+    "frobs-ray": {CORE, CLI, TRAIN, "frobs-algos-sb3"},
     "frobs-ros": {CORE, CLI, DEPLOY},
     "frobs-rl-compat": {
         *(CORE, CLI, "frobs-ros", "frobs-algos-sb3", "frobs-controllers-planning", "frobs-tasks-legacy", DEVKIT)
@@ -68,6 +68,7 @@ USED_BY_OTHERS = {
     "frobs-algos-sb3": {"onnxscript", "tensorboard"},  # by torch.onnx and by stable-baselines3
     "frobs-algos-sbx": {"tfp-nightly"},  # by sbx
     TRAIN: {"alembic"},  # by MLflow, for a local database
+    "frobs-ray": {"dm-tree", "lz4", "ormsgpack", "scipy"},  # by RLlib
     "frobs-ros": {"defusedxml", "netifaces", "pycryptodomex", "python-gnupg", "rospkg"},  # by rospy
 }
 """Requirements that a distribution does not import itself."""

@@ -28,7 +28,7 @@ MODULES = {
 }
 """Modules that the reference lists."""
 
-BUILT_ON = {"frobs-algos-sbx": "frobs-algos-sb3"}
+BUILT_ON = {"frobs-algos-sbx": "frobs-algos-sb3", "frobs-ray": "frobs-algos-sb3"}
 """Distributions that use the inside of another one, and require exactly its version."""
 
 

@@ -31,6 +31,7 @@ SHORT: dict[str, dict[str, Any]] = {
     **dict.fromkeys(("ddpg", "sac", "td3", "tqc", "crossq"), _OFF_POLICY),
     "dqn": {**_OFF_POLICY, "learning_rate": 0.01},
 }
+SHORT |= {"rllib_ppo": _ON_POLICY, "rllib_sac": _OFF_POLICY, "rllib_appo": {"n_steps": 16, "batch_size": 32}}
 SHORT |= {f"sbx_{name}": SHORT[name] for name in ("ppo", "sac", "td3", "tqc", "crossq", "dqn")}
 """Settings with which a training of a few hundred steps has several iterations."""
 

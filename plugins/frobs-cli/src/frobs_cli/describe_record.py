@@ -57,7 +57,12 @@ def _task(record: TaskRecord) -> dict[str, Any]:
 
 
 def _algorithm(record: AlgorithmRecord) -> dict[str, Any]:
-    return {"action_spaces": list(record.action_spaces), "tuned_for": sorted(record.tuned)}
+    return {
+        "action_spaces": list(record.action_spaces),
+        "exact_resume": record.exact_resume,
+        "reproducible": record.reproducible,
+        "tuned_for": sorted(record.tuned),
+    }
 
 
 def simulator_facts(cls: Any) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
+from typing import Any
 
 from frobs_devkit.timing import Stopwatch
 from frobs_train import RunConfig, prepare_training
@@ -114,6 +115,9 @@ class _Window:
         self._reports += 1
         self._look()
         return self._end is None
+
+    def on_episodes(self, rewards: Any, lengths: Any, successes: Any = None, terms: Any = None) -> None:
+        """Ignore episodes."""
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
         """Measure the time of a checkpoint after everything else was measured."""

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from frobs_train.configuration.config import ThreadsConfig as ThreadsConfig
     from frobs_train.configuration.resolve import read_setting as read_setting
     from frobs_train.configuration.resolve import resolve_config as resolve_config
+    from frobs_train.environments import EnvironmentRecipe as EnvironmentRecipe
     from frobs_train.environments import make_env as make_env
     from frobs_train.environments import make_vector_env as make_vector_env
     from frobs_train.evaluation.evaluate import Evaluation as Evaluation
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
     from frobs_train.evaluation.view import view as view
     from frobs_train.export.bundle_run import changes_since as changes_since
     from frobs_train.export.bundle_run import open_pretrained as open_pretrained
+    from frobs_train.logs.recorder import EpisodeRecorder as EpisodeRecorder
+    from frobs_train.logs.recorder import FinishedEpisodes as FinishedEpisodes
     from frobs_train.plots.figures import COLORS as COLORS
     from frobs_train.plots.figures import INK as INK
     from frobs_train.plots.figures import dress as dress
@@ -76,8 +79,11 @@ _MODULES = {
     "Checkpoint": "frobs_train.runs.checkpoints",
     "Comparison": "frobs_train.comparison.compare",
     "ComponentConfig": "frobs_train.configuration.config",
+    "EnvironmentRecipe": "frobs_train.environments",
+    "EpisodeRecorder": "frobs_train.logs.recorder",
     "Evaluation": "frobs_train.evaluation.evaluate",
     "ExpertRun": "frobs_train.runs.expert_run",
+    "FinishedEpisodes": "frobs_train.logs.recorder",
     "INK": "frobs_train.plots.figures",
     "Job": "frobs_train.runners.runner",
     "ModelFile": "frobs_train.runs.model_file",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import torch as th
 from gymnasium import spaces
@@ -35,9 +35,10 @@ class ActorCritic(TorchRLModule, InferenceOnlyAPI, ValueFunctionAPI, TargetNetwo
 
     def setup(self) -> None:
         """Build the networks."""
-        config = self.model_config
-        inputs = int(self.observation_space.shape[0])
-        outputs = int(self.action_space.n) if self.is_discrete else int(self.action_space.shape[0])
+        config: Any = self.model_config
+        observation, action = cast(spaces.Box, self.observation_space), cast(Any, self.action_space)
+        inputs = observation.shape[0]
+        outputs = int(action.n) if self.is_discrete else int(action.shape[0])
         networks = []
         for size, gain in ((outputs, 0.01), (1, 1.0)):
             layers, width = hidden_layers(inputs, config["net_arch"], config["activation_fn"])

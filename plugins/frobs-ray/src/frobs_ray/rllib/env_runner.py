@@ -18,8 +18,7 @@ from ray.rllib.env.single_agent_episode import SingleAgentEpisode
 
 from frobs_ray.rllib.fragments import Fragments
 from frobs_ray.rllib.spaces import FlatSpaces
-from frobs_train.environments import EnvironmentRecipe
-from frobs_train.logs.recorder import EpisodeRecorder, FinishedEpisodes
+from frobs_train import EnvironmentRecipe, EpisodeRecorder, FinishedEpisodes
 
 EPISODES = "frobs_episodes"
 """Key of the metrics with the finished episodes."""
@@ -86,7 +85,7 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         pair = (spaces.observation, spaces.action)
         return {INPUT_ENV_SPACES: pair, INPUT_ENV_SINGLE_SPACES: pair, DEFAULT_MODULE_ID: pair}
 
-    def sample(
+    def sample(  # type: ignore[override]  # RLlib's own runner has these arguments, too
         self,
         *,
         num_timesteps: int | None = None,
@@ -166,7 +165,7 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         space = self._spaces.action
         if isinstance(space, gym.spaces.Discrete):
             return self._random.integers(space.n, size=self.num_envs)
-        return self._random.uniform(-1.0, 1.0, (self.num_envs, *space.shape)).astype(np.float32)
+        return self._random.uniform(-1.0, 1.0, (self.num_envs, *(space.shape or ()))).astype(np.float32)
 
 
 def pack(finished: Sequence[FinishedEpisodes]) -> dict[str, Any]:

@@ -8,8 +8,7 @@ import gymnasium as gym
 from gymnasium.wrappers import OrderEnforcing, PassiveEnvChecker, TimeLimit
 
 from frobs_ray.errors import EnvironmentCopyError
-from frobs_train.environments import EnvironmentRecipe
-from frobs_train.logs.recorder import EpisodeRecorder
+from frobs_train import EnvironmentRecipe, EpisodeRecorder
 
 _OF_GYMNASIUM = (OrderEnforcing, PassiveEnvChecker, TimeLimit)
 _OF_THE_VECTOR = ("num_envs", "vectorization_mode", "vector_kwargs")

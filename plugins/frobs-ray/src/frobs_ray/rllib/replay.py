@@ -9,7 +9,7 @@ import numpy as np
 from ray.rllib.core.columns import Columns
 from ray.rllib.env.single_agent_episode import SingleAgentEpisode
 from ray.rllib.utils.metrics.metrics_logger import MetricsLogger
-from ray.rllib.utils.replay_buffers.replay_buffer import ReplayBufferInterface
+from ray.rllib.utils.replay_buffers.base import ReplayBufferInterface
 
 Array = np.ndarray[Any, Any]
 
@@ -43,8 +43,9 @@ class ReplayBuffer(ReplayBufferInterface):
         """Return the number of transitions."""
         return self._size
 
-    def add(self, episodes: Sequence[SingleAgentEpisode], **kwargs: Any) -> None:
+    def add(self, batch: Sequence[SingleAgentEpisode], **kwargs: Any) -> None:
         """Add the steps of pieces of episodes."""
+        episodes = batch
         terminated = [np.zeros(len(episode), np.bool_) for episode in episodes]
         for ends, episode in zip(terminated, episodes, strict=True):
             ends[-1] = episode.is_terminated

@@ -74,7 +74,7 @@ class _Learner(SACTorchLearner):
 class _SAC(sac.SAC):
     """RLlib's algorithm with a replay buffer of arrays."""
 
-    def _create_local_replay_buffer_if_necessary(self, config: Any) -> ReplayBuffer:
+    def _create_local_replay_buffer_if_necessary(self, config: Any) -> Any:
         return ReplayBuffer(config.replay_buffer_config["capacity"], config.env_config["seed"])
 
 

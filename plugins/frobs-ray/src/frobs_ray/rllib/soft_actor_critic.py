@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import torch as th
+from gymnasium import spaces
 from ray.rllib.algorithms.sac.torch.default_sac_torch_rl_module import DefaultSACTorchRLModule
 from ray.rllib.core.columns import Columns
 from ray.rllib.core.distribution.torch.torch_distribution import TorchSquashedGaussian
@@ -53,7 +54,8 @@ class SoftActorCritic(DefaultSACTorchRLModule):
 
     def setup(self) -> None:
         """Build the networks, in the parts that RLlib's SAC expects."""
-        config, actions = self.model_config, int(self.action_space.shape[0])
+        config: Any = self.model_config
+        actions = cast(spaces.Box, self.action_space).shape[0]
         layers = (config["net_arch"], config["activation_fn"])
         self.twin_q = True
         self.action_dist_cls = TorchSquashedGaussian

@@ -12,6 +12,8 @@ from frobs_core.arrays import Action
 from frobs_core.errors import IncompatibleSpaceError
 from frobs_core.observation import Observation
 
+Floats32 = np.ndarray[Any, np.dtype[np.float32]]
+
 
 class FlatSpaces:
     """Converts batches between an environment and the networks.
@@ -56,7 +58,7 @@ class FlatSpaces:
         self._low, self._high = action.low.astype(np.float32), action.high.astype(np.float32)
         self.action = spaces.Box(-1.0, 1.0, (int(np.prod(action.shape)),), np.float32)
 
-    def flatten(self, observation: Observation) -> np.ndarray[Any, np.dtype[np.float32]]:
+    def flatten(self, observation: Observation) -> Floats32:
         """Return a batch of observations as floats, (batch, k), in memory of its own."""
         if self._keys is None:
             parts = [np.asarray(observation)]
@@ -64,13 +66,16 @@ class FlatSpaces:
             assert isinstance(observation, dict)
             parts = [np.asarray(observation[key]) for key in self._keys]
         columns = [part.reshape(len(part), size) for part, size in zip(parts, self._sizes, strict=True)]
-        return np.concatenate(columns, axis=1, dtype=np.float32, casting="same_kind")
+        joined: Floats32 = np.concatenate(columns, axis=1, dtype=np.float32, casting="same_kind")
+        return joined
 
-    def flatten_one(self, observation: Any) -> np.ndarray[Any, np.dtype[np.float32]]:
+    def flatten_one(self, observation: Any) -> Floats32:
         """Return a single observation as floats, (k,)."""
         if self._keys is None:
-            return self.flatten(np.asarray(observation)[None])[0]
-        return self.flatten({key: np.asarray(observation[key])[None] for key in self._keys})[0]
+            batch: Observation = np.asarray(observation)[None]
+        else:
+            batch = {key: np.asarray(observation[key])[None] for key in self._keys}
+        return self.flatten(batch).ravel()
 
     def to_env(self, action: np.ndarray[Any, Any]) -> Action:
         """Return actions of the networks, (batch, n) or (batch,), as actions of the environment, clipped to the bounds."""

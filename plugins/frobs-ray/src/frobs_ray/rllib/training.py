@@ -196,7 +196,9 @@ class Training:
             self._working = working
             return
         group.probe_unhealthy_env_runners()  # those that answer tell why they failed
-        problems = group.foreach_env_runner(lambda runner: runner.problem, local_env_runner=False, timeout_seconds=_PROBE)
+        problems = group.foreach_env_runner(
+            lambda runner: runner.problem, local_env_runner=False, timeout_seconds=_PROBE
+        )
         for problem in filter(None, problems):
             raise EnvironmentRunnerError(problem)
         if working != self._working:

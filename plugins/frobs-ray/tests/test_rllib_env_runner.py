@@ -1,0 +1,150 @@
+"""Environment runners in other processes, and the episodes that they report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+from ray.rllib.core.columns import Columns
+from rllib_fixtures import REACH
+
+from frobs_ray.errors import ClusterSizeError, EnvironmentCopyError, EnvironmentRunnerError
+from frobs_ray.rllib.environments import recipe_of
+from frobs_ray.rllib.fragments import Fragments
+from frobs_train import resolve_config, resume, train
+from frobs_train.configuration.config import ComponentConfig
+from frobs_train.environments import EnvironmentRecipe, make_vector_env
+from frobs_train.logs.progress import read_progress
+
+
+def test_steps_are_cut_into_episodes_with_their_final_observations() -> None:
+    fragments = Fragments(3, np.array([[0.0], [10.0]], np.float32), gym.spaces.Discrete(2))
+    for step, (ended, diverged) in enumerate([(False, False), (True, False), (True, True)]):
+        observation = np.array([[100.0 if ended else step + 1.0], [11.0 + step]], np.float32)
+        fragments.add(
+            {Columns.ACTIONS: np.array([step, -step])},
+            observation,
+            np.array([1.0 + step, 0.0]),
+            np.array([diverged, False]),
+            np.array([ended, False]),
+            {0: np.array([50.0 + step], np.float32)} if ended else {},
+        )
+    first, second, other = fragments.episodes()
+    assert first.get_observations().ravel().tolist() == [0.0, 1.0, 51.0]
+    assert (first.is_terminated, first.is_truncated) == (False, True)
+    assert first.get_rewards().tolist() == [1.0, 2.0]
+    assert second.get_observations().ravel().tolist() == [100.0, 52.0]
+    assert (second.is_terminated, second.is_truncated) == (True, False)
+    assert other.get_observations().ravel().tolist() == [10.0, 11.0, 12.0, 13.0]
+    assert not other.is_done
+    assert other.get_actions().tolist() == [0, -1, -2]
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("cluster")
+@pytest.mark.parametrize("name", ["rllib_ppo", "rllib_sac", "rllib_appo"])
+def test_the_monitor_gets_every_episode_of_remote_environments(name: str, make: Any, monitor: Any) -> None:
+    algorithm = make(name, {"num_env_runners": 2, "n_steps": 25} if name != "rllib_sac" else {"num_env_runners": 2})
+    algorithm.train(800, monitor)
+    assert algorithm.env.steps == 0  # that of this process is not used
+    episodes = sum(len(item["rewards"]) for item in monitor.episodes)
+    lengths = np.concatenate([item["lengths"] for item in monitor.episodes])
+    assert lengths.max() <= 50
+    # What is missing are the running episodes: at most one for each of four environments.
+    assert algorithm.steps - 4 * 50 <= lengths.sum() <= algorithm.steps
+    assert episodes >= 8
+    assert all(set(item["terms"]) == {"distance", "precision"} for item in monitor.episodes)
+    rewards = np.concatenate([item["rewards"] for item in monitor.episodes])
+    sums = sum(np.concatenate([item["terms"][term] for item in monitor.episodes]) for term in ("distance", "precision"))
+    np.testing.assert_allclose(rewards, sums, rtol=1e-5)
+    assert len(set(rewards.round(6))) == episodes  # the runners have seeds of their own
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("cluster")
+def test_a_run_logs_remote_episodes_and_says_that_it_does_not_resume_exactly(tmp_path: Path, caplog: Any) -> None:
+    config = resolve_config(
+        REACH,
+        flags={"algorithm": "rllib_ppo", "num_envs": 4, "steps": 800, "seed": 1},
+        settings=["algorithm_config.num_env_runners=2", "algorithm_config.n_steps=50", "log_every=200"],
+    )
+    seen = []
+    run = train(config, tmp_path / "run", on_progress=lambda progress: seen.append(progress) or progress.steps < 400)
+    assert seen[-1].reward is not None
+    assert seen[-1].length == 50
+    run = resume(run.path)
+    log = read_progress(run.path / "progress.csv")
+    assert log["steps"][-1] == 800
+    assert sum(log["episode/count"]) == 16
+    assert np.isfinite(log["reward/distance"]).all()
+    assert "Not an exact continuation: the algorithm rllib_ppo does not save its episodes" in caplog.text
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("cluster")
+def test_a_cluster_without_enough_processors_is_an_error(make: Any, monitor: Any) -> None:
+    with pytest.raises(ClusterSizeError, match="is 4, and the Ray cluster has 2 CPUs"):
+        make("rllib_ppo", {"num_env_runners": 4}).train(64, monitor)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("cluster")
+def test_an_environment_that_cannot_be_made_elsewhere_is_an_error(make: Any, monitor: Any) -> None:
+    algorithm = make("rllib_ppo", {"num_env_runners": 1})
+    algorithm.env.recipe = EnvironmentRecipe(REACH, {"no_such_keyword": 1})
+    with pytest.raises(EnvironmentRunnerError, match="no_such_keyword"):
+        algorithm.train(64, monitor)
+
+
+def test_the_recipe_of_an_environment_without_a_run_is_its_specification() -> None:
+    env = make_vector_env(REACH, 2, {"controller": "tcp_delta_position"})
+    recipe = recipe_of(env)
+    again = recipe.make(3, 1)
+    assert again.num_envs == 3
+    assert again.single_action_space == env.single_action_space
+    assert type(again) is type(env)
+    for each in (env, again):
+        each.close()
+
+
+@pytest.mark.parametrize(
+    ("recipe", "message"),
+    [
+        (EnvironmentRecipe(REACH, {}, obstacle="reset_from chooses"), "reset_from chooses"),
+        (
+            EnvironmentRecipe(REACH, {}, (ComponentConfig(name="gymnasium.wrappers.vector:NormalizeObservation"),)),
+            "NormalizeObservation adapts",
+        ),
+    ],
+)
+def test_what_would_be_lost_is_an_error(recipe: EnvironmentRecipe, message: str, make: Any) -> None:
+    env = make.env()
+    env.recipe = recipe
+    with pytest.raises(EnvironmentCopyError, match=f"{message}.*num_env_runners to 0"):
+        recipe_of(env)
+
+
+def test_wrappers_that_were_added_in_python_are_an_error() -> None:
+    vector = gym.wrappers.vector.ClipAction(make_vector_env("Pendulum-v1", 1, {}))
+    single = gym.make_vec(
+        "Pendulum-v1",
+        1,
+        vectorization_mode="sync",
+        vector_kwargs={"autoreset_mode": AutoresetMode.SAME_STEP},
+        wrappers=[gym.wrappers.ClipAction],
+    )
+    for env in (vector, single):
+        with pytest.raises(EnvironmentCopyError, match="ClipAction was added in Python"):
+            recipe_of(env)
+        env.close()
+
+
+def test_wrappers_of_a_run_are_carried_over() -> None:
+    component = ComponentConfig(name="gymnasium.wrappers.vector:ClipAction")
+    env = EnvironmentRecipe(REACH, {}, (component,)).make(2, 1)
+    assert isinstance(env, gym.wrappers.vector.ClipAction)
+    env.close()
