@@ -7,6 +7,7 @@ from generate.rst import directive, heading, label, literal
 MODULES = {
     "frobs_core.errors": "The root is :exc:`~frobs_core.errors.FrobsError`.",
     "frobs_train.errors": "These are further errors of runs, so they are also :exc:`~frobs_core.errors.FrobsError`.",
+    "frobs_ray.errors": "These are errors of Ray clusters, also :exc:`~frobs_core.errors.FrobsError`.",
     "frobs_deploy.errors": (
         "``frobs-deploy`` runs without the core, so its root is its own: :exc:`~frobs_deploy.errors.DeployError`."
     ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from components_to_name import Diary
 
 from frobs_core.errors import ConfigFileError, ConfigurationError
 from frobs_train import ComponentConfig, RunConfig, decide_threads, record_video, resolve_config, train
+from frobs_train.configuration.config import algorithm_record
 from frobs_train.environments import make_vector_env
 from frobs_train.logs.progress import read_progress
 from frobs_train.training.exactness import why_not_exact
@@ -61,6 +63,16 @@ def test_what_a_wrapper_remembers_decides_whether_a_run_continues_exactly(name: 
     found = why_not_exact(given, env)
     env.close()
     assert found is None if why is None else why in (found or "")
+
+
+def test_an_algorithm_can_declare_that_it_does_not_resume_exactly(monkeypatch: pytest.MonkeyPatch) -> None:
+    env = make_vector_env(REACH, 2, {})
+    given = config(environment=REACH)
+    assert why_not_exact(given, env) is None
+    record = replace(algorithm_record("ppo"), exact_resume=False)
+    monkeypatch.setattr("frobs_train.training.exactness.algorithm_record", lambda name: record)
+    assert "the algorithm ppo does not save its episodes" in (why_not_exact(given, env) or "")
+    env.close()
 
 
 def test_a_video_takes_wrappers_of_single_environments_alone(tmp_path: Path) -> None:

@@ -52,3 +52,14 @@ def test_a_reset_begins_anew() -> None:
         env.step(np.zeros((1, 1), np.float32))
     assert [item.lengths.tolist() for item in found] == [[10]]
     assert env.snapshot() is None
+
+
+def test_episodes_of_other_processes_are_reported_with_the_names_of_their_terms() -> None:
+    found: list[FinishedEpisodes] = []
+    envs = [lambda: gym.make("FrobsTests/Line-v0")]
+    env = EpisodeRecorder(SyncVectorEnv(envs, autoreset_mode=AutoresetMode.SAME_STEP), found.append)
+    elsewhere = FinishedEpisodes(np.array([-1]), np.array([2.0]), np.array([5]), None, {"distance": np.array([2.0])})
+    env.add_elsewhere(elsewhere)
+    assert found == [elsewhere]
+    assert env.term_names == ("distance",)
+    assert env.steps == 0

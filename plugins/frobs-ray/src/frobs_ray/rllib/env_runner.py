@@ -127,7 +127,8 @@ class VectorEnvRunner(SingleAgentEnvRunner):
             for _ in range(steps):
                 self._step(fragments, random_actions or self._random_steps > 0)
         episodes = fragments.episodes()
-        self._increase_sampled_metrics(steps * self.num_envs, sum(episode.is_done for episode in episodes))
+        untyped: Any = self
+        untyped._increase_sampled_metrics(steps * self.num_envs, sum(episode.is_done for episode in episodes))
         return episodes
 
     def get_metrics(self) -> Any:

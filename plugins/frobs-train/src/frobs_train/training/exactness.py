@@ -8,7 +8,7 @@ import gymnasium as gym
 
 from frobs_core import plugins, registry
 from frobs_core.capabilities import Level
-from frobs_train.configuration.config import RunConfig
+from frobs_train.configuration.config import RunConfig, algorithm_record
 
 _STATELESS = ("RescaleAction", "ClipAction", "TransformAction", "FlattenObservation", "FilterObservation",
               "RescaleObservation", "ReshapeObservation", "ResizeObservation", "GrayscaleObservation",
@@ -24,7 +24,7 @@ def has_snapshot(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) ->
 
 def why_not_exact(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) -> str | None:
     """Return why a resumed run may differ from an uninterrupted one; None if it is identical."""
-    record: Any = plugins.get_record("algorithm", config.algorithm)
+    record = algorithm_record(config.algorithm)
     if not record.exact_resume:
         return f"the algorithm {config.algorithm} does not save its episodes and random numbers"
     if not has_snapshot(config, env):
