@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
-import numpy as np
 import pytest
 
 from frobs_core import plugins
@@ -28,7 +27,7 @@ class Monitor:
         self.rows: list[tuple[int, dict[str, float]]] = []
         self.offers: list[int] = []
         self.episodes: list[dict[str, Any]] = []
-        self.stop_at: float = np.inf
+        self.is_enough: Callable[[int], bool] = lambda steps: False
         self.on_row: Callable[[int], None] = lambda steps: None
 
     def is_due(self, steps: int) -> bool:
@@ -37,7 +36,7 @@ class Monitor:
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
         self.rows.append((steps, dict(metrics)))
         self.on_row(steps)
-        return steps < self.stop_at
+        return not self.is_enough(steps)
 
     def on_episodes(self, rewards: Any, lengths: Any, successes: Any = None, terms: Any = None) -> None:
         self.episodes.append({"rewards": rewards, "lengths": lengths, "successes": successes, "terms": terms})

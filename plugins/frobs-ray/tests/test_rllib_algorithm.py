@@ -154,7 +154,7 @@ def test_a_loaded_algorithm_continues_with_its_optimizers_and_steps(
 @pytest.mark.usefixtures("cluster")
 @pytest.mark.parametrize("name", NAMES)
 def test_the_monitor_can_end_it(name: str, make: Any, monitor: Any) -> None:
-    monitor.stop_at = 64
+    monitor.is_enough = lambda steps: steps >= 64
     algorithm = make(name)
     algorithm.train(10_000, monitor)
     assert algorithm.steps == monitor.rows[-1][0] == monitor.offers[-1] == algorithm.env.steps < 1000

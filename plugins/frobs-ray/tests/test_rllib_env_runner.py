@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +17,10 @@ from rllib_fixtures import REACH
 from frobs_ray.errors import ClusterSizeError, EnvironmentCopyError, EnvironmentRunnerError
 from frobs_ray.rllib.environments import recipe_of
 from frobs_ray.rllib.fragments import Fragments
-from frobs_train import resolve_config, resume, train
+from frobs_train import Progress, TrainingInterrupt, resolve_config, resume, train
 from frobs_train.configuration.config import ComponentConfig
 from frobs_train.environments import EnvironmentRecipe, make_vector_env
-from frobs_train.logs.progress import read_progress
+from frobs_train.logs.progress import STEPS, read_progress
 
 
 def test_steps_are_cut_into_episodes_with_their_final_observations() -> None:
@@ -72,13 +74,21 @@ def test_a_run_logs_remote_episodes_and_says_that_it_does_not_resume_exactly(tmp
         flags={"algorithm": "rllib_ppo", "num_envs": 4, "steps": 800, "seed": 1},
         settings=["algorithm_config.num_env_runners=2", "algorithm_config.n_steps=50", "log_every=200"],
     )
-    seen = []
-    run = train(config, tmp_path / "run", on_progress=lambda progress: seen.append(progress) or progress.steps < 400)
-    assert seen[-1].reward is not None
+    seen: list[Progress] = []
+
+    def interrupt(progress: Progress) -> None:
+        seen.append(progress)
+        if progress.steps == 400:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(TrainingInterrupt):
+        train(config, tmp_path / "run", on_progress=interrupt)
+    assert [progress.steps for progress in seen] == [200, 400]
     assert seen[-1].length == 50
-    run = resume(run.path)
+    assert seen[-1].reward is not None
+    run = resume(tmp_path / "run")
     log = read_progress(run.path / "progress.csv")
-    assert log["steps"][-1] == 800
+    assert log[STEPS][-1] == 800
     assert sum(log["episode/count"]) == 16
     assert np.isfinite(log["reward/distance"]).all()
     assert "Not an exact continuation: the algorithm rllib_ppo does not save its episodes" in caplog.text

@@ -49,12 +49,13 @@ def test_training_continues_when_a_node_is_lost_and_another_joins(
             nodes.add_node(num_cpus=1, object_store_memory=STORE)
 
     monitor.on_row = replace_a_node
+    monitor.is_enough = lambda steps: "All 2 environment runners work again" in caplog.text
     algorithm = make(name, {"num_env_runners": 2, "n_steps": 25, "ray_address": nodes.address})
-    algorithm.train(4_000, monitor)
+    algorithm.train(200_000, monitor)
     assert replaced
-    assert algorithm.steps >= 4_000
+    assert algorithm.steps < 200_000
     assert monitor.rows[-1][0] == algorithm.steps
     lengths = np.concatenate([item["lengths"] for item in monitor.episodes])
     # What is missing are the running episodes, once when the node was lost and once at the end.
     assert algorithm.steps - 2 * 4 * 50 <= lengths.sum() <= algorithm.steps
-    assert "1 of 2 environment runners work" in caplog.text
+    assert "1 of 2 environment runners work." in caplog.text

@@ -192,7 +192,9 @@ class Training:
         """Report runners that failed; raise EnvironmentRunnerError if the cause is the environment, not the cluster."""
         working = group.num_healthy_remote_workers()
         total = group.num_remote_workers()
-        if working == total or not total:
+        if working == total:
+            if 0 <= self._working < working:
+                _log.warning("All %d environment runners work again.", total)
             self._working = working
             return
         group.probe_unhealthy_env_runners()  # those that answer tell why they failed

@@ -123,6 +123,8 @@ def resets_without_a_seed(subject: AlgorithmUnderTest) -> None:
 @after("same_seed_repeats")
 def predicting_changes_nothing(subject: AlgorithmUnderTest) -> None:
     """Predictions during a training change neither the weights nor the random generators of the training."""
+    if not subject.record.reproducible:
+        raise NotApplicable("the record declares reproducible=False")
     seen, (trained, told) = subject.observations(8), subject.trained
     total = subject.steps
     if len(told.steps) < 2:  # nothing was learned after the first predictions
