@@ -1,4 +1,4 @@
-"""``frobs bench``: where the time of a step or of a training run goes."""
+"""``frobs bench``: where the time of a step or of a training run goes, and how the speed scales."""
 
 from __future__ import annotations
 
@@ -13,10 +13,26 @@ from frobs_cli.model_options import PackagePath, XacroArgs, robot_keywords
 from frobs_cli.options import Controller, EnvId, Json, Robot, Simulator, Tcp
 from frobs_cli.output import console, only_json, print_json
 from frobs_core.errors import CommandLineError
+from frobs_devkit.cli.bench_scaling import (
+    Jobs,
+    Network,
+    NodeProcessors,
+    Out,
+    Predict,
+    Price,
+    Processes,
+    Scaling,
+    Seconds,
+    Threads,
+    read_sizes,
+    report_scaling,
+)
+from frobs_train.cli.runner_options import RayAddress, RunnerName
 
 if TYPE_CHECKING:
     from frobs_devkit.bench import BenchResult
     from frobs_devkit.bench_training import TrainingBenchResult
+    from frobs_train import RunConfig
 
 
 def bench(
@@ -24,21 +40,21 @@ def bench(
     training: Annotated[
         bool, typer.Option("--training", help="Measure a training run instead of a step, and suggest settings.")
     ] = False,
+    scaling: Scaling = False,
     algorithm: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
             show_default="ppo",
-            help="Algorithm to train with --training: a name from 'frobs list algorithms'.",
+            help="Algorithm of --training and --predict: a name from 'frobs list algorithms'.",
         ),
     ] = None,
     num_envs: Annotated[
-        int | None,
+        str | None,
         typer.Option(
             metavar="N",
-            min=1,
-            show_default="1; with --training, the configured number",
-            help="Number of environments to step together.",
+            show_default="1; with --training, the configured number; with --scaling, 1,8,64,512",
+            help="Number of environments to step together; with --scaling, a list of numbers to measure.",
         ),
     ] = None,
     steps: Annotated[
@@ -46,10 +62,22 @@ def bench(
         typer.Option(
             metavar="N",
             min=10,
-            show_default="1000; with --training, about 4 seconds",
-            help="Steps to measure after the warm-up; with --training, environment steps over all environments.",
+            show_default="1000; with --training, about 4 seconds; with --predict, the configured number",
+            help="Steps to measure after the warm-up; with --training, environment steps over all environments; with "
+            "--predict, environment steps of the training run.",
         ),
     ] = None,
+    threads: Threads = None,
+    processes: Processes = None,
+    jobs: Jobs = None,
+    runner: RunnerName = "local",
+    ray_address: RayAddress = None,
+    seconds: Seconds = None,
+    predict: Predict = None,
+    node_processors: NodeProcessors = None,
+    network: Network = None,
+    price: Price = None,
+    out: Out = None,
     robot: Robot = None,
     tcp: Tcp = None,
     args: XacroArgs = None,
@@ -62,32 +90,69 @@ def bench(
             "--set",
             metavar="KEY=VALUE",
             show_default=False,
-            help="Setting of the --training run, as in 'frobs train'. Repeatable.",
+            help="Setting of the training run of --training or --scaling, as in 'frobs train'. Repeatable.",
         ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Measure where the time of a step or of a training run goes.
+    """Measure where the time of a step or of a training run goes, or how the speed scales.
 
     A step is compared with the bare engine, which replays the same states with the same controls. The two take turns, a
     few steps each. With --training, a short training run in memory is measured with the settings that 'frobs train'
     would use. Alternatives to some settings are measured, and those that are clearly faster are suggested.
+
+    With --scaling, steps per second and memory are measured against the numbers of environments, simulator threads and
+    processes, and with --runner ray of processes on a cluster. Each size runs in new processes. --predict fits a model
+    to these measurements, and predicts the time of a training run on more nodes.
 
     Example:
         $ frobs bench frobs/Irb120Reach-v0
         $ frobs bench frobs/Irb120Reach-v0 --num-envs 1024 --steps 100
         $ frobs bench frobs/Reach-v0 --robot arm.urdf --tcp tool0 --package-path ~/ros/src
         $ frobs bench frobs/Irb120Reach-v0 --training --algorithm sac
+        $ frobs bench frobs/Irb120Reach-v0 --scaling --out scaling.png
+        $ frobs bench frobs/Irb120Reach-v0 --scaling --runner ray --ray-address auto --jobs 1,8,16 --predict 10,100,1000
     """
     from frobs_core.registry import find_spec
 
     find_spec(env_id)
     keywords: dict[str, Any] = {"simulator": simulator, "controller": controller}
+    ranges: dict[str, Any] = {
+        "threads": threads,
+        "processes": processes,
+        "jobs": jobs,
+        "seconds": seconds,
+        "ray_address": ray_address,
+    }
+    prediction: dict[str, Any] = {
+        "predict": predict,
+        "node_processors": node_processors,
+        "network": network,
+        "price": price,
+        "out": out,
+    }
+    if training or scaling:
+        mode = "--scaling" if scaling else "--training"
+        _reject({"--args": args, "--package-path": package_path}, f"use --set environment_kwargs.… with {mode}.")
+    if scaling:
+        _reject({"--training": training}, "choose either --training or --scaling.")
+        if steps is not None and predict is None:
+            raise CommandLineError(
+                "--steps", "with --scaling, only a prediction has this option; add --predict 10,100,1000."
+            )
+        flags = {"algorithm": algorithm, "robot": robot, "tcp": tcp, "steps": steps, **keywords}
+        with only_json(json):
+            config = _resolve(env_id, flags, settings)
+        report_scaling(config, num_envs=num_envs, runner=runner, json=json, **ranges, **prediction)
+        return
+    only_scaling = {f"--{name.replace('_', '-')}": value for name, value in (ranges | prediction).items()}
+    only_scaling["--runner"] = None if runner == "local" else runner
+    _reject(only_scaling, "only --scaling has this option; add --scaling.")
+    count = _one_size(num_envs)
     if training:
-        _reject({"--args": args, "--package-path": package_path}, "use --set environment_kwargs.… with --training.")
-        flags = {"algorithm": algorithm, "num_envs": num_envs, "robot": robot, "tcp": tcp, **keywords}
+        flags = {"algorithm": algorithm, "num_envs": count, "robot": robot, "tcp": tcp, **keywords}
         with only_json(json), console(stderr=True).status("measuring a training run"):
-            trained = _measure_training(env_id, flags, settings or (), steps)
+            trained = _measure_training(_resolve(env_id, flags, settings), steps)
         print_json(trained) if json else print_facts(_training_facts(trained))
         return
     _reject({"--algorithm": algorithm, "--set": settings}, "only a training run has this option; add --training.")
@@ -97,23 +162,35 @@ def bench(
     options |= {key: value for key, value in keywords.items() if value is not None}
     steps = steps or 1000
     with only_json(json), console(stderr=True).status(f"measuring {steps:,} steps"):
-        found = measure(env_id, num_envs=num_envs or 1, steps=steps, **options)
+        found = measure(env_id, num_envs=count or 1, steps=steps, **options)
     print_json(found) if json else print_facts(_step_facts(found))
 
 
 def _reject(options: dict[str, object], reason: str) -> None:
     for name, value in options.items():
-        if value:
+        if value not in (None, False, [], ()):
             raise CommandLineError(name, reason)
 
 
-def _measure_training(
-    env_id: str, flags: dict[str, Any], settings: Sequence[str], steps: int | None
-) -> TrainingBenchResult:
-    from frobs_devkit.bench_training import bench_training
+def _one_size(num_envs: str | None) -> int | None:
+    sizes = read_sizes("--num-envs", num_envs)
+    if sizes is None:
+        return None
+    if len(sizes) > 1:
+        raise CommandLineError("--num-envs", "only --scaling measures several numbers; give one, or add --scaling.")
+    return sizes[0]
+
+
+def _resolve(env_id: str, flags: dict[str, Any], settings: Sequence[str] | None) -> RunConfig:
     from frobs_train import resolve_config
 
-    return bench_training(resolve_config(env_id, flags=flags, settings=settings), steps=steps)
+    return resolve_config(env_id, flags=flags, settings=settings or ())
+
+
+def _measure_training(config: RunConfig, steps: int | None) -> TrainingBenchResult:
+    from frobs_devkit.bench_training import bench_training
+
+    return bench_training(config, steps=steps)
 
 
 def _step_facts(found: BenchResult) -> dict[str, Any]:

@@ -1,0 +1,295 @@
+"""The options and the report of ``frobs bench --scaling``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from frobs_cli.facts import print_facts
+from frobs_cli.formats import duration, percent
+from frobs_cli.output import console, only_json, print_json, print_line, print_note
+from frobs_core.errors import CommandLineError
+
+if TYPE_CHECKING:
+    from frobs_devkit.scaling import Prediction, ScalingModel, ScalingPoint, ScalingResult
+    from frobs_train import RunConfig
+
+_GIGABIT = 1e9 / 8  # [B/s]
+
+_DISTURBED = 0.8
+"""Share of a processor below which a process was slowed by others."""
+
+Scaling = Annotated[
+    bool,
+    typer.Option(
+        "--scaling",
+        help="Measure speed and memory against environments, threads, processes and nodes instead of a step.",
+    ),
+]
+
+Threads = Annotated[
+    str | None,
+    typer.Option(
+        metavar="N,N…",
+        show_default="1, 2, 4, … up to the number of processors",
+        help="With --scaling: numbers of simulator threads to measure.",
+    ),
+]
+
+Processes = Annotated[
+    str | None,
+    typer.Option(
+        metavar="N,N…",
+        show_default="1, 2, 4, … up to the number of processors",
+        help="With --scaling: numbers of processes to measure on this machine.",
+    ),
+]
+
+Jobs = Annotated[
+    str | None,
+    typer.Option(
+        metavar="N,N…",
+        show_default="1,2",
+        help="With --scaling --runner ray: numbers of processes to measure on the cluster, each on one processor.",
+    ),
+]
+
+Seconds = Annotated[
+    float | None,
+    typer.Option(
+        metavar="S", min=0.1, show_default="2", help="With --scaling: time to measure at each size, in seconds."
+    ),
+]
+
+Predict = Annotated[
+    str | None,
+    typer.Option(
+        metavar="N,N…",
+        show_default=False,
+        help="With --scaling: numbers of nodes for which to predict speed and time of a training run of --steps steps.",
+    ),
+]
+
+NodeProcessors = Annotated[
+    int | None,
+    typer.Option(
+        metavar="N",
+        min=1,
+        show_default="those of this machine",
+        help="With --predict: number of processors of each node.",
+    ),
+]
+
+Network = Annotated[
+    float | None,
+    typer.Option(
+        metavar="GBIT",
+        min=1e-6,
+        show_default="as measured between several machines, else unlimited",
+        help="With --predict: network bandwidth of the learner's machine, in Gbit/s.",
+    ),
+]
+
+Price = Annotated[
+    float | None,
+    typer.Option(
+        metavar="PRICE",
+        min=0.0,
+        show_default="report node-hours only",
+        help="With --predict: price of one node per hour, in your currency.",
+    ),
+]
+
+Out = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", dir_okay=False, show_default="no plot", help="With --scaling: PNG file for the plot."),
+]
+
+
+def report_scaling(
+    config: RunConfig,
+    *,
+    num_envs: str | None,
+    threads: str | None,
+    processes: str | None,
+    jobs: str | None,
+    seconds: float | None,
+    runner: str,
+    ray_address: str | None,
+    predict: str | None,
+    node_processors: int | None,
+    network: float | None,
+    price: float | None,
+    out: Path | None,
+    json: bool,
+) -> None:
+    """Measure scaling, and write the table, the plot and the predictions."""
+    from frobs_devkit.scaling import ScalingRanges, bench_scaling, fit_model, plot_scaling
+    from frobs_train.cli.runner_options import open_runner
+    from frobs_train.runners.runner import LOCAL
+    from frobs_train.training.threads import usable_processors
+
+    nodes = read_sizes("--predict", predict)
+    if nodes is None:
+        values = {"--node-processors": node_processors, "--network": network, "--price": price}
+        for name, value in values.items():
+            if value is not None:
+                raise CommandLineError(name, "only a prediction has this option; add --predict 10,100,1000.")
+    if out is not None and out.suffix.lower() != ".png":
+        raise CommandLineError("--out", f"'{out}' is not a PNG file; use a name such as scaling.png.")
+    cluster = None if runner == LOCAL and ray_address is None else open_runner(runner, ray_address, None, None)
+    if cluster is None and jobs is not None:
+        raise CommandLineError("--jobs", "only a cluster has this option; add --runner ray.")
+    ranges = ScalingRanges.choose(
+        config,
+        num_envs=read_sizes("--num-envs", num_envs),
+        threads=read_sizes("--threads", threads),
+        processes=read_sizes("--processes", processes),
+        cluster_processes=() if cluster is None else read_sizes("--jobs", jobs) or (1, 2),
+        seconds=seconds or 2.0,
+    )
+    with only_json(json), _progress() as on_step:
+        found = bench_scaling(config, ranges, runner=cluster, learner=nodes is not None, on_step=on_step)
+    model = fit_model(found, bandwidth=None if network is None else network * _GIGABIT)
+    each = node_processors or usable_processors()
+    predictions = [model.predict(count, each, config.steps, price) for count in nodes or ()]
+    if out is not None:
+        plot_scaling([(found, model, each)], out)
+    if json:
+        print_json(
+            {
+                **found.to_dict(),
+                "model": asdict(model),
+                "steps": config.steps if nodes else None,
+                "predictions": [asdict(prediction) for prediction in predictions],
+            }
+        )
+        return
+    print_facts(scaling_facts(found, model))
+    if is_disturbed(found):
+        print_note("Other programs used the processors, so the real speed is higher. Close them and measure again.")
+    if predictions:
+        print_line()
+        print_facts(prediction_facts(found, model, predictions, config.steps, each))
+    if out is not None:
+        print_note(f"The plot is {out}.")
+
+
+def read_sizes(option: str, text: str | None) -> tuple[int, ...] | None:
+    """Return the numbers of a list such as ``"1,8,64"`` in ascending order; None if the option is not given.
+
+    Raises:
+        CommandLineError: It is not a list of positive whole numbers.
+    """
+    if text is None:
+        return None
+    try:
+        sizes = sorted({int(part) for part in text.split(",")})
+    except ValueError:
+        sizes = []
+    if not sizes or sizes[0] < 1:
+        raise CommandLineError(option, f"'{text}' is not a list of positive whole numbers, such as 1,8,64.")
+    return tuple(sizes)
+
+
+def scaling_facts(found: ScalingResult, model: ScalingModel) -> dict[str, Any]:
+    """Return what the command shows of the measurements."""
+    per_env = None if found.memory_per_env is None else f" + {found.memory_per_env / 1e3:,.1f} kB per environment"
+    traffic = found.traffic
+    return {
+        "name": found.id,
+        "kind": "scaling",
+        "memory": f"{found.memory_per_process / 1e6:,.0f} MB per process{per_env or ''}",
+        "start-up": f"{model.startup:.1f} s",
+        "experience": None
+        if traffic is None
+        else f"{traffic.bytes_per_step:,.0f} bytes per environment step; a learner receives "
+        f"{traffic.bytes_per_second / 1e6:,.0f} MB/s = {traffic.steps_per_second:,.0f} steps/s",
+        "machine": found.machine,
+        "load": f"{found.load:.1f} processes wanted a processor before the measurement",
+        "measured": [_row(point) for point in found.points],
+    }
+
+
+def prediction_facts(
+    found: ScalingResult, model: ScalingModel, predictions: Sequence[Prediction], steps: int, processors: int
+) -> dict[str, Any]:
+    """Return what the command shows of the predictions."""
+    learner = found.learner
+    return {
+        "name": "prediction",
+        "kind": f"{steps:,} environment steps on nodes of {processors} processors each",
+        "model": "n · p · s / ((1 + α (p − 1)) (1 + β (n − 1))), at most what one learner can use",
+        "parameters": f"s = {model.process_rate:,.0f} steps/s, α = {model.process_contention:.3f}, "
+        f"β = {model.node_contention:.3f} ({'measured' if model.node_contention_measured else 'assumed'})",
+        "learner": None if learner is None else f"{1.0 / learner.learning:,.0f} steps/s with {learner.algorithm}",
+        "network": "not limited" if model.bandwidth is None else f"{model.bandwidth / 1e6:,.0f} MB/s",
+        "error": _errors(model),
+        "nodes": [_predicted(prediction) for prediction in predictions],
+    }
+
+
+def is_disturbed(found: ScalingResult) -> bool:
+    """Return whether other programs took much of the processors during the measurement."""
+    from frobs_train.training.threads import usable_processors
+
+    return found.load > usable_processors() / 2 and min(point.processor_share for point in found.points) < _DISTURBED
+
+
+def _row(point: ScalingPoint) -> dict[str, Any]:
+    return {
+        "varied": point.sweep,
+        "environments": f"{point.num_envs:,}",
+        "threads": point.threads,
+        "processes": point.processes,
+        "nodes": point.nodes,
+        "steps/s": f"{point.steps_per_second:,.0f}",
+        "slowest to fastest window": f"{point.low:,.0f} to {point.high:,.0f}",
+        "processor_time": percent(point.processor_share, 0),
+        "memory_per_process": f"{point.memory / 1e6:,.0f} MB",
+    }
+
+
+def _predicted(prediction: Prediction) -> dict[str, Any]:
+    rate, seconds, hours = prediction.steps_per_second, prediction.seconds, prediction.node_hours
+    runs = prediction.runs_per_hour
+    return {
+        "nodes": f"{prediction.nodes:,}",
+        "processes": f"{prediction.processes:,}",
+        "collected steps/s": f"{prediction.collected:,.0f}",
+        "one run, steps/s": None if rate is None else f"{rate:,.0f}",
+        "limited by": prediction.limit,
+        "time": None if seconds is None else duration(seconds),
+        "node-hours": None if hours is None else f"{hours:,.3g}",
+        "cost": None if prediction.cost is None else f"{prediction.cost:,.2f}",
+        "independent runs per hour": None if runs is None else f"{runs:,.0f}",
+    }
+
+
+def _errors(model: ScalingModel) -> str:
+    errors: Mapping[str, float | None] = {
+        "most processes": model.process_error,
+        "most nodes": model.cluster_error,
+    }
+    shown = [
+        f"{'+' if error > 0 else '−'}{percent(abs(error), 0)} with the {name}"
+        for name, error in errors.items()
+        if error is not None
+    ]
+    return "; ".join(shown) + ", if these are left out of the fit" if shown else "unknown: measure at least two sizes"
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str], None]]:
+    """Report what is measured on stderr: in a terminal on one line, elsewhere on a line for each measurement."""
+    err = console(stderr=True)
+    if not err.is_terminal:
+        yield lambda text: print_note(f"measuring {text}")
+        return
+    with err.status("measuring") as status:
+        yield lambda text: status.update(f"measuring {text}")

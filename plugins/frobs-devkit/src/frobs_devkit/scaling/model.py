@@ -1,0 +1,243 @@
+"""A model of the speed on a cluster, fitted to measurements.
+
+n nodes with p processes each step the environments at the rate
+
+    C(n, p) = n · p · s / ((1 + α (p - 1)) (1 + β (n - 1)))
+
+where s is the rate of one process alone, α is the contention between the processes of a node (memory, caches, clock
+rate) and β that between nodes. This is the Universal Scalability Law without its term for coherency: N. J. Gunther,
+Guerrilla Capacity Planning, Springer 2007, chapter 4. One training run uses at most what its learner can receive and
+learn from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from frobs_core.errors import ConfigurationError
+from frobs_core.validation import non_negative, positive, whole_number
+from frobs_devkit.scaling.results import CLUSTER, NUM_ENVS, PROCESSES, LearnerCosts, ScalingResult
+
+COLLECTION, LEARNER, NETWORK = "collection", "learner", "network"
+"""What limits the speed of one training run."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prediction:
+    """What the model predicts for a number of nodes.
+
+    Attributes:
+        nodes: Number of nodes.
+        processes: Processes on all nodes, one for each processor.
+        collected: Environment steps per second of all processes, without learning.
+        steps_per_second: Environment steps per second of one training run whose processes collect experience for one
+            learner; None: no training run was measured.
+        limit: What limits this rate: ``collection``, ``learner`` or ``network``; None: no training run was measured.
+        seconds: Time of the training run, start-up included [s].
+        node_hours: Nodes × hours of this training run.
+        cost: Node-hours × price; None: no price is given.
+        runs_per_hour: Independent training runs, each in one process, that finish per hour on all nodes: seeds or trials.
+    """
+
+    nodes: int
+    processes: int
+    collected: float
+    steps_per_second: float | None
+    limit: str | None
+    seconds: float | None
+    node_hours: float | None
+    cost: float | None
+    runs_per_hour: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScalingModel:
+    """The parameters of the model, and how far it was wrong at the largest size that was left out of a second fit.
+
+    Attributes:
+        process_rate: s, the environment steps per second of one process alone.
+        process_contention: α, at least 0.
+        node_contention: β, at least 0.
+        node_contention_measured: Whether β was measured on several machines. Otherwise it is assumed to be 0.
+        startup: Time to start a process [s].
+        learner: Times of a training run in one process; None: not measured.
+        bytes_per_step: Size of the experience of one environment step [B]; None: not measured.
+        bandwidth: Rate at which the learner receives experience [B/s]; None: not limited.
+        process_error: Predicted ÷ measured rate − 1 at the largest number of processes on this machine; None: fewer than
+            two sizes.
+        cluster_error: The same for the largest number of nodes.
+    """
+
+    process_rate: float
+    process_contention: float
+    node_contention: float = 0.0
+    node_contention_measured: bool = False
+    startup: float = 0.0
+    learner: LearnerCosts | None = None
+    bytes_per_step: float | None = None
+    bandwidth: float | None = None
+    process_error: float | None = None
+    cluster_error: float | None = None
+
+    def collected(self, nodes: float, processes: float) -> float:
+        """Return the environment steps per second of all processes.
+
+        Args:
+            nodes: Number of nodes.
+            processes: Number of processes on each node.
+        """
+        return nodes * processes * self.process_rate / self._loss(nodes, processes)
+
+    def limits(self, nodes: float, processes: float) -> dict[str, float]:
+        """Return what each part of one training run allows [environment steps/s].
+
+        The processes that collect also choose the actions. The learner does everything else.
+
+        Args:
+            nodes: Number of nodes.
+            processes: Number of processes on each node.
+        """
+        found = {}
+        if self.learner is not None:
+            slowed = self.process_rate / (1.0 + self.process_rate * self.learner.inference)
+            found[COLLECTION] = self.collected(nodes, processes) * slowed / self.process_rate
+            found[LEARNER] = 1.0 / self.learner.learning
+            if self.bandwidth is not None and self.bytes_per_step is not None:
+                found[NETWORK] = self.bandwidth / self.bytes_per_step
+        return found
+
+    def predict(self, nodes: int, processes: int, steps: int, price: float | None = None) -> Prediction:
+        """Predict speed, time and cost of a training run.
+
+        Args:
+            nodes: Number of nodes.
+            processes: Number of processes on each node.
+            steps: Environment steps of the training run.
+            price: Price of a node per hour, in any currency; None: predict no cost.
+
+        Raises:
+            ConfigurationError: A number is out of range.
+        """
+        whole_number("nodes", nodes, lowest=1)
+        whole_number("processes", processes, lowest=1)
+        whole_number("steps", steps, lowest=1)
+        price = None if price is None else non_negative("price", price)
+        limits = self.limits(nodes, processes)
+        bare = Prediction(
+            nodes=nodes,
+            processes=nodes * processes,
+            collected=self.collected(nodes, processes),
+            steps_per_second=None,
+            limit=None,
+            seconds=None,
+            node_hours=None,
+            cost=None,
+            runs_per_hour=None,
+        )
+        if self.learner is None:
+            return bare
+        limit = min(limits, key=lambda name: limits[name])
+        seconds = self.startup + steps / limits[limit]
+        node_hours = nodes * seconds / 3600.0
+        alone = self.startup + steps * self.learner.total * self._loss(nodes, processes)
+        return replace(
+            bare,
+            steps_per_second=limits[limit],
+            limit=limit,
+            seconds=seconds,
+            node_hours=node_hours,
+            cost=None if price is None else node_hours * price,
+            runs_per_hour=nodes * processes * 3600.0 / alone,
+        )
+
+    def _loss(self, nodes: float, processes: float) -> float:
+        """Return by which factor contention slows each process."""
+        return (1.0 + self.process_contention * (processes - 1)) * (1.0 + self.node_contention * (nodes - 1))
+
+
+def fit_model(result: ScalingResult, *, bandwidth: float | None = None) -> ScalingModel:
+    """Fit the model to measurements.
+
+    Args:
+        result: From :func:`frobs_devkit.scaling.bench_scaling`.
+        bandwidth: Network bandwidth of the learner's machine [B/s]; None: as measured, if the cluster has several machines.
+
+    Raises:
+        ConfigurationError: Nothing can be fitted, or the bandwidth is not positive.
+    """
+    if bandwidth is not None:
+        positive("bandwidth", bandwidth, "B/s")
+    single = [point for point in result.sweep(NUM_ENVS) if point.num_envs == result.num_envs]
+    local = [(point.processes, point.steps_per_second) for point in result.sweep(PROCESSES) or single]
+    if not local:
+        raise ConfigurationError("nothing was measured in processes, so no model can be fitted.")
+    rate, contention = fit_contention(local)
+    model = ScalingModel(
+        process_rate=rate,
+        process_contention=contention,
+        startup=max(point.startup for point in result.points),
+        learner=result.learner,
+        process_error=_error_without_largest(local),
+    )
+    cluster = result.sweep(CLUSTER)
+    if cluster:
+        points = [(point.nodes, point.processes / point.nodes, point.steps_per_second) for point in cluster]
+        if max(point.hosts for point in cluster) > 1:
+            rate, between = _fit_nodes(points, contention)
+            model = replace(model, process_rate=rate, node_contention=between, node_contention_measured=True)
+        model = replace(model, cluster_error=_error_without_most_nodes(points, contention))
+    traffic = result.traffic
+    if traffic is not None:
+        sent = len(traffic.hosts) > 1
+        model = replace(
+            model,
+            bytes_per_step=traffic.bytes_per_step,
+            bandwidth=bandwidth or (traffic.bytes_per_second if sent else None),
+        )
+    return model
+
+
+def fit_contention(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Fit X(k) = k s / (1 + α (k - 1)), and minimize the relative errors.
+
+    k / X is linear in k - 1, so this is a linear least-squares problem.
+
+    Args:
+        points: Pairs of size k and rate X. With one size, α is 0.
+
+    Returns:
+        s and α ≥ 0.
+    """
+    sizes, rates = (np.array(column, dtype=float) for column in zip(*points, strict=True))
+    inverse = sizes / rates  # time per step of one of the k
+    if len(set(sizes)) > 1:
+        system = np.stack([1.0 / inverse, (sizes - 1.0) / inverse], axis=1)  # (points, 2)
+        (alone, slope), *_ = np.linalg.lstsq(system, np.ones(len(sizes)), rcond=None)
+        if slope > 0.0 and alone > 0.0:
+            return float(1.0 / alone), float(slope / alone)
+    return float(np.mean(1.0 / inverse)), 0.0
+
+
+def _fit_nodes(points: Sequence[tuple[float, float, float]], contention: float) -> tuple[float, float]:
+    """Return s and β for points of nodes, processes per node and rate."""
+    return fit_contention([(nodes, rate * (1.0 + contention * (each - 1)) / each) for nodes, each, rate in points])
+
+
+def _error_without_largest(points: Sequence[tuple[float, float]]) -> float | None:
+    """Return the relative error at the largest size of a fit to all other sizes."""
+    largest = max(size for size, _ in points)
+    rest = [point for point in points if point[0] < largest]
+    if not rest:
+        return None
+    rate, contention = fit_contention(rest)
+    measured = np.mean([rate for size, rate in points if size == largest])
+    return float(largest * rate / (1.0 + contention * (largest - 1)) / measured - 1.0)
+
+
+def _error_without_most_nodes(points: Sequence[tuple[float, float, float]], contention: float) -> float | None:
+    """Return the relative error at the largest number of nodes of a fit to all smaller numbers."""
+    scaled = [(nodes, rate * (1.0 + contention * (each - 1)) / each) for nodes, each, rate in points]
+    return _error_without_largest(scaled)

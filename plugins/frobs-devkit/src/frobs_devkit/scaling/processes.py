@@ -1,0 +1,198 @@
+"""Measuring processes that step environments at the same time, on this machine or on a cluster."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from frobs_core.errors import ConfigurationError
+from frobs_devkit.scaling.results import CLUSTER, LearnerCosts, ScalingPoint
+from frobs_train import RunConfig
+from frobs_train.runners.runner import Job, Report, Runner
+
+_WINDOWS = 5
+"""Parts of a measurement. The result is their median."""
+
+_PATIENCE = 120.0
+"""Time for all processes of this machine to start [s]."""
+
+_CLUSTER_PATIENCE = 60.0
+"""Time between the starts of the first and the last process on a cluster [s]."""
+
+_VARIABLES = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # NumPy's own threads would blur the measurement
+
+
+def measure_processes(config: RunConfig, sweep: str, processes: int, seconds: float) -> ScalingPoint:
+    """Measure processes on this machine that step environments at the same time.
+
+    Args:
+        config: Its ``num_envs`` and ``threads`` are those of each process.
+        sweep: The sweep to which the point belongs.
+        processes: Number of processes.
+        seconds: Time to measure [s].
+
+    Raises:
+        ConfigurationError: The environments cannot be made, or the processes do not start.
+    """
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        tasks = [_task(config, folder, index, processes, seconds, _PATIENCE) for index in range(processes)]
+        started = [_start(task) for task in tasks]
+        try:
+            results = [_finish(process, task) for process, task in zip(started, tasks, strict=True)]
+        finally:
+            for process in started:
+                process.kill()
+                process.wait()
+    return summarize(config, sweep, results, nodes=1, hosts=1)
+
+
+def measure_cluster(
+    config: RunConfig, processes: int, seconds: float, runner: Runner, folder: Path, memory: int
+) -> ScalingPoint:
+    """Measure processes on a cluster, each of which is a job with one processor.
+
+    Args:
+        config: Its ``num_envs`` and ``threads`` are those of each process.
+        processes: Number of processes.
+        seconds: Time to measure [s].
+        runner: Runs jobs side by side.
+        folder: Empty folder that all machines see under the same path.
+        memory: Memory that a process needs [B].
+
+    Raises:
+        ConfigurationError: The environments cannot be made, or the cluster does not run all processes at the same time.
+    """
+    jobs = []
+    for index in range(processes):
+        task = _task(config, folder.absolute(), index, processes, seconds, _CLUSTER_PATIENCE)
+        jobs.append(Job(name=f"process {index}", function=f"{__name__}:run_worker", arguments=task, memory=memory))
+    found: list[dict[str, Any]] = []
+    for outcome in runner.run(jobs, folder):
+        if outcome.error is not None:
+            raise ConfigurationError(f"{processes} processes on the cluster cannot be measured: {outcome.error}")
+        found.append(outcome.result)
+    nodes = {result["node"] for result in found}
+    return summarize(config, CLUSTER, found, nodes=len(nodes), hosts=len({host for host, _ in nodes}))
+
+
+def measure_learner(config: RunConfig) -> LearnerCosts:
+    """Measure a short training run in a process of its own.
+
+    Raises:
+        ConfigurationError: The training run cannot be started.
+    """
+    with TemporaryDirectory() as name:
+        task = {**_task(config, Path(name), 0, 1, 0.0, 0.0), "kind": "learn"}
+        return LearnerCosts(algorithm=config.algorithm, **_finish(_start(task), task))
+
+
+def run_worker(report: Report, **task: Any) -> dict[str, Any]:
+    """Measure one process: the job of :func:`measure_cluster`. The process is a new one, without the cluster's libraries."""
+    return {**_finish(_start(task), task), "node": node()}
+
+
+def node() -> tuple[str, int]:
+    """Return the host and the ID of the parent process, which all jobs of one node share."""
+    return platform.node(), os.getppid()
+
+
+def summarize(
+    config: RunConfig, sweep: str, results: Sequence[Mapping[str, Any]], *, nodes: int, hosts: int
+) -> ScalingPoint:
+    """Return the point that processes have measured."""
+    rates = window_rates([result["stamps"] for result in results])
+    return ScalingPoint(
+        sweep=sweep,
+        num_envs=config.num_envs,
+        threads=config.threads.simulator or 1,
+        processes=len(results),
+        nodes=nodes,
+        hosts=hosts,
+        steps_per_second=median(rates),
+        low=min(rates),
+        high=max(rates),
+        processor_share=sum(result["processors"] for result in results)
+        / len(results)
+        / (config.threads.simulator or 1),
+        memory=max(result["memory"] for result in results),
+        startup=max(result["startup"] for result in results),
+    )
+
+
+def window_rates(stamps: Sequence[Sequence[tuple[float, int]]], windows: int = _WINDOWS) -> list[float]:
+    """Return the steps per second of all processes together in several windows.
+
+    The windows divide the time during which all processes were stepping.
+
+    Args:
+        stamps: For each process, pairs of time [s] and number of steps so far.
+        windows: Number of windows. There are fewer if steps take so long that a window would contain none.
+    """
+    begin, end = max(each[0][0] for each in stamps), min(each[-1][0] for each in stamps)
+    longest = max(float(np.max(np.diff([moment for moment, _ in each]))) for each in stamps)
+    count = max(1, min(windows, int((end - begin) / longest)))
+    edges = np.linspace(begin, end, count + 1)
+    steps = np.zeros(count + 1)
+    for each in stamps:
+        moments, totals = (np.array(column, dtype=float) for column in zip(*each, strict=True))
+        steps += np.interp(edges, moments, totals)
+    return [float(rate) for rate in np.diff(steps) / np.diff(edges)]
+
+
+def _task(config: RunConfig, folder: Path, index: int, count: int, seconds: float, patience: float) -> dict[str, Any]:
+    return {
+        "kind": "step",
+        "config": config.model_dump(mode="json"),
+        "folder": str(folder),
+        "index": index,
+        "count": count,
+        "seconds": seconds,
+        "patience": patience,
+    }
+
+
+def _start(task: Mapping[str, Any]) -> subprocess.Popen[str]:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "frobs_devkit.scaling.worker"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, **_VARIABLES},
+    )
+    assert process.stdin is not None
+    process.stdin.write(json.dumps({**task, "launched": time.time()}))
+    process.stdin.close()
+    process.stdin = None  # communicate() would close it again
+    return process
+
+
+def _finish(process: subprocess.Popen[str], task: Mapping[str, Any]) -> dict[str, Any]:
+    """Wait for a process and return what it measured.
+
+    Raises:
+        ConfigurationError: It has failed.
+    """
+    _, stderr = process.communicate()
+    folder, index = Path(task["folder"]), task["index"]
+    if process.returncode == 0:
+        result: dict[str, Any] = json.loads((folder / f"result-{index}.json").read_text("utf-8"))
+        return result
+    files = sorted(folder.glob("error-*"))
+    lines = [line for line in stderr.splitlines() if line.strip()]
+    if files:
+        raise ConfigurationError(files[0].read_text("utf-8"))
+    cause = lines[-1] if lines else f"it ended with status {process.returncode}"
+    raise ConfigurationError(f"a process that steps {task['config']['num_envs']} environments failed: {cause}")

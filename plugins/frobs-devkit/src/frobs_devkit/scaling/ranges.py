@@ -1,0 +1,78 @@
+"""The sizes at which scaling is measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+from frobs_core.validation import positive, whole_number
+from frobs_train import RunConfig
+from frobs_train.environments import is_paced
+from frobs_train.training.threads import decide_threads, usable_processors
+
+_NUM_ENVS = (1, 8, 64, 512)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScalingRanges:
+    """The sizes to measure. An empty range is not measured.
+
+    Attributes:
+        num_envs: Numbers of environments in one process with one thread.
+        threads: Numbers of simulator threads in one process.
+        processes: Numbers of processes on this machine, each with one thread.
+        cluster_processes: Numbers of processes on a cluster, each with one thread.
+        seconds: Time to measure at each size [s]; starting the processes takes a few seconds more.
+    """
+
+    num_envs: tuple[int, ...] = _NUM_ENVS
+    threads: tuple[int, ...] = ()
+    processes: tuple[int, ...] = ()
+    cluster_processes: tuple[int, ...] = ()
+    seconds: float = 2.0
+
+    def __post_init__(self) -> None:
+        """Check the numbers.
+
+        Raises:
+            ConfigurationError: A number is out of range, or no number of environments is given.
+        """
+        for name in ("num_envs", "threads", "processes", "cluster_processes"):
+            for value in getattr(self, name):
+                whole_number(name, value, lowest=1)
+        positive("seconds", self.seconds, "s")
+        whole_number("the number of sizes in num_envs", len(self.num_envs), lowest=1)
+
+    @classmethod
+    def choose(
+        cls,
+        config: RunConfig,
+        *,
+        num_envs: tuple[int, ...] | None = None,
+        threads: tuple[int, ...] | None = None,
+        processes: tuple[int, ...] | None = None,
+        cluster_processes: tuple[int, ...] = (),
+        seconds: float = 2.0,
+    ) -> Self:
+        """Return ranges that suit an environment and this machine; None: choose the range.
+
+        A simulator that is paced by the wall clock has a single environment. Environments of other libraries have no
+        simulator threads.
+        """
+        sizes = powers_of_two(usable_processors())
+        if num_envs is None:
+            num_envs = (1,) if is_paced(config.environment_kwargs.get("simulator")) else _NUM_ENVS
+        if threads is None:
+            threads = () if decide_threads(config).simulator is None or max(num_envs) == 1 else sizes
+        return cls(
+            num_envs=num_envs,
+            threads=threads,
+            processes=sizes if processes is None else processes,
+            cluster_processes=cluster_processes,
+            seconds=seconds,
+        )
+
+
+def powers_of_two(highest: int) -> tuple[int, ...]:
+    """Return 1, 2, 4, … up to a number, and the number itself."""
+    return tuple(sorted({2**k for k in range(highest.bit_length())} | {highest}))

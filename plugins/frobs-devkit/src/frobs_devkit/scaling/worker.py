@@ -1,0 +1,162 @@
+"""The program of a measured process: it steps environments, or trains, and writes what it measured.
+
+It reads its task as JSON from standard input. All processes of a measurement share a folder, in which files show how
+far each of them is. A process of its own makes the peak memory attributable.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable, Mapping
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+from frobs_core.files import write_aside
+
+_POLL = 0.005  # [s]
+_BUSY = 0.02  # [s] of steps between two looks at the other processes
+_WARM_UP = 0.2  # [s]
+_STAMPS = 100  # readings of the clock during the measurement
+
+
+def main() -> None:
+    """Do what standard input asks for."""
+    task = json.load(sys.stdin)
+    folder, index = Path(task["folder"]), task["index"]
+    try:
+        result = learn(task["config"]) if task["kind"] == "learn" else step(task["config"], folder, task)
+    except Exception as error:  # whatever it is, the process that waits reports it
+        _write(folder / f"error-{index}", str(error) or type(error).__name__)
+        raise SystemExit(1) from None
+    _write(folder / f"result-{index}.json", json.dumps(result))
+
+
+def step(config: Mapping[str, Any], folder: Path, task: Mapping[str, Any]) -> dict[str, Any]:
+    """Step environments together with the other processes.
+
+    Returns:
+        ``stamps``: pairs of time [s since 1970] and environment steps so far; ``memory``: peak [B]; ``processors``:
+        processor time ÷ time; ``startup`` [s].
+    """
+    from frobs_train import RunConfig, make_training_env
+
+    made = RunConfig(**config)
+    with closing(make_training_env(made)) as env:
+        env.action_space.seed(task["index"])
+        actions = [env.action_space.sample() for _ in range(16)]
+        env.reset(seed=task["index"])
+        count = 0
+
+        def advance() -> None:
+            nonlocal count
+            env.step(actions[count % len(actions)])
+            count += 1
+
+        warm = time.perf_counter()
+        while count < 3 or time.perf_counter() < warm + _WARM_UP:
+            advance()
+        startup = time.time() - _WARM_UP - task["launched"]
+        _meet(folder, task)
+        used, start = time.process_time(), time.perf_counter()
+        stamps = _record(task["seconds"], advance, lambda: count)
+        share = (time.process_time() - used) / (time.perf_counter() - start)
+        _touch(folder, "done", task)
+        while not _all(folder, "done", task):  # the others still measure, so keep the processor busy
+            stamps += _record(_BUSY, advance, lambda: count)
+    return {
+        "stamps": [(moment, steps * made.num_envs) for moment, steps in stamps],
+        "memory": peak_memory(),
+        "processors": share,
+        "startup": max(0.0, startup),
+    }
+
+
+def learn(config: Mapping[str, Any]) -> dict[str, Any]:
+    """Train for a few seconds and return the times per environment step [s]."""
+    from frobs_devkit.training_window import ALGORITHM, OTHER, UPDATES, measure_training
+    from frobs_train import RunConfig
+
+    measured = measure_training(RunConfig(**config), seconds=4.0, limit=60.0)
+    return {
+        "inference": measured.per_step("inference"),
+        "learning": sum(measured.per_step(part) for part in (UPDATES, "storage", OTHER, ALGORITHM)),
+        "total": measured.per_step(),
+    }
+
+
+def peak_memory() -> int:
+    """Return the peak resident memory of this process [B].
+
+    Linux also reports it as ``ru_maxrss``, but there it includes the process that started this one.
+    """
+    try:
+        lines = Path("/proc/self/status").read_text("utf-8").splitlines()
+        return next(1024 * int(line.split()[1]) for line in lines if line.startswith("VmHWM"))
+    except (OSError, StopIteration):
+        import resource
+
+        unit = 1 if platform.system() == "Darwin" else 1024
+        return unit * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
+def _record(seconds: float, advance: Callable[[], None], count: Callable[[], int]) -> list[tuple[float, int]]:
+    """Step for a time, and return readings of the clock with the number of steps so far."""
+    stamps = [(time.time(), count())]
+    end, next_stamp = stamps[0][0] + seconds, stamps[0][0] + seconds / _STAMPS
+    now = 0.0
+    while now < end:
+        advance()
+        now = time.time()
+        if now >= min(next_stamp, end):
+            stamps.append((now, count()))
+            next_stamp = now + seconds / _STAMPS
+    return stamps
+
+
+def _meet(folder: Path, task: Mapping[str, Any]) -> None:
+    """Wait until all processes are ready.
+
+    Raises:
+        TimeoutError: Some are not ready in time.
+    """
+    _touch(folder, "ready", task)
+    end = time.monotonic() + task["patience"]
+    while not _all(folder, "ready", task):
+        if time.monotonic() > end:
+            here = len(list(folder.glob("ready-*")))
+            raise TimeoutError(
+                f"only {here} of {task['count']} processes started within {task['patience']:.0f} s; "
+                "there may be too few free processors."
+            )
+        time.sleep(_POLL)
+
+
+def _all(folder: Path, name: str, task: Mapping[str, Any]) -> bool:
+    """Return whether all processes have written a file.
+
+    Raises:
+        RuntimeError: One has failed.
+    """
+    names = os.listdir(folder)
+    failed = next((other for other in names if other.startswith("error-")), None)
+    if failed is not None:
+        raise RuntimeError((folder / failed).read_text("utf-8"))
+    here = sum(other.startswith(f"{name}-") for other in names)
+    return here >= int(task["count"])
+
+
+def _touch(folder: Path, name: str, task: Mapping[str, Any]) -> None:
+    (folder / f"{name}-{task['index']}").touch()
+
+
+def _write(path: Path, text: str) -> None:
+    write_aside(path, lambda aside: aside.write_text(text, "utf-8"))
+
+
+if __name__ == "__main__":
+    main()
