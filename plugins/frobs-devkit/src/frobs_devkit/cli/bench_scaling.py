@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 
 _GIGABIT = 1e9 / 8  # [B/s]
 
-_DISTURBED = 0.8
-"""Share of a processor below which a process was slowed by others."""
-
 Scaling = Annotated[
     bool,
     typer.Option(
@@ -171,11 +168,13 @@ def report_scaling(
         )
         return
     print_facts(scaling_facts(found, model))
-    if is_disturbed(found):
-        print_note("Other programs used the processors, so the real speed is higher. Close them and measure again.")
+    if found.is_disturbed:
+        print_note(
+            "Other programs used the processors, so the speed of an idle machine is higher. Close them and measure again."
+        )
     if predictions:
         print_line()
-        print_facts(prediction_facts(found, model, predictions, config.steps, each))
+        print_facts(prediction_facts(model, predictions, config.steps, each))
     if out is not None:
         print_note(f"The plot is {out}.")
 
@@ -217,28 +216,24 @@ def scaling_facts(found: ScalingResult, model: ScalingModel) -> dict[str, Any]:
 
 
 def prediction_facts(
-    found: ScalingResult, model: ScalingModel, predictions: Sequence[Prediction], steps: int, processors: int
+    model: ScalingModel, predictions: Sequence[Prediction], steps: int, processors: int
 ) -> dict[str, Any]:
     """Return what the command shows of the predictions."""
-    learner = found.learner
+    learner = model.learner
     return {
         "name": "prediction",
         "kind": f"{steps:,} environment steps on nodes of {processors} processors each",
         "model": "n · p · s / ((1 + α (p − 1)) (1 + β (n − 1))), at most what one learner can use",
         "parameters": f"s = {model.process_rate:,.0f} steps/s, α = {model.process_contention:.3f}, "
         f"β = {model.node_contention:.3f} ({'measured' if model.node_contention_measured else 'assumed'})",
+        "correction": "rates ÷ share of processor time, because other programs used the processors"
+        if model.corrected
+        else None,
         "learner": None if learner is None else f"{1.0 / learner.learning:,.0f} steps/s with {learner.algorithm}",
         "network": "not limited" if model.bandwidth is None else f"{model.bandwidth / 1e6:,.0f} MB/s",
         "error": _errors(model),
         "nodes": [_predicted(prediction) for prediction in predictions],
     }
-
-
-def is_disturbed(found: ScalingResult) -> bool:
-    """Return whether other programs took much of the processors during the measurement."""
-    from frobs_train.training.threads import usable_processors
-
-    return found.load > usable_processors() / 2 and min(point.processor_share for point in found.points) < _DISTURBED
 
 
 def _row(point: ScalingPoint) -> dict[str, Any]:

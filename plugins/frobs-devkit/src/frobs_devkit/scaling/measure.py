@@ -16,6 +16,7 @@ from frobs_devkit.scaling.traffic import measure_traffic
 from frobs_devkit.timing import machine
 from frobs_train import RunConfig
 from frobs_train.runners.runner import Runner
+from frobs_train.training.threads import usable_processors
 
 _ENOUGH = 0.9
 """Share of the best speed that is good enough when the number of environments is chosen."""
@@ -89,6 +90,7 @@ def bench_scaling(
         traffic=traffic,
         learner=costs,
         machine=machine(),
+        processors=usable_processors(),
         load=load,
     )
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from frobs_core.errors import ConfigurationError
 from frobs_core.validation import non_negative, positive, whole_number
-from frobs_devkit.scaling.results import CLUSTER, NUM_ENVS, PROCESSES, LearnerCosts, ScalingResult
+from frobs_devkit.scaling.results import CLUSTER, NUM_ENVS, PROCESSES, LearnerCosts, ScalingPoint, ScalingResult
 
 COLLECTION, LEARNER, NETWORK = "collection", "learner", "network"
 """What limits the speed of one training run."""
@@ -69,6 +69,8 @@ class ScalingModel:
         process_error: Predicted ÷ measured rate − 1 at the largest number of processes on this machine; None: fewer than
             two sizes.
         cluster_error: The same for the largest number of nodes.
+        corrected: Whether other programs disturbed the measurement. The model then uses the rates and times that whole
+            processors would allow: rate ÷ share of processor time, time × share.
     """
 
     process_rate: float
@@ -81,6 +83,7 @@ class ScalingModel:
     bandwidth: float | None = None
     process_error: float | None = None
     cluster_error: float | None = None
+    corrected: bool = False
 
     def collected(self, nodes: float, processes: float) -> float:
         """Return the environment steps per second of all processes.
@@ -170,8 +173,22 @@ def fit_model(result: ScalingResult, *, bandwidth: float | None = None) -> Scali
     """
     if bandwidth is not None:
         positive("bandwidth", bandwidth, "B/s")
+    corrected = result.is_disturbed
+
+    def rate_of(point: ScalingPoint) -> float:
+        return point.undisturbed if corrected else point.steps_per_second
+
+    learner = result.learner
+    if corrected and learner is not None:
+        share = learner.processor_share
+        learner = replace(
+            learner,
+            inference=learner.inference * share,
+            learning=learner.learning * share,
+            total=learner.total * share,
+        )
     single = [point for point in result.sweep(NUM_ENVS) if point.num_envs == result.num_envs]
-    local = [(point.processes, point.steps_per_second) for point in result.sweep(PROCESSES) or single]
+    local = [(point.processes, rate_of(point)) for point in result.sweep(PROCESSES) or single]
     if not local:
         raise ConfigurationError("nothing was measured in processes, so no model can be fitted.")
     rate, contention = fit_contention(local)
@@ -179,12 +196,13 @@ def fit_model(result: ScalingResult, *, bandwidth: float | None = None) -> Scali
         process_rate=rate,
         process_contention=contention,
         startup=max(point.startup for point in result.points),
-        learner=result.learner,
+        learner=learner,
+        corrected=corrected,
         process_error=_error_without_largest(local),
     )
     cluster = result.sweep(CLUSTER)
     if cluster:
-        points = [(point.nodes, point.processes / point.nodes, point.steps_per_second) for point in cluster]
+        points = [(point.nodes, point.processes / point.nodes, rate_of(point)) for point in cluster]
         if max(point.hosts for point in cluster) > 1:
             rate, between = _fit_nodes(points, contention)
             model = replace(model, process_rate=rate, node_contention=between, node_contention_measured=True)

@@ -9,6 +9,10 @@ NUM_ENVS, THREADS, PROCESSES, CLUSTER = "num_envs", "threads", "processes", "clu
 """The sweeps: each varies one size."""
 
 
+_UNDISTURBED = 0.8
+"""Share of a processor from which a process counts as undisturbed."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class ScalingPoint:
     """The speed and memory of one size.
@@ -41,6 +45,11 @@ class ScalingPoint:
     processor_share: float
     memory: int
     startup: float
+
+    @property
+    def undisturbed(self) -> float:
+        """Return the environment steps per second that a whole processor for each thread would allow."""
+        return self.steps_per_second / self.processor_share
 
     @property
     def size(self) -> int:
@@ -77,12 +86,14 @@ class LearnerCosts:
         inference: Time to choose an action [s].
         learning: Time of updates, storage and everything else that a central learner does [s].
         total: Time of a whole step of the training run, simulation included [s].
+        processor_share: Processor time ÷ time, at most 1.
     """
 
     algorithm: str
     inference: float
     learning: float
     total: float
+    processor_share: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,6 +110,7 @@ class ScalingResult:
         traffic: How fast a learner receives experience; None: no cluster was measured.
         learner: Times of a training run; None: not measured.
         machine: Processor, operating system and Python.
+        processors: Processors that the measurement could use.
         load: Processes that wanted a processor before the measurement: average over a minute.
     """
 
@@ -110,7 +122,14 @@ class ScalingResult:
     traffic: Traffic | None
     learner: LearnerCosts | None
     machine: str
+    processors: int
     load: float
+
+    @property
+    def is_disturbed(self) -> bool:
+        """Return whether other programs took much of the processors during the measurement."""
+        share = min(point.processor_share for point in self.points)
+        return self.load > self.processors / 2 and share < _UNDISTURBED
 
     def sweep(self, name: str) -> list[ScalingPoint]:
         """Return the points of a sweep, the smallest size first."""

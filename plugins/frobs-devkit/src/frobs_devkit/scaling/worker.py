@@ -81,8 +81,11 @@ def learn(config: Mapping[str, Any]) -> dict[str, Any]:
     from frobs_devkit.training_window import ALGORITHM, OTHER, UPDATES, measure_training
     from frobs_train import RunConfig
 
+    used, start = time.process_time(), time.perf_counter()
     measured = measure_training(RunConfig(**config), seconds=4.0, limit=60.0)
+    share = (time.process_time() - used) / (time.perf_counter() - start)
     return {
+        "processor_share": min(1.0, share),
         "inference": measured.per_step("inference"),
         "learning": sum(measured.per_step(part) for part in (UPDATES, "storage", OTHER, ALGORITHM)),
         "total": measured.per_step(),
