@@ -41,7 +41,7 @@ MODULES = {
     "frobs-train": ["frobs_train", "frobs_train.cli.jobs_progress", "frobs_train.cli.runner_options"],
     "frobs-devkit": [
         f"frobs_devkit.{name}"
-        for name in ("bench", "bench_training", "doctor", "parity", "robot_sheet", "scaffold", "testing")
+        for name in ("bench", "bench_training", "doctor", "parity", "robot_sheet", "scaffold", "scaling", "testing")
     ],
 }
 """The public modules of each distribution that is more than a plugin."""

@@ -57,7 +57,7 @@ def bench_scaling(
     for size in ranges.num_envs:
         say(_count(size, "environment"))
         points.append(measure_processes(_with_size(config, size), NUM_ENVS, 1, ranges.seconds))
-    num_envs = _choose_num_envs(points)
+    num_envs = _choose_num_envs(points, busy=load > usable_processors() / 2)
     config = _with_size(config, num_envs)
     each = f"{_count(num_envs, 'environment')} each"
     for size in ranges.threads:
@@ -102,9 +102,10 @@ def _with_size(config: RunConfig, num_envs: int, threads: int = 1) -> RunConfig:
     return config.model_copy(update={"num_envs": num_envs, "threads": changed, "environment_kwargs": keywords})
 
 
-def _choose_num_envs(points: list[ScalingPoint]) -> int:
-    best = max(point.steps_per_second for point in points)
-    return min(point.num_envs for point in points if point.steps_per_second >= _ENOUGH * best)
+def _choose_num_envs(points: list[ScalingPoint], *, busy: bool) -> int:
+    """Return the smallest number of environments that is fast enough; on a busy machine, per processor time."""
+    rates = {point.num_envs: point.undisturbed if busy else point.steps_per_second for point in points}
+    return min(size for size, rate in rates.items() if rate >= _ENOUGH * max(rates.values()))
 
 
 def _fit_memory(points: list[ScalingPoint]) -> tuple[int, int | None]:

@@ -1,0 +1,207 @@
+"""Measure how speed and memory scale, and write docs/explanation/scaling-measured.md and its plot.
+
+Needs an idle machine and frobs-ray. The cluster has two nodes on this machine, each with one processor.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import secrets
+import subprocess
+import sys
+import tempfile
+from argparse import ArgumentParser
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from datetime import date
+from pathlib import Path
+from typing import Any, cast
+
+from tasks import current_commit, is_shared, machine
+
+from frobs_devkit.scaling import Prediction, ScalingModel, ScalingPoint, ScalingResult, fit_model, plot_scaling
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "explanation" / "scaling-measured.md"
+PICTURE = ROOT / "docs" / "images" / "scaling.png"
+RECORD = Path(__file__).with_name("scaling_measured.json")
+IDS = ("frobs/Irb120Reach-v0", "frobs/KobukiMaze-v0")
+NODES = 2
+PREDICTED = (1, 10, 100, 1000)
+PROCESSORS = 2
+"""Processors of each node in the predictions."""
+
+
+@contextmanager
+def local_cluster(nodes: int = NODES) -> Iterator[str]:
+    """Start a Ray cluster whose nodes are on this machine, each with one processor, and yield its address."""
+    token = {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32), "RAY_USAGE_STATS_ENABLED": "0"}
+    os.environ.update(token)
+    from ray.cluster_utils import Cluster
+
+    with tempfile.TemporaryDirectory(prefix="ray-", ignore_cleanup_errors=True) as folder:
+        options = {"num_cpus": 1, "object_store_memory": 2**29}
+        head = {**options, "include_dashboard": False, "temp_dir": folder}
+        cluster: Any = Cluster(initialize_head=True, head_node_args=head)
+        try:
+            for _ in range(nodes - 1):
+                cluster.add_node(**options)
+            cluster.wait_for_nodes()
+            yield cluster.address
+        finally:
+            cluster.shutdown()
+
+
+def measure(id: str, address: str, *options: str) -> dict[str, Any]:
+    """Return what ``frobs bench ID --scaling`` reports, with the circumstances."""
+    command = [sys.executable, "-m", "frobs_cli", "bench", id, "--scaling", "--runner", "ray", "--ray-address", address]
+    arguments = ["--jobs", "1,2", "--predict", "1000", *options, "--json"]
+    shared = is_shared()
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run([*command, *arguments], cwd=folder, check=True, text=True, stdout=subprocess.PIPE)
+    found = cast("dict[str, Any]", json.loads(done.stdout))
+    return found | {
+        "date": f"{date.today()}",
+        "commit": current_commit(),
+        "on": machine(),
+        "shared": shared or is_shared(),
+    }
+
+
+def report(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Return the page.
+
+    Args:
+        rows: What :func:`measure` returned for each ID.
+    """
+    found = [(row, ScalingResult.from_dict(dict(row))) for row in rows]
+    first = rows[0]
+    commits = ", ".join(dict.fromkeys(row["commit"] for row in rows))
+    lines = [
+        "# Benchmarks: scaling",
+        "",
+        f"Written by `tests/benchmarks/scaling.py` on {date.fromisoformat(first['date']):%d %B %Y}, on {first['on']}, at "
+        f"commit {commits}. [Scaling](scaling.md) explains the measurements and the model.",
+        "",
+        *_circumstances(rows),
+        f"The cluster consists of {NODES} Ray nodes **on the same machine**, each with one processor. They share its memory "
+        "and caches, and no network is between them. These figures show that processes on a cluster cost no more than "
+        "processes without one. They do not show how a network behaves.",
+        "",
+        "![Speed and memory against environments, threads and processes, and the predicted speed on a cluster]"
+        "(../images/scaling.png)",
+        "",
+        "The bars show the slowest and the fastest of five windows.",
+    ]
+    for row, result in found:
+        lines += ["", f"## {result.id}", "", *_section(row, result)]
+    return "\n".join(lines) + "\n"
+
+
+def _circumstances(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    if not any(row["shared"] for row in rows):
+        return []
+    loads = " and ".join(f"{row['load']:.0f}" for row in rows)
+    return [
+        f"**Other programs used the machine during these measurements**: {loads} processes wanted one of its "
+        f"{rows[0]['processors']} processors at the start. The column *processor time* shows the share of a processor that "
+        "each thread got. The speed per processor is what a whole processor would have allowed, and the model uses it. "
+        "Run the script again on an idle machine for better figures.",
+        "",
+    ]
+
+
+def _section(row: Mapping[str, Any], result: ScalingResult) -> list[str]:
+    model = fit_model(result)
+    steps = int(row["steps"])
+    per_env = (result.memory_per_env or 0) / 1e3
+    lines = [
+        "| varied | environments per process | threads | processes | nodes | steps/s | slowest to fastest window | "
+        "processor time | steps/s per processor | memory per process |",
+        "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
+        *(_row(point) for point in result.points),
+        "",
+        f"A process needs {result.memory_per_process / 1e6:.0f} MB, and each further environment {per_env:.1f} kB. A process "
+        f"starts within {model.startup:.1f} s.",
+    ]
+    if result.traffic is not None:
+        traffic = result.traffic
+        lines += [
+            "",
+            f"The experience of one environment step has {traffic.bytes_per_step:.0f} bytes. A learner receives "
+            f"{traffic.bytes_per_second / 1e6:,.0f} MB/s through Ray's object store, which is "
+            f"{traffic.steps_per_second:,.0f} steps/s.",
+        ]
+    lines += ["", *_prediction(model, steps)]
+    return lines
+
+
+def _prediction(model: ScalingModel, steps: int) -> list[str]:
+    learner = model.learner
+    assert learner is not None
+    errors = [
+        f"{error:+.0%} at {name}".replace("-", "−")
+        for name, error in (("two processes", model.process_error), ("two nodes", model.cluster_error))
+        if error is not None
+    ]
+    return [
+        f"Model: s = {model.process_rate:,.0f} steps/s, α = {model.process_contention:.3f}, β = 0 (assumed). "
+        f"The learner of {learner.algorithm} processes {1.0 / learner.learning:,.0f} steps/s. Fitted without the largest "
+        f"size, the model is wrong by {' and '.join(errors)}.",
+        "",
+        f"Prediction for {steps:,} environment steps, on nodes of {PROCESSORS} processors:",
+        "",
+        "| nodes | collected steps/s | one training run, steps/s | limited by | time | node-hours | independent runs per hour |",
+        "|---:|---:|---:|---|---:|---:|---:|",
+        *(_predicted(model.predict(count, PROCESSORS, steps)) for count in PREDICTED),
+    ]
+
+
+def _row(point: ScalingPoint) -> str:
+    cells = (
+        point.sweep,
+        f"{point.num_envs:,}",
+        f"{point.threads}",
+        f"{point.processes}",
+        f"{point.nodes}",
+        f"{point.steps_per_second:,.0f}",
+        f"{point.low:,.0f} to {point.high:,.0f}",
+        f"{point.processor_share:.0%}",
+        f"{point.undisturbed / (point.processes * point.threads):,.0f}",
+        f"{point.memory / 1e6:,.0f} MB",
+    )
+    return f"| {' | '.join(cells)} |"
+
+
+def _predicted(prediction: Prediction) -> str:
+    cells = (
+        f"{prediction.nodes:,}",
+        f"{prediction.collected:,.0f}",
+        f"{prediction.steps_per_second or 0.0:,.0f}",
+        f"{prediction.limit}",
+        f"{prediction.seconds or 0.0:,.0f} s",
+        f"{prediction.node_hours or 0.0:,.3g}",
+        f"{prediction.runs_per_hour or 0.0:,.0f}",
+    )
+    return f"| {' | '.join(cells)} |"
+
+
+def main() -> None:
+    """Measure, and write the page."""
+    parser = ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=2.0, help="time to measure at each size [s]")
+    parser.add_argument("--kept", action="store_true", help="measure nothing; write the page of the last measurement")
+    options = parser.parse_args()
+    if not options.kept:
+        with local_cluster() as address:
+            rows = [measure(id, address, "--seconds", f"{options.seconds}") for id in IDS]
+        RECORD.write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
+    rows = json.loads(RECORD.read_text("utf-8"))
+    results = [ScalingResult.from_dict(row) for row in rows]
+    plot_scaling([(result, fit_model(result), PROCESSORS) for result in results], PICTURE)
+    PAGE.write_text(report(rows), "utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,64 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import Result
+
+Frobs = Callable[..., Result]
+ID = "frobs/Irb120Reach-v0"
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--num-envs", "1,x"), "--num-envs: '1,x' is not a list of positive whole numbers, such as 1,8,64."),
+        (("--scaling", "--processes", "0,1"), "--processes: '0,1' is not a list of positive whole numbers"),
+        (("--num-envs", "1,8"), "only --scaling measures several numbers"),
+        (("--processes", "1"), "--processes: only --scaling has this option; add --scaling."),
+        (("--runner", "ray"), "--runner: only --scaling has this option"),
+        (("--scaling", "--training"), "--training: choose either --training or --scaling."),
+        (("--scaling", "--steps", "1000"), "--steps: with --scaling, only a prediction has this option"),
+        (("--scaling", "--price", "1"), "--price: only a prediction has this option; add --predict 10,100,1000."),
+        (("--scaling", "--predict", "many"), "--predict: 'many' is not a list"),
+        (("--scaling", "--jobs", "1,2"), "--jobs: only a cluster has this option; add --runner ray."),
+        (("--scaling", "--out", "plot.pdf"), "--out: 'plot.pdf' is not a PNG file"),
+        (("--scaling", "--args", "a:=1"), "--args: use --set environment_kwargs.… with --scaling."),
+        (("--scaling", "--ray-address", "10.0.0.1:6379"), "add --runner ray"),
+    ],
+)
+def test_bad_options_are_one_clear_error(frobs: Frobs, options: tuple[str, ...], message: str) -> None:
+    result = frobs("bench", ID, *options)
+    assert result.exit_code != 0
+    assert message in " ".join(result.stderr.split())
+
+
+def test_an_environment_that_cannot_be_made_is_one_clear_error(frobs: Frobs) -> None:
+    result = frobs("bench", "CartPole-v1", "--scaling", "--simulator", "mujoco", "--num-envs", "1")
+    assert result.exit_code != 0
+    assert "'CartPole-v1' cannot be built with simulator='mujoco'" in result.stderr
+
+
+@pytest.mark.slow
+def test_bench_measures_scaling_and_predicts(facts: Callable[..., Any], tmp_path: Path) -> None:
+    picture = tmp_path / "scaling.png"
+    ranges = ("--num-envs", "1,4", "--threads", "2", "--processes", "1,2", "--seconds", "0.2")
+    found = facts("bench", ID, "--scaling", *ranges, "--predict", "10,100", "--price", "2", "--out", str(picture))
+    sizes = [(point["sweep"], point["num_envs"], point["threads"], point["processes"]) for point in found["points"]]
+    chosen = found["num_envs"]
+    assert sizes == [
+        ("num_envs", 1, 1, 1),
+        ("num_envs", 4, 1, 1),
+        ("threads", chosen, 2, 1),
+        ("processes", chosen, 1, 1),
+        ("processes", chosen, 1, 2),
+    ]
+    for point in found["points"]:
+        assert 0.0 < point["low"] <= point["steps_per_second"] <= point["high"]
+        assert 3e7 < point["memory"] < 1e9
+    assert found["traffic"] is None
+    assert [prediction["nodes"] for prediction in found["predictions"]] == [10, 100]
+    assert found["predictions"][1]["cost"] == pytest.approx(2 * found["predictions"][1]["node_hours"])
+    assert picture.is_file()
