@@ -27,6 +27,9 @@ PAGE = ROOT / "docs" / "explanation" / "scaling-measured.md"
 PICTURE = ROOT / "docs" / "images" / "scaling.png"
 RECORD = Path(__file__).with_name("scaling_measured.json")
 IDS = ("frobs/Irb120Reach-v0", "frobs/KobukiMaze-v0")
+SIZES = "1,8,64,512,4096"
+"""Numbers of environments in one process."""
+
 NODES = 2
 PREDICTED = (1, 10, 100, 1000)
 PROCESSORS = 2
@@ -56,7 +59,7 @@ def local_cluster(nodes: int = NODES) -> Iterator[str]:
 def measure(id: str, address: str, *options: str) -> dict[str, Any]:
     """Return what ``frobs bench ID --scaling`` reports, with the circumstances."""
     command = [sys.executable, "-m", "frobs_cli", "bench", id, "--scaling", "--runner", "ray", "--ray-address", address]
-    arguments = ["--jobs", "1,2", "--predict", "1000", *options, "--json"]
+    arguments = ["--num-envs", SIZES, "--jobs", "1,2", "--predict", "1000", *options, "--json"]
     shared = is_shared()
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run([*command, *arguments], cwd=folder, check=True, text=True, stdout=subprocess.PIPE)
@@ -86,8 +89,8 @@ def report(rows: Sequence[Mapping[str, Any]]) -> str:
         "",
         *_circumstances(rows),
         f"The cluster consists of {NODES} Ray nodes **on the same machine**, each with one processor. They share its memory "
-        "and caches, and no network is between them. These figures show that processes on a cluster cost no more than "
-        "processes without one. They do not show how a network behaves.",
+        "and caches, and there is no network between them. Compare the rows *cluster* with the rows *processes* to see "
+        "whether Ray slows the processes. The measurements say nothing about a network.",
         "",
         "![Speed and memory against environments, threads and processes, and the predicted speed on a cluster]"
         "(../images/scaling.png)",
@@ -107,7 +110,7 @@ def _circumstances(rows: Sequence[Mapping[str, Any]]) -> list[str]:
         f"**Other programs used the machine during these measurements**: {loads} processes wanted one of its "
         f"{rows[0]['processors']} processors at the start. The column *processor time* shows the share of a processor that "
         "each thread got. The speed per processor is what a whole processor would have allowed, and the model uses it. "
-        "Run the script again on an idle machine for better figures.",
+        "The plot shows it as well. Run the script again on an idle machine for better figures.",
         "",
     ]
 
@@ -123,7 +126,7 @@ def _section(row: Mapping[str, Any], result: ScalingResult) -> list[str]:
         *(_row(point) for point in result.points),
         "",
         f"A process needs {result.memory_per_process / 1e6:.0f} MB, and each further environment {per_env:.1f} kB. A process "
-        f"starts within {model.startup:.1f} s.",
+        f"starts within {model.startup:.1f} s (median).",
     ]
     if result.traffic is not None:
         traffic = result.traffic

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from statistics import median
 
 import numpy as np
 
@@ -195,7 +196,7 @@ def fit_model(result: ScalingResult, *, bandwidth: float | None = None) -> Scali
     model = ScalingModel(
         process_rate=rate,
         process_contention=contention,
-        startup=max(point.startup for point in result.points),
+        startup=median(point.startup for point in result.points),
         learner=learner,
         corrected=corrected,
         process_error=_error_without_largest(local),

@@ -47,11 +47,16 @@ def plot_scaling(results: Sequence[tuple[ScalingResult, ScalingModel, int]], pat
 
 
 def _draw_num_envs(speed: Any, memory: Any, results: Sequence[tuple[ScalingResult, ScalingModel, int]]) -> None:
-    dress(speed, "Speed of one process with one thread", "environments in the process", "environment steps per second")
+    dress(
+        speed,
+        f"Speed of one process with one thread{_correction(results)}",
+        "environments in the process",
+        "environment steps per second",
+    )
     dress(memory, "Peak memory of one process", "environments in the process", "resident memory [MB]")
     for color, (result, _, _) in zip(COLORS, results, strict=False):
         points = result.sweep(NUM_ENVS)
-        _draw_rates(speed, points, color, "-", "o", result.id)
+        _draw_rates(speed, result, points, color, "-", "o", result.id)
         sizes = [point.num_envs for point in points]
         memory.plot(sizes, [point.memory / 1e6 for point in points], color=color, marker="o", markersize=5)
     for axis in (speed, memory):
@@ -64,14 +69,19 @@ def _draw_num_envs(speed: Any, memory: Any, results: Sequence[tuple[ScalingResul
 
 
 def _draw_side_by_side(axis: Any, results: Sequence[tuple[ScalingResult, ScalingModel, int]]) -> None:
-    dress(axis, "Speed against threads and processes", "threads or processes", "environment steps per second")
+    dress(
+        axis,
+        f"Speed against threads and processes{_correction(results)}",
+        "threads or processes",
+        "environment steps per second",
+    )
     sizes: set[int] = set()
     named: set[str] = set()
     for color, (result, model, _) in zip(COLORS, results, strict=False):
         for sweep, (line, marker, label) in _STYLES.items():
             points = result.sweep(sweep)
             if points:
-                _draw_rates(axis, points, color, line, marker, None)
+                _draw_rates(axis, result, points, color, line, marker, None)
                 sizes |= {point.size for point in points}
                 if label not in named:
                     axis.plot([], [], color=INK, linestyle=line, marker=marker, markersize=5, label=label)
@@ -105,13 +115,28 @@ def _draw_prediction(axis: Any, results: Sequence[tuple[ScalingResult, ScalingMo
 
 
 def _draw_rates(
-    axis: Any, points: Sequence[ScalingPoint], color: str, line: str, marker: str, label: str | None
+    axis: Any,
+    result: ScalingResult,
+    points: Sequence[ScalingPoint],
+    color: str,
+    line: str,
+    marker: str,
+    label: str | None,
 ) -> None:
+    """Draw the median of each size with the range of its windows; on a busy machine, for whole processors."""
     sizes = [point.size for point in points]
-    rates = np.array([point.steps_per_second for point in points])
-    spread = np.array([[point.steps_per_second - point.low, point.high - point.steps_per_second] for point in points]).T
+    scales = np.array([1.0 / point.processor_share if result.is_disturbed else 1.0 for point in points])
+    rates = scales * [point.steps_per_second for point in points]
+    spread = (
+        scales
+        * np.array([[point.steps_per_second - point.low, point.high - point.steps_per_second] for point in points]).T
+    )
     axis.errorbar(sizes, rates, yerr=spread, color=color, linestyle=line, marker=marker, markersize=5, linewidth=1.6,
                   elinewidth=1.0, capsize=2.5, label=label)  # fmt: skip
+
+
+def _correction(results: Sequence[tuple[ScalingResult, ScalingModel, int]]) -> str:
+    return ", corrected for other programs" if any(result.is_disturbed for result, _, _ in results) else ""
 
 
 def _log_sizes(axis: Any, sizes: set[int]) -> None:
