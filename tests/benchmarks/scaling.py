@@ -38,7 +38,10 @@ PROCESSORS = 2
 
 @contextmanager
 def local_cluster(nodes: int = NODES) -> Iterator[str]:
-    """Start a Ray cluster whose nodes are on this machine, each with one processor, and yield its address."""
+    """Start a Ray cluster whose nodes are on this machine, each with one processor, and yield its address.
+
+    Its token stays in the environment of this process.
+    """
     token = {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32), "RAY_USAGE_STATS_ENABLED": "0"}
     os.environ.update(token)
     from ray.cluster_utils import Cluster
