@@ -53,8 +53,7 @@ def measure_processes(config: RunConfig, sweep: str, processes: int, seconds: fl
             results = [_finish(process, task) for process, task in zip(started, tasks, strict=True)]
         finally:
             for process in started:
-                process.kill()
-                process.wait()
+                _stop(process)
     return summarize(config, sweep, results, nodes=1, hosts=1)
 
 
@@ -81,7 +80,9 @@ def measure_cluster(
     found: list[dict[str, Any]] = []
     for outcome in runner.run(jobs, folder):
         if outcome.error is not None:
-            raise ConfigurationError(f"{processes} processes on the cluster cannot be measured: {outcome.error}")
+            raise ConfigurationError(
+                f"{processes} process{'es' if processes > 1 else ''} on the cluster cannot be measured: {outcome.error}"
+            )
         found.append(outcome.result)
     nodes = {result["node"] for result in found}
     return summarize(config, CLUSTER, found, nodes=len(nodes), hosts=len({host for host, _ in nodes}))
@@ -95,12 +96,20 @@ def measure_learner(config: RunConfig) -> LearnerCosts:
     """
     with TemporaryDirectory() as name:
         task = {**_task(config, Path(name), 0, 1, 0.0, 0.0), "kind": "learn"}
-        return LearnerCosts(algorithm=config.algorithm, **_finish(_start(task), task))
+        process = _start(task)
+        try:
+            return LearnerCosts(algorithm=config.algorithm, **_finish(process, task))
+        finally:
+            _stop(process)
 
 
 def run_worker(report: Report, **task: Any) -> dict[str, Any]:
     """Measure one process: the job of :func:`measure_cluster`. The process is a new one, without the cluster's libraries."""
-    return {**_finish(_start(task), task), "node": node()}
+    process = _start(task)
+    try:
+        return {**_finish(process, task), "node": node()}
+    finally:
+        _stop(process)
 
 
 def node() -> tuple[str, int]:
@@ -196,3 +205,11 @@ def _finish(process: subprocess.Popen[str], task: Mapping[str, Any]) -> dict[str
         raise ConfigurationError(files[0].read_text("utf-8"))
     cause = lines[-1] if lines else f"it ended with status {process.returncode}"
     raise ConfigurationError(f"a process that steps {task['config']['num_envs']} environments failed: {cause}")
+
+
+def _stop(process: subprocess.Popen[str]) -> None:
+    """End a process that may still be running."""
+    process.kill()
+    process.wait()
+    if process.stderr is not None:
+        process.stderr.close()

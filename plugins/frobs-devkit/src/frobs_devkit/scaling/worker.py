@@ -66,7 +66,8 @@ def step(config: Mapping[str, Any], folder: Path, task: Mapping[str, Any]) -> di
         stamps = _record(task["seconds"], advance, lambda: count)
         share = (time.process_time() - used) / (time.perf_counter() - start)
         _touch(folder, "done", task)
-        while not _all(folder, "done", task):  # the others still measure, so keep the processor busy
+        end = time.monotonic() + task["seconds"] + task["patience"]  # a process that was killed never gets here
+        while not _all(folder, "done", task) and time.monotonic() < end:  # keep the processor busy for the others
             stamps += _record(_BUSY, advance, lambda: count)
     return {
         "stamps": [(moment, steps * made.num_envs) for moment, steps in stamps],

@@ -1,0 +1,77 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frobs_core.errors import ConfigurationError
+from frobs_devkit.scaling import ScalingRanges
+from frobs_devkit.scaling.processes import measure_cluster, measure_processes
+from frobs_devkit.scaling.ranges import powers_of_two
+from frobs_devkit.scaling.traffic import collect, measure_traffic
+from frobs_train import RunConfig
+from frobs_train.runners.runner import load_runner
+
+CONFIG = RunConfig(environment="CartPole-v1", num_envs=4)
+
+
+def test_sizes_are_powers_of_two_and_the_number_itself() -> None:
+    assert [powers_of_two(highest) for highest in (1, 2, 6, 8)] == [(1,), (1, 2), (1, 2, 4, 6), (1, 2, 4, 8)]
+
+
+def test_ranges_suit_the_environment() -> None:
+    assert ScalingRanges.choose(CONFIG).threads == ()  # not an environment of FRobs
+    arm = RunConfig(environment="frobs/Irb120Reach-v0")
+    assert ScalingRanges.choose(arm).threads[0] == 1
+    assert ScalingRanges.choose(arm, num_envs=(1,)).threads == ()
+
+
+@pytest.mark.parametrize(
+    ("ranges", "message"),
+    [
+        ({"num_envs": ()}, "number of sizes in num_envs is 0"),
+        ({"num_envs": (0,)}, "num_envs is 0"),
+        ({"processes": (1, -1)}, "processes is -1"),
+        ({"seconds": 0.0}, "seconds"),
+    ],
+)
+def test_bad_ranges_are_rejected(ranges: Any, message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        ScalingRanges(**ranges)
+
+
+@pytest.mark.slow
+def test_a_job_of_a_runner_measures_as_a_process_of_this_machine_does(tmp_path: Path) -> None:
+    here = measure_processes(CONFIG, "processes", 1, 0.2)
+    there = measure_cluster(CONFIG, 1, 0.2, load_runner("local"), tmp_path, 2**28)
+    assert (there.sweep, there.processes, there.nodes, there.hosts) == ("cluster", 1, 1, 1)
+    assert there.memory == pytest.approx(here.memory, rel=0.2)
+    assert min(here.steps_per_second, there.steps_per_second) > 100.0
+
+
+@pytest.mark.slow
+def test_the_error_of_a_process_is_the_error_of_the_measurement(tmp_path: Path) -> None:
+    config = CONFIG.model_copy(update={"environment_kwargs": {"simulator": "mujoco"}})
+    with pytest.raises(ConfigurationError, match="'CartPole-v1' cannot be built with simulator='mujoco'"):
+        measure_processes(config, "processes", 2, 0.2)
+    with pytest.raises(
+        ConfigurationError, match="1 process on the cluster cannot be measured: environment 'CartPole-v1'"
+    ):
+        measure_cluster(config, 1, 0.2, load_runner("local"), tmp_path, 2**28)
+
+
+def test_a_batch_has_every_array_of_the_experience() -> None:
+    batch, bytes_per_step = collect(CONFIG)
+    assert [array.shape for array in batch] == [(64, 4), (64,), (64,), (64,), (64,)]
+    assert batch[2].dtype == np.float32
+    assert bytes_per_step == 4 * 4 + 8 + 4 + 1 + 1
+
+
+def test_batches_of_a_runner_are_timed(tmp_path: Path) -> None:
+    traffic = measure_traffic(CONFIG, load_runner("local"), tmp_path, 2**28)
+    assert traffic.bytes_per_step == 30.0
+    assert traffic.bytes_per_second > 0.0
+    assert len(traffic.hosts) == 1
+    assert list(tmp_path.iterdir()) == []
