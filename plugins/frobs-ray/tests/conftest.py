@@ -5,5 +5,5 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from two_nodes import two_nodes  # noqa: F401
 from rllib_fixtures import cluster, make, monitor  # noqa: F401
+from two_nodes import two_nodes  # noqa: F401

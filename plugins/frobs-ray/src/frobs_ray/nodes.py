@@ -35,7 +35,7 @@ def flat_versions() -> dict[str, str]:
 
 def living_nodes() -> list[dict[str, Any]]:
     """Return Ray's description of each node that is alive."""
-    return [node for node in ray.nodes() if node["Alive"]]  # type: ignore[no-untyped-call]
+    return [node for node in ray.nodes() if node["Alive"]]
 
 
 def check_resources(processors: int, memory: int) -> None:

@@ -158,7 +158,7 @@ def _scheduler(session: Session) -> TrialScheduler:
             log_config=False,
             require_attrs=False,  # a trial that failed reports its error alone
         )
-    return FIFOScheduler()  # type: ignore[no-untyped-call]
+    return FIFOScheduler()
 
 
 def _explore(space: SearchSpace, config: Mapping[str, Any]) -> dict[str, Any]:
