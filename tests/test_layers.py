@@ -30,7 +30,7 @@ ALLOWED = {
     "frobs-tasks-*": {CORE},
     "frobs-algos-sbx": {CORE, "frobs-algos-sb3"},
     "frobs-algos-*": {CORE},
-    "frobs-ray": {CORE, CLI, TRAIN, "frobs-algos-sb3"},
+    "frobs-ray": {CORE, TRAIN, "frobs-algos-sb3"},
     "frobs-ros": {CORE, CLI, DEPLOY},
     "frobs-rl-compat": {
         *(CORE, CLI, "frobs-ros", "frobs-algos-sb3", "frobs-controllers-planning", "frobs-tasks-legacy", DEVKIT)
