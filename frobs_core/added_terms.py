@@ -28,21 +28,21 @@ TYPES: Mapping[str, frozenset[str]] = {
     "previous_action": frozenset(),
     "camera": frozenset({"camera", "size", "modality", "fast", "markers"}),
 }
-"""Types of terms, with the settings of each."""
+"""Types of terms, with their settings."""
 
 _OPTIONAL = frozenset({"robot", "size", "modality", "fast", "markers"})
 
 MODALITIES = ("rgb", "depth")
 
 MAX_SIDE = 4_096
-"""Largest height and width of an observed image [pixels]."""
+"""Maximum height and width of an observed image [pixels]."""
 
 
 def read_settings(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the settings of each added term, with its type; a term that is None is not among them.
+    """Return the settings of each added term, including its type. Terms that are None are omitted.
 
     Raises:
-        ConfigurationError: A term has no known type, an unknown setting, or lacks one.
+        ConfigurationError: A term has an unknown type or setting, or a required setting is missing.
     """
     found = {}
     for name, value in given.items():
@@ -83,23 +83,23 @@ def _check_camera(name: str, settings: dict[str, Any]) -> None:
 
 
 def without_dropped(terms: Mapping[str, ObservationTerm], given: Mapping[str, Any]) -> dict[str, ObservationTerm]:
-    """Return the terms of a task without those that users drop by the value None; the name ``"*"`` drops all but goals.
+    """Return the terms of a task without those that the user drops with None. The name ``"*"`` drops all but the goals.
 
     Raises:
         UnknownNameError: The task has no such term.
-        ConfigurationError: A goal is dropped.
+        ConfigurationError: A goal would be dropped.
     """
     dropped = {name for name, value in given.items() if value is None}
     for name in dropped - {"*"}:
         if terms[_known("term of the task", name, terms)].key != VECTORS:
-            raise ObservationTermError(name, "is a goal, which a goal-conditioned task needs; it cannot be dropped.")
+            raise ObservationTermError(name, "is a goal; goal-conditioned tasks need it, so it cannot be dropped.")
     if "*" in dropped:
         return {name: term for name, term in terms.items() if term.key != VECTORS}
     return {name: term for name, term in terms.items() if name not in dropped}
 
 
 def needed_capabilities(settings: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Level]]:
-    """Return what the simulator must support for each term."""
+    """Return the capabilities that each term requires of the simulator."""
     needed = {"camera": "cameras", "contact": "contacts"}
     return {
         f"observations.{name}": {needed[term["type"]]: Level.APPROXIMATE}
@@ -112,20 +112,20 @@ class AddedTerms:
     """The added terms, bound to a simulation.
 
     Args:
-        settings: As :func:`read_settings` returns them.
-        simulation: The simulation that is observed.
-        scene: Its scene.
+        settings: Result of :func:`read_settings`.
+        simulation: The simulation to observe.
+        scene: Scene of the simulation.
         control: All controllers.
-        context: Of the environment's steps.
+        context: Step context of the environment.
         markers: Returns the markers of the task.
         control_timestep: [s]
 
     Attributes:
-        terms: By name.
+        terms: Terms, by name.
         stateful: Whether :meth:`reset` and :meth:`advance` do anything.
 
     Raises:
-        UnknownNameError: There is no such robot, body, contact, sensor or camera.
+        UnknownNameError: A robot, body, contact, sensor or camera does not exist.
     """
 
     def __init__(
@@ -158,18 +158,18 @@ class AddedTerms:
             sensors.reset(mask, rng)
 
     def advance(self, rng: RandomSource) -> None:
-        """Measure, once in each control step."""
+        """Measure; called once in each control step."""
         for sensors in self._sensors.values():
             sensors.advance(rng)
 
     def snapshot(self) -> Snapshot:
-        """Return what the terms keep between steps, by their names."""
+        """Return the state that the terms keep between steps, by term name."""
         return {
             f"{name}/{key}": value for name, part in self._sensors.items() for key, value in part.snapshot().items()
         }
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         for name, part in self._sensors.items():
             start = f"{name}/"
             part.restore({key.removeprefix(start): value for key, value in snapshot.items() if key.startswith(start)})
@@ -212,7 +212,7 @@ class AddedTerms:
         camera = _known(f"camera of the observation term '{name}'", term["camera"], self._scene.cameras)
         size, modality, fast, with_markers = tuple(term["size"]), term["modality"], term["fast"], term["markers"]
         view = {"camera": camera, **asdict(self._scene.cameras[camera]), "modality": modality, "markers": with_markers}
-        if view["up"] is None:  # records of policies that were exported before cameras had an up vector stay equal
+        if view["up"] is None:  # keeps records of policies equal that were exported before cameras had an up vector
             del view["up"]
 
         def read() -> np.ndarray[Any, Any]:

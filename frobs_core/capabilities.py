@@ -1,4 +1,4 @@
-"""What a simulator can do, and what a task or controller needs of it."""
+"""Capabilities of simulators, and the check of what tasks and controllers require."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ if TYPE_CHECKING:
 
 
 class Level(IntEnum):
-    """How well a simulator does one thing. Higher levels satisfy lower needs."""
+    """How well a simulator supports a capability. Higher levels satisfy lower requirements."""
 
     UNSUPPORTED = 0
     APPROXIMATE = 1
     EXACT = 2
 
     def __str__(self) -> str:
-        """Return the word that tables show."""
+        """Return the word that is shown in tables."""
         return self.name.lower()
 
 
 CAPABILITIES: Mapping[str, str] = {
-    "determinism": "the same seed and actions give the same bits",
+    "determinism": "the same seed and actions give bit-identical results",
     "snapshot": "the complete state can be saved and restored",
     "teleport": "joint states and poses can be written",
-    "pause": "time stands still between two steps",
-    "batched": "many environments are stepped in one call; approximate: few, as each is an engine",
-    "real_time": "the world moves on by itself, and a step waits for it: a paced simulator",
+    "pause": "time does not pass between two steps",
+    "batched": "many environments are stepped in one call; approximate: only a few, because each is a separate engine",
+    "real_time": "the world runs by itself and a step waits for it (a paced simulator)",
     "spawn": "the scene can change while it runs",
     "drive": "the drive law of the core, at the physics rate",
     "contacts": "contacts between named bodies, over the whole control step",
@@ -46,7 +46,7 @@ CAPABILITIES: Mapping[str, str] = {
     "randomize_joint_damping": "joint damping per environment",
     "randomize_gravity": "gravity per environment",
 }
-"""Every ability of the core, with what it means; see :func:`abilities` for those of plugins."""
+"""All abilities of the core with their meanings; see :func:`abilities` for those of plugins."""
 
 
 METHODS: Mapping[str, Sequence[str]] = {
@@ -54,15 +54,15 @@ METHODS: Mapping[str, Sequence[str]] = {
     "wrench": ("apply_wrench",),
     "cameras": ("render",),
 }
-"""Methods of :class:`frobs_core.interfaces.Simulation` that a simulator with an ability defines."""
+"""Methods of :class:`frobs_core.interfaces.Simulation` that a simulator with an ability implements."""
 
 
 def abilities() -> Mapping[str, AbilityRecord]:
     """Return all abilities by name: those of the core, and those of plugins.
 
-    An ability of a plugin that has the name of one of the core is ``"distribution:name"``.
+    If an ability of a plugin has the same name as one of the core, it is listed as ``"distribution:name"``.
     """
-    from frobs_core import plugins  # which reads records, which have levels
+    from frobs_core import plugins  # imported here because it reads records, which use levels
     from frobs_core.specs import AbilityRecord
 
     found = {
@@ -81,23 +81,25 @@ def check_capabilities(
     has: Mapping[str, Level],
     needs: Mapping[str, Mapping[str, Level]],
 ) -> None:
-    """Refuse a simulator that lacks what is needed, before it is built.
+    """Check that a simulator supports all required capabilities, before it is built.
 
     Args:
-        simulator: Its name.
-        has: Its capabilities; one that is absent is unsupported.
-        needs: For each who needs something (``"task 'reach'"``): capability to lowest level.
+        simulator: Name of the simulator.
+        has: Its capabilities; missing ones are unsupported.
+        needs: For each owner of a need (``"task 'reach'"``): minimum level by capability.
 
     Raises:
-        CapabilityError: Something is missing; the message holds a table of all that is.
-        ConfigurationError: A need names no known capability.
+        CapabilityError: A requirement is not met; the message contains a table of all such requirements.
+        ConfigurationError: A need refers to an unknown capability.
     """
     missing = []
     for who, wanted in needs.items():
         for capability, level in wanted.items():
             if capability not in CAPABILITIES and capability not in abilities():
                 known = ", ".join(abilities())
-                raise ConfigurationError(f"{who} needs '{capability}', which is no capability. Known: {known}.")
+                raise ConfigurationError(
+                    f"{who} needs '{capability}', which is not a known capability. Known: {known}."
+                )
             there_is = has.get(capability, Level.UNSUPPORTED)
             if there_is < level:
                 missing.append((who, capability, str(level), str(there_is)))

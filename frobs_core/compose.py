@@ -1,4 +1,4 @@
-"""Putting an environment together from names: the only place where the registry and an environment meet."""
+"""Builds an environment from names. Only this module connects the registry with environments."""
 
 from __future__ import annotations
 
@@ -35,20 +35,20 @@ from frobs_core.validation import whole_number
 _log = logging.getLogger("frobs")
 
 MAX_NUM_ENVS = 100_000
-"""Most environments that are stepped together: each takes 10 kB or more, so that these take a gigabyte."""
+"""Maximum number of environments per simulation. Each needs at least 10 kB, so these need a gigabyte."""
 
 MAX_DECIMATION = 10_000
-"""Most physics steps in a control step."""
+"""Maximum number of physics steps per control step."""
 
 
 @dataclass(frozen=True)
 class Parts:
-    """What an environment consists of, bound to each other.
+    """Parts of an environment, bound to each other.
 
     Attributes:
         robot: Handle of the first controlled robot.
         controller: Controller of its first joint group.
-        check_reset: Raises CapabilityError if the simulator does not support a reset with some options, given by name.
+        check_reset: Raises CapabilityError if the simulator does not support a reset with the named options.
     """
 
     simulation: Simulation
@@ -71,10 +71,10 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
     Args:
         config: The environment's keywords.
         num_envs: ≥ 1.
-        same_step: Whether new episodes begin in the step that ends the last ones.
+        same_step: Whether new episodes begin in the step that ends the previous ones.
 
     Raises:
-        UnknownNameError: No plugin offers one of the names.
+        UnknownNameError: No plugin provides one of the names.
         UnknownParameterError: The task, a controller or the simulator does not accept a keyword.
         CapabilityError: The simulator does not support what the task, a controller or the randomization needs.
         ConfigurationError: A value cannot be used.
@@ -177,35 +177,35 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
 
 
 def needs_of_task(record: TaskRecord, task: Task, options: Collection[str] = ()) -> dict[str, Mapping[str, Level]]:
-    """Return what a task needs of a simulator, under its name for error messages.
+    """Return the needs of a task by the task's name in error messages.
 
     Args:
-        record: Of the task.
-        task: Built from it, with the keywords that users gave.
-        options: Names of the options that the caller of ``reset`` gave.
+        record: Record of the task.
+        task: Task built from it with the user's keywords.
+        options: Names of the options passed to ``reset``.
     """
     who = f"task '{record.name}'" + (f", reset with {' and '.join(options)}" if options else "")
     return {who: {**record.needs, **task.reset_needs(options)}}
 
 
 def _check_pace(simulator: SimulatorRecord, num_envs: int, same_step: bool) -> None:
-    """Check that a paced simulator has one environment, and resets it between two steps.
+    """Check that a paced simulator has one environment, and is reset only between two steps.
 
     Raises:
-        ParameterValueError: There are several environments, or a step contains resets.
+        ParameterValueError: There are several environments, or steps include resets.
     """
     if simulator.is_paced and num_envs > 1:
-        rule = f"1 on simulator '{simulator.name}', which is paced: it has one environment"
+        rule = f"1 on simulator '{simulator.name}', which is paced and has a single environment"
         raise ParameterValueError("num_envs", num_envs, rule)
     if simulator.is_paced and same_step:
-        rule = f"'NextStep' or 'Disabled' on simulator '{simulator.name}', which is paced: a reset drives home"
+        rule = f"'NextStep' or 'Disabled' on simulator '{simulator.name}', which is paced and drives home in a reset"
         raise ParameterValueError("autoreset_mode", "SameStep", rule)
 
 
 def _place(
     config: RobotConfig, robot: Robot, controllers: Mapping[str, Controller], scene: Scene, name: str
 ) -> Placement:
-    """Return where a robot stands and what its joints follow."""
+    """Return the placement of a robot, with the command modes of its joints."""
     model = load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)
     groups = joint_groups(robot, model)
     modes = {joint: controllers[group].command_mode for group in controllers for joint in groups[group]}
@@ -215,40 +215,43 @@ def _place(
 
 
 def _log_losses(engine: type[Simulation], placement: Placement) -> None:
-    """Log what an MJCF file says about the motion of a robot and the simulator does not simulate."""
+    """Log the parts of an MJCF file that affect the robot's motion and are not simulated."""
     model = placement.model
     if model.format != "mjcf":
         return
     lost = [f"{row.element.replace('_', ' ')} ({row.how})" for row in engine.translation(model) if row.changes_motion]
     lost += [note.text for note in model.notes if note.rule == "physics-settings"]
     if lost:
-        text = "robot '%s' moves differently than its file says: %s. 'frobs doctor robot %s' says more."
+        text = (
+            "robot '%s' moves differently than its model file specifies: %s. Run 'frobs doctor robot %s' for details."
+        )
         _log.warning(text, placement.robot.name, "; ".join(lost), model.path)
 
 
 def _check_apart(placements: Mapping[str, Placement]) -> None:
-    """Check that no two robots stand at the same place.
+    """Check that no two robots are at the same place.
 
     Raises:
-        ConflictingOptionsError: Two do.
+        ConflictingOptionsError: Two robots are at the same place.
     """
     names: dict[tuple[float, ...], str] = {}
     for name, placement in placements.items():
         other = names.setdefault(placement.pose.pos, name)
         if other != name:
             raise ConflictingOptionsError(
-                [f"robots.{other}", f"robots.{name}"], f"both stand at {placement.pose.pos} m; give one a pose"
+                [f"robots.{other}", f"robots.{name}"],
+                f"both are at {placement.pose.pos} m; set the pose of one of them",
             )
 
 
 def build(owner: str, cls: type[Any], parameters: Mapping[str, Any], others: Iterable[str] = ()) -> Any:
-    """Construct an implementation from the keywords that users gave.
+    """Build an implementation from the user's keywords.
 
     Args:
         owner: Name for error messages: ``"task 'reach'"``.
         cls: Class whose keyword-only constructor arguments are the accepted keywords.
         parameters: The keywords.
-        others: Further names that an error may suggest.
+        others: Additional names that an error may suggest.
 
     Raises:
         UnknownParameterError: The constructor does not accept a keyword.
@@ -261,7 +264,7 @@ def check_parameters(owner: str, given: Iterable[str], known: Iterable[str], oth
     """Check the names of keywords; the arguments are those of :func:`build`.
 
     Raises:
-        UnknownParameterError: A given name is not known.
+        UnknownParameterError: A name is unknown.
     """
     for name in given:
         if name not in known:
@@ -269,19 +272,19 @@ def check_parameters(owner: str, given: Iterable[str], known: Iterable[str], oth
 
 
 def parameter_defaults(cls: type[Any]) -> dict[str, Any]:
-    """Return the keywords that a constructor takes, with their defaults."""
+    """Return the keywords that a constructor accepts, with their defaults."""
     found = constructor_parameters(cls).values()
     return {p.name: p.default for p in found if p.kind is inspect.Parameter.KEYWORD_ONLY}
 
 
 def simulator_defaults(cls: type[Simulation]) -> dict[str, Any]:
-    """Return the keywords of a simulator that ``simulator_kwargs`` may hold, with their defaults."""
+    """Return the keywords that ``simulator_kwargs`` may contain, with their defaults."""
     given_by_environment = parameter_defaults(Simulation)
     return {name: default for name, default in parameter_defaults(cls).items() if name not in given_by_environment}
 
 
 def check_num_envs(num_envs: int) -> None:
-    """Check the number of environments before anything is built.
+    """Validate the number of environments before anything is built.
 
     Raises:
         ParameterValueError: It is not a whole number from 1 to :data:`MAX_NUM_ENVS`.
@@ -290,7 +293,7 @@ def check_num_envs(num_envs: int) -> None:
 
 
 def count_physics_steps(control_timestep: float, physics_timestep: float) -> int:
-    """Return the decimation: physics steps per control step.
+    """Return the decimation, the number of physics steps per control step.
 
     Args:
         control_timestep: [s]

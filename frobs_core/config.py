@@ -24,16 +24,16 @@ from frobs_core.validation import choice, whole_number
 RENDER_MODES = ("rgb_array", "human")
 
 MAX_THREADS = 1_024
-"""Most threads, or worker processes, of a simulator."""
+"""Maximum number of threads or worker processes of a simulator."""
 
 MAX_SIDE = 16_384
-"""Largest height and width of a rendered image [pixels]; more than graphics cards can draw."""
+"""Maximum height and width of a rendered image [pixels]; more than graphics cards support."""
 
 _OF_A_ROBOT = (
     *("robot", "controller", "controller_kwargs", "robot_args", "package_paths", "home", "tcp", "sensors"),
     *("base", "differential_drive"),
 )
-"""Fields that hold for a single robot."""
+"""Fields that only apply to a single robot."""
 
 _MAPPINGS = (
     "controller_kwargs",
@@ -51,15 +51,16 @@ class EnvConfig:
     """The keywords of an environment.
 
     :meth:`from_dict` and :meth:`to_dict` convert between a configuration and the flat keywords of ``gymnasium.make``,
-    in which the task's parameters stand beside the others.
+    which include the task's parameters.
 
     Args:
         task: Name of the task, or a record.
         robot: Name of the robot, path of a URDF, xacro or MJCF file, or a description. ``"ARM+TOOL"`` attaches a tool, by
             its name, to the tool center point of an arm: ``"irb120+parallel_gripper"``.
-        robots: Several robots, by name, in place of ``robot``: names, or mappings with the fields of
-            :class:`frobs_core.robot_config.RobotConfig`, as in ``{"left": "irb120", "right": {"robot": "ur5", "controller":
-            "joint_position"}}``. ``controller`` and ``controller_kwargs`` hold for entries without their own.
+        robots: Several robots by name, instead of ``robot``: names, or mappings with the fields of
+            :class:`frobs_core.robot_config.RobotConfig`, as in ``{"left": "irb120", "right": {"robot": "ur5",
+            "controller": "joint_position"}}``. Entries without ``controller`` and ``controller_kwargs`` use those given
+            here.
         controller: Name of the controller, or a record; or a mapping from joint group to name; see
             :class:`frobs_core.robot_config.RobotConfig`.
         simulator: Name of the simulator, or a record.
@@ -69,20 +70,22 @@ class EnvConfig:
         render_size: (height, width) of rendered images [pixels].
         control_timestep: Time between two actions [s]; None: the controller's default if it has one, else the task's.
         physics_timestep: Duration of one engine step [s]; None: the task's default.
-        controller_kwargs: Keywords of the controller; where ``controller`` is a mapping, keywords by joint group.
+        controller_kwargs: Keywords of the controller. If ``controller`` is a mapping, keywords by joint group.
         simulator_kwargs: Keywords of the simulator, such as its solver; ``frobs show simulator:NAME`` lists them.
         robot_args: Arguments of the robot's xacro file.
-        package_paths: Folders of the ROS packages that the robot's file names, by package name.
+        package_paths: Folders of the ROS packages that the robot's file refers to, by package name.
         home: Rest position by joint name [rad or m]; joints you omit keep the robot's own.
-        tcp: Link that is the tool center point; None: the robot's own.
+        tcp: Link that serves as the tool center point; None: the robot's default.
         sensors: Sensor overrides, by name: ``{"lidar": {"rays": 36, "noise": 0.01}}``; see
             :mod:`frobs_core.sensors`.
-        base: ``"fixed"``, ``"floating"`` or ``"wheeled"``: whether the root link moves, and by wheels; None: the robot's own.
-        differential_drive: Wheels of a robot that names none: ``{"left": ["wheel_l"], "right": ["wheel_r"], "separation": 0.3,
-            "wheel_radius": 0.05, "max_linear_velocity": 0.5, "max_angular_velocity": 2.0}`` [m, m/s, rad/s].
-        observations: Terms that are added to those of the task, by name: ``{"joints": {"type": "joint_efforts"}, "wrist":
-            {"camera": "overview", "size": [84, 84]}}``; see :mod:`frobs_core.added_terms`. None drops a term of the task,
-            and ``{"*": None}`` all of them.
+        base: ``"fixed"``, ``"floating"`` or ``"wheeled"``: whether the root link moves, and whether on wheels; None:
+            the robot's default.
+        differential_drive: Wheels of a robot that does not define them: ``{"left": ["wheel_l"], "right": ["wheel_r"],
+            "separation": 0.3, "wheel_radius": 0.05, "max_linear_velocity": 0.5, "max_angular_velocity": 2.0}`` [m, m/s,
+            rad/s].
+        observations: Terms to add to those of the task, by name: ``{"joints": {"type": "joint_efforts"}, "wrist":
+            {"camera": "overview", "size": [84, 84]}}``; see :mod:`frobs_core.added_terms`. None drops a term of the
+            task, and ``{"*": None}`` drops all of them.
         num_threads: Threads of the engine; 0: one for each processor.
         randomize: Domain randomization; see :mod:`frobs_core.randomization`.
         task_parameters: Keywords of the task.
@@ -133,7 +136,7 @@ class EnvConfig:
             choice("render_mode", self.render_mode, RENDER_MODES)
         for name in (*_MAPPINGS, "sensors", "randomize", "robots", "differential_drive"):
             if not all(isinstance(key, str) for key in getattr(self, name) or ()):
-                raise ParameterValueError(name, getattr(self, name), "a mapping with texts as its keys")
+                raise ParameterValueError(name, getattr(self, name), "a mapping whose keys are strings")
         for joint, position in self.home.items():
             if not isinstance(position, Real) or isinstance(position, bool):
                 raise ParameterValueError(f"home of joint '{joint}'", position, "a number [rad or m]")
@@ -144,7 +147,7 @@ class EnvConfig:
 
     @classmethod
     def from_dict(cls, keywords: Mapping[str, Any]) -> EnvConfig:
-        """Return the configuration for flat keywords; those that are no field are the task's parameters.
+        """Return the configuration for flat keywords. Keywords that are not fields become parameters of the task.
 
         Raises:
             ConfigurationError: A value has the wrong type.
@@ -159,7 +162,8 @@ class EnvConfig:
         """Return the configuration of each controlled robot, by name; a single one is named ``"robot"``.
 
         Raises:
-            ConflictingOptionsError: Both ``robot`` and ``robots`` are given, or a setting of a single robot with ``robots``.
+            ConflictingOptionsError: Both ``robot`` and ``robots`` are given, or ``robots`` and a setting for a single
+                robot.
             ConfigurationError: An entry of ``robots`` cannot be used.
         """
         own = {name: getattr(self, name) for name in _OF_A_ROBOT}
@@ -174,10 +178,10 @@ class EnvConfig:
         return {name: RobotConfig.from_value(name, value, shared) for name, value in self.robots.items()}
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the flat keywords that differ from the defaults, as values that JSON can hold.
+        """Return the flat keywords that differ from the defaults, as values that JSON can represent.
 
         Raises:
-            ConfigurationError: A field holds an object that JSON cannot hold, such as a record.
+            ConfigurationError: A field contains an object that JSON cannot represent, such as a record.
         """
         return {name: _plain(name, value) for name, value in self._keywords().items()}
 
@@ -206,19 +210,19 @@ def _check(config: EnvConfig, types: Any, wanted: str, *names: str) -> None:
 
 
 def _plain(name: str, value: Any) -> Any:
-    """Return a value as JSON holds it."""
+    """Return a value in the form in which JSON represents it."""
     plain = _lists(value)
     try:
         json.dumps(plain)
     except TypeError as error:
         raise ConfigurationError(
-            f"the keyword '{name}' has no plain form: {error}; use names, numbers, strings, lists and dictionaries."
+            f"the keyword '{name}' cannot be converted to JSON: {error}; use strings, numbers, lists and dictionaries."
         ) from error
     return plain
 
 
 def _lists(value: Any) -> Any:
-    """Return a value with lists in place of tuples, and Python's numbers in place of NumPy's."""
+    """Return a value with lists instead of tuples, and Python numbers instead of NumPy numbers."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, Mapping):

@@ -1,4 +1,4 @@
-"""The controllers of an environment: one action moves the joint groups of all its robots."""
+"""The controllers of an environment. One action moves the joint groups of all its robots."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from frobs_core.models import RobotModel
 
 
 def joint_groups(robot: Robot, model: RobotModel) -> dict[str, tuple[str, ...]]:
-    """Return the joints of each group of a robot; a robot that defines no groups has one, ``"all"``.
+    """Return the joints of each group of a robot; a robot without groups has one group, ``"all"``.
 
     Raises:
         UnsuitableRobotError: A group is empty, names a joint that is not actuated, or shares a joint with another.
@@ -34,33 +34,33 @@ def joint_groups(robot: Robot, model: RobotModel) -> dict[str, tuple[str, ...]]:
                 )
             if joint in group_of:
                 raise UnsuitableRobotError(
-                    robot.name, f"has the joint '{joint}' in its groups '{group_of[joint]}' and '{group}'."
+                    robot.name, f"has the joint '{joint}' in two groups,  '{group_of[joint]}' and '{group}'."
                 )
             group_of[joint] = group
     return {group: tuple(joints) for group, joints in robot.groups.items()}
 
 
 class RobotControl:
-    """The controllers of one robot, bound to its joint groups. Joints without a controller hold their home position.
+    """The controllers of one robot, bound to its joint groups. Joints without a controller stay at home.
 
     Args:
-        robot: Its handle.
-        controllers: By joint group.
+        robot: Handle of the robot.
+        controllers: Controllers, by joint group.
         control_timestep: [s]
         decimation: Physics steps per control step.
 
     Attributes:
-        robot: As given.
-        controllers: As given.
+        robot: Handle of the robot.
+        controllers: Controllers, by joint group.
         physics_rate: Whether a controller commands every physics step.
-        only: The only controller, if it moves all joints at the control rate; else None.
+        only: The only controller, if it moves all joints at the control rate; otherwise None.
     """
 
     def __init__(
         self, robot: RobotHandle, controllers: Mapping[str, Controller], control_timestep: float, decimation: int
     ) -> None:
         self.robot, self.controllers = robot, controllers
-        self._columns: list[slice | np.ndarray[Any, Any]] = []  # of each group, in the robot's command
+        self._columns: list[slice | np.ndarray[Any, Any]] = []  # columns of each group in the robot's command
         groups = joint_groups(robot.robot, robot.model)
         for name, controller in controllers.items():
             group = robot.group(groups[name], robot.robot.tcp_of(name))
@@ -75,13 +75,13 @@ class RobotControl:
         self._physics_step = 0
 
     def command(self, actions: list[Action]) -> Floats:
-        """Return the command of all joints for an action of each controller.
+        """Return the command of all joints for one action per controller.
 
         Args:
             actions: (num_envs, …) each.
 
         Returns:
-            (num_envs, dof), or (num_envs, decimation, dof) if a controller gives a row for each physics step.
+            (num_envs, dof), or (num_envs, decimation, dof) if a controller returns one row for each physics step.
         """
         self._physics_step = 0
         self._commands = [
@@ -106,7 +106,7 @@ class RobotControl:
         )
 
     def _join(self, commands: list[Floats]) -> Floats:
-        """Join commands of groups, (num_envs, dof) each or (num_envs, 1 or decimation, dof) each."""
+        """Join the commands of the groups, (num_envs, dof) each or (num_envs, 1 or decimation, dof) each."""
         whole = self._held
         if commands and commands[0].ndim == 3:
             rows = max(command.shape[1] for command in commands)
@@ -123,19 +123,19 @@ def _at(command: Floats, physics_step: int) -> Floats:
 class Control:
     """All controllers of an environment.
 
-    The action space joins those of the controllers, in the order of the robots and of their groups: Boxes become one Box,
-    Discrete spaces a MultiDiscrete. The space of a single controller stays as it is.
+    The action space combines those of the controllers, in the order of the robots and of their groups: Boxes become one
+    Box, Discrete spaces a MultiDiscrete. The space of a single controller is used unchanged.
 
     Args:
         robots: The controllers of each robot, by its name.
 
     Attributes:
-        robots: As given.
-        controllers: By ``"robot/group"``.
-        action_space: Of one environment.
+        robots: The controllers of each robot, by its name.
+        controllers: Controllers, by ``"robot/group"``.
+        action_space: Action space of a single environment.
         physics_rate: Whether a controller commands every physics step.
-        only: The only controller, if it moves all joints of the only robot at the control rate; else None.
-        last_commands: Of each robot, (num_envs, dof), as :meth:`update` last gave them.
+        only: The only controller, if it moves all joints of the only robot at the control rate; otherwise None.
+        last_commands: Latest commands of :meth:`update` for each robot, (num_envs, dof).
 
     Raises:
         IncompatibleSpaceError: The action spaces cannot be joined.
@@ -154,7 +154,7 @@ class Control:
         self.physics_rate = any(robot.physics_rate for robot in robots.values())
         spaces = {name: controller.action_space for name, controller in self.controllers.items()}
         self.action_space = next(iter(spaces.values())) if len(spaces) == 1 else _join_spaces(spaces)
-        self._places: list[list[slice | int]] = []  # of each controller's action in the whole, by robot
+        self._places: list[list[slice | int]] = []  # position of each controller's action in the whole action, by robot
         start = 0
         for robot in robots.values():
             places: list[slice | int] = []
@@ -166,7 +166,7 @@ class Control:
             self._places.append(places)
 
     def commands(self, actions: Action) -> list[Floats]:
-        """Return the command of each robot, in their order.
+        """Return the commands of all robots, in their order.
 
         Args:
             actions: (num_envs, …) in the batched action space.
@@ -185,13 +185,13 @@ class Control:
             robot.robot.command(command)
 
     def reset(self, mask: Mask | None) -> None:
-        """Begin an episode; the task has placed the robots."""
+        """Begin an episode, after the task has placed the robots."""
         for controller in self.controllers.values():
             controller.reset(mask)
 
     @property
     def max_action_change(self) -> Floats | None:
-        """How far an action may change in a control step for the joints to follow; None if a controller gives none."""
+        """Largest action change per control step that the joints can follow; None if a controller has none."""
         changes = [controller.max_action_change for controller in self.controllers.values()]
         known = [change for change in changes if change is not None]
         return np.concatenate(known) if len(known) == len(changes) else None
@@ -205,7 +205,7 @@ class Control:
         }
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         for name, controller in self.controllers.items():
             start = f"{name}/"
             controller.restore(
@@ -214,10 +214,10 @@ class Control:
 
 
 def _join_spaces(spaces: Mapping[str, gym.Space[Any]]) -> gym.Space[Any]:
-    """Return the space of all controllers' actions.
+    """Return the joint space of all controllers' actions.
 
     Raises:
-        IncompatibleSpaceError: They are neither all flat Boxes nor all Discrete.
+        IncompatibleSpaceError: The spaces are neither all flat Boxes nor all Discrete.
     """
     boxes = [space for space in spaces.values() if isinstance(space, gym.spaces.Box) and len(space.shape) == 1]
     moves = [space for space in spaces.values() if isinstance(space, gym.spaces.Discrete) and space.start == 0]
@@ -230,6 +230,6 @@ def _join_spaces(spaces: Mapping[str, gym.Space[Any]]) -> gym.Space[Any]:
     raise IncompatibleSpaceError(
         "the environment:",
         spaces,
-        f"action spaces of different kinds cannot be joined ({listed}); use controllers that all have a Box, or all have "
-        "a Discrete space, as the controller 'discrete' makes one of a Box.",
+        f"action spaces of different kinds cannot be combined ({listed}); use controllers that all have a Box, or all "
+        "have a Discrete space (the controller 'discrete' converts a Box into one).",
     )

@@ -1,4 +1,4 @@
-"""Letting something go without breaking who uses it: one warning that names the replacement."""
+"""Deprecation warnings that name the replacement."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ R = TypeVar("R")
 
 
 class FrobsDeprecationWarning(DeprecationWarning):
-    """Something of FRobs is used that will go; the message names what to use instead."""
+    """A deprecated part of FRobs is used; the message names its replacement."""
 
 
 def warn_deprecated(what: str, *, instead: str, since: str, removed_in: str, stacklevel: int = 2) -> None:
-    """Warn that something will go.
+    """Warn that a deprecated part is used.
 
     Args:
-        what: What is used: ``"RobotHandle.joint_torques"``.
-        instead: What to use: ``"RobotHandle.joint_efforts"``.
-        since: The version of the core in which this was first said.
-        removed_in: The version in which it goes; its major version is a later one (its minor version, before 1.0).
-        stacklevel: 2: the caller of the function that calls this is the one to change.
+        what: The deprecated part: ``"RobotHandle.joint_torques"``.
+        instead: Its replacement: ``"RobotHandle.joint_efforts"``.
+        since: Version of the core that first announced the deprecation.
+        removed_in: Version that removes the part. It has a higher major version (before 1.0: minor version).
+        stacklevel: Stack level of the code that must change; 2 is the caller of the function that calls this one.
     """
-    text = f"{what} is deprecated since frobs-core {since} and goes in {removed_in}; use {instead}."
+    text = f"{what} is deprecated since frobs-core {since} and will be removed in {removed_in}; use {instead}."
     warnings.warn(text, FrobsDeprecationWarning, stacklevel=stacklevel + 1)
 
 
 def deprecated(*, instead: str, since: str, removed_in: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Mark a function or method that will go; the arguments are those of :func:`warn_deprecated`.
+    """Mark a function or method as deprecated. The arguments are those of :func:`warn_deprecated`.
 
     Example::
 

@@ -1,4 +1,4 @@
-"""One control step, and the single environment that takes it behind Gymnasium's interface."""
+"""The control step, and the single environment that runs it behind Gymnasium's interface."""
 
 from __future__ import annotations
 
@@ -21,22 +21,24 @@ from frobs_core.observation import Observation
 from frobs_core.random import RandomSource
 
 StepResult: TypeAlias = tuple[Observation, Floats, Mask | None, Mask | None, dict[str, Any]]
-"""Observation (num_envs, …); reward (num_envs,); which episodes terminated, (num_envs,) bool or None; where the engine
-failed, (num_envs,) bool or None; info by name, (num_envs,) each. All but the observation are valid until the next step."""
+"""Observation (num_envs, …); reward (num_envs,); terminated episodes, (num_envs,) bool or None; environments whose
+engine failed, (num_envs,) bool or None; info by name, (num_envs,) each. All but the observation are valid until the
+next step.
+"""
 
 
 class Loop:
-    """Steps and episodes of ``num_envs`` environments at once; the single environment is a batch of one.
+    """Steps and episodes of ``num_envs`` environments. A single environment is a batch of one.
 
     Args:
-        parts: Bound to each other.
+        parts: Bound parts of the environment.
         num_envs: ≥ 1.
 
     Attributes:
-        context: What the task may know about the last step.
+        context: Data about the last step, for the task.
         rng: The source of all random numbers.
         after_reset: Called with the mask of the environments in which an episode has begun, before they are observed.
-        discrete: Whether the actions are not those of a Box.
+        discrete: Whether the action space is not a Box.
     """
 
     def __init__(self, parts: Parts, num_envs: int) -> None:
@@ -48,9 +50,9 @@ class Loop:
         self._check_reset = parts.check_reset
         self.after_reset: Callable[[Mask | None], None] | None = None
         self.discrete = not isinstance(parts.control.action_space, gym.spaces.Box)
-        # Optional parts of a step are resolved here, so that a step neither asks for them nor calls empty methods.
+        # Resolve optional parts of a step here, so that a step neither tests for them nor calls empty methods.
         self._robots = [(name, robot.robot) for name, robot in parts.control.robots.items()]
-        # The usual case, in which one command passes straight from a controller to its robot.
+        # The usual case: one command goes directly from a controller to its robot.
         self._only = parts.control.only if randomization is None else None
         self._reads = parts.observations.vector_reads or []
         self._observe = self._observe_vectors if self._reads else parts.observations.observe
@@ -71,11 +73,11 @@ class Loop:
                 self._reports.append((controller, methodcaller("info"), _Keys(prefix)))
 
     def _observe_vectors(self) -> Observation:
-        # Rounded to float32 once; concatenating with a dtype takes twice as long.
+        # Rounded to float32 once, because concatenating with a dtype takes twice as long.
         return np.concatenate([read() for read in self._reads], axis=1).astype(np.float32)
 
     def batch_options(self, options: Mapping[str, Any] | None) -> Mapping[str, Floats]:
-        """Check the options of a reset and repeat them for every environment.
+        """Validate the options of a reset and repeat them for every environment.
 
         Raises:
             UnknownParameterError: The task has no such option.
@@ -126,14 +128,14 @@ class Loop:
             context.commands.update(self.control.last_commands)
         else:
             self.simulation.step(self.decimation)
-        task.advance(context)  # measures once; what follows only reads
+        task.advance(context)  # measures once; the following calls only read
         if self.added_terms.stateful:
             self.added_terms.advance(rng)
         observation = self._degrade(rng, self._observe())
         reward = task.reward(context)
         terminated = self._is_terminated(task)
         info = {"is_success": task.is_success()}
-        for part, report, keys in self._reports:  # after the reward, whose terms are among them
+        for part, report, keys in self._reports:  # after the reward, whose terms are included
             for name, values in report(part).items():
                 info[keys[name]] = values
         return observation, reward, terminated, self.simulation.diverged, info
@@ -145,13 +147,13 @@ class Loop:
         }
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return all parts to a snapshot."""
+        """Restore a snapshot in all parts."""
         for name, part in self._stateful().items():
             start = f"{name}/"
             part.restore({key.removeprefix(start): array for key, array in snapshot.items() if key.startswith(start)})
 
     def restore_rows(self, mask: Mask, snapshot: Snapshot, rows: npt.NDArray[np.int64]) -> None:
-        """Continue the n environments of ``mask`` from ``rows`` (n,) of a snapshot. They keep their own random numbers."""
+        """Continue the n environments of ``mask`` from ``rows`` (n,) of a snapshot, with their own random numbers."""
         for name, part in self._stateful().items():
             if part is self.rng:
                 continue
@@ -174,7 +176,7 @@ class Loop:
 
 
 def _put_rows(array: np.ndarray[Any, Any], mask: Mask, rows: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Return an array (num_envs, …) with other rows where the mask is True."""
+    """Return an array (num_envs, …) with the rows of the mask replaced."""
     shape = np.maximum(array.shape[1:], rows.shape[1:])
     changed = widened(array, shape)
     changed[mask] = widened(rows, shape)
@@ -182,10 +184,10 @@ def _put_rows(array: np.ndarray[Any, Any], mask: Mask, rows: np.ndarray[Any, Any
 
 
 class _Keys(dict[str, str]):
-    """Keys of the info by the name of what they hold, each made once.
+    """Info keys by the name of the reported value, each created once.
 
     Args:
-        prefix: Start of the keys.
+        prefix: Prefix of the keys.
     """
 
     def __init__(self, prefix: str) -> None:
@@ -206,19 +208,20 @@ def _never(task: Task) -> None:
 
 
 def _overrides(part: object, base: type, method: str) -> bool:
-    """Return whether a part has a method of its own, or of what it wraps, in place of the empty one of ``base``."""
+    """Return whether a part, or the part that it wraps, overrides the empty method of ``base``."""
     return getattr(part, method).__func__ is not getattr(base, method)
 
 
 class RobotEnv(gym.Env[Any, Any]):
     """One robot with one task.
 
-    ``info`` holds ``is_success`` (0.0 or 1.0) and ``frobs/reward/<term>`` in every step, what the controller reports
-    (``frobs/…``), and ``frobs/diverged`` if the engine failed; the episode is then truncated. A paced simulator adds
-    ``frobs/missed_deadlines``, how many since the reset, and ``frobs/lateness``, how late the actions were in total [s].
+    ``info`` contains ``is_success`` (0.0 or 1.0) and ``frobs/reward/<term>`` in every step, the metrics of the
+    controller (``frobs/…``), and ``frobs/diverged`` if the engine failed; the episode is then truncated. A paced
+    simulator adds ``frobs/missed_deadlines``, the number since the reset, and ``frobs/lateness``, the total delay of
+    the actions [s].
 
     Args:
-        keywords: Those of :class:`frobs_core.config.EnvConfig`; others are keywords of the task.
+        keywords: Fields of :class:`frobs_core.config.EnvConfig`. All others are keywords of the task.
 
     Attributes:
         config: The keywords.
@@ -226,11 +229,11 @@ class RobotEnv(gym.Env[Any, Any]):
         robot: Handle of the first controlled robot.
         controller: Controller of its first joint group.
         observations: Terms of the observation, with their columns and units.
-        step_context: What the task may know about the last step.
-        randomization: What is randomized, with the current values; None: nothing.
+        step_context: Data about the last step, for the task.
+        randomization: The randomization with its current values; None if nothing is randomized.
 
     Raises:
-        UnknownNameError: No plugin offers one of the names.
+        UnknownNameError: No plugin provides one of the names.
         UnknownParameterError: The task, the controller or the simulator does not accept a keyword.
         CapabilityError: The simulator does not support what the task, the controller or the randomization needs.
         ConfigurationError: A value cannot be used.
@@ -257,14 +260,14 @@ class RobotEnv(gym.Env[Any, Any]):
         self._checked = self._check_discrete if self._loop.discrete else self._check_box
         self._row = _rows_of if isinstance(self.observation_space, gym.spaces.Dict) else _row_of
         if isinstance(parts.task, GoalTask):
-            self.compute_reward = parts.task.compute_reward  # where hindsight replay looks for it
+            self.compute_reward = parts.task.compute_reward  # hindsight replay looks for it here
 
     def reset(self, *, seed: int | None = None, options: Mapping[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode.
 
         Args:
-            seed: Determines every later random number; None: the next episode of the last seed.
-            options: Those of the task's ``reset_options``: ``{"goal": (3,), "joint_positions": (dof,)}``.
+            seed: Seed of all following random numbers; None continues with the next episode of the last seed.
+            options: Values for the task's ``reset_options``: ``{"goal": (3,), "joint_positions": (dof,)}``.
 
         Returns:
             observation, info
@@ -291,7 +294,7 @@ class RobotEnv(gym.Env[Any, Any]):
         """Advance by one control step.
 
         Args:
-            action: In the action space; actions of a Box are clipped to it.
+            action: In the action space; Box actions are clipped to it.
 
         Returns:
             observation, reward, terminated, truncated, info
@@ -302,7 +305,7 @@ class RobotEnv(gym.Env[Any, Any]):
         """
         if not self._running:
             raise ResetNeededError("no episode is running; call reset() first.")
-        # An invalid action raises before anything has changed, the random numbers included.
+        # An invalid action raises before any state changes, including the random numbers.
         observation, rewards, ends, failures, info = self._loop.step(self._checked(action))
         for name, values in info.items():
             info[name] = values.item()
@@ -343,7 +346,7 @@ class RobotEnv(gym.Env[Any, Any]):
         return {**self._loop.snapshot(), "running": np.array([self._running])}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._loop.restore(snapshot)
         self._running, self._seeded = bool(snapshot["running"][0]), True
 

@@ -1,4 +1,4 @@
-"""Every error that FRobs raises on purpose.
+"""Exceptions that FRobs raises deliberately.
 
     FrobsError
     ├── PluginError
@@ -6,38 +6,38 @@
     │   ├── UnknownNameError        no such simulator, robot, controller, task, algorithm, ID, …
     │   └── AmbiguousNameError      two distributions offer one name
     ├── ConfigurationError
-    │   ├── UnknownParameterError   a keyword that nothing takes
-    │   ├── ParameterValueError     a value breaks the rule of its parameter
+    │   ├── UnknownParameterError   a keyword that is not accepted
+    │   ├── ParameterValueError     a value outside the range that its parameter accepts
     │   ├── MissingSettingError     a required setting is missing
-    │   ├── ConflictingOptionsError options or settings that exclude each other
+    │   ├── ConflictingOptionsError options or settings that cannot be combined
     │   ├── CommandLineError        a command-line argument that cannot be used
-    │   ├── InvalidTimestepError    control_timestep is no multiple of physics_timestep
-    │   ├── ConfigFileError         a YAML file that cannot be used; names file and line
+    │   ├── InvalidTimestepError    control_timestep is not a multiple of physics_timestep
+    │   ├── ConfigFileError         a YAML file that cannot be used; names the file and the line
     │   ├── MissingFileError        a file does not exist
     │   ├── TargetExistsError       an output file or folder exists already
     │   ├── MissingDependencyError  an optional package is not installed
-    │   ├── ResetOptionError        a value of reset(options=…) that cannot be used
-    │   ├── SceneError              a scene that contradicts itself or that the simulator cannot build
-    │   ├── PhysicsParameterError   a physical parameter that cannot have this value or cannot change
-    │   ├── ObservationTermError    an observation term that cannot be used
-    │   ├── SensorSettingError      settings of a sensor that cannot be used
-    │   ├── RandomizationError      settings of randomize=… that cannot be used
+    │   ├── ResetOptionError        an invalid value in reset(options=…)
+    │   ├── SceneError              a scene that is inconsistent or that the simulator cannot build
+    │   ├── PhysicsParameterError   a physical parameter with an invalid value, or one that cannot change
+    │   ├── ObservationTermError    an invalid observation term
+    │   ├── SensorSettingError      invalid settings of a sensor
+    │   ├── RandomizationError      invalid settings in randomize=…
     │   ├── UnsuitableRobotError    a task or controller that cannot use this robot
     │   ├── IncompatibleSpaceError  an algorithm, wrapper or controller that cannot use this space
-    │   ├── ModelMismatchError      a trained model or run that belongs to another environment
+    │   ├── ModelMismatchError      a trained model or run that was made for a different environment
     │   └── PolicyExportError       a policy that cannot be exported
-    ├── CapabilityError             the simulator lacks what a task or controller needs
+    ├── CapabilityError             the simulator does not support what a task or controller needs
     ├── ModelFileError              a URDF, xacro or MJCF file that cannot be used
-    ├── InvalidActionError          wrong shape, or not finite
-    ├── ResetNeededError            step before reset, or after the episode's end
+    ├── InvalidActionError          an action of the wrong shape, or not finite
+    ├── ResetNeededError            step() before reset(), or after the end of an episode
     ├── SimulationError             the engine failed
-    │   └── RenderingUnavailableError   no OpenGL here
+    │   └── RenderingUnavailableError   OpenGL is not available
     ├── RunError
     │   └── CheckpointError         a checkpoint cannot be written or read
-    └── UntrustedFileError          opening the file would execute code, or load what it names
+    └── UntrustedFileError          opening the file would execute code, or load files that it names
 
-Each takes the objects it is about, keeps them as fields, and writes its own text: what was asked,
-what exists, what to do.
+Each constructor takes the objects involved, stores them as attributes, and builds the message: the request, the
+available choices, and the fix.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ from frobs_core.install_hints import local_install_hint
 
 
 def nearest(name: str, available: Iterable[str]) -> str | None:
-    """Return the member of ``available`` that is most like ``name``, or None if none is close."""
+    """Return the member of ``available`` that is most similar to ``name``, or None if none is similar."""
     by_lower = {candidate.lower(): candidate for candidate in available}
     found = difflib.get_close_matches(name.lower(), by_lower, n=1, cutoff=0.5)
     return by_lower[found[0]] if found else None
@@ -96,7 +96,7 @@ def _restore(kind: type[FrobsError], args: tuple[object, ...], state: dict[str, 
 
 
 class FrobsError(Exception):
-    """Root of every error that FRobs raises on purpose."""
+    """Base class of all exceptions that FRobs raises deliberately."""
 
     def __reduce__(self) -> tuple[object, ...]:
         """Pickle the fields and the text, because the constructors of subclasses do not accept the text."""
@@ -104,7 +104,7 @@ class FrobsError(Exception):
 
 
 class PluginError(FrobsError):
-    """A plugin, or a name that a plugin should offer, cannot be used."""
+    """A plugin cannot be used, or a name that a plugin should provide is missing."""
 
 
 class PluginLoadError(PluginError):
@@ -113,7 +113,7 @@ class PluginLoadError(PluginError):
     Args:
         plugin: The entry point's name.
         distribution: The pip package that holds it, with its version.
-        cause: One line that says why.
+        cause: One line with the reason.
     """
 
     def __init__(self, plugin: str, distribution: str, cause: str) -> None:
@@ -124,14 +124,14 @@ class PluginLoadError(PluginError):
 
 
 class UnknownNameError(PluginError):
-    """Nothing of this name exists.
+    """No object has this name.
 
     Args:
-        kind: What was looked for: ``"robot"``, ``"controller"``, ``"environment ID"``, …
-        name: The name that was asked for.
-        available: The names that exist.
-        failed: One line for each plugin that failed to load and might have offered the name.
-        install_hint: The command that installs the name, where it is known.
+        kind: Kind of the object: ``"robot"``, ``"controller"``, ``"environment ID"``, …
+        name: The requested name.
+        available: The existing names.
+        failed: One line for each plugin that failed to load and might have provided the name.
+        install_hint: The command that installs the object, if known.
     """
 
     def __init__(
@@ -156,13 +156,13 @@ class UnknownNameError(PluginError):
 
 
 class AmbiguousNameError(PluginError):
-    """Two distributions offer one name.
+    """Two distributions provide the same name.
 
     Args:
         kind: The kind of the name.
-        name: The bare name that was asked for.
-        distributions: Each distribution that offers it, with its version: ``"dist 1.0"``.
-        ways: What to ask for instead; ``"dist:name"`` for each of them where nothing else is said.
+        name: The requested name, without a distribution.
+        distributions: Each distribution that provides it, with its version: ``"dist 1.0"``.
+        ways: What to request instead; by default ``"dist:name"`` for each distribution.
     """
 
     def __init__(self, kind: str, name: str, distributions: Sequence[str], ways: Sequence[str] = ()) -> None:
@@ -171,39 +171,39 @@ class AmbiguousNameError(PluginError):
         self.distributions = tuple(distributions)
         self.ways = tuple(ways) or tuple(f"{d.split()[0]}:{name}" for d in self.distributions)
         super().__init__(
-            f"{kind} '{name}' is offered by {' and by '.join(self.distributions)}; "
-            f"ask for {' or '.join(repr(way) for way in self.ways)}, or uninstall one of them."
+            f"{kind} '{name}' is provided by {' and by '.join(self.distributions)}; "
+            f"request {' or '.join(repr(way) for way in self.ways)}, or uninstall one of them."
         )
 
 
 class ConfigurationError(FrobsError):
-    """A value that was given cannot be used."""
+    """A setting or argument is invalid."""
 
 
 class UnknownParameterError(ConfigurationError):
-    """A keyword that nothing takes.
+    """A keyword is not accepted.
 
     Args:
-        owner: What was built with it: ``"task 'reach'"``.
+        owner: Object that was built with it: ``"task 'reach'"``.
         name: The keyword.
-        available: The keywords that exist.
+        available: The accepted keywords.
     """
 
     def __init__(self, owner: str, name: str, available: Iterable[str]) -> None:
         self.owner = owner
         self.name = name
         self.available = tuple(sorted(available))
-        super().__init__(f"{owner} takes no parameter '{name}'.{_hint(name, self.available)}")
+        super().__init__(f"{owner} has no parameter '{name}'.{_hint(name, self.available)}")
 
 
 class ParameterValueError(ConfigurationError):
-    """A value breaks the rule of its parameter.
+    """A value is outside the range that its parameter accepts.
 
     Args:
         name: Name of the parameter.
         value: The value that was passed.
         rule: What the value must be: ``"a whole number of at least 1"``.
-        owner: What the parameter belongs to: ``"controller 'discrete'"``; empty if the name is sufficient.
+        owner: Object that the parameter belongs to: ``"controller 'discrete'"``; empty if the name is sufficient.
     """
 
     def __init__(self, name: str, value: object, rule: str, owner: str = "") -> None:
@@ -219,8 +219,8 @@ class MissingSettingError(ConfigurationError):
     """A required setting is missing.
 
     Args:
-        owner: What needs it: ``"algorithm 'ppo'"``.
-        name: What is missing.
+        owner: Object that requires it: ``"algorithm 'ppo'"``.
+        name: The missing setting.
         advice: How to provide it; empty if the name is sufficient.
     """
 
@@ -232,7 +232,7 @@ class MissingSettingError(ConfigurationError):
 
 
 class ConflictingOptionsError(ConfigurationError):
-    """Command-line options or settings exclude each other.
+    """Command-line options or settings cannot be combined.
 
     Args:
         options: At least two options, as the user writes them.
@@ -242,7 +242,7 @@ class ConflictingOptionsError(ConfigurationError):
     def __init__(self, options: Sequence[str], advice: str = "choose one") -> None:
         self.options = tuple(options)
         self.advice = advice
-        super().__init__(f"{' and '.join(self.options)} exclude each other; {advice}.")
+        super().__init__(f"{' and '.join(self.options)} cannot be combined; {advice}.")
 
 
 class CommandLineError(ConfigurationError):
@@ -273,7 +273,7 @@ class InvalidTimestepError(ConfigurationError):
         text = f"control_timestep {control_timestep} s is not a whole multiple of physics_timestep {physics_timestep} s"
         if control_timestep > 0 and physics_timestep > 0:
             steps = max(1, round(control_timestep / physics_timestep))
-            text += f"; {steps * physics_timestep:.10g} s would be ({steps} physics steps)"
+            text += f"; {steps * physics_timestep:.10g} s would work ({steps} physics steps)"
         else:
             text += "; both must be positive"
         super().__init__(text + ".")
@@ -284,7 +284,7 @@ class ConfigFileError(ConfigurationError):
 
     Args:
         path: The file.
-        line: 1-based line, or None where it is not known.
+        line: 1-based line, or None if unknown.
         reason: What is wrong and what to do.
     """
 
@@ -310,7 +310,7 @@ class MissingFileError(ConfigurationError):
 
 
 class TargetExistsError(ConfigurationError):
-    """An output file or folder exists already, and nothing is overwritten.
+    """An output file or folder already exists and would be overwritten.
 
     Args:
         path: The file or folder.
@@ -327,7 +327,7 @@ class MissingDependencyError(ConfigurationError):
     """A function needs an optional package that is not installed.
 
     Args:
-        purpose: What needs it: ``"the export to ONNX"``.
+        purpose: Function that needs it: ``"the export to ONNX"``.
         packages: The packages.
         command: The command that installs them.
     """
@@ -340,7 +340,7 @@ class MissingDependencyError(ConfigurationError):
 
 
 class ResetOptionError(ConfigurationError):
-    """A value of ``reset(options=…)`` cannot be used.
+    """A value in ``reset(options=…)`` is invalid.
 
     Args:
         option: Name of the option.
@@ -354,7 +354,7 @@ class ResetOptionError(ConfigurationError):
 
 
 class SceneError(ConfigurationError):
-    """A scene contradicts itself, or the simulator cannot build it.
+    """A scene is inconsistent, or the simulator cannot build it.
 
     Args:
         element: The part of the scene: ``"contact 'grip'"``.
@@ -368,7 +368,7 @@ class SceneError(ConfigurationError):
 
 
 class PhysicsParameterError(ConfigurationError):
-    """A physical parameter cannot have this value, or cannot change at all.
+    """A physical parameter has an invalid value, or cannot change at all.
 
     Args:
         parameter: Name of the parameter: ``"mass"``.
@@ -384,7 +384,7 @@ class PhysicsParameterError(ConfigurationError):
 
 
 class SensorSettingError(ConfigurationError):
-    """The settings of a sensor cannot be used.
+    """The settings of a sensor are invalid.
 
     Args:
         sensor: Name of the sensor.
@@ -398,7 +398,7 @@ class SensorSettingError(ConfigurationError):
 
 
 class RandomizationError(ConfigurationError):
-    """The settings of ``randomize=…`` cannot be used.
+    """The settings in ``randomize=…`` are invalid.
 
     Args:
         place: The setting: ``"randomize.mass[1].scale"``.
@@ -412,7 +412,7 @@ class RandomizationError(ConfigurationError):
 
 
 class ObservationTermError(ConfigurationError):
-    """A term of an observation cannot be used.
+    """An observation term is invalid.
 
     Args:
         term: Name of the term.
@@ -431,7 +431,7 @@ class UnsuitableRobotError(ConfigurationError):
     Args:
         robot: Name of the robot.
         reason: What is missing or wrong, and what to do.
-        owner: What cannot use it; empty if the reason is sufficient.
+        owner: Object that cannot use the robot; empty if the reason is sufficient.
     """
 
     def __init__(self, robot: str, reason: str, owner: str = "") -> None:
@@ -445,9 +445,9 @@ class IncompatibleSpaceError(ConfigurationError):
     """An algorithm, a wrapper or a controller cannot use this observation or action space.
 
     Args:
-        owner: What cannot use it: ``"algorithm 'crossq'"``.
+        owner: Object that cannot use the space: ``"algorithm 'crossq'"``.
         space: The Gymnasium space.
-        reason: What is needed and what to do.
+        reason: What is required and what to do.
     """
 
     def __init__(self, owner: str, space: object, reason: str) -> None:
@@ -458,11 +458,11 @@ class IncompatibleSpaceError(ConfigurationError):
 
 
 class ModelMismatchError(ConfigurationError):
-    """A trained model or run belongs to another environment.
+    """A trained model or run was made for a different environment.
 
     Args:
-        model: The model's file, or what it is.
-        name: What differs: ``"action_space"``.
+        model: The model's file, or a description of the model.
+        name: The property that differs: ``"action_space"``.
         saved: The value that the model was trained with.
         found: The value of the environment.
     """
@@ -490,11 +490,11 @@ class PolicyExportError(ConfigurationError):
 
 
 class CapabilityError(FrobsError):
-    """The simulator lacks what a task, a controller or the caller needs.
+    """The simulator does not support what a task, a controller or the caller needs.
 
     Args:
-        simulator: Its name.
-        missing: One row for each need: (who needs it, capability, level needed, level there is).
+        simulator: Name of the simulator.
+        missing: One row for each need: (owner of the need, capability, required level, supported level).
     """
 
     def __init__(self, simulator: str, missing: Sequence[tuple[str, str, str, str]]) -> None:
@@ -512,11 +512,11 @@ class CapabilityError(FrobsError):
 
     @classmethod
     def lacking(cls, owner: object, capability: str) -> CapabilityError:
-        """Return the error of a method that a simulator, or one of its handles, does not have.
+        """Return the error for a method that a simulator, or one of its handles, does not support.
 
         Args:
             owner: The simulation or the handle.
-            capability: What it lacks.
+            capability: The unsupported capability.
         """
         return cls(type(owner).__name__, [("the caller", capability, "approximate", "unsupported")])
 
@@ -527,7 +527,7 @@ class ModelFileError(FrobsError):
     Args:
         path: The file.
         reason: What is wrong and what to do.
-        line: 1-based line, or None where it is not known.
+        line: 1-based line, or None if unknown.
     """
 
     def __init__(self, path: Path | str, reason: str, line: int | None = None) -> None:
@@ -546,7 +546,7 @@ class ResetNeededError(FrobsError):
 
 
 class SimulationError(FrobsError):
-    """The engine failed."""
+    """The physics engine failed."""
 
 
 class RenderingUnavailableError(SimulationError):
@@ -572,14 +572,14 @@ class CheckpointError(RunError):
 
 
 class UntrustedFileError(FrobsError):
-    """Opening the file would execute code that it holds, or import or open what it names.
+    """Opening the file would execute code in it, or import or open what it names.
 
     Args:
         path: The file.
-        reason: Which part of it would.
+        reason: The part of the file that would do so.
     """
 
     def __init__(self, path: Path | str, reason: str) -> None:
         self.path = Path(path)
         self.reason = reason
-        super().__init__(f"{path}: {reason}; if you trust where it comes from, say --trust or trust=True.")
+        super().__init__(f"{path}: {reason}; if you trust its source, pass --trust or trust=True.")

@@ -1,6 +1,6 @@
-"""Files: read with limits, written so that a kill leaves the old one or the new one, and the folder of the cache.
+"""Reading files with size limits, writing them atomically, and the cache folder.
 
-A file that somebody else may have written is opened only if it is a regular file of a limited size.
+Files that someone else may have written are only opened if they are regular files below a size limit.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 MAX_TEXT_BYTES = 16 * 2**20
-"""Largest model file (URDF, xacro, MJCF) [bytes]."""
+"""Maximum size of a model file (URDF, xacro, MJCF) [bytes]."""
 
 _KINDS = {
     stat.S_IFIFO: "a FIFO",
@@ -25,38 +25,38 @@ _KINDS = {
     stat.S_IFDIR: "a folder",
 }
 
-_HOMELESS = Path("/nonexistent")  # Debian's home of users without one: nothing can be stored there
+_HOMELESS = Path("/nonexistent")  # home folder that Debian assigns to users without one; nothing can be stored there
 
 
 class UnsuitableFileError(OSError):
-    """The file exists, and is not a regular file or exceeds the size limit; ``strerror`` says which."""
+    """The file exists but is not a regular file or exceeds the size limit; ``strerror`` contains the reason."""
 
 
 def read_limited(path: Path | str, limit: int) -> bytes:
-    """Read a regular file; links to one are followed.
+    """Read a regular file; symbolic links are followed.
 
-    A FIFO or a device could block forever or never end, so neither is opened.
+    FIFOs and devices are not opened, because reading could block forever or never end.
 
     Args:
         path: The file.
-        limit: Largest size [bytes].
+        limit: Maximum size [bytes].
 
     Raises:
-        UnsuitableFileError: It is not a regular file, or larger than ``limit``; the message names the limit.
+        UnsuitableFileError: It is not a regular file, or larger than ``limit``; the message contains the limit.
         OSError: It cannot be read.
     """
     check_regular(path, limit)
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     with os.fdopen(descriptor, "rb") as file:
-        _check(os.fstat(descriptor), path, limit)  # it may have been replaced
+        _check(os.fstat(descriptor), path, limit)  # it may have been replaced in the meantime
         data = file.read(limit + 1)
-    if len(data) > limit:  # files of /proc tell no size
+    if len(data) > limit:  # files in /proc do not report their size
         raise _too_large(path, limit)
     return data
 
 
 def check_regular(path: Path | str, limit: int) -> int:
-    """Check a file as :func:`read_limited` does, without opening it.
+    """Check a file like :func:`read_limited`, without opening it.
 
     Returns:
         Its size [bytes].
@@ -87,12 +87,12 @@ def _too_large(path: Path | str, limit: int) -> UnsuitableFileError:
 
 
 def write_aside(path: Path, write: Callable[[Path], object], *, durable: bool = True) -> None:
-    """Write a file under another name and rename it, so that other processes see the whole file or none.
+    """Write a file under a temporary name and rename it, so that other processes see either all of it or nothing.
 
     Args:
         path: The file. An existing file is replaced, and missing folders are created.
         write: Receives a temporary path in the same folder, with the same suffix, and creates that file.
-        durable: Whether the file must also survive a power failure. Caches need not.
+        durable: Whether the file must also survive a power failure. This is not necessary for caches.
 
     Raises:
         OSError: The file cannot be written.
@@ -112,17 +112,17 @@ def write_aside(path: Path, write: Callable[[Path], object], *, durable: bool = 
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write UTF-8 text, aside and renamed."""
+    """Write UTF-8 text atomically."""
     write_aside(path, lambda aside: aside.write_text(text, encoding="utf-8"))
 
 
 def write_json(path: Path, value: Any) -> None:
-    """Write JSON, aside and renamed."""
+    """Write JSON atomically."""
     write_text(path, json.dumps(value, indent=2) + "\n")
 
 
 def sync(path: Path) -> None:
-    """Have a file or folder written to the disk before going on."""
+    """Flush a file or folder to disk."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -131,13 +131,13 @@ def sync(path: Path) -> None:
 
 
 def cache_folder(*names: str) -> Path:
-    """Return a folder of the cache: ``frobs`` in ``$XDG_CACHE_HOME``, or in ``~/.cache`` if that is unset or relative.
+    """Return a folder in the cache: ``frobs`` in ``$XDG_CACHE_HOME``, or in ``~/.cache`` if that is unset or relative.
 
     Args:
-        *names: Folders below it.
+        *names: Names of the nested folders.
 
     Returns:
-        The path. The folder may not exist yet, and it may be impossible to create it.
+        The path. The folder may not exist yet, and creating it may fail.
     """
     base = Path(os.environ.get("XDG_CACHE_HOME", ""))
     if not base.is_absolute():

@@ -1,4 +1,4 @@
-"""Checking what ``step`` and ``reset`` are called with."""
+"""Validation of the arguments of ``step`` and ``reset``."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def as_numbers(action: Any, dtype: type[np.generic], space: gym.Space[Any]) -> A
     """Return an action as an array.
 
     Raises:
-        InvalidActionError: It does not consist of numbers, or its rows differ in length.
+        InvalidActionError: It does not consist of numbers, or its rows have different lengths.
     """
     try:
         return np.asarray(action, dtype)
@@ -25,11 +25,11 @@ def as_numbers(action: Any, dtype: type[np.generic], space: gym.Space[Any]) -> A
 
 
 def invalid_action(action: Any, space: gym.Space[Any]) -> InvalidActionError:
-    """Return the error that says why an action is not in its space."""
+    """Return an error that explains why an action is not in its space."""
     try:
         given = np.asarray(action)
     except ValueError:
-        return InvalidActionError(f"the rows of the action differ in length; the action space has {space.shape}.")
+        return InvalidActionError(f"the rows of the action have different lengths; the action space has {space.shape}.")
     if given.shape != space.shape:
         return InvalidActionError(f"the action has shape {given.shape}; the action space has {space.shape}.")
     if given.dtype.kind not in "biuf":
@@ -55,8 +55,8 @@ def batch_options(options: Mapping[str, Any] | None, known: Sequence[str], num_e
     """Check the options of a reset and repeat them for every environment.
 
     Args:
-        options: By name: one value for all environments, or a row for each.
-        known: The task's ``reset_options``.
+        options: Values by name: one for all environments, or a row for each.
+        known: Options that the task accepts.
         num_envs: ≥ 1.
 
     Returns:
@@ -64,7 +64,7 @@ def batch_options(options: Mapping[str, Any] | None, known: Sequence[str], num_e
 
     Raises:
         UnknownParameterError: The task has no such option.
-        ConfigurationError: A value is not finite, or has a wrong number of rows.
+        ConfigurationError: A value is not finite, or has the wrong number of rows.
     """
     batched = {}
     for name, value in option_mapping(options).items():
@@ -75,7 +75,7 @@ def batch_options(options: Mapping[str, Any] | None, known: Sequence[str], num_e
         except (TypeError, ValueError, OverflowError):
             raise ResetOptionError(name, f"is {value!r:.80}; it must consist of numbers.") from None
         if not np.isfinite(array).all():
-            raise ResetOptionError(name, f"holds a number that is not finite: {value}.")
+            raise ResetOptionError(name, f"contains a number that is not finite: {value}.")
         if array.ndim < 2:
             array = np.broadcast_to(array, (num_envs, *array.shape))
         elif len(array) != num_envs:

@@ -1,4 +1,4 @@
-"""The keywords that a constructor takes, those of its parents included where it passes them on."""
+"""Keywords that a constructor accepts, including those that it passes on to its parents."""
 
 from __future__ import annotations
 

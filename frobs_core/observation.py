@@ -1,4 +1,4 @@
-"""The observation of an environment, assembled from named terms."""
+"""Observations, assembled from named terms."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Observation: TypeAlias = np.ndarray[Any, Any] | dict[str, np.ndarray[Any, Any]]
 """(num_envs, …), or a dictionary of such arrays."""
 
 VECTORS = "observation"
-"""Key of the vectors in a dictionary observation; also names the only array of an observation that is no dictionary."""
+"""Key of the vectors in a dictionary observation. It also names the array of an observation that is a single array."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -25,16 +25,16 @@ class ObservationTerm:
 
     Attributes:
         read: Returns the current value, (num_envs, …). The environment copies it.
-        low: Smallest values, of the shape of one environment's value.
-        high: Largest values, of the same shape.
+        low: Minimum values, in the shape of one environment's value.
+        high: Maximum values, in the same shape.
         unit: Unit of the values: ``"m"``.
-        scale: Suggested factor for a learner, which makes the differences that matter about 1.
-        key: Key of a dictionary observation. The vectors of one key are joined in the order of the terms.
-        dtype: ``"float32"`` for a vector; an image may have another, and needs a key of its own.
-        imperfect: Whether it reads a sensor with noise, delay or another imperfection of its own. ``randomize`` then rejects
-            noise and delays of this term.
-        view: The camera of an image, for the records of policies that use it: name of the ``camera``, its place and field of
-            view as in :class:`~frobs_core.interfaces.Camera`, the ``modality``, and whether ``markers`` are drawn.
+        scale: Suggested scale factor for learners; relevant differences become about 1.
+        key: Key in a dictionary observation. Vectors with the same key are concatenated in the order of the terms.
+        dtype: ``"float32"`` for vectors. Images may have other types and need a key of their own.
+        imperfect: Whether the term reads a sensor that has its own noise, delay or other imperfections. ``randomize``
+            then rejects noise and delays for this term.
+        view: Camera of an image, recorded for exported policies: name of the ``camera``, its pose and field of view as
+            in :class:`~frobs_core.interfaces.Camera`, the ``modality``, and whether ``markers`` are drawn.
     """
 
     read: Callable[[], np.ndarray[Any, Any]]
@@ -49,7 +49,7 @@ class ObservationTerm:
 
     @property
     def is_vector(self) -> bool:
-        """Whether it can be joined with others."""
+        """Whether it can be concatenated with other terms."""
         return self.low.ndim == 1 and self.dtype == "float32"
 
 
@@ -58,14 +58,15 @@ class Observations:
 
     Args:
         num_envs: ≥ 1.
-        terms: By name, in the order of the observation.
+        terms: Terms by name, in the order of the observation.
 
     Attributes:
-        terms: As given.
+        terms: Terms by name, in the order of the observation.
         columns: Key and columns of each term; all columns for an image.
-        space: Of one environment: a float32 Box if all terms are vectors under ``"observation"``, else a Dict.
-        vector_reads: Functions that read the terms, where the observation is one vector; else None.
-        scale: (k,) the suggested scale of each column under ``"observation"``.
+        space: Space of a single environment: a float32 Box if all terms are vectors under ``"observation"``, else a
+            Dict.
+        vector_reads: Functions that read the terms if the observation is one vector; otherwise None.
+        scale: (k,) suggested scale factor for each column under ``"observation"``.
 
     Raises:
         ConfigurationError: There are no terms, the bounds of a term have different shapes, or an image shares its key.
@@ -78,7 +79,9 @@ class Observations:
         parts: dict[str, dict[str, ObservationTerm]] = {}
         for name, term in self.terms.items():
             if term.low.shape != term.high.shape:
-                raise ObservationTermError(name, f"has bounds of shapes {term.low.shape} and {term.high.shape}.")
+                raise ObservationTermError(
+                    name, f"has bounds with different shapes, {term.low.shape} and {term.high.shape}."
+                )
             part = parts.setdefault(term.key, {})
             part[name] = term
             if not term.is_vector:
@@ -92,7 +95,7 @@ class Observations:
             images = [name for name, term in part.items() if not term.is_vector]
             if images and (len(part) > 1 or key == VECTORS):
                 raise ObservationTermError(
-                    images[0], f"is no float32 vector, so it needs a key of its own, not '{key}'."
+                    images[0], f"is not a float32 vector, so it cannot share the key '{key}'; give it its own key."
                 )
         spaces: dict[str, gym.Space[Any]] = {key: _space(list(part.values())) for key, part in parts.items()}
         self.space: gym.Space[Any] = spaces[VECTORS] if spaces.keys() == {VECTORS} else gym.spaces.Dict(spaces)
@@ -103,7 +106,7 @@ class Observations:
         self.vector_reads = self._reads[VECTORS] if spaces.keys() == {VECTORS} else None
 
     def observe(self) -> Observation:
-        """Return the current observation, (num_envs, …) for each key: arrays that are never written again."""
+        """Return the current observation, (num_envs, …) for each key, in new arrays."""
         if self.vector_reads is not None:
             return _join(self.vector_reads)
         return {
@@ -112,18 +115,18 @@ class Observations:
         }
 
     def check(self) -> None:
-        """Check that every term reads an array of its shape.
+        """Check that every term returns an array of the expected shape.
 
         Raises:
-            ConfigurationError: One does not.
+            ConfigurationError: A term returns another shape.
         """
         for name, term in self.terms.items():
             shape, wanted = np.shape(term.read()), (self._num_envs, *term.low.shape)
             if shape != wanted:
-                raise ObservationTermError(name, f"reads an array of shape {shape}; its bounds require {wanted}.")
+                raise ObservationTermError(name, f"returns an array of shape {shape}; its bounds require {wanted}.")
 
     def describe(self) -> list[dict[str, Any]]:
-        """Return a row for each vector under ``"observation"``: name, first and last column, unit and suggested scale."""
+        """Return a row for each vector in ``"observation"``: name, first and last column, unit and suggested scale."""
         return [
             {
                 "name": name,

@@ -1,4 +1,4 @@
-"""Values in the types of JSON."""
+"""Conversion of values to JSON types."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ import numpy as np
 
 
 def plain(value: Any, *, for_yaml: bool = False) -> Any:
-    """Return a value in the types of JSON: dictionaries, lists, strings, numbers, booleans and None.
+    """Convert a value to JSON types: dictionaries, lists, strings, numbers, booleans and None.
 
     Args:
-        value: Value to convert, with arrays, dataclasses, enumerations and paths anywhere inside it.
-        for_yaml: Whether to keep numbers that are not finite, and objects of other types, which a YAML dumper rejects.
-            Otherwise such a number becomes None, and such an object its text.
+        value: Value to convert. It may contain arrays, dataclasses, enumerations and paths at any depth.
+        for_yaml: Whether to keep non-finite numbers, and objects of other types, which a YAML dumper rejects. Otherwise
+            such a number becomes None, and such an object its string representation.
     """
     if isinstance(value, Enum):
         return str(value)
@@ -37,7 +37,7 @@ def plain(value: Any, *, for_yaml: bool = False) -> Any:
 
 
 def is_plain(value: object) -> bool:
-    """Return whether a value consists of exactly the types of JSON: it can be compared, copied, pickled and written."""
+    """Return whether a value consists only of JSON types, so that it can be compared, copied, pickled and written."""
     if isinstance(value, dict):
         return all(isinstance(key, str) and is_plain(item) for key, item in value.items())
     if isinstance(value, list | tuple):

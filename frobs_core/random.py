@@ -1,8 +1,8 @@
-"""Random numbers that depend on nothing but an environment's seed, its episode, its step and a stream's name.
+"""Random numbers that depend only on an environment's seed, episode and step, and on the name of a stream.
 
-The source is counter-based: Philox 4×32 with 10 rounds (Salmon, Moraes, Dror, Shaw: "Parallel random numbers:
-as easy as 1, 2, 3", SC 2011). So one call serves all environments, and neither their number nor how often another
-stream is drawn changes what an environment gets.
+The generator is counter-based: Philox 4×32 with 10 rounds (Salmon, Moraes, Dror, Shaw: "Parallel random numbers: as
+easy as 1, 2, 3", SC 2011). A single call therefore serves all environments. The numbers of an environment do not depend
+on the number of environments or on draws from other streams.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from frobs_core.errors import ConfigurationError, ParameterValueError
 
 _LOW = 0xFFFFFFFF
 _FULL = 0xFFFFFFFFFFFFFFFF
-_FEW = 16  # so many blocks are faster one by one in plain Python than in some 150 small NumPy calls
+_FEW = 16  # up to this many blocks, plain Python is faster than some 150 small NumPy calls
 
 Words = npt.NDArray[np.uint64]
-"""Unsigned 32-bit words, held in 64 bits so that products fit."""
+"""Unsigned 32-bit words, stored in 64 bits to leave room for products."""
 
 
 def philox4x32(counter: Sequence[Any], key: Sequence[Any]) -> tuple[Any, Any, Any, Any]:
-    """Return Philox 4×32-10 of whole numbers, or of broadcastable arrays of :data:`Words`.
+    """Compute Philox 4×32-10 of integers, or of broadcastable arrays of :data:`Words`.
 
     Args:
         counter: Four 32-bit words.
@@ -53,7 +53,7 @@ def _stream_number(stream: str) -> int:
 
 
 def _mix(x: Words) -> Words:
-    """Spread neighbouring numbers over 64 bits (the finaliser of SplitMix64, Steele, Lea, Flood 2014)."""
+    """Spread consecutive numbers over 64 bits (the finalizer of SplitMix64, Steele, Lea, Flood 2014)."""
     x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return x ^ (x >> np.uint64(31))
@@ -62,14 +62,14 @@ def _mix(x: Words) -> Words:
 class RandomSource:
     """Streams of random numbers for ``num_envs`` environments.
 
-    What a stream gives depends on the environment's seed, its episode, its step, the stream's name, and how often that
-    stream was drawn in this step.
+    A number depends on the environment's seed, its episode, its step, the stream's name, and the number of previous
+    draws from this stream in the step.
 
     Args:
         num_envs: ≥ 1.
 
     Attributes:
-        clock: Steps so far, in whichever episode; the environment adds 1 at the start of each step.
+        clock: Total number of steps, across episodes. The environment adds 1 at the start of each step.
     """
 
     def __init__(self, num_envs: int) -> None:
@@ -77,27 +77,27 @@ class RandomSource:
         self.clock = 0
         self._seeds: Words = np.zeros(num_envs, np.uint64)
         self._episodes: Words = np.zeros(num_envs, np.uint64)
-        self._begun: Words = np.zeros(num_envs, np.uint64)  # the clock when the episode began
-        self._draws: dict[str, Words] = {}  # how often each stream was drawn in the step of the next line
+        self._begun: Words = np.zeros(num_envs, np.uint64)  # value of the clock at the start of the episode
+        self._draws: dict[str, Words] = {}  # number of draws of each stream, in the step stored in the next line
         self._drawn_at = 0
         self._keys: dict[str, Words] = {}
 
     def seed(self, seeds: Sequence[int] | Words, mask: Mask | None = None) -> None:
-        """Give the n environments of ``mask`` seeds (taken modulo 2⁶⁴); their next episode is number 0.
+        """Set the seeds of the n environments of ``mask`` (modulo 2⁶⁴). Their next episode is number 0.
 
         Raises:
-            ConfigurationError: There are not n seeds.
+            ConfigurationError: The number of seeds is not n.
         """
         rows = rows_of(mask)
         n = len(self._seeds[rows])
         if len(seeds) != n:
             raise ParameterValueError("number of seeds", len(seeds), f"{n}, one for each environment")
         self._seeds[rows] = np.array([int(seed) & _FULL for seed in seeds], np.uint64)
-        self._episodes[rows] = _LOW  # begin_episode counts up to 0
+        self._episodes[rows] = _LOW  # begin_episode increments this to 0
         self._keys.clear()
 
     def begin_episode(self, mask: Mask | None = None) -> None:
-        """Count an episode, and start at step 0 of it."""
+        """Increment the episode number and return to step 0."""
         rows = rows_of(mask)
         self._episodes[rows] = (self._episodes[rows] + 1) & _LOW
         self._begun[rows] = self.clock
@@ -112,13 +112,13 @@ class RandomSource:
         shape: tuple[int, ...] = (),
         mask: Mask | None = None,
     ) -> Floats:
-        """Draw from [low, high); rounding may give ``high`` once in 10¹⁵ draws.
+        """Draw from [low, high). Rounding may return ``high`` once in 10¹⁵ draws.
 
         Args:
-            stream: Name of what is drawn: ``"goal"``.
+            stream: Name of the stream: ``"goal"``.
             low: Broadcasts to (n, …shape).
             high: Broadcasts to (n, …shape).
-            shape: Of one environment's numbers.
+            shape: Shape of the numbers of one environment.
             mask: The n environments.
 
         Returns:
@@ -134,38 +134,38 @@ class RandomSource:
         shape: tuple[int, ...] = (),
         mask: Mask | None = None,
     ) -> Floats:
-        """Draw from a normal distribution; the arguments are those of :meth:`uniform`."""
-        pairs = self._unit(stream, (2, *shape), mask)  # Box and Muller 1958
+        """Draw from a normal distribution. The arguments are those of :meth:`uniform`."""
+        pairs = self._unit(stream, (2, *shape), mask)  # Box and Muller, 1958
         return mean + std * np.sqrt(-2.0 * np.log1p(-pairs[:, 0])) * np.cos(2.0 * np.pi * pairs[:, 1])
 
     def integers(
         self, stream: str, low: int, high: int, shape: tuple[int, ...] = (), mask: Mask | None = None
     ) -> npt.NDArray[np.int64]:
-        """Draw whole numbers from [low, high); (n, …shape) int64.
+        """Draw integers from [low, high), (n, …shape) int64.
 
         Raises:
-            ConfigurationError: There is no whole number in [low, high).
+            ConfigurationError: [low, high) does not contain an integer.
         """
         if low >= high:
-            raise ConfigurationError(f"stream '{stream}': there is no whole number in [{low}, {high}).")
+            raise ConfigurationError(f"stream '{stream}': [{low}, {high}) does not contain a whole number.")
         return low + np.floor((high - low) * self._unit(stream, shape, mask)).astype(np.int64)
 
     @property
     def episodes(self) -> Words:
-        """(num_envs,) the episode that each environment is in, from 0 after it was seeded."""
+        """(num_envs,) current episode of each environment, counted from 0 after seeding."""
         return self._episodes
 
     @property
     def steps(self) -> Words:
-        """(num_envs,) the step of its episode that each environment is in, 0 at the reset."""
+        """(num_envs,) current step of each environment within its episode, 0 at the reset."""
         return np.uint64(self.clock) - self._begun
 
     def snapshot(self) -> dict[str, npt.NDArray[np.uint64]]:
-        """Return the complete state between two steps."""
+        """Return the complete state between steps."""
         return {"seeds": self._seeds.copy(), "episodes": self._episodes.copy(), "steps": self.steps}
 
     def restore(self, snapshot: dict[str, npt.NDArray[np.uint64]]) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._seeds[:], self._episodes[:] = snapshot["seeds"], snapshot["episodes"]
         self.clock = int(snapshot["steps"].max(initial=0))
         self._begun[:] = np.uint64(self.clock) - snapshot["steps"]
@@ -173,7 +173,7 @@ class RandomSource:
         self._keys.clear()
 
     def _key(self, stream: str) -> Words:
-        """Return the key of each environment for a stream; (2, num_envs)."""
+        """Return the key of each environment for a stream, (2, num_envs)."""
         key = self._keys.get(stream)
         if key is None:
             mixed = _mix(self._seeds + np.uint64(_stream_number(stream)))
@@ -181,7 +181,7 @@ class RandomSource:
         return key
 
     def _unit(self, stream: str, shape: tuple[int, ...], mask: Mask | None) -> Floats:
-        """Draw from [0, 1) with 53 bits; (n, *shape)."""
+        """Draw from [0, 1) with 53 bits, (n, *shape)."""
         rows = rows_of(mask)
         if self._drawn_at != self.clock:
             self._draws.clear()
@@ -204,7 +204,7 @@ class RandomSource:
 
 
 def _fractions(words: Sequence[Any]) -> tuple[Any, Any]:
-    """Make two numbers in [0, 1) of four words: 53 of 64 bits each."""
+    """Convert four words into two numbers in [0, 1), with 53 bits each."""
     w0, w1, w2, w3 = words
     unit = 1.0 / 9007199254740992.0  # 2⁻⁵³
     return ((w0 >> 5) * 67108864 + (w1 >> 6)) * unit, ((w2 >> 5) * 67108864 + (w3 >> 6)) * unit

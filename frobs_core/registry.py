@@ -1,7 +1,7 @@
-"""Registering the Gymnasium IDs of all plugins: strings only, nothing is imported.
+"""Registration of the Gymnasium IDs of all plugins. It only handles strings and imports nothing.
 
-An ID that two distributions offer is registered for neither: asking for it raises an error that names both, and
-each stays reachable with its distribution as the namespace (``"frobs-tasks-reach/frobs.Irb120Reach-v0"``).
+If two distributions provide the same ID, it is not registered, and requesting it raises an error that names both. Each
+remains available with its distribution as the namespace (``"frobs-tasks-reach/frobs.Irb120Reach-v0"``).
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from frobs_core.plugins.report import PluginReport
 from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 COMPOSITIONAL_ID = "frobs/Env-v0"
-"""The ID that is given its robot, task, controller and simulator as keywords."""
+"""ID whose robot, task, controller and simulator are keywords."""
 
 _SINGLE = "frobs_core.env:RobotEnv"
 _VECTOR = "frobs_core.vector_env:RobotVectorEnv"
 _CLASH = "frobs_core.registry:raise_clash"
 
-_registered: dict[str, EnvSpec] = {}  # known again even when a user has changed, say, its max_episode_steps
+_registered: dict[str, EnvSpec] = {}  # also recognized if a user has changed, for example, max_episode_steps
 
 
 @dataclass
@@ -48,9 +48,9 @@ class _Table:
 
 
 def register_environments() -> None:
-    """Register every environment record and ``frobs/Env-v0``; twice is harmless.
+    """Register every environment record and ``frobs/Env-v0``. Calling it again has no effect.
 
-    An ID that cannot be registered is logged in one line and listed by :func:`problems`; the others are registered.
+    If an ID cannot be registered, one line is logged and :func:`problems` lists it. The other IDs are still registered.
 
     Raises:
         PluginLoadError: A plugin is broken, and ``FROBS_STRICT_PLUGINS`` is set.
@@ -74,21 +74,21 @@ def register_environments() -> None:
 
 
 def environments() -> Mapping[str, tuple[TaskRecord, EnvironmentRecord]]:
-    """Return the IDs of all plugins that can be made, with what they stand for."""
+    """Return the available IDs of all plugins with their records."""
     return dict(sorted(_table(plugins.active()).environments.items()))
 
 
 def problems() -> Mapping[str, str]:
-    """Return the IDs of plugins that cannot be made, each with a line that says why."""
+    """Return the unavailable IDs of plugins, each with the reason in one line."""
     return dict(_table(plugins.active()).problems)
 
 
 def find_environment(id: str) -> tuple[TaskRecord, EnvironmentRecord]:
-    """Return what an ID stands for; the form ``frobs_core:frobs/…`` is understood.
+    """Return the record of an ID. The form ``frobs_core:frobs/…`` is also accepted.
 
     Raises:
-        UnknownNameError: No plugin offers it.
-        AmbiguousNameError: Two distributions offer it.
+        UnknownNameError: No plugin provides it.
+        AmbiguousNameError: Two distributions provide it.
     """
     collection = plugins.active()
     table = _table(collection)
@@ -103,19 +103,19 @@ def find_environment(id: str) -> tuple[TaskRecord, EnvironmentRecord]:
 
 
 def bare_id(id: str) -> str:
-    """Return an ID without the module of its self-importing form: ``"frobs_core:frobs/…"`` → ``"frobs/…"``."""
+    """Return an ID without the module prefix of its self-importing form: ``"frobs_core:frobs/…"`` → ``"frobs/…"``."""
     return id.rpartition(":")[2]
 
 
 def find_spec(id: str) -> EnvSpec:
-    """Return Gymnasium's record of an ID, of FRobs or of any other package.
+    """Return Gymnasium's record of an ID, whether it belongs to FRobs or to another package.
 
     Args:
         id: The ID; ``"module:ID"`` imports the module first.
 
     Raises:
         UnknownNameError: No such ID; suggests the closest match.
-        AmbiguousNameError: Two distributions offer it.
+        AmbiguousNameError: Two distributions provide it.
         ConfigurationError: The module cannot be imported.
     """
     module, _, name = id.rpartition(":")
@@ -137,35 +137,35 @@ def find_spec(id: str) -> EnvSpec:
 
 
 def pretrained_ids() -> list[str]:
-    """Return the IDs that come with a trained policy, sorted."""
+    """Return the IDs that have a trained policy, sorted."""
     return [id for id, (_, record) in environments().items() if record.pretrained]
 
 
 def pretrained_path(id: str) -> Path:
-    """Return the policy bundle that comes with an ID.
+    """Return the trained policy of an ID.
 
     Args:
-        id: The ID; the form ``frobs_core:frobs/…`` is understood.
+        id: The ID; the form ``frobs_core:frobs/…`` is also accepted.
 
     Raises:
         UnknownNameError: No such ID.
-        RunError: No trained policy comes with it.
-        PluginError: The record names a file of a package that is not installed.
+        RunError: The ID has no trained policy.
+        PluginError: The record names a file in a package that is not installed.
     """
     name = bare_id(id)
     known = environments()
     if name not in known and name not in gym.registry:
-        find_environment(name)  # reports what exists
+        find_environment(name)  # raises an error that lists the existing IDs
     if name not in known or not known[name][1].pretrained:
         others = pretrained_ids()
         raise RunError(
-            f"no trained policy comes with {name}; train one with 'frobs train {name}'. "
+            f"{name} has no trained policy; train one with 'frobs train {name}'. "
             + (f"IDs with one: {', '.join(others)}." if others else "No installed ID has one.")
         )
     package, _, path = known[name][1].pretrained.partition(":")
     try:
         spec = importlib.util.find_spec(package)
-    except (ImportError, ValueError):  # not the name of a module
+    except (ImportError, ValueError):  # not a module name
         spec = None
     folders = [Path(folder) for folder in (spec.submodule_search_locations or [])] if spec else []
     if not folders or not path:
@@ -177,7 +177,7 @@ def pretrained_path(id: str) -> Path:
 
 
 def raise_clash(id: str, distributions: Sequence[str], **_: Any) -> NoReturn:
-    """Stand in for an ID that two distributions offer.
+    """Raise the error for an ID that two distributions provide.
 
     Raises:
         AmbiguousNameError: Always.
@@ -200,7 +200,7 @@ def _table(collection: Plugins) -> _Table:
             table.clashes[id] = [report.origin for report, _, _ in offered]
             ways = [_qualified(id, report.distribution) for report, _, _ in offered]
             table.problems[id] = (
-                f"environment ID '{id}' is offered by {' and by '.join(table.clashes[id])}; "
+                f"environment ID '{id}' is provided by {' and by '.join(table.clashes[id])}; "
                 f"it is registered as {' and as '.join(repr(way) for way in ways)}"
             )
         for report, task, environment in offered:
@@ -229,9 +229,9 @@ def _add(table: _Table, report: PluginReport, task_name: str, task: TaskRecord, 
         spec = _spec(environment.id, environment.max_episode_steps, kwargs)
         there = gym.registry.get(spec.id)
         if spec.id in table.specs:
-            problem = "another environment of FRobs has this ID"
+            problem = "another environment of FRobs uses this ID"
         elif there is not None and there is not _registered.get(spec.id) and there != spec:
-            problem = "it is registered already, by somebody else"
+            problem = "another package has already registered it"
     if problem:
         origin = f"plugin '{report.name}' of {report.origin}"
         line = f"environment ID '{environment.id}' of {origin} is not registered: {problem}"
@@ -246,13 +246,13 @@ def _spec(id: str, max_episode_steps: int, kwargs: dict[str, Any]) -> EnvSpec:
 
 
 def _problem(environment: EnvironmentRecord) -> str:
-    """Return why Gymnasium could not work with an environment record, or an empty string."""
+    """Return why Gymnasium could not use an environment record, or an empty string."""
     try:
         parsed = parse_env_id(environment.id)
     except (gym.error.Error, TypeError):
-        return "an ID looks like 'namespace/Name-v0'"
+        return "an ID must have the form 'namespace/Name-v0'"
     if parsed[2] is None or get_env_id(*parsed) != environment.id or ":" in environment.id:
-        return "an ID looks like 'namespace/Name-v0', with a version and no colon"
+        return "an ID must have the form 'namespace/Name-v0', with a version and without a colon"
     if type(environment.max_episode_steps) is not int or environment.max_episode_steps < 1:
         return f"max_episode_steps is {environment.max_episode_steps!r}, not a whole number ≥ 1"
     for name in ("robot", "controller", "simulator"):
@@ -261,12 +261,10 @@ def _problem(environment: EnvironmentRecord) -> str:
     if not isinstance(environment.pretrained, str):
         return f"pretrained is {environment.pretrained!r}, not 'package:path.frobs'"
     if not isinstance(environment.parameters, Mapping):
-        return "its parameters are no mapping"
+        return "its parameters are not a mapping"
     for name, value in environment.parameters.items():
         if not is_plain(value):
-            return (
-                f"parameter '{name}' is a {type(value).__name__}; numbers, strings, lists and dictionaries can travel"
-            )
+            return f"parameter '{name}' is a {type(value).__name__}; use numbers, strings, lists and dictionaries"
         if name in ("task", "robot", "controller", "simulator"):
             return f"parameter '{name}' is a field of the record"
     return ""

@@ -1,4 +1,4 @@
-"""The configuration of one robot of an environment: which robot, how it is changed, and what controls it."""
+"""Configuration of one robot of an environment: the robot, changes to it, and its controllers."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ AnyRecord = TypeVar("AnyRecord", bound=Record)
 
 BASES = ("fixed", "floating", "wheeled")
 
-_NEAR = 0.005  # [m] above the lowest point: what is lower stands on the floor
-_TOUCHING = 1e-3  # [m] from the floor: what is nearer stays where it is
+_NEAR = 0.005  # [m] above the lowest point: links below this height are on the floor
+_TOUCHING = 1e-3  # [m] from the floor: bases closer than this are not moved
 _MODEL_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
 
 
@@ -48,19 +48,20 @@ class RobotConfig:
     Args:
         robot: Name of the robot, path of a URDF, xacro or MJCF file, or a description. ``"ARM+TOOL"`` attaches a tool, by
             its name, to the tool center point of an arm: ``"irb120+parallel_gripper"``.
-        controller: Name of the controller of the robot's first joint group, or a record; or a mapping from joint group to
-            name, in which None leaves a group without a controller. Groups you omit use the robot's default controllers.
-        controller_kwargs: Keywords of the controller; where ``controller`` is a mapping, keywords by joint group.
+        controller: Name of the controller of the robot's first joint group, or a record; or a mapping from joint group
+            to name, in which None leaves a group without a controller. Groups you omit use the robot's default
+            controllers.
+        controller_kwargs: Keywords of the controller. If ``controller`` is a mapping, keywords by joint group.
         robot_args: Arguments of the robot's xacro file.
-        package_paths: Folders of the ROS packages that the robot's file names, by package name.
+        package_paths: Folders of the ROS packages that the robot's file refers to, by package name.
         home: Rest position by joint name [rad or m]; joints you omit keep the robot's own.
-        tcp: Link that is the tool center point; None: the robot's own.
+        tcp: Link that serves as the tool center point; None: the robot's default.
         sensors: Sensor overrides, by name; see :mod:`frobs_core.sensors`.
-        base: ``"fixed"``, ``"floating"`` or ``"wheeled"``; None: the robot's own.
-        differential_drive: Wheels of a robot whose description names none, with the fields of
-            :class:`~frobs_core.interfaces.DifferentialDrive`. The base is then wheeled, and links other than the wheels that
-            stand on the floor glide without friction.
-        pose: Base pose in the world: ``{"pos": [x, y, z], "rpy": [roll, pitch, yaw]}`` [m, rad]; None: the task's.
+        base: ``"fixed"``, ``"floating"`` or ``"wheeled"``; None: the robot's default.
+        differential_drive: Wheels of a robot whose description does not define them, with the fields of
+            :class:`~frobs_core.interfaces.DifferentialDrive`. The base is then wheeled, and other links on the floor
+            glide without friction.
+        pose: Base pose in the world: ``{"pos": [x, y, z], "rpy": [roll, pitch, yaw]}`` [m, rad]; None: the task's pose.
     """
 
     robot: str | Robot = ""
@@ -80,13 +81,13 @@ class RobotConfig:
         """Return the configuration for one entry of an environment's ``robots``.
 
         Args:
-            name: Of the robot in the environment.
+            name: Name of the robot in the environment.
             value: Name of a robot, path of a model file, a description, or a mapping with the fields of this class.
-            defaults: Fields that an entry may leave out.
+            defaults: Values for fields that the entry does not set.
 
         Raises:
-            UnknownParameterError: The mapping has a key that is no field.
-            ParameterValueError: The value has another type.
+            UnknownParameterError: The mapping has an unknown key.
+            ParameterValueError: The value has the wrong type.
         """
         if isinstance(value, str | Robot):
             value = {"robot": value}
@@ -99,11 +100,11 @@ class RobotConfig:
         return cls(**{**defaults, **value})
 
     def describe(self) -> Robot:
-        """Return the description of the robot, with all changes.
+        """Return the description of the robot with all changes applied.
 
         Raises:
-            UnknownNameError: No plugin offers the name, or the robot has no such sensor.
-            MissingSettingError: No robot is named.
+            UnknownNameError: No plugin provides the name, or the robot has no such sensor.
+            MissingSettingError: The robot is missing.
             ConfigurationError: A sensor setting cannot be used.
         """
         description = _look_up(self.robot)
@@ -131,7 +132,7 @@ class RobotConfig:
                 raise UnknownParameterError("differential_drive", str(key), known)
         missing = [key for key in required if key not in given]
         if missing:
-            raise MissingSettingError("differential_drive", ", ".join(missing), f"give all of {', '.join(known)}")
+            raise MissingSettingError("differential_drive", ", ".join(missing), f"set all of {', '.join(known)}")
         numbers: dict[str, Any] = {
             key: positive(f"differential_drive.{key}", value)
             for key, value in given.items()
@@ -150,20 +151,21 @@ class RobotConfig:
         return DifferentialDrive(left=wheels["left"], right=wheels["right"], **numbers)
 
     def place(self, robot: Robot, model: RobotModel, pose: Pose, *, on_floor: bool) -> tuple[Robot, Pose]:
-        """Return the description of the robot as it stands in the scene, and the base pose in the world.
+        """Return the description of the robot as placed in the scene, and the base pose in the world.
 
-        Without ``pose``, a base that moves keeps the root pose of its file, and its lowest point is put on the floor.
+        If ``pose`` is omitted, a movable base keeps the root pose of its file, and its lowest point is put on the
+        floor.
 
         Args:
-            robot: The description.
+            robot: Description of the robot.
             model: Its model.
             pose: Base pose of the task.
             on_floor: Whether there is a floor at z = 0.
 
         Raises:
             UnknownParameterError: ``pose`` has a key other than ``pos`` and ``rpy``.
-            ParameterValueError: They are not three finite numbers each.
-            UnknownNameError: A wheel is no actuated joint.
+            ParameterValueError: A value does not consist of three finite numbers.
+            UnknownNameError: A wheel is not an actuated joint.
         """
         pose = self.base_pose(pose)
         if robot.base == "fixed":
@@ -185,10 +187,10 @@ class RobotConfig:
         """Return the controller of each joint group with its keywords, in the order of the groups.
 
         Args:
-            robot: The description.
+            robot: Description of the robot.
 
         Raises:
-            UnknownNameError: A name is none of a controller, or of a joint group of the robot.
+            UnknownNameError: A controller or joint group does not exist.
             MissingSettingError: No group has a controller.
         """
         groups = list(robot.groups) or [ALL]
@@ -217,7 +219,7 @@ class RobotConfig:
 
         Raises:
             UnknownParameterError: ``pose`` has a key other than ``pos`` and ``rpy``.
-            ParameterValueError: They are not three finite numbers each.
+            ParameterValueError: A value does not consist of three finite numbers.
         """
         if self.pose is None:
             return default
@@ -260,7 +262,7 @@ def _links_of_wheels(robot: str, drive: DifferentialDrive, model: RobotModel) ->
 
 
 def find_record(cls: type[AnyRecord], kind: str, part: str | Record) -> AnyRecord:
-    """Return a record by its name, or as it was given.
+    """Return a record by its name. A record is returned unchanged.
 
     Args:
         cls: Class of the record.
@@ -268,7 +270,7 @@ def find_record(cls: type[AnyRecord], kind: str, part: str | Record) -> AnyRecor
         part: Name or record.
 
     Raises:
-        UnknownNameError: No plugin offers the name.
+        UnknownNameError: No plugin provides the name.
         ParameterValueError: It is neither a name nor such a record.
     """
     record = plugins.get_record(kind, part) if isinstance(part, str) else part

@@ -1,6 +1,6 @@
-"""Rotations in batches: quaternions scalar first, matrices (…, 3, 3), angles in [rad].
+"""Batched rotations: quaternions with the scalar first, matrices (…, 3, 3), angles in [rad].
 
-Leading dimensions broadcast. Row *i* of a result does not depend on how many rows there are: only elementwise
+Leading dimensions broadcast. Row *i* of a result does not depend on the number of rows, because only elementwise
 functions and sums over the last axis are used.
 """
 
@@ -18,7 +18,7 @@ Number = TypeVar("Number", float, Floats)
 
 
 def quat_multiply(first: npt.ArrayLike, second: npt.ArrayLike) -> Floats:
-    """Return the rotation that does ``second``, then ``first``.
+    """Return the rotation that applies ``second``, then ``first``.
 
     Args:
         first: (…, 4)
@@ -50,7 +50,7 @@ def quat_rotate(quat_wxyz: npt.ArrayLike, vector: npt.ArrayLike) -> Floats:
 
 
 def cross(first: Floats, second: Floats) -> Floats:
-    """Return cross products, with the bits of ``np.cross``, which takes several times as long.
+    """Return cross products that are bit-identical to those of ``np.cross``, which is several times slower.
 
     Args:
         first: (…, 3)
@@ -59,21 +59,21 @@ def cross(first: Floats, second: Floats) -> Floats:
     Returns:
         (…, 3)
     """
-    if first.size == second.size == 3:  # for a single one, Python's own floats are faster; they round alike
+    if first.size == second.size == 3:  # for single vectors, Python floats are faster; they round identically
         products: Floats = np.array(cross_components(*first.ravel().tolist(), *second.ravel().tolist()))
         return products.reshape(np.broadcast_shapes(first.shape, second.shape))
     return np.stack(cross_components(*_columns(first), *_columns(second)), axis=-1)
 
 
 def cross_components(a: Number, b: Number, c: Number, p: Number, q: Number, r: Number) -> tuple[Number, Number, Number]:
-    """Return the cross product of (a, b, c) and (p, q, r); floats are faster than arrays for a single one."""
+    """Return the cross product of (a, b, c) and (p, q, r). For a single one, floats are faster than arrays."""
     return b * r - c * q, c * p - a * r, a * q - b * p
 
 
 def multiply_components(
     w1: Number, x1: Number, y1: Number, z1: Number, w2: Number, x2: Number, y2: Number, z2: Number
 ) -> tuple[Number, Number, Number, Number]:
-    """Return w, x, y, z of the product of two quaternions; floats are faster than arrays for a single one.
+    """Return w, x, y, z of the product of two quaternions. For a single one, floats are faster than arrays.
 
     Args:
         w1: (…) scalar part of the first quaternion.
@@ -96,7 +96,7 @@ def multiply_components(
 def rotate_components(
     w: Number, x: Number, y: Number, z: Number, a: Number, b: Number, c: Number
 ) -> tuple[Number, Number, Number]:
-    """Rotate the vector (a, b, c) by a unit quaternion; floats are faster than arrays for a single one.
+    """Rotate the vector (a, b, c) by a unit quaternion. For a single one, floats are faster than arrays.
 
     Args:
         w: (…) scalar part of the quaternion.
@@ -112,9 +112,9 @@ def rotate_components(
 
 
 def rpy_from_quat(quat_wxyz: npt.ArrayLike) -> tuple[float, float, float]:
-    """Return roll, pitch and yaw about fixed axes [rad], exact also where the pitch is ±90°: the roll is then 0.
+    """Return roll, pitch and yaw about fixed axes [rad]. The result is exact even at a pitch of ±90°, where roll is 0.
 
-    The yaw is computed from what the roll leaves over, so that errors of the roll near ±90° cancel.
+    The yaw is computed from the rotation that remains after the roll, so that errors of the roll near ±90° cancel.
 
     Args:
         quat_wxyz: (4,), of length 1.
@@ -216,7 +216,7 @@ def matrix_from_quat(quat_wxyz: npt.ArrayLike) -> Floats:
 
 
 def quat_difference(target: npt.ArrayLike, current: npt.ArrayLike) -> Floats:
-    """Return the shortest rotation from ``current`` to ``target``, as a vector in the common outer frame.
+    """Return the shortest rotation from ``current`` to ``target``, as a vector in their common reference frame.
 
     Args:
         target: (…, 4), of length 1.

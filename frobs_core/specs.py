@@ -1,4 +1,4 @@
-"""The frozen records that plugins offer: what is listed without importing anything heavy."""
+"""Immutable records that plugins provide. They can be listed without importing anything heavy."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from frobs_core.install_hints import local_install_hint
 
 @dataclass(frozen=True, kw_only=True)
 class Record:
-    """What all kinds have in common.
+    """Common fields of all records.
 
     Attributes:
-        name: What users write: lower case, digits and underscores.
+        name: Name that users write: lowercase letters, digits and underscores.
         summary: One line for lists.
-        entry_point: ``"module:attribute"`` of the implementation, imported when it is first used.
+        entry_point: ``"module:attribute"`` of the implementation, imported on first use.
         install_hint: The command that installs what the implementation needs.
     """
 
@@ -32,7 +32,7 @@ class Record:
         """Import and return the implementation.
 
         Raises:
-            PluginError: The module or the attribute is missing, or fails to import.
+            PluginError: The module or the attribute is missing or cannot be imported.
         """
         module, _, attribute = self.entry_point.partition(":")
         try:
@@ -51,14 +51,14 @@ class SimulatorRecord(Record):
     """A simulator; ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Simulation`.
 
     Attributes:
-        capabilities: Level of each thing it can do; what is absent is unsupported.
+        capabilities: Support level of each capability; missing ones are unsupported.
     """
 
     capabilities: Mapping[str, Level]
 
     @property
     def is_paced(self) -> bool:
-        """Whether the world moves on by itself and ``step`` waits for it: the simulator has the ability ``real_time``."""
+        """Whether the world runs by itself and ``step`` waits for it (ability ``real_time``)."""
         return bool(self.capabilities.get("real_time", Level.UNSUPPORTED))
 
 
@@ -72,8 +72,8 @@ class ControllerRecord(Record):
     """A controller; ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Controller`.
 
     Attributes:
-        needs: Lowest level of each capability that it needs.
-        control_timestep: Between two of its actions where nobody says [s]; None: the task's own.
+        needs: Minimum level of each capability that it requires.
+        control_timestep: Default time between two of its actions [s]; None: the task's default.
     """
 
     needs: Mapping[str, Level] = field(default_factory=dict)
@@ -82,18 +82,18 @@ class ControllerRecord(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class EnvironmentRecord:
-    """A Gymnasium ID: a task with a robot, and what its constructor is given by default.
+    """A Gymnasium ID: a task with a robot, and default keywords of the environment.
 
     Attributes:
-        id: ``"frobs/Irb120Reach-v0"``; a change of its behaviour raises the version.
+        id: ``"frobs/Irb120Reach-v0"``. Changes to its behavior increment the version.
         summary: One line for lists.
-        robot: Name of the robot; empty: whoever makes the environment says which.
+        robot: Name of the robot; empty: the user must choose one.
         controller: Name of the controller.
         max_episode_steps: Control steps before truncation.
         simulator: Name of the simulator.
-        parameters: Further keywords of :class:`frobs_core.env.RobotEnv`.
-        pretrained: A policy bundle that comes with it, as ``frobs export`` writes one: ``"package:path.frobs"``; empty:
-            there is none.
+        parameters: Additional keywords of :class:`frobs_core.env.RobotEnv`.
+        pretrained: Policy bundle that ships with it, in the format of ``frobs export``: ``"package:path.frobs"``;
+            empty: none.
     """
 
     id: str
@@ -111,8 +111,8 @@ class TaskRecord(Record):
     """A task; ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Task`.
 
     Attributes:
-        needs: Lowest level of each capability that it needs.
-        arrays: The array libraries that its terms accept.
+        needs: Minimum level of each capability that it requires.
+        arrays: Array libraries that its terms accept.
         environments: The Gymnasium IDs that it registers.
     """
 
@@ -126,19 +126,20 @@ class AlgorithmRecord(Record):
     """An algorithm; ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Algorithm`.
 
     Attributes:
-        action_spaces: The Gymnasium spaces that it can act in: ``"Box"``, ``"Discrete"``, …
-        tuned: Configuration files that were tuned, by environment ID: ``"package:path.yaml"``.
-        search_space: What ``frobs tune`` varies where it is told nothing else: ``"package:path.yaml"``; empty: nothing.
-        config_files: Other layouts of YAML files that ``frobs train --config`` takes: a dotted key by which such a file
-            is known, and the ``"module:function"`` that is called with the file's mapping, the algorithm's name and the
-            path, and returns keys of a run's configuration and one line on what has no place there.
-        model_files: Files of trained models that ``frobs evaluate --model`` takes: a suffix (``".zip"``), and the
-            ``"module:function"`` that is called with the path, the environment's observation space and action space,
-            the algorithm's name or None, and whether the file is trusted, and returns what has the spaces and
-            ``predict`` of an algorithm, and the environment steps that it had trained for.
-        exact_resume: Whether a training that is saved, loaded and continued equals an uninterrupted one. If not, a run
-            says so when it is resumed.
-        reproducible: Whether the same seed learns the same. An algorithm that learns while its environments run does not.
+        action_spaces: Supported Gymnasium action spaces: ``"Box"``, ``"Discrete"``, …
+        tuned: Tuned configuration files, by environment ID: ``"package:path.yaml"``.
+        search_space: Default search space of ``frobs tune``: ``"package:path.yaml"``; empty: none.
+        config_files: Additional YAML formats for ``frobs train --config``: a dotted key that identifies such a file,
+            and a ``"module:function"``. The function receives the file's mapping, the algorithm's name and the path. It
+            returns keys of a run's configuration and one line about settings that have no equivalent.
+        model_files: File formats of trained models for ``frobs evaluate --model``: a suffix (``".zip"``), and a
+            ``"module:function"``. The function receives the path, the environment's observation space and action space,
+            the algorithm's name or None, and whether the file is trusted. It returns an object with the spaces and the
+            ``predict`` method of an algorithm, and the number of environment steps it was trained for.
+        exact_resume: Whether a training run that is saved, loaded and continued equals an uninterrupted one. If not, a
+            message says so when the run is resumed.
+        reproducible: Whether training with the same seed gives the same result. It does not for an algorithm that learns
+            while its environments are stepped.
     """
 
     action_spaces: tuple[str, ...] = ("Box",)
@@ -152,13 +153,13 @@ class AlgorithmRecord(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class AbilityRecord(Record):
-    """An ability that a plugin adds to those of the core: something that a simulator may be able to do.
+    """An additional ability that simulators may have, defined by a plugin.
 
-    Simulators declare it in their ``capabilities``; tasks, controllers, sensors and parameters may need it.
+    Simulators declare it in their ``capabilities``; tasks, controllers, sensors and parameters can require it.
 
     Attributes:
-        entry_point: Empty: an ability has no implementation of its own.
-        methods: Methods that the class of a simulator with this ability defines.
+        entry_point: Empty, because an ability has no implementation of its own.
+        methods: Methods that simulators with this ability implement.
     """
 
     entry_point: str = ""
@@ -169,19 +170,19 @@ class AbilityRecord(Record):
 class SensorTypeRecord(Record):
     """A type of sensor; ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Sensor`.
 
-    Its name is what ``type`` means in the sensor settings of an environment.
+    Use its name as ``type`` in the sensor settings of an environment.
     """
 
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterRecord(Record):
-    """A physical parameter that can be randomized, of simulators with an ability.
+    """A physical parameter that can be randomized on simulators with a certain ability.
 
-    Such a simulator lists the targets in ``parameter_targets``, and reads and writes the parameter, (num_envs,) for each
+    Such a simulator lists the targets in ``parameter_targets``. It reads and writes the parameter, (num_envs,) for each
     target, with ``parameter`` and ``write_parameter``.
 
     Attributes:
-        entry_point: Empty: the simulator implements it.
+        entry_point: Empty, because the simulator implements it.
         ability: Ability that a simulator needs.
     """
 
@@ -203,7 +204,7 @@ EXTENSIONS: Mapping[str, type[Record]] = {
     "sensor_type": SensorTypeRecord,
     "parameter": ParameterRecord,
 }
-"""What else a plugin may offer: additions to the contracts."""
+"""Other records that a plugin may provide: extensions of the contracts."""
 
 RECORDS: Mapping[str, type[Record]] = {**KINDS, **EXTENSIONS}
-"""All that a plugin may offer."""
+"""All records that a plugin may provide."""

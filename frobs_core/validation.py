@@ -1,4 +1,4 @@
-"""Checks of settings and parameters: mappings against pydantic models, and single values."""
+"""Validation of settings: mappings against pydantic models, and single values."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ Model = TypeVar("Model", bound="BaseModel")
 
 
 def validate(model: type[Model], settings: Mapping[str, Any], owner: str) -> Model:
-    """Build a model from settings.
+    """Validate settings and return them as a model.
 
     Args:
         model: A pydantic model that forbids extra keys.
-        settings: Where it is a :class:`frobs_core.yaml.ConfigMapping`, errors name file and line.
-        owner: What the settings are for: ``"algorithm 'ppo'"``.
+        settings: If this is a :class:`frobs_core.yaml.ConfigMapping`, errors contain the file and line.
+        owner: Object that the settings are for: ``"algorithm 'ppo'"``.
 
     Returns:
         The model.
 
     Raises:
         UnknownParameterError: A key is unknown.
-        ConfigurationError: A value cannot be used.
-        ConfigFileError: Either, where the key was read from a file.
+        ConfigurationError: A value is invalid.
+        ConfigFileError: As above, if the key was read from a file.
     """
     from pydantic import ValidationError
 
@@ -71,7 +71,7 @@ def _explain(owner: str, name: str, problem: Mapping[str, Any]) -> Configuration
 
 
 def finite(name: str, value: Any, unit: str = "") -> float:
-    """Return a parameter that must be a finite number.
+    """Return the value if it is a finite number.
 
     Args:
         name: Name of the parameter, for the message.
@@ -87,7 +87,7 @@ def finite(name: str, value: Any, unit: str = "") -> float:
 
 
 def positive(name: str, value: Any, unit: str = "") -> float:
-    """Return a parameter that must be a finite number above 0; the arguments are those of :func:`finite`.
+    """Return the value if it is a finite number above 0. The arguments are those of :func:`finite`.
 
     Raises:
         ConfigurationError: The value is not such a number.
@@ -98,7 +98,7 @@ def positive(name: str, value: Any, unit: str = "") -> float:
 
 
 def non_negative(name: str, value: Any, unit: str = "") -> float:
-    """Return a parameter that must be a finite number, 0 or above; the arguments are those of :func:`finite`.
+    """Return the value if it is a finite number of at least 0. The arguments are those of :func:`finite`.
 
     Raises:
         ConfigurationError: The value is not such a number.
@@ -109,10 +109,10 @@ def non_negative(name: str, value: Any, unit: str = "") -> float:
 
 
 def whole_number(name: str, value: Any, lowest: int = 0, highest: int | None = None) -> int:
-    """Return a parameter that must be a whole number in [lowest, highest].
+    """Return the value if it is a whole number in [lowest, highest].
 
     Raises:
-        ParameterValueError: It is not.
+        ParameterValueError: The value is not such a number.
     """
     is_whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
     if not is_whole or value < lowest or (highest is not None and value > highest):
@@ -122,10 +122,10 @@ def whole_number(name: str, value: Any, lowest: int = 0, highest: int | None = N
 
 
 def choice(name: str, value: Any, choices: Iterable[str]) -> str:
-    """Return a parameter that must be one of some names.
+    """Return the value if it is one of the given names.
 
     Raises:
-        ConfigurationError: It is not.
+        ConfigurationError: The value is not one of the names.
     """
     known = list(choices)
     if value not in known:
@@ -136,10 +136,10 @@ def choice(name: str, value: Any, choices: Iterable[str]) -> str:
 
 
 def boolean(name: str, value: Any) -> bool:
-    """Return a parameter that must be true or false.
+    """Return the value if it is True or False.
 
     Raises:
-        ConfigurationError: It is not.
+        ConfigurationError: The value is not a boolean.
     """
     if not isinstance(value, bool | np.bool_):
         raise ParameterValueError(name, value, "true or false")
@@ -147,15 +147,15 @@ def boolean(name: str, value: Any) -> bool:
 
 
 def number_list(name: str, value: Any, count: int | None = None) -> tuple[float, ...]:
-    """Return a parameter that must be a list of finite numbers.
+    """Return the value if it is a list of finite numbers.
 
     Args:
-        name: For the message.
-        value: What was given.
-        count: How many there must be; None: at least one.
+        name: Name of the parameter, for the message.
+        value: Value of the parameter.
+        count: Required number of elements; None: at least one.
 
     Raises:
-        ConfigurationError: It is not.
+        ConfigurationError: The value is not such a list.
     """
     given = list(value) if isinstance(value, Iterable) and not isinstance(value, str | bytes | dict) else []
     if not given or count not in (None, len(given)):
@@ -168,7 +168,7 @@ def box(low_name: str, low: Any, high_name: str, high: Any) -> tuple[Floats, Flo
     """Return the corners of a box, (3,) [m] each.
 
     Raises:
-        ConfigurationError: One is not three finite numbers, or the first is not below the second.
+        ConfigurationError: A corner is not three finite numbers, or the first is not below the second.
     """
     lowest, highest = np.array(number_list(low_name, low, 3)), np.array(number_list(high_name, high, 3))
     if not (lowest < highest).all():
@@ -179,14 +179,14 @@ def box(low_name: str, low: Any, high_name: str, high: Any) -> tuple[Floats, Flo
 
 
 def numbers(vector: Floats) -> str:
-    """Return a vector as messages show it: ``(0.5, -0.25, 1)``."""
+    """Format a vector for messages: ``(0.5, -0.25, 1)``."""
     return "(" + ", ".join(f"{number:.4g}" for number in vector) + ")"
 
 
 def _fields(model: type[BaseModel], keys: tuple[int | str, ...]) -> list[str]:
-    """Return the keys that the model takes at a place inside it."""
+    """Return the keys that the model accepts at a nested position."""
     for key in keys:
-        if key not in model.model_fields:  # what pydantic adds for the members of a union
+        if key not in model.model_fields:  # added by pydantic for the members of a union
             continue
         inner = _model_in(model.model_fields[str(key)].annotation)
         if inner is None:
@@ -196,7 +196,7 @@ def _fields(model: type[BaseModel], keys: tuple[int | str, ...]) -> list[str]:
 
 
 def _model_in(annotation: Any) -> type[BaseModel] | None:
-    """Return the model that an annotation is, or that one of its alternatives is."""
+    """Return the model in an annotation, or in one of its alternatives."""
     from pydantic import BaseModel
 
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
@@ -205,7 +205,7 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
 
 
 def _present(settings: object, keys: tuple[int | str, ...]) -> list[str]:
-    """Leave out what pydantic adds for the members of a union; a key that is missing is kept."""
+    """Remove keys that pydantic adds for the members of a union. A missing key is kept."""
     names: list[str] = []
     for key in keys:
         if not isinstance(settings, Mapping | list):

@@ -1,7 +1,7 @@
 """The vector environment: many robots with one task, stepped together, behind Gymnasium's interface.
 
-Environment *i* of a vector that was seeded with *s* equals the single environment that was seeded with *s + i*, bit for
-bit, where the simulator's ``determinism`` is exact.
+If the simulator's ``determinism`` is exact, environment *i* of a vector that was seeded with *s* is bit-identical to
+the single environment that was seeded with *s + i*.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ from frobs_core.validation import whole_number
 class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
     """``num_envs`` robots with one task, stepped together.
 
-    ``info`` follows Gymnasium's vector convention: a key's array, and under ``_key`` for which environments it holds.
-    With same-step autoreset ``final_obs`` and ``final_info`` tell how episodes ended; :attr:`final_observation` has
-    the same observations as one batch, for adapters.
+    ``info`` follows Gymnasium's convention for vectors: an array per key, and a mask of the valid environments under
+    ``_key``. With same-step autoreset, ``final_obs`` and ``final_info`` contain the end of each finished episode.
+    :attr:`final_observation` contains the same observations as one batch, for adapters.
 
     Args:
         num_envs: ≥ 1.
         max_episode_steps: Control steps before truncation; None: never.
         autoreset_mode: Same-step, next-step or disabled.
-        stagger: Whether a reset without ``"reset_mask"`` lets each environment count a random number of steps as taken.
-            Episodes that last until the time limit then end at different times.
-        keywords: Those of :class:`frobs_core.config.EnvConfig`; others are keywords of the task.
+        stagger: Whether a reset without ``"reset_mask"`` starts each environment at a random step count, so that
+            episodes that last until the time limit end at different times.
+        keywords: Fields of :class:`frobs_core.config.EnvConfig`. All others are keywords of the task.
 
     Attributes:
         config: The keywords.
@@ -49,7 +49,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         controller: Controller of its first joint group.
         final_observation: After a step in which episodes ended: (num_envs, …), rows valid where they ended.
         observations: Terms of the observation, with their columns and units.
-        randomization: What is randomised, with the values in force; None: nothing.
+        randomization: The randomization with its current values; None if nothing is randomized.
     """
 
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES)}  # noqa: RUF012 - as Gymnasium declares it
@@ -90,7 +90,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self._stagger = stagger
         self.final_observation: Observation | None = None
         self._elapsed = np.zeros(num_envs, np.int64)
-        self._ended = np.ones(num_envs, np.bool_)  # waiting for a reset
+        self._ended = np.ones(num_envs, np.bool_)  # environments that wait for a reset
         self._none = np.zeros(num_envs, np.bool_)
         self._all = np.ones(num_envs, np.bool_)
         self._seeded = False
@@ -105,15 +105,16 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         """Begin episodes.
 
         Args:
-            seed: s: environment *i* gets s + i; or one for each environment; None: the next episodes of the last seeds.
-            options: Those of the task's ``reset_options``, one for all or one row for each environment; and
-                ``"reset_mask"``, (num_envs,) bool: which environments.
+            seed: s: environment *i* is seeded with s + i. A list: one seed for each environment. None: continue with
+                the next episodes of the last seeds.
+            options: Values for the task's ``reset_options``, one for all or one row for each environment; and
+                ``"reset_mask"``, (num_envs,) bool, which selects the environments.
 
         Returns:
             observations, info
 
         Raises:
-            UnknownParameterError: The task understands no such option.
+            UnknownParameterError: The task does not accept an option.
             ConfigurationError: An option cannot be used.
         """
         given = option_mapping(options)
@@ -145,7 +146,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         return mask
 
     def _reset_info(self, mask: Mask) -> dict[str, Any]:
-        """Return what the info of a reset tells of the environments of ``mask``."""
+        """Return the info of a reset for the environments of ``mask``."""
         if self.randomization is None:
             return {}
         drawn: dict[str, Any] = {}
@@ -183,7 +184,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         """Advance all environments by one control step.
 
         Args:
-            actions: (num_envs, …) in the batched action space; a Box's are clipped to it.
+            actions: (num_envs, …) in the batched action space; Box actions are clipped to it.
 
         Returns:
             observations, rewards (num_envs,) float64, terminations and truncations (num_envs,) bool, info
@@ -196,9 +197,9 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         if waiting is not None and (self.autoreset_mode is not AutoresetMode.NEXT_STEP or not self._seeded):
             which = np.flatnonzero(waiting).tolist()
             raise ResetNeededError(f"no episode is running in environments {which[:8]}; call reset() first.")
-        # Invalid actions raise before anything has changed, the random numbers included.
+        # Invalid actions raise before any state changes, including the random numbers.
         checked = self._checked(actions)
-        if waiting is not None and waiting.all():  # next-step autoreset: no action counts, so no robot moves
+        if waiting is not None and waiting.all():  # next-step autoreset: actions are ignored, so no robot moves
             self._elapsed[:], self._ended = 0, self._none.copy()
             observation = self._loop.begin(None, {})
             none, zeros = self._none.copy(), np.zeros(self.num_envs)
@@ -216,7 +217,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
             reward[diverged] = 0.0
             info["frobs/diverged"], info["_frobs/diverged"] = diverged, diverged
 
-        if waiting is not None:  # next-step autoreset: their episodes begin now, and their actions did not count
+        if waiting is not None:  # next-step autoreset: these environments begin an episode and ignore their actions
             reset = waiting.copy()
             observation = self._begin_again(reset, observation)
             reward[reset], terminated[reset], truncated[reset] = 0.0, False, False
@@ -232,7 +233,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         return observation, reward, terminated, truncated, info
 
     def _begin_again(self, mask: Mask, observation: Observation) -> Observation:
-        """Reset the environments of ``mask`` and put their first observations among the others'."""
+        """Reset the environments of ``mask`` and insert their first observations."""
         self._elapsed[mask] = 0
         fresh = self._loop.begin(mask, {})
         self._ended = self._none.copy()
@@ -256,18 +257,18 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         return array
 
     def render(self) -> tuple[Any, ...] | None:
-        """Return a picture of each environment, (height, width, 3) uint8, if ``render_mode`` is ``"rgb_array"``."""
+        """Return an image of each environment, (height, width, 3) uint8, if ``render_mode`` is ``"rgb_array"``."""
         if self.render_mode != "rgb_array":
             return None
         config = self.config
         return tuple(self.simulation.render(None, config.camera, config.render_size, "rgb", self.task.markers()))
 
     def snapshot(self) -> Snapshot:
-        """Return the complete state: restored, the environment continues exactly, where the simulator can."""
+        """Return the complete state. If the simulator supports it, a restored environment continues exactly."""
         return {**self._loop.snapshot(), "elapsed": self._elapsed.copy(), "ended": self._ended.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot of this environment or of one that was built alike."""
+        """Restore a snapshot of this environment or of one with the same configuration."""
         self._loop.restore(snapshot)
         self._elapsed[:], self._ended = snapshot["elapsed"], snapshot["ended"].copy()
         self._seeded = True
@@ -277,16 +278,16 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
 
         Args:
             mask: (num_envs,) bool: the n environments.
-            snapshot: State of this environment or of one that was built alike. It may have any number of rows.
-            rows: (n,) numbers of the rows.
+            snapshot: State of this environment or of one with the same configuration. It may have any number of rows.
+            rows: (n,) indices of the rows.
         """
         self._loop.restore_rows(mask, snapshot, rows)
         self._elapsed[mask] = snapshot["elapsed"][rows]
 
     def call_after_reset(self, callback: Callable[[Mask | None], None]) -> None:
-        """Call a function after each reset, with the mask of the environments, before these are observed.
+        """Call a function after each reset, with the mask of the environments, before they are observed.
 
-        It may change the state in which the episodes begin: with :meth:`restore_rows`, for example.
+        The function may change the initial state of the episodes, for example with :meth:`restore_rows`.
         """
         self._loop.after_reset = callback
 
@@ -296,13 +297,13 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
 
 
 def _merge(rows: np.ndarray[Any, Any], fresh: np.ndarray[Any, Any], mask: Mask) -> np.ndarray[Any, Any]:
-    merged = rows.copy()  # ``rows`` lives on as the final observation
+    merged = rows.copy()  # ``rows`` remains in use as the final observation
     merged[mask] = fresh[mask]
     return merged
 
 
 def _final_info(observation: Observation, info: dict[str, Any], done: Mask) -> dict[str, Any]:
-    """Tell of ended episodes as Gymnasium does: ``final_obs`` and ``final_info``, each with its mask."""
+    """Return ``final_obs`` and ``final_info`` of ended episodes, with their masks, as Gymnasium does."""
     final_obs = np.full(len(done), None, dtype=object)
     for i in np.flatnonzero(done):
         final_obs[i] = (

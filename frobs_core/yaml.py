@@ -1,4 +1,4 @@
-"""Reading YAML files that people write: nothing is executed, mistakes are named with file and line."""
+"""Safe reading of YAML files: nothing is executed, and errors contain the file and line."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from frobs_core.files import read_limited
 from frobs_core.plain import plain
 
 MAX_YAML_BYTES = 512 * 2**10
-"""Largest YAML file [bytes]."""
+"""Maximum size of a YAML file [bytes]."""
 
 MAX_VALUES = 100_000
-"""Most values that a file may hold once its aliases are written out."""
+"""Maximum number of values in a file after its aliases are expanded."""
 
 MAX_NODES = 20_000
-"""Most values that are written in a file; PyYAML reads about 20,000 in a second."""
+"""Maximum number of values written in a file; PyYAML reads about 20,000 per second."""
 
 MAX_DEPTH = 50
-"""Deepest nesting."""
+"""Maximum nesting depth."""
 
 _STANDARD = "tag:yaml.org,2002:"
 _PLAIN_TAGS = {_STANDARD + name for name in ("null", "bool", "int", "float", "str")}
 
 
 class ConfigMapping(dict[str, Any]):
-    """A mapping that remembers where each of its keys was written.
+    """A mapping that remembers the origin of its keys.
 
     Args:
         values: The mapping.
-        origins: For each key that was read from a file: the file and the 1-based line.
+        origins: File and 1-based line of each key that was read from a file.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class ConfigMapping(dict[str, Any]):
 
 
 class LimitedLoader(yaml.SafeLoader):
-    """PyYAML's safe loader with a limit on the depth and on the number of values."""
+    """PyYAML's safe loader with limits on the depth and the number of values."""
 
     _depth = _count = 0
 
@@ -54,7 +54,7 @@ class LimitedLoader(yaml.SafeLoader):
         """Return the next node.
 
         Raises:
-            yaml.MarkedYAMLError: The limit is reached.
+            yaml.MarkedYAMLError: A limit is exceeded.
         """
         self._depth += 1
         self._count += 1
@@ -71,7 +71,7 @@ class LimitedLoader(yaml.SafeLoader):
 
 
 class _Loader(LimitedLoader):
-    """Reads 1e-4 as a number and a date as text."""
+    """Reads 1e-4 as a number and a date as a string."""
 
 
 _Loader.yaml_implicit_resolvers = {
@@ -90,11 +90,11 @@ def load_yaml(path: Path | str) -> ConfigMapping:
         path: The file, UTF-8.
 
     Returns:
-        The mapping; every mapping in it is a :class:`ConfigMapping` that knows its keys' lines.
+        The mapping; every nested mapping is a :class:`ConfigMapping` that knows the lines of its keys.
 
     Raises:
-        ConfigFileError: The file is missing, empty, not UTF-8, not YAML, not a mapping, uses tabs for indentation,
-            repeats a key, holds a tag that would build a Python object, or is too large.
+        ConfigFileError: The file is missing, empty, not UTF-8, not YAML, not a mapping or too large, uses tabs for
+            indentation, repeats a key, or contains a tag that would build a Python object.
     """
     path = Path(path)
     try:
@@ -113,15 +113,15 @@ def load_yaml_text(text: str, path: Path | str = "<text>") -> ConfigMapping:
     """Read YAML text whose top level is a mapping; see :func:`load_yaml`.
 
     Args:
-        text: The YAML.
-        path: What errors call it.
+        text: The YAML text.
+        path: Name of the text in errors.
     """
     path = Path(path)
     node = _compose(text, path)
     if node is None:
         raise ConfigFileError(path, None, "is empty; write 'key: value' lines.")
     if not isinstance(node, MappingNode):
-        raise ConfigFileError(path, _line(node), "its top level is not a mapping; write 'key: value' lines.")
+        raise ConfigFileError(path, _line(node), "does not have a mapping at its top level; write 'key: value' lines.")
     result = _Builder(path).build(node)
     assert isinstance(result, ConfigMapping)
     return result
@@ -131,21 +131,21 @@ def load_yaml_value(text: str, name: str) -> Any:
     """Read one YAML value, as in ``--set key=value``.
 
     Args:
-        text: The YAML; empty means null.
-        name: What errors call it.
+        text: The YAML text; empty means null.
+        name: Name of the value in errors.
 
     Raises:
-        ConfigFileError: As :func:`load_yaml`.
+        ConfigFileError: As for :func:`load_yaml`.
     """
     node = _compose(text, Path(name))
     return None if node is None else _Builder(Path(name)).build(node)
 
 
 def _compose(text: str, path: Path) -> Node | None:
-    """Parse into nodes; nothing is constructed yet."""
+    """Parse into nodes without constructing values."""
     for number, written in enumerate(text.splitlines(), 1):
         if "\t" in written[: len(written) - len(written.lstrip())] and written.strip():
-            raise ConfigFileError(path, number, "a tab indents this line; YAML wants spaces: replace it.")
+            raise ConfigFileError(path, number, "this line is indented with a tab; YAML requires spaces.")
     try:
         loader = _Loader(text)
         try:
@@ -158,12 +158,14 @@ def _compose(text: str, path: Path) -> Node | None:
         raise ConfigFileError(path, mark.line + 1 if mark else None, f"is not valid YAML: {reason}.") from error
     except yaml.reader.ReaderError as error:
         line = text[: error.position].count("\n") + 1
-        raise ConfigFileError(path, line, "holds a control character that YAML does not allow; remove it.") from error
+        raise ConfigFileError(
+            path, line, "contains a control character that YAML does not allow; remove it."
+        ) from error
     return node
 
 
 class _Builder:
-    """Turns nodes into values."""
+    """Converts nodes to values."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -172,10 +174,12 @@ class _Builder:
         self._open: set[int] = set()
 
     def build(self, node: Node) -> Any:
-        # Aliases are written out again and again, so that counting what is built stops an alias bomb.
+        # Aliases are expanded each time they are used, so counting the built values stops an alias bomb.
         self._values += 1
         if self._values > MAX_VALUES:
-            raise self._error(node, f"holds more than {MAX_VALUES} values once its aliases are written out; shorten it")
+            raise self._error(
+                node, f"contains more than {MAX_VALUES} values after its aliases are expanded; shorten it"
+            )
         if id(node) in self._open:
             raise self._error(node, "an alias contains itself; write the value out")
         self._open.add(id(node))
@@ -190,7 +194,9 @@ class _Builder:
             self._open.discard(id(node))
         tag = node.tag.replace(_STANDARD, "!!")
         if tag.startswith("!!python"):
-            raise self._error(node, f"the tag '{tag}' would run Python code, which is never done; write a plain value")
+            raise self._error(
+                node, f"the tag '{tag}' would execute Python code, which is not allowed; write a plain value"
+            )
         raise self._error(node, f"the tag '{tag}' is not supported; write a plain value, list or mapping")
 
     def _scalar(self, node: ScalarNode) -> Any:
@@ -205,10 +211,10 @@ class _Builder:
         for key_node, value_node in node.value:
             key = key_node.value
             if key_node.tag != _STANDARD + "str":
-                raise self._error(key_node, f"the key {_shown(key)} is not text; put quotes around it")
+                raise self._error(key_node, f"the key {_shown(key)} is not a string; put quotes around it")
             if key in result:
                 first = result.origins[key][1]
-                raise self._error(key_node, f"the key '{key}' stands in line {first} already; remove one")
+                raise self._error(key_node, f"the key '{key}' is already in line {first}; remove one of them")
             result[key] = self.build(value_node)
             result.origins[key] = (self._path, _line(key_node))
         return result
@@ -218,7 +224,7 @@ class _Builder:
 
 
 def _shown(key: Any) -> str:
-    return f"'{key}'" if isinstance(key, str) else "of this line"
+    return f"'{key}'" if isinstance(key, str) else "in this line"
 
 
 def _line(node: Node) -> int:
@@ -226,7 +232,7 @@ def _line(node: Node) -> int:
 
 
 def merge(*layers: Mapping[str, Any]) -> ConfigMapping:
-    """Merge mappings, deep; later ones win, and each key remembers the file that its value is from."""
+    """Merge mappings recursively. Later ones take precedence, and each key remembers the file of its value."""
     result = ConfigMapping()
     for layer in layers:
         origins = layer.origins if isinstance(layer, ConfigMapping) else {}
@@ -243,14 +249,14 @@ def merge(*layers: Mapping[str, Any]) -> ConfigMapping:
 
 
 def find_origin(mapping: Mapping[str, Any], keys: Iterable[str | int]) -> tuple[Path, int] | None:
-    """Return file and line of the innermost key on a path that was read from a file, or None."""
+    """Return the file and line of the innermost key on a path that was read from a file, or None."""
     found = None
     value: Any = mapping
     for key in keys:
         if isinstance(value, ConfigMapping) and key in value.origins:
             found = value.origins[str(key)]
         elif isinstance(value, Mapping):
-            found = None  # this key was given in another way: the file is not to blame
+            found = None  # this key was set in another way, so the file is not the cause
         try:
             value = value[key]
         except (KeyError, IndexError, TypeError):
@@ -259,13 +265,13 @@ def find_origin(mapping: Mapping[str, Any], keys: Iterable[str | int]) -> tuple[
 
 
 def dump_yaml(mapping: Mapping[str, Any]) -> str:
-    """Return YAML text that :func:`load_yaml` reads back."""
+    """Return YAML text that :func:`load_yaml` can read."""
     text: str = yaml.dump(plain(mapping, for_yaml=True), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
     return text
 
 
 class _Dumper(yaml.SafeDumper):
-    """Quotes what :class:`_Loader` would read as a number."""
+    """Quotes strings that :class:`_Loader` would read as numbers."""
 
 
 _Dumper.yaml_implicit_resolvers = _Loader.yaml_implicit_resolvers

@@ -1,4 +1,4 @@
-"""What each of the five kinds is: the contracts that plugins implement."""
+"""Contracts of the five kinds of plugins."""
 
 from frobs_core.interfaces.algorithm import Algorithm, TrainingMonitor
 from frobs_core.interfaces.bodies import AT_REST, Body, Shape, Twist

@@ -1,4 +1,4 @@
-"""An algorithm: learning."""
+"""The interface of learning algorithms."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from frobs_core.observation import Observation
 
 
 class TrainingMonitor(Protocol):
-    """What an algorithm reports while it trains; a run implements it.
+    """Interface through which an algorithm reports to its run during training.
 
-    The run watches the environment that it hands over, so an algorithm reports only the episodes of environments that it
-    makes and steps itself, for example on other machines: see :meth:`on_episodes`.
+    The run observes the environment that it passes to the algorithm. An algorithm therefore reports only the episodes of
+    environments that it makes and steps itself, for example on other machines: see :meth:`on_episodes`.
     """
 
     def is_due(self, steps: int) -> bool:
-        """Return whether the run wants to be told the progress, or a checkpoint, at so many environment steps.
+        """Return whether progress or a checkpoint is due at this number of environment steps.
 
-        Cheap enough to be asked in every step.
+        It is cheap enough to call in every step.
         """
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Tell what was learned since the last time; a row of the log.
+        """Report the training metrics since the last call as one row of the log.
 
         Args:
             steps: Environment steps so far, over all environments.
-            metrics: The algorithm's own, under its own prefix: ``"ppo/value_loss"``, …
+            metrics: The algorithm's metrics, named with its own prefix: ``"ppo/value_loss"``, …
 
         Returns:
-            Whether to go on; where not, ``train`` returns.
+            Whether to continue. If False, ``train`` returns.
         """
 
     def on_episodes(
@@ -57,14 +57,14 @@ class TrainingMonitor(Protocol):
         """
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
-        """Tell that the algorithm stands where it could continue exactly.
+        """Offer a checkpoint at a point from which training could continue exactly.
 
         Args:
             steps: Environment steps so far, over all environments.
-            save: :meth:`Algorithm.save`, called if the run wants a checkpoint now.
+            save: :meth:`Algorithm.save`; called if the run requires a checkpoint now.
 
         Raises:
-            CheckpointError: It cannot be written; those before are intact.
+            CheckpointError: The checkpoint cannot be written. Earlier checkpoints remain intact.
         """
 
 
@@ -72,17 +72,18 @@ class Algorithm(ABC):
     """Base class of algorithms.
 
     Args:
-        env: A vector environment with same-step autoreset, seeded already: reset it without a seed. That of a run has
-            the attribute ``recipe``, by which an algorithm makes more environments of the same kind in other processes.
-        config: The algorithm's own settings, checked by the algorithm.
-        seed: All that the algorithm draws comes from it; in [0, 2³¹).
+        env: A vector environment with same-step autoreset. It is already seeded, so reset it without a seed. The
+            environment of a run has the attribute ``recipe``, with which an algorithm can make more environments of the
+            same kind in other processes.
+        config: The algorithm's settings, validated by the algorithm.
+        seed: Seed of all random numbers that the algorithm draws, in [0, 2³¹).
 
     Attributes:
-        observation_space: Of one environment.
-        action_space: Of one environment.
+        observation_space: Observation space of a single environment.
+        action_space: Action space of a single environment.
 
     Raises:
-        ConfigurationError: A setting is unknown or out of range, or the spaces are not ones that it can use.
+        ConfigurationError: A setting is unknown or out of range, or the algorithm does not support the spaces.
     """
 
     observation_space: gym.Space[Any]
@@ -94,18 +95,20 @@ class Algorithm(ABC):
     @classmethod
     @abstractmethod
     def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
-        """Check settings and fill in the defaults, as values that YAML can hold; what is resolved stays as it is.
+        """Validate settings and add the defaults, as values that YAML can represent. Resolved settings do not change.
 
-        :func:`frobs_core.validation.validate` does it with a pydantic model, and names file and line.
+        :func:`frobs_core.validation.validate` does this with a pydantic model and reports the file and line of an
+        error.
 
         Raises:
-            UnknownParameterError: A key is unknown; the nearest is named.
-            ConfigurationError: A value is out of range or of the wrong type; the key and the bounds are named.
+            UnknownParameterError: A key is unknown; the message suggests the nearest one.
+            ConfigurationError: A value is out of range or of the wrong type; the message contains the key and its
+                bounds.
         """
 
     @abstractmethod
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
-        """Learn until ``steps`` environment steps were taken, over all environments, those before a load included."""
+        """Train until ``steps`` environment steps were taken, over all environments, including those before a load."""
 
     @abstractmethod
     def predict(
@@ -115,28 +118,28 @@ class Algorithm(ABC):
         episode_start: Mask | None = None,
         deterministic: bool = True,
     ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
-        """Return actions for a batch of observations, and the state of a recurrent policy.
+        """Return actions for a batch of observations, and the next state of a recurrent policy.
 
-        A prediction, drawn or not, changes neither what was learned nor the generators of the training.
+        Neither deterministic nor random predictions change what was learned or the random generators used in training.
         """
 
     @abstractmethod
     def save(self, folder: Path, previous: Path | None = None) -> None:
-        """Write everything that :meth:`load` needs into an empty folder.
+        """Write everything that :meth:`load` needs to an empty folder.
 
         Args:
-            folder: The folder.
-            previous: What this training wrote last, complete and on the same disk: a file that has not changed since
-                may be a hard link to the one there, so that a checkpoint costs what is new. None: nothing was.
+            folder: The empty folder.
+            previous: Latest checkpoint of this training run, complete and on the same disk, or None. Files that have
+                not changed since may be hard links to it, so that a checkpoint costs only what is new.
 
         Raises:
             OSError: The disk is full, or the folder cannot be written.
         """
 
     def save_policy(self, folder: Path) -> None:
-        """Write what :meth:`load` needs to predict, without an environment, into an empty folder.
+        """Write what :meth:`load` needs for prediction, without an environment, to an empty folder.
 
-        Everything, where an algorithm does not say otherwise; leave out what only training needs.
+        By default this saves everything. Override it to omit data that only training needs.
 
         Raises:
             OSError: The disk is full, or the folder cannot be written.
@@ -144,9 +147,9 @@ class Algorithm(ABC):
         self.save(folder)
 
     def forget_episodes(self) -> None:
-        """Forget what was loaded of episodes under way: the environment could not be restored, and was reset.
+        """Discard loaded data about running episodes, because the environment could not be restored and was reset.
 
-        Called between :meth:`load` and :meth:`train`, where a run is continued on an environment without a snapshot.
+        Called between :meth:`load` and :meth:`train` if a run is resumed on an environment without a snapshot.
         """
 
     def timed_parts(self) -> Mapping[str, Sequence[tuple[object, str]]]:
@@ -166,15 +169,15 @@ class Algorithm(ABC):
     @classmethod
     @abstractmethod
     def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
-        """Read what :meth:`save` wrote, executing nothing that the files hold.
+        """Read what :meth:`save` wrote, without executing any code from the files.
 
         Args:
             folder: The folder.
-            env: None: for prediction only.
+            env: Environment to continue training with; None to load for prediction only.
 
         Raises:
             CheckpointError: A file is missing or damaged.
-            UntrustedFileError: A file could only be opened by executing it.
+            UntrustedFileError: A file could only be read by executing code in it.
         """
 
     @classmethod
@@ -199,17 +202,17 @@ class Algorithm(ABC):
         )
 
     def export_onnx(self) -> bytes:
-        """Return the deterministic policy as an ONNX graph, from the raw observation to the action that is taken.
+        """Return the deterministic policy as an ONNX graph from the raw observation to the executed action.
 
-        Whatever scales, normalises, squashes or clips is in the graph. An algorithm may leave this out.
+        The graph includes all scaling, normalization, squashing and clipping. This method is optional.
 
-        The first axis of every input and output is the batch, of any size. Inputs: ``"observation"`` as the space says
-        it, or ``"observation/<key>"`` for each key of a Dict; of a recurrent policy also ``"state/0"``, ``"state/1"``,
-        …, float, zeros at first, and ``"episode_start"``, (batch,) bool. Outputs: ``"action"`` in the action space;
-        where it is discrete ``"scores"``, (batch, choices) float, of which the greatest is chosen; and
-        ``"next_state/0"``, … for each state.
+        The first axis of every input and output is the batch, of any size. Inputs: ``"observation"`` as in the
+        observation space, or ``"observation/<key>"`` for each key of a Dict. Recurrent policies also have
+        ``"state/0"``, ``"state/1"``, …, float, initially zero, and ``"episode_start"``, (batch,) bool. Outputs:
+        ``"action"`` in the action space; ``"scores"``, (batch, choices) float, for discrete actions, of which the
+        largest is chosen; and ``"next_state/0"``, … for each state.
 
         Raises:
-            ConfigurationError: The algorithm cannot be exported, or what the export needs is not installed.
+            ConfigurationError: The algorithm cannot be exported, or a package that the export needs is not installed.
         """
         raise PolicyExportError(f"the algorithm {type(self).__name__}", "it has no export_onnx.")

@@ -1,4 +1,4 @@
-"""Attaching an end effector to an arm: one model file and one description from two."""
+"""Attaching an end effector to an arm: merges two model files and descriptions into one."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from frobs_core.models.model import Vector3
 
 _NAMED = ("link", "joint", "material", "transmission", "actuator")
 _REFERENCES = {"parent": "link", "child": "link", "mimic": "joint", "gazebo": "reference"}
-"""Attribute of an element that names a link or a joint."""
+"""Attributes of XML elements that name a link or a joint."""
 
 
 def attach(arm: Robot, link: str, tool: Robot, name: str, pos: Vector3, rpy: Vector3) -> Robot:
@@ -31,7 +31,7 @@ def attach(arm: Robot, link: str, tool: Robot, name: str, pos: Vector3, rpy: Vec
         raise UnknownNameError(f"link of robot '{arm.name}'", link, links)
     for part, model in ((arm, arm_model), (tool, tool_model)):
         if model.format != "urdf":
-            raise UnsuitableRobotError(part.name, "is described by an MJCF file; only URDF and xacro can be attached.")
+            raise UnsuitableRobotError(part.name, "is an MJCF file; only URDF and xacro models can be attached.")
     if tool.groups:
         raise UnsuitableRobotError(
             tool.name, "has joint groups, so it cannot be attached; its joints become one group."
@@ -39,7 +39,7 @@ def attach(arm: Robot, link: str, tool: Robot, name: str, pos: Vector3, rpy: Vec
     groups = dict(arm.groups) or {"arm": arm_model.joint_names}
     if name in groups or name in arm.end_effectors:
         raise UnsuitableRobotError(
-            arm.name, f"has a joint group or an end effector '{name}' already; choose another name."
+            arm.name, f"already has a joint group or an end effector '{name}'; choose another name."
         )
 
     def prefixed(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -78,12 +78,12 @@ def attach(arm: Robot, link: str, tool: Robot, name: str, pos: Vector3, rpy: Vec
 
 
 def _renamed(arm: Robot) -> dict[str, str]:
-    """Return the default controllers of an arm, whose only group may be ``"all"``."""
+    """Return the default controllers of an arm. The arm's only group may be ``"all"``."""
     return {"arm" if group == ALL else group: controller for group, controller in arm.default_controllers.items()}
 
 
 def _join(arm: RobotModel, link: str, tool: RobotModel, name: str, title: str, pos: Vector3, rpy: Vector3) -> str:
-    """Return the text of a URDF with both models and a fixed joint between them."""
+    """Return the text of a URDF that contains both models and a fixed joint between them."""
     whole, part = ET.fromstring(arm.xml), ET.fromstring(tool.xml)
     whole.set("name", title)
     for element in part.iter():
@@ -102,7 +102,7 @@ def _join(arm: RobotModel, link: str, tool: RobotModel, name: str, title: str, p
 
 
 def _write(title: str, text: str) -> Path:
-    """Write a model file into the cache, whose name follows from its text."""
+    """Write a model file to the cache, under a name that is derived from its text."""
     digest = hashlib.sha256(text.encode()).hexdigest()[:16]
     path = cache_folder("assembled") / f"{title}-{digest}.urdf"
     if not path.exists():
@@ -114,7 +114,7 @@ def _write(title: str, text: str) -> Path:
 def _gains(
     whole: Robot, arm: Robot, arm_model: RobotModel, tool: Robot, tool_model: RobotModel, name: str
 ) -> DriveGains | None:
-    """Return the gains that the parts state; joints of a part that states none get the default gains of the whole."""
+    """Return the gains of both parts; joints of a part without gains get the default gains of the combined model."""
     if arm.gains is None and tool.gains is None:
         return None
     model = load_model(whole.model)

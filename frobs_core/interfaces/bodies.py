@@ -1,4 +1,4 @@
-"""Bodies of a scene: their shapes, and what they weigh."""
+"""Bodies of a scene: their shapes and masses."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ class Shape:
     """One of several shapes of a body.
 
     Attributes:
-        geometry: What it is.
-        pose: In the body's frame.
-        rgba: Each in [0, 1]; None: the body's.
-        collides: Whether it touches anything; otherwise it is only drawn.
+        geometry: The shape's geometry.
+        pose: Pose in the body's frame.
+        rgba: Color, each component in [0, 1]; None: the body's color.
+        collides: Whether it collides; otherwise it is only rendered.
     """
 
     geometry: Geometry
@@ -40,30 +40,31 @@ class Shape:
 class Body:
     """An object of the scene: one shape in its frame, or several at fixed places in it.
 
-    A body with a mass or a density is free; the others are static, or kinematic. If ``center_of_mass`` and ``inertia``
-    are omitted, they are those of its shapes that collide (of all, if none collides), solid and of one density.
+    A body with a mass or a density is free; the others are static or kinematic. If ``center_of_mass`` and ``inertia``
+    are omitted, they are computed from its colliding shapes (from all shapes, if none collides), as solids of equal
+    density.
 
     Attributes:
-        geometry: Its only shape, used for collision and for pictures. A mesh collides as its convex hull,
-            or as convex pieces if it is ``decomposed``.
+        geometry: Its only shape, for collision and rendering. A mesh collides as its convex hull, or as convex pieces
+            if it is ``decomposed``.
         shapes: Its shapes, instead of ``geometry``.
-        pose: In the world, at reset.
+        pose: Pose in the world at reset.
         twist: Linear velocity of its origin [m/s] and angular velocity [rad/s] in the world, at reset.
         mass: [kg]
         density: [kg/m³], instead of ``mass``.
         center_of_mass: In its frame [m].
         inertia: (ixx, ixy, ixz, iyy, iyz, izz) about the center of mass, in the axes of its frame [kg·m²].
-        kinematic: It moves, but only where it is written to. Not with a mass.
-        collides: Whether it touches anything.
-        friction: Sliding friction coefficient. Where a free body slides over the floor, MuJoCo and PyBullet use the larger one
-            of the two coefficients, and Gazebo the smaller one.
-        torsional_friction: Largest torque about the normal of a contact, per normal force [m]; 0: none.
-        rolling_friction: Largest torque against rolling, per normal force [m]; 0: none.
-        rgba: Each in [0, 1].
+        kinematic: Whether it moves only when its pose is written. It must not have a mass.
+        collides: Whether it collides with other bodies.
+        friction: Coefficient of sliding friction. If a free body slides over the floor, MuJoCo and PyBullet use the
+            larger of the two coefficients, and Gazebo the smaller one.
+        torsional_friction: Maximum torque about the contact normal, per normal force [m]; 0: none.
+        rolling_friction: Maximum torque against rolling, per normal force [m]; 0: none.
+        rgba: Color, each component in [0, 1].
 
     Raises:
-        ConfigurationError: It has both or neither of ``geometry`` and ``shapes``, or both mass and density, or an
-            inertia, a center of mass or a twist but no mass, or an inertia that no body can have.
+        ConfigurationError: It has both or neither of ``geometry`` and ``shapes``, or both a mass and a density, or an
+            inertia, a center of mass or a twist but no mass, or an inertia that is physically impossible.
     """
 
     geometry: Geometry | None = None
@@ -82,13 +83,13 @@ class Body:
     rgba: tuple[float, float, float, float] = (0.6, 0.6, 0.65, 1.0)
 
     def __post_init__(self) -> None:
-        """Check that no two fields contradict each other."""
+        """Check that the fields are consistent."""
         if (self.geometry is None) == (not self.shapes):
-            raise SceneError("a scene body", "has either a geometry or shapes; give exactly one of them.")
+            raise SceneError("a scene body", "needs either a geometry or shapes; pass exactly one of them.")
         if self.mass is not None and self.density is not None:
-            raise SceneError("a scene body", "has a mass and a density; give one or the other.")
+            raise SceneError("a scene body", "has a mass and a density; pass only one of them.")
         if not self.is_free and (self.center_of_mass or self.inertia or self.twist != AT_REST):
-            raise SceneError("a scene body", "has no mass, so it has no center_of_mass, inertia or twist.")
+            raise SceneError("a scene body", "has no mass, so it cannot have a center_of_mass, inertia or twist.")
         if self.inertia is not None:
             ixx, ixy, ixz, iyy, iyz, izz = number_list("inertia", self.inertia, 6)
             moments = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])  # ascending
@@ -96,18 +97,18 @@ class Body:
                 text = ", ".join(f"{moment:.4g}" for moment in moments)
                 raise SceneError(
                     "a scene body",
-                    f"has an inertia that no body can have: its principal moments are {text} kg·m². Each must be above 0, "
+                    f"has an impossible inertia: its principal moments are {text} kg·m². Each must be above 0, "
                     "and the sum of two at least the third.",
                 )
 
     @property
     def is_free(self) -> bool:
-        """Whether it has a mass, so that forces move it."""
+        """Whether it has a mass and therefore reacts to forces."""
         return self.mass is not None or self.density is not None
 
     @cached_property
     def parts(self) -> tuple[Shape, ...]:
-        """Its shapes, each with its color, and with ``collides`` only if the body collides."""
+        """Its shapes, each with its color. ``collides`` is True only if the body collides too."""
         shapes = self.shapes if self.geometry is None else (Shape(self.geometry),)
         return tuple(
             replace(shape, rgba=shape.rgba or self.rgba, collides=shape.collides and self.collides) for shape in shapes
@@ -115,15 +116,15 @@ class Body:
 
     @cached_property
     def collisions(self) -> tuple[Collision, ...]:
-        """Its shapes that collide."""
+        """Its colliding shapes."""
         return tuple(Collision(part.geometry, part.pose) for part in self.parts if part.collides)
 
     @cached_property
     def inertial(self) -> Inertial | None:
-        """Its mass, center of mass and inertia; None: it is not free.
+        """Its mass, center of mass and inertia; None if it is not free.
 
         Raises:
-            ModelFileError: They follow from a mesh that cannot be read, or whose surface is not closed.
+            ModelFileError: They depend on a mesh that cannot be read, or whose surface is not closed.
         """
         if not self.is_free:
             return None
@@ -136,14 +137,14 @@ class Body:
 
     @property
     def is_sizable(self) -> bool:
-        """Whether its size can differ between environments: all its shapes are primitives."""
+        """Whether its size can differ between environments. All its shapes must be primitives."""
         return not any(isinstance(part.geometry, Mesh) for part in self.parts)
 
     def resized(self, factor: float) -> Body:
-        """Return this body with all lengths multiplied, and with its mass.
+        """Return this body with all lengths multiplied by a factor. Its mass stays the same.
 
         Args:
-            factor: > 0. Only a sizable body can be resized.
+            factor: > 0. The body must be sizable.
         """
         if factor == 1.0:
             return self

@@ -1,4 +1,4 @@
-"""One body of the scene of a simulation."""
+"""The handle of a scene body in a simulation."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from frobs_core.errors import CapabilityError
 
 
 class BodyHandle(ABC):
-    """One body of the scene, in every environment."""
+    """One scene body in every environment."""
 
     name: str
 
@@ -24,29 +24,29 @@ class BodyHandle(ABC):
         """lin_vel_world (num_envs, 3) [m/s] of the body's origin and ang_vel_world (num_envs, 3) [rad/s]."""
 
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
-        """Put the body somewhere at once; its velocity becomes 0.
+        """Teleport the body; its velocity becomes 0.
 
         Args:
             pos: (n, 3) [m]
-            quat_wxyz: (n, 4); None: as it is.
-            mask: The environments.
+            quat_wxyz: (n, 4); None keeps the orientation.
+            mask: The environments to change.
 
         Raises:
-            CapabilityError: The simulator lacks the ability ``teleport``.
+            CapabilityError: The simulator does not support ``teleport``.
             SimulationError: The body is static.
         """
         raise CapabilityError.lacking(self, "teleport")
 
     def write_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
-        """Give a free body a velocity at once.
+        """Set the velocity of a free body.
 
         Args:
             lin_vel_world: (n, 3) [m/s] of the body's origin.
             ang_vel_world: (n, 3) [rad/s]
-            mask: The environments.
+            mask: The environments to change.
 
         Raises:
-            CapabilityError: The simulator lacks the ability ``teleport``.
+            CapabilityError: The simulator does not support ``teleport``.
             SimulationError: The body is static or kinematic.
         """
         raise CapabilityError.lacking(self, "teleport")

@@ -1,4 +1,4 @@
-"""What a joint command means."""
+"""Command modes of joints."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class CommandMode(StrEnum):
-    """What a joint command means: the target of the drive law."""
+    """Meaning of a joint command: the target that the drive law follows."""
 
     POSITION = "position"
     VELOCITY = "velocity"

@@ -1,4 +1,4 @@
-"""What a simulation measured of the contacts that its scene declares."""
+"""State of the contacts that a scene declares."""
 
 from __future__ import annotations
 
@@ -12,17 +12,18 @@ from frobs_core.interfaces.scene import Scene
 
 
 class ContactState:
-    """The declared contacts of a scene during the last control step, in the order of ``scene.contacts``.
+    """State of the declared contacts of a scene in the last control step, in the order of ``scene.contacts``.
 
-    A simulator with contacts keeps one as :attr:`Simulation.contacts` and fills its arrays in each ``step``.
+    A simulator that supports contacts stores one as :attr:`Simulation.contacts` and updates its arrays in each
+    ``step``.
 
     Args:
-        scene: Declares the contacts.
+        scene: Scene that declares the contacts.
         num_envs: ≥ 1.
-        arrays: Memory to use, by the names of :meth:`fields`; None: new arrays.
+        arrays: Arrays to use, named as in :meth:`fields`; None: allocate new arrays.
 
     Attributes:
-        scene: Declares the contacts.
+        scene: Scene that declares the contacts.
         closed: (num_envs, contacts) bool: whether a contact was closed in any physics step.
         normal_force: (num_envs, contacts) [N] largest normal force.
         resultant: (num_envs, contacts, 3) [N] total force on the first side, in the world, averaged over the physics
@@ -41,7 +42,7 @@ class ContactState:
 
     @staticmethod
     def fields(scene: Scene) -> dict[str, tuple[tuple[int, ...], str]]:
-        """Return shape of one environment's row and dtype of each array, by its name in a snapshot."""
+        """Return the shape of one environment's row and the dtype of each array, by its name in a snapshot."""
         count = len(scene.contacts)
         return {"contact": ((count,), "?"), "contact_force": ((count,), "f8"), "contact_resultant": ((count, 3), "f8")}
 
@@ -51,7 +52,7 @@ class ContactState:
             array[rows_of(mask)] = 0
 
     def reduce(self, closed: Mask, normal_force: Floats, resultant: Floats) -> None:
-        """Take the contacts of each physics step of a control step.
+        """Update the contacts from all physics steps of a control step.
 
         Args:
             closed: (num_envs, decimation, contacts)
@@ -63,7 +64,7 @@ class ContactState:
         np.divide(resultant.sum(axis=1), resultant.shape[1], out=self.resultant)
 
     def merge(self, steps: Sequence[Mapping[str, np.ndarray[Any, Any]]]) -> None:
-        """Take the contacts of a control step from the snapshots of its physics steps."""
+        """Update the contacts of a control step from the snapshots of its physics steps."""
         self.reduce(*(np.stack([step[name] for step in steps], axis=1) for name in self._arrays))
 
     def snapshot(self) -> dict[str, np.ndarray[Any, Any]]:
@@ -71,6 +72,6 @@ class ContactState:
         return {name: array.copy() for name, array in self._arrays.items()}
 
     def restore(self, snapshot: Mapping[str, np.ndarray[Any, Any]]) -> None:
-        """Return to a snapshot; arrays that it does not contain become zero."""
+        """Restore a snapshot; arrays that it does not contain become zero."""
         for name, array in self._arrays.items():
             array[:] = snapshot.get(name, 0)

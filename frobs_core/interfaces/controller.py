@@ -1,4 +1,4 @@
-"""A controller: behaviour. It turns an action into a joint command, once per control step."""
+"""The interface of controllers, which convert an action into a joint command once per control step."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from frobs_core.interfaces.simulation import Simulation, Snapshot
 class Controller(ABC):
     """Base class of controllers.
 
-    A constructor takes keyword-only parameters, which are the keywords that users may give; it validates and
-    stores. ``bind`` is called once, when the simulation stands.
+    The constructor takes keyword-only parameters, which users set as keywords; it validates and stores them. ``bind``
+    is called once, after the simulation is built.
 
     Attributes:
-        command_mode: What its commands mean.
+        command_mode: Meaning of its commands.
         rate: ``"control"``: one command, or one row for each physics step, per control step. ``"physics"``: the
-            environment also calls :meth:`update` before every further physics step; much slower.
-        action_space: Of one environment; set by ``bind``. A Box in [−1, 1] as a rule.
+            environment also calls :meth:`update` before each further physics step, which is much slower.
+        action_space: Action space of a single environment; set by ``bind``. Usually a Box in [−1, 1].
     """
 
     command_mode: ClassVar[CommandMode]
@@ -35,16 +35,17 @@ class Controller(ABC):
     action_space: gym.Space  # type: ignore[type-arg]
 
     def bind_scene(self, scene: Scene, simulation: Simulation) -> None:
-        """Keep what stands around the robot; called once, just before :meth:`bind`. Most controllers need none of it.
+        """Store the robot's surroundings. Called once, just before :meth:`bind`; most controllers do not need it.
 
         Args:
-            scene: As the task describes it.
-            simulation: Tells where its bodies and further robots are now. It is read, never written or stepped.
+            scene: The scene that the task describes.
+            simulation: Provides the current poses of the scene's bodies and other robots. Only read it; never write to
+                it or step it.
         """
 
     @abstractmethod
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
-        """Prepare for the joints to control: read their limits, set :attr:`action_space`, make buffers.
+        """Prepare to control joints: read their limits, set :attr:`action_space`, allocate buffers.
 
         Args:
             joints: A group of a robot's joints, or all of them. Arrays have the group's joints in its order.
@@ -52,66 +53,67 @@ class Controller(ABC):
             decimation: Physics steps per control step.
 
         Raises:
-            ConfigurationError: It cannot control these joints.
+            ConfigurationError: The controller cannot control these joints.
         """
 
     @abstractmethod
     def reset(self, mask: Mask | None) -> None:
-        """Forget: an episode starts. Called after the task has placed the robot."""
+        """Reset the internal state at the start of an episode. Called after the task has placed the robot."""
 
     @abstractmethod
     def apply(self, action: Action) -> Floats:
-        """Turn actions into a joint command.
+        """Convert actions into a joint command.
 
         Args:
-            action: (num_envs, …) in the batched action space: float64 for a Box (finite, but not yet clipped to
-                the space: clip), int64 for Discrete.
+            action: (num_envs, …) in the batched action space: float64 for a Box, int64 for Discrete. Box actions are
+                finite but not yet clipped to the space, so clip them.
 
         Returns:
-            (num_envs, dof), or (num_envs, decimation, dof) with a row for each physics step, where dof counts the
-            joints of the group. The array may be one that the controller uses again.
+            (num_envs, dof), or (num_envs, decimation, dof) with one row for each physics step, where dof counts the
+            joints of the group. The controller may reuse the array in the next call.
         """
 
     def update(self) -> Floats:
-        """Return the joint command of the next physics step, (num_envs, dof); for controllers at the physics rate.
+        """Return the joint command of the next physics step, (num_envs, dof). Only called if the rate is ``"physics"``.
 
-        Called before each physics step of a control step but the first, whose command :meth:`apply` has returned. The
-        state that the group reports is that of the last physics step.
+        Called before each physics step of a control step except the first, whose command :meth:`apply` has returned.
+        The state of the joint group is that after the last physics step.
 
         Raises:
             PluginError: The controller has the rate ``"physics"`` and does not define this method.
         """
-        raise PluginError(f"{type(self).__name__} has rate 'physics', so it must define update().")
+        raise PluginError(f"{type(self).__name__} has rate 'physics', so it must implement update().")
 
     def info(self) -> Mapping[str, np.ndarray[Any, Any]]:
-        """Return what the last :meth:`apply` has to say, as numbers (num_envs,) by name, with the same names each time.
+        """Return metrics of the last :meth:`apply` by name, (num_envs,) each. The names must always be the same.
 
-        ``"plan_success"`` is ``"frobs/plan_success"`` in the step's info. A name that ends in ``_time`` is what a clock
-        measured: it alone need not repeat with the seed. A controller that does not override this costs a step nothing.
+        The step's ``info`` contains ``"plan_success"`` as ``"frobs/plan_success"``. Names that end in ``_time`` denote
+        measured wall-clock time, so they need not be reproducible. There is no cost per step unless you override this.
         """
         return {}
 
     @property
     def max_action_change(self) -> Floats | None:
-        """How far an action may change in a control step for the joints to follow, in the action space's shape.
+        """Return the largest action change per control step that the joints can follow, in the action space's shape.
 
-        By the joints' velocity limits, inf where there is none; None where actions are no joint positions.
+        It follows from the joints' velocity limits; inf for joints without one. None if actions are not joint
+        positions.
         """
         return None
 
     def snapshot(self) -> Snapshot:
-        """Return what ``apply`` depends on beside its argument and the simulation."""
+        """Return the internal state that ``apply`` depends on, except its argument and the simulation."""
         return {}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
 
 
 class ControllerWrapper(Controller):
-    """A controller that changes the actions of another one, which it need not know.
+    """A controller that modifies the actions of another, arbitrary controller.
 
-    A subclass sets :attr:`action_space` in ``bind`` and changes the action in ``apply``; everything else is that of the
-    wrapped controller.
+    A subclass sets :attr:`action_space` in ``bind`` and changes the action in ``apply``. Everything else is delegated
+    to the wrapped controller.
 
     Args:
         inner: The wrapped controller.
@@ -123,11 +125,11 @@ class ControllerWrapper(Controller):
     def __init__(self, inner: Controller) -> None:
         self.inner = inner
         self.command_mode, self.rate = inner.command_mode, inner.rate  # type: ignore[misc] # of the wrapped controller
-        # An environment asks only for what a controller overrides; so does a wrapper.
+        # # The environment calls optional methods only if a controller overrides them; so does a wrapper.
         self.bind_scene, self.update, self.info = inner.bind_scene, inner.update, inner.info  # type: ignore[method-assign]
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
-        """Bind the wrapped controller and take its action space."""
+        """Bind the wrapped controller and use its action space."""
         self.inner.bind(joints, control_timestep, decimation)
         self.action_space = self.inner.action_space
 
@@ -141,7 +143,7 @@ class ControllerWrapper(Controller):
 
     @property
     def max_action_change(self) -> Floats | None:
-        """That of the wrapped controller."""
+        """Return the value of the wrapped controller."""
         return self.inner.max_action_change
 
     def snapshot(self) -> Snapshot:
@@ -149,5 +151,5 @@ class ControllerWrapper(Controller):
         return self.inner.snapshot()
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self.inner.restore(snapshot)

@@ -1,4 +1,4 @@
-"""An expert: a scripted policy that proves a task solvable and produces demonstrations."""
+"""Experts: scripted policies that show that a task can be solved and produce demonstrations."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 class Expert(ABC):
     """Base class of experts. A task names its expert in :attr:`Task.expert <frobs_core.interfaces.Task.expert>`.
 
-    An expert may read the whole state of the environment: the task, the simulation and the controllers. It changes nothing.
-    It is created before the first reset, when there is no state yet.
+    An expert may read the whole state of the environment: the task, the simulation and the controllers. It must not
+    change anything. It is created before the first reset, when there is no state yet.
 
     Args:
-        env: An environment with the task, without wrappers. The single environment is a batch of one.
+        env: Unwrapped environment with the task. A single environment is a batch of one.
 
     Raises:
         ConfigurationError: The expert cannot use the environment's controllers.
@@ -31,15 +31,15 @@ class Expert(ABC):
 
     @abstractmethod
     def act(self, episode_start: Mask) -> Action:
-        """Return actions for the present state, (num_envs, …).
+        """Return actions for the current state, (num_envs, …).
 
         Args:
-            episode_start: (num_envs,) bool: where an episode has just begun.
+            episode_start: (num_envs,) bool: environments whose episode has just begun.
         """
 
 
 def load_expert(env: RobotEnv | RobotVectorEnv) -> Expert | None:
-    """Return the expert of the environment's task; None: the task has none.
+    """Return the expert of the environment's task, or None if the task has none.
 
     Raises:
         ConfigurationError: The expert cannot use the environment's controllers.

@@ -1,4 +1,4 @@
-"""A joint group: the joints of a robot that one controller moves."""
+"""Joint groups: the joints of a robot that one controller moves."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from frobs_core.models.model import Joint, RobotModel
 
 
 class JointGroup(ABC):
-    """Joints of one robot, in every environment, as a controller sees them: read, never written.
+    """Joints of one robot, in every environment, as a controller sees them (read-only).
 
-    The handle of a robot is the group of all its actuated joints. Arrays are (num_envs, …) float64, current, read-only,
-    and valid until the simulation changes.
+    The handle of a robot is the group of all its actuated joints. Arrays are (num_envs, …) float64 and read-only. They
+    are valid until the simulation changes.
 
     Attributes:
-        name: Of the robot in the simulation: ``"robot"``.
-        robot: Its description.
-        model: Its model file, read.
-        num_envs: Environments of the simulation.
+        name: Name of the robot in the simulation: ``"robot"``.
+        robot: Description of the robot.
+        model: The parsed model file of the robot.
+        num_envs: Number of environments.
         joints: The joints, in the order of every joint array.
         joint_names: Their names.
-        dof: How many they are.
+        dof: Number of joints.
         tcp: Name of the tool center point's link.
         home: (num_envs, dof) [rad or m]
         position_lower: (num_envs, dof) [rad or m]; −inf where there is no limit.
@@ -62,11 +62,11 @@ class JointGroup(ABC):
     @property
     @abstractmethod
     def joint_efforts(self) -> Floats:
-        """(num_envs, dof) [N·m or N]: what the drives applied in the last physics step."""
+        """(num_envs, dof) [N·m or N]: efforts that the drives applied in the last physics step."""
 
     @abstractmethod
     def drive_gains(self) -> tuple[Floats, Floats]:
-        """Return Kp and Kd, (num_envs, dof) each, whatever the command mode."""
+        """Return Kp and Kd, (num_envs, dof) each, independent of the command mode."""
 
     @property
     @abstractmethod
@@ -84,8 +84,8 @@ class JointGroup(ABC):
 
         Args:
             frame: Name of a link, or ``"tcp"``.
-            joint_positions: None: the present pose. (k, dof) [rad or m]: the pose at these positions, with the base where
-                the scene places it and all other joints at home; the state is not touched, and k is any number.
+            joint_positions: None: the current pose. (k, dof) [rad or m]: the pose at these positions, with the base
+                where the scene places it and all other joints at home. This does not change the state; k is arbitrary.
 
         Returns:
             pos (num_envs or k, 3) [m] and quat_wxyz (num_envs or k, 4).
@@ -100,10 +100,10 @@ class JointGroup(ABC):
 
     @abstractmethod
     def frame_jacobian(self, frame: str) -> Floats:
-        """Return (num_envs, 6, dof): rows 0–2 lin_vel_world, rows 3–5 ang_vel_world, per joint velocity."""
+        """Return (num_envs, 6, dof): rows 0–2 lin_vel_world, rows 3–5 ang_vel_world, per unit of joint velocity."""
 
     def frame_name(self, frame: str) -> str:
-        """Resolve ``"tcp"`` and check that the link exists.
+        """Resolve ``"tcp"`` and verify that the link exists.
 
         Raises:
             UnknownNameError: No link has this name.
@@ -121,10 +121,10 @@ class JointSubset(JointGroup):
     Args:
         whole: The group that contains them.
         joint_names: Their names, in the order of the arrays.
-        tcp: Link that is the group's tool center point; None: the robot's.
+        tcp: Link that is the group's tool center point; None: the robot's tool center point.
 
     Attributes:
-        columns: Their columns in the joint arrays of ``whole``.
+        columns: Columns of the joints in the joint arrays of ``whole``.
 
     Raises:
         UnknownNameError: The robot has no such joint or link.
@@ -159,7 +159,7 @@ class JointSubset(JointGroup):
 
     @property
     def joint_efforts(self) -> Floats:
-        """(num_envs, dof) [N·m or N]: what the drives applied in the last physics step."""
+        """(num_envs, dof) [N·m or N]: efforts that the drives applied in the last physics step."""
         return self._whole.joint_efforts[:, self.columns]
 
     @property
@@ -178,7 +178,7 @@ class JointSubset(JointGroup):
         return stiffness[:, self.columns], damping[:, self.columns]
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world, now or for given positions of the group's joints."""
+        """Return the pose of a link in the world, currently or for given positions of the group's joints."""
         whole = self._whole
         if joint_positions is None:
             return whole.frame_pose(self.frame_name(frame))

@@ -1,4 +1,4 @@
-"""The clock of a paced simulator: deadlines, and how many were missed."""
+"""The clock of a paced simulator, which counts missed deadlines."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from frobs_core.arrays import Floats
 
 
 class Pacer:
-    """Waits for the world at the end of each step, and counts the deadlines that came too soon.
+    """Waits for the world at the end of each step, and counts missed deadlines.
 
-    A step must be called before the previous step's end plus its own duration: this is its deadline, at which it returns.
-    A step that is called later ends at the next deadline that is still ahead. The first step after :meth:`restart` has no
-    deadline to miss.
+    The deadline of a step is the end of the previous step plus the step's own duration. A step that is called in time
+    returns at its deadline. A step that is called later returns at the next deadline in the future. The first step
+    after :meth:`restart` cannot miss a deadline.
 
     Args:
-        clock: Returns the time of the world [s].
-        sleep: Waits for some time of the world [s].
+        clock: Returns the world's time [s].
+        sleep: Waits for a duration in the world's time [s].
 
     Attributes:
-        time: (1,) [s] from the start of the first step after a restart to the end of the last one.
-        missed: Deadlines missed since the restart.
-        lateness: How late the steps since the restart were called, in total [s].
+        time: (1,) [s] from the start of the first step after a restart to the end of the latest step.
+        missed: Number of missed deadlines since the restart.
+        lateness: Total delay of the steps since the restart [s].
     """
 
     def __init__(
@@ -34,16 +34,16 @@ class Pacer:
         self.restart()
 
     def restart(self) -> None:
-        """Forget the time and what was missed: an episode begins."""
+        """Reset the time and the statistics at the start of an episode."""
         self.time: Floats = np.zeros(1)
         self.missed, self.lateness = 0, 0.0
         self._deadline: float | None = None
 
     def wait(self, duration: float) -> None:
-        """Wait until a step has taken its time.
+        """Wait until a step has taken its full duration.
 
         Args:
-            duration: Of the step [s], > 0.
+            duration: Duration of the step [s], > 0.
         """
         now = self._clock()
         before = now if self._deadline is None else self._deadline

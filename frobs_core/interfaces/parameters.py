@@ -1,4 +1,4 @@
-"""Physical parameters of a simulator whose engine does not keep them for each environment."""
+"""Physical parameters for simulators whose engine does not store them per environment."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from frobs_core.interfaces.simulation import Snapshot
 from frobs_core.models.model import Link
 
 NAMES = ("mass", "friction", "stiffness", "damping", "joint_damping", "gravity")
-"""What every simulator with these parameters offers; ``size`` is added by those that can build bodies again."""
+"""Parameters that every such simulator provides. Simulators that can rebuild bodies add ``size``."""
 
 
 class Driven(Protocol):
-    """A robot whose drive gains can be written.
+    """A robot with writable drive gains.
 
     Attributes:
         joint_damping: (num_envs, dof)
@@ -31,24 +31,24 @@ class Driven(Protocol):
         """Return Kp and Kd, (num_envs, dof) each."""
 
     def refresh_gains(self) -> None:
-        """Compute what depends on the drive gains."""
+        """Recompute values that depend on the drive gains."""
 
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
-        """Change Kp (0) or Kd (1) of some environments."""
+        """Change Kp (0) or Kd (1) in some environments."""
 
 
 class WrittenParameters(ABC):
-    """Implements ``parameter`` and ``write_parameter`` of a simulation; a subclass passes changes on to its engine.
+    """Implements ``parameter`` and ``write_parameter`` of a simulation. A subclass passes changes on to its engine.
 
     Args:
         placements: The robots of the scene.
-        scene: Everything else.
-        robots: The robots' handles; may be filled later.
+        scene: The rest of the scene.
+        robots: Handles of the robots; may be filled later.
         num_envs: ≥ 1.
 
     Attributes:
-        names: The parameters that are offered.
-        written: What was written, by parameter and target: (num_envs, …).
+        names: Names of the supported parameters.
+        written: Written values, by parameter and target: (num_envs, …).
     """
 
     names: Sequence[str] = NAMES
@@ -61,19 +61,19 @@ class WrittenParameters(ABC):
 
     @abstractmethod
     def apply(self, name: str, target: str, mask: Mask | None) -> None:
-        """Pass a mass, a friction, a size or the gravity that was written on to the engine."""
+        """Pass a written mass, friction, size or gravity on to the engine."""
 
     def collides(self, target: str) -> bool:
-        """Return whether a scene body or ``robot/link`` has a shape that can touch others."""
+        """Return whether a scene body or ``robot/link`` has a shape that can collide with others."""
         if target in self._scene.bodies:
             return bool(self._scene.bodies[target].collisions)
         return bool(self._link(target).collisions)
 
     def check_body(self, name: str) -> None:
-        """Check that a scene body or ``robot/link`` exists.
+        """Verify that a scene body or ``robot/link`` exists.
 
         Raises:
-            UnknownNameError: There is no such body.
+            UnknownNameError: The body does not exist.
         """
         links = [f"{robot}/{link.name}" for robot, placed in self._placements.items() for link in placed.model.links]
         names = [*self._scene.bodies, *links]
@@ -81,7 +81,7 @@ class WrittenParameters(ABC):
             raise UnknownNameError("body", name, names)
 
     def read(self, name: str, target: str) -> Floats:
-        """Return a parameter of each environment, (num_envs, …)."""
+        """Return a parameter for each environment, (num_envs, …)."""
         match name:
             case "stiffness":
                 return self._robot(target).drive_gains()[0].copy()
@@ -96,7 +96,7 @@ class WrittenParameters(ABC):
         raise UnknownNameError("parameter", name, self.names)
 
     def write(self, name: str, target: str, values: Floats, mask: Mask | None) -> None:
-        """Change a parameter of the environments of ``mask``."""
+        """Change a parameter in the environments of ``mask``."""
         if name not in self.names:
             raise UnknownNameError("parameter", name, self.names)
         values = np.asarray(values, np.float64)
@@ -119,14 +119,14 @@ class WrittenParameters(ABC):
                 self.apply(name, target, mask)
 
     def snapshot(self) -> Snapshot:
-        """Return what was written, and the drive gains."""
+        """Return the written parameters and the drive gains."""
         state: Snapshot = {f"parameter/{name}:{target}": value.copy() for (name, target), value in self.written.items()}
         for name, robot in self._robots.items():
             state[f"stiffness/{name}"], state[f"damping/{name}"] = (gain.copy() for gain in robot.drive_gains())
         return state
 
     def restore(self, state: Snapshot) -> None:
-        """Return to a snapshot; parameters that it leaves out return to the values of the scene and the models."""
+        """Restore a snapshot; parameters that it does not contain return to the values of the scene and the models."""
         saved = {
             (name, target): value
             for key, value in state.items()
@@ -144,7 +144,7 @@ class WrittenParameters(ABC):
             robot.refresh_gains()
 
     def _nominal(self, name: str, target: str) -> Floats:
-        """Return the value of the scene or the model."""
+        """Return the value from the scene or the model."""
         scene = self._scene
         if name == "gravity":
             return np.array(scene.gravity, np.float64)
@@ -155,7 +155,7 @@ class WrittenParameters(ABC):
             return np.array(scene.floor_friction)
         self.check_body(target)
         if name == "friction" and not self.collides(target):
-            raise PhysicsParameterError("friction", target, "cannot change: it collides with nothing.")
+            raise PhysicsParameterError("friction", target, "cannot change, because it does not collide.")
         if target in scene.bodies:
             body = scene.bodies[target]
             friction, inertial = body.friction, body.inertial
@@ -166,7 +166,7 @@ class WrittenParameters(ABC):
         if name == "friction":
             return np.array(friction)
         if inertial is None:
-            raise PhysicsParameterError("mass", target, "cannot change: it has no mass.")
+            raise PhysicsParameterError("mass", target, "cannot change, because it has no mass.")
         return np.array(inertial.mass)
 
     def _link(self, target: str) -> Link:

@@ -1,4 +1,4 @@
-"""A robot: data. Limits, inertia and geometry are read from its model file, never repeated here."""
+"""Robots, described as data. Limits, inertia and geometry come from the model file and are not repeated here."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from functools import cached_property
 from frobs_core.interfaces.sensor import Lidar, Sensor
 
 ALL = "all"
-"""Name of the only joint group of a robot that defines none."""
+"""Name of the only joint group of a robot that does not define groups."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class DriveGains:
-    """Gains of the drive law, one number for all joints or one by joint name.
+    """Gains of the drive law: one number for all joints, or numbers by joint name.
 
     Attributes:
         stiffness: Kp [N·m/rad or N/m]
@@ -25,7 +25,7 @@ class DriveGains:
     damping: float | Mapping[str, float]
 
     def of(self, joint: str) -> tuple[float, float]:
-        """Return (Kp, Kd) of one joint; a joint that a mapping leaves out has 0."""
+        """Return (Kp, Kd) of a joint; joints that are missing in a mapping have 0."""
 
         def pick(gain: float | Mapping[str, float]) -> float:
             return gain.get(joint, 0.0) if isinstance(gain, Mapping) else gain
@@ -40,12 +40,12 @@ class DifferentialDrive:
     Attributes:
         left: Joints of the left wheels.
         right: Joints of the right wheels.
-        separation: Between left and right contact points [m].
+        separation: Distance between the left and right contact points [m].
         wheel_radius: [m]
         max_linear_velocity: [m/s]
         max_angular_velocity: [rad/s]
-        max_linear_acceleration: [m/s²]; None: velocities jump.
-        max_angular_acceleration: [rad/s²]; None: velocities jump.
+        max_linear_acceleration: [m/s²]; None: unlimited.
+        max_angular_acceleration: [rad/s²]; None: unlimited.
     """
 
     left: tuple[str, ...]
@@ -64,10 +64,10 @@ class EndEffector:
 
     Attributes:
         tcp: Link that is the tool center point.
-        arm: Joint group that carries it; empty: the robot's first group.
-        group: Joint group of its fingers; empty: it has none.
-        open: Joint positions at which it is open, by joint name [rad or m].
-        closed: Joint positions at which it is closed, by joint name [rad or m].
+        arm: Joint group that carries the tool; empty: the robot's first group.
+        group: Joint group of the fingers; empty: the tool has none.
+        open: Joint positions of the open tool, by joint name [rad or m].
+        closed: Joint positions of the closed tool, by joint name [rad or m].
     """
 
     tcp: str
@@ -79,27 +79,27 @@ class EndEffector:
 
 @dataclass(frozen=True, kw_only=True)
 class Robot:
-    """A robot, as data.
+    """A robot as data.
 
     Attributes:
-        model: ``"package:folder/file.urdf.xacro"`` inside an installed package, or a path.
-            The ending says the format: ``.urdf``, ``.xacro`` or ``.xml`` (MJCF).
-        name: For messages.
+        model: ``"package:folder/file.urdf.xacro"`` inside an installed package, or a path. The suffix determines the
+            format: ``.urdf``, ``.xacro`` or ``.xml`` (MJCF).
+        name: Name for messages.
         xacro_args: Arguments of the xacro file.
-        package_paths: Folders of the ROS packages that the file names, by package name.
-        home: Rest configuration by joint name [rad or m]; a joint that is left out rests at 0, or at the
-            middle of its limits where 0 is outside of them.
-        tcp: Link that a task talks about; None: the last link of the longest chain.
-        gains: Of the drive law; None: computed from the inertia, critically damped.
+        package_paths: Folders of the ROS packages that the model file refers to, by package name.
+        home: Rest configuration by joint name [rad or m]. Joints you omit rest at 0, or at the middle of their limits
+            if 0 is outside of them.
+        tcp: Link that serves as the tool center point; None: the last link of the longest chain.
+        gains: Gains of the drive law; None: computed from the inertia, critically damped.
         base: ``"fixed"``, ``"floating"`` or ``"wheeled"``; the last two move freely in the world.
-        sensors: By name.
-        differential_drive: For wheeled robots that turn by it.
-        self_collision: Whether links collide that are not neighbours.
-        friction: Sliding friction coefficient of links that do not have the simulators' own, by link: 0 for what
-            glides, as a caster does.
+        sensors: Sensors, by name.
+        differential_drive: Wheels of a robot with a differential drive.
+        self_collision: Whether links that are not neighbors collide with each other.
+        friction: Coefficient of sliding friction by link, for links that should not use the simulator's default: for
+            example 0 for a caster, which glides.
         groups: Joints that are controlled together, by group name; empty: one group, ``"all"``. Groups are disjoint.
             Joints in no group hold their home position.
-        default_controllers: Controller of each group, for groups whose controller the user does not choose.
+        default_controllers: Controllers by group, used for groups for which the user does not choose one.
         end_effectors: Tools, by name.
     """
 
@@ -120,7 +120,7 @@ class Robot:
     end_effectors: Mapping[str, EndEffector] = field(default_factory=dict)
 
     def tcp_of(self, group: str) -> str | None:
-        """Return the link that is the tool center point of a joint group; None: the robot's own."""
+        """Return the tool center point of a joint group; None means that of the robot."""
         first = next(iter(self.groups), "")
         return next((tool.tcp for tool in self.end_effectors.values() if (tool.arm or first) == group), None)
 
@@ -133,30 +133,30 @@ class Robot:
         pos: tuple[float, float, float] = (0.0, 0.0, 0.0),
         rpy: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> Robot:
-        """Return this arm with an end effector at one of its links.
+        """Return a copy of this arm with an end effector attached to one of its links.
 
-        The models of both become one URDF in the cache, in which all names of the tool begin with ``name_``. The tool's
-        joints become the joint group ``name``, and the arm's joints the group ``"arm"`` if it had no groups. The tool
-        center point is the tool's.
+        Both models are merged into one URDF in the cache, in which all names of the tool begin with ``name_``. The
+        tool's joints become the joint group ``name``. If the arm has no groups, its joints become the group ``"arm"``.
+        The new tool center point is that of the tool.
 
         Args:
             link: Link that carries the tool.
-            tool: Description of the tool: a robot without joint groups. Its end effector, if it describes one, states the
-                tool center point and the open and closed positions.
+            tool: Description of the tool: a robot without joint groups. If it describes an end effector, that defines
+                the tool center point and the open and closed positions.
             name: Name of the end effector, of its joint group, and prefix of all its names.
-            pos: Of the tool's root link in ``link`` [m].
+            pos: Position of the tool's root link in ``link`` [m].
             rpy: Orientation of the tool's root link in ``link`` [rad].
 
         Raises:
             UnknownNameError: The arm has no such link.
-            UnsuitableRobotError: A model is no URDF, the tool has joint groups, or the name is taken.
+            UnsuitableRobotError: A model is not a URDF, the tool has joint groups, or the name is already used.
             ModelFileError: A model cannot be read.
         """
-        from frobs_core.interfaces.attachment import attach  # which reads model files
+        from frobs_core.interfaces.attachment import attach  # imported here because it reads model files
 
         return attach(self, link, tool, name, pos, rpy)
 
     @cached_property
     def lidars(self) -> Mapping[str, Lidar]:
-        """Those of the sensors that are lidars."""
+        """The robot's lidars, by name."""
         return {name: sensor for name, sensor in self.sensors.items() if isinstance(sensor, Lidar)}

@@ -1,4 +1,4 @@
-"""One robot of a simulation: its state, which can be read and written, and the drives of its joints."""
+"""The handle of a robot in a simulation: reads and writes its state, and commands its drives."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from frobs_core.rotations import Number, quat_multiply, quat_rotate
 
 
 class RobotHandle(JointGroup):
-    """One robot of a simulation, in every environment.
+    """One robot of a simulation in every environment.
 
-    The drive law, at the physics rate, is effort = clip(Kp·(q* − q) − Kd·q̇ + ff, ± effort limit), with the
-    damping implicit in the velocity. ``POSITION`` commands q* with ff = 0; ``VELOCITY`` commands v* as
-    ff = Kd·v* with Kp = 0; ``EFFORT`` commands ff with Kp = Kd = 0. Each joint has its own command mode.
+    The drive law, evaluated in each physics step, is effort = clip(Kp·(q* − q) − Kd·q̇ + ff, ± effort limit), with
+    implicit damping. ``POSITION`` commands q* with ff = 0; ``VELOCITY`` commands v* as ff = Kd·v* with Kp = 0;
+    ``EFFORT`` commands ff with Kp = Kd = 0. Each joint has its own command mode.
 
     Attributes:
         command_modes: (dof) command mode of each joint.
-        base: The root link, if the simulator keeps it as a body that it can move; None: it stays in its place, or the
-            simulator overrides what reads and writes it.
+        base: Handle of the root link if the simulator can move it as a body. None: the base is fixed, or the simulator
+            overrides the methods that read and write it.
     """
 
     command_modes: tuple[CommandMode, ...]
@@ -44,15 +44,15 @@ class RobotHandle(JointGroup):
     _factor: Floats
 
     def describe(self, name: str, placement: Placement, num_envs: int) -> None:
-        """Fill in all attributes of the class, which follow from the placement; a constructor's first call.
+        """Set all attributes of the class from the placement. Call this first in a constructor.
 
         Args:
-            name: In the simulation.
-            placement: Of the robot.
+            name: Name of the robot in the simulation.
+            placement: Placement of the robot.
             num_envs: ≥ 1.
 
         Raises:
-            UnknownNameError: The tool center point or a joint of the home position is not in the model.
+            UnknownNameError: The model does not contain the tool center point or a joint of the home position.
         """
         model, robot = placement.model, placement.robot
         self.name, self.robot, self.model, self.num_envs = name, robot, model, num_envs
@@ -72,33 +72,33 @@ class RobotHandle(JointGroup):
         self._command, self._command_rows = self.holding_command(self.home), None
 
     def expand(self, row: Sequence[float] | Floats) -> Floats:
-        """Return a value for each joint as (num_envs, dof)."""
+        """Repeat a value per joint for all environments, (num_envs, dof)."""
         return np.repeat(np.asarray(row, np.float64)[None], self.num_envs, axis=0)
 
     def group(self, joint_names: Sequence[str], tcp: str | None = None) -> JointGroup:
-        """Return some joints as a controller sees them; for all joints in their order, the handle itself.
+        """Return a group of joints for a controller. For all joints in their original order, this is the handle itself.
 
         Args:
             joint_names: The joints.
-            tcp: Link that is the group's tool center point; None: the robot's.
+            tcp: Link that is the group's tool center point; None: the robot's tool center point.
 
         Raises:
-            UnknownNameError: The robot has no such actuated joint or no such link.
+            UnknownNameError: The robot does not have such an actuated joint or link.
         """
         if tuple(joint_names) == self.joint_names and tcp in (None, self.tcp):
             return self
         return JointSubset(self, joint_names, tcp)
 
     def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
-        """Set the joint state at once.
+        """Set the joint state without simulating the motion.
 
         Args:
             positions: (n, dof) [rad or m]
             velocities: (n, dof) [rad/s or m/s]
-            mask: The environments.
+            mask: The environments to change.
 
         Raises:
-            CapabilityError: The simulator lacks the ability ``teleport``.
+            CapabilityError: The simulator does not support ``teleport``.
         """
         raise CapabilityError.lacking(self, "teleport")
 
@@ -111,11 +111,11 @@ class RobotHandle(JointGroup):
         """
         modes = set(self.command_modes)
         if len(modes) > 1:
-            raise UnsuitableRobotError(self.robot.name, "has joints with different command modes: see command_modes.")
+            raise UnsuitableRobotError(self.robot.name, "has joints with different command modes; use command_modes.")
         return next(iter(modes), CommandMode.POSITION)
 
     def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
-        """Change what commands mean, and hold: the present positions, zero velocity or zero effort.
+        """Change the command mode and hold: command the current positions, zero velocity or zero effort.
 
         Args:
             mode: One mode for all joints, or one for each.
@@ -128,23 +128,23 @@ class RobotHandle(JointGroup):
         self.refresh_gains()
 
     def command(self, values: Floats) -> None:
-        """Set what the drives follow in the next steps. Here it is kept until the next step takes it.
+        """Set the targets of the drives for the next steps. The default implementation stores them until the next step.
 
         Args:
-            values: (num_envs, dof), held; or (num_envs, decimation, dof), one row for each physics step of the
-                next ``step``, whose ``decimation`` it must have; afterwards the last row is held.
+            values: (num_envs, dof), held; or (num_envs, decimation, dof) with one row for each physics step of the next
+                ``step``, which must have the same ``decimation``. The last row is held afterwards.
         """
         self._command_rows = np.array(values) if values.ndim == 3 else None
         self._command[:] = values[:, -1] if values.ndim == 3 else values
 
     def _take_commands(self, decimation: int) -> Floats:
-        """Return the command of each physics step of a step that begins, (num_envs, decimation, dof).
+        """Return the command for each physics step of the step that begins, (num_envs, decimation, dof).
 
         Args:
-            decimation: Physics steps.
+            decimation: Number of physics steps.
 
         Raises:
-            SimulationError: The last command has another number of rows.
+            SimulationError: The last command has a different number of rows.
         """
         rows, self._command_rows = self._command_rows, None
         if rows is None:
@@ -158,16 +158,16 @@ class RobotHandle(JointGroup):
         return self._stiffness, self._damping
 
     def refresh_gains(self) -> None:
-        """Compute what the drive law uses in the present command modes, after the gains or the modes have changed."""
+        """Recompute the factors of the drive law, after the gains or the command modes have changed."""
         self._active_stiffness, self._active_damping, self._factor = active_gains(
             self.command_modes, self._stiffness, self._damping
         )
 
     def _write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> Floats:
-        """Change Kp (0) or Kd (1) of some environments.
+        """Change Kp (0) or Kd (1) in some environments.
 
         Returns:
-            (n, dof) what the commands in force must be multiplied by, so that the drives follow the same targets.
+            (n, dof) factors for the current commands, so that the drives keep their targets.
         """
         before = self._factor[rows]
         self.drive_gains()[which][rows] = values
@@ -175,7 +175,7 @@ class RobotHandle(JointGroup):
         return np.divide(self._factor[rows], before, out=np.ones_like(before), where=before > 0)
 
     def holding_command(self, joint_positions: Floats) -> Floats:
-        """Return the command that holds: given positions, zero velocity or zero effort, by each joint's mode.
+        """Return the command that holds, by each joint's mode: the given positions, zero velocity or zero effort.
 
         Args:
             joint_positions: (…, dof) [rad or m]
@@ -202,38 +202,38 @@ class RobotHandle(JointGroup):
         return np.zeros((self.num_envs, 3)), np.zeros((self.num_envs, 3))
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
-        """Put the root link somewhere at once; a fixed base can be moved too.
+        """Teleport the root link. A fixed base can be moved too.
 
         Args:
             pos: (n, 3) [m] in the world.
             quat_wxyz: (n, 4), of length 1.
-            mask: The environments.
+            mask: The environments to change.
 
         Raises:
-            CapabilityError: The simulator lacks the ability ``teleport``.
+            CapabilityError: The simulator does not support ``teleport``.
         """
         raise CapabilityError.lacking(self, "teleport")
 
     def write_base_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
-        """Give a free root link a velocity at once.
+        """Set the velocity of a free root link.
 
         Args:
             lin_vel_world: (n, 3) [m/s]
             ang_vel_world: (n, 3) [rad/s]
-            mask: The environments.
+            mask: The environments to change.
 
         Raises:
-            CapabilityError: The simulator lacks the ability ``teleport``.
+            CapabilityError: The simulator does not support ``teleport``.
             SimulationError: The base is fixed.
         """
         if self.base is None:
             raise CapabilityError.lacking(self, "teleport")
         self.base.write_twist(lin_vel_world, ang_vel_world, mask)
 
-    # Kinematics from the model, the joint state and the pose of the base; engines that have their own override them.
+    # Kinematics from the model, the joint state and the base pose. Engines with their own kinematics override them.
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world, now or for given joint positions."""
+        """Return the pose of a link in the world, currently or for given joint positions."""
         if joint_positions is not None:
             return self.planned_frame_pose(frame, joint_positions)
         pos, quat = self.model.frame_pose(self.frame_name(frame), self.joint_positions)
@@ -254,7 +254,7 @@ class RobotHandle(JointGroup):
         return twist[:, :3] + linear + np.cross(angular, lever), twist[:, 3:] + angular
 
     def frame_jacobian(self, frame: str) -> Floats:
-        """Return (num_envs, 6, dof): rows 0–2 lin_vel_world, rows 3–5 ang_vel_world, per joint velocity."""
+        """Return (num_envs, 6, dof): rows 0–2 lin_vel_world, rows 3–5 ang_vel_world, per unit of joint velocity."""
         return self.point_jacobian(self.frame_name(frame), self.frame_pose(frame)[0])
 
     def point_jacobian(self, link: str, point: Floats) -> Floats:
@@ -265,7 +265,7 @@ class RobotHandle(JointGroup):
             point: (num_envs, 3) [m] in the world.
 
         Returns:
-            (num_envs, 6, dof): rows 0–2 lin_vel_world, rows 3–5 ang_vel_world, per joint velocity.
+            (num_envs, 6, dof): rows 0–2 lin_vel_world, rows 3–5 ang_vel_world, per unit of joint velocity.
         """
         jacobian = np.zeros((self.num_envs, 6, self.dof))
         for joint in joint_path(self.model, link):
@@ -284,16 +284,16 @@ class RobotHandle(JointGroup):
         return jacobian
 
     def lidar(self, name: str) -> Floats:
-        """Return (num_envs, rays) [m] of a lidar of the robot; it does not see the robot itself.
+        """Return the ranges of a lidar of the robot, (num_envs, rays) [m]. The lidar does not detect the robot itself.
 
         Raises:
-            CapabilityError: The simulator lacks the ability ``rays``.
+            CapabilityError: The simulator does not support ``rays``.
             UnknownNameError: The robot has no such lidar.
         """
         raise CapabilityError.lacking(self, "rays")
 
     def lidar_rays(self, name: str) -> tuple[Lidar, Floats, Floats]:
-        """Return a lidar, and where its rays start [m] and point in the world, (num_envs, rays, 3) each.
+        """Return a lidar, and the origins [m] and directions of its rays in the world, (num_envs, rays, 3) each.
 
         Raises:
             UnknownNameError: The robot has no such lidar.
@@ -302,7 +302,7 @@ class RobotHandle(JointGroup):
         if lidar is None:
             raise UnknownNameError("lidar", name, self.robot.lidars)
         pos, quat = self.frame_pose(lidar.frame)
-        if self.num_envs == 1:  # Python's own floats are faster; they round alike
+        if self.num_envs == 1:  # Python floats are faster here and round identically
             ahead, left = np.array(_xy_axes(*quat[0].tolist())).reshape(2, 1, 1, 3)
         else:
             ahead, left = np.array(_xy_axes(*quat.T)).reshape(2, 3, self.num_envs, 1).transpose(0, 2, 3, 1)
@@ -313,7 +313,7 @@ class RobotHandle(JointGroup):
 
 
 def _xy_axes(w: Number, x: Number, y: Number, z: Number) -> tuple[Number, Number, Number, Number, Number, Number]:
-    """Return the x axis and the y axis of a frame that is turned by a quaternion."""
+    """Return the x axis and the y axis of a frame that is rotated by a quaternion."""
     return (
         1.0 - 2.0 * (y * y + z * z),
         2.0 * (x * y + w * z),
@@ -325,7 +325,7 @@ def _xy_axes(w: Number, x: Number, y: Number, z: Number) -> tuple[Number, Number
 
 
 def active_gains(modes: Sequence[CommandMode], stiffness: Floats, damping: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return what the drive law multiplies errors and commands by.
+    """Return the factors by which the drive law multiplies errors and commands.
 
     Args:
         modes: (dof) command mode of each joint.
@@ -333,8 +333,8 @@ def active_gains(modes: Sequence[CommandMode], stiffness: Floats, damping: Float
         damping: (…, dof) Kd of the drives.
 
     Returns:
-        Kp, Kd and the factor that turns a command into an effort (Kp for positions, Kd for velocities, 1 for efforts),
-        (…, dof) each, arrays of their own.
+        Kp, Kd and the factor that converts a command into an effort (Kp for positions, Kd for velocities, 1 for
+        efforts), (…, dof) each, as new arrays.
     """
     position = np.array([mode == CommandMode.POSITION for mode in modes], bool)
     effort = np.array([mode == CommandMode.EFFORT for mode in modes], bool)

@@ -1,4 +1,4 @@
-"""A scene: everything that is not the robot, as data."""
+"""Scenes: everything except the robot, as data."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from frobs_core.rotations import quat_conjugate, quat_multiply, quat_rotate
 
 @dataclass(frozen=True, kw_only=True)
 class Contact:
-    """A contact that a task wants to know of, between two bodies.
+    """A contact between two bodies that a task observes.
 
-    A side is ``"floor"``, the name of a scene body, ``"robot/link"`` for one link, ``"robot"`` for all
-    links of a robot, or ``"*"`` for anything else.
+    A side is ``"floor"``, the name of a scene body, ``"robot/link"`` for one link, ``"robot"`` for all links of a
+    robot, or ``"*"`` for any body.
 
     Attributes:
         first: One side.
         second: The other side.
-        ignore: Sides that ``"*"`` is not to mean; only with it. Such a contact has no force.
+        ignore: Sides that ``"*"`` does not include. Requires ``"*"``. The force of such a contact is not available.
     """
 
     first: str
@@ -41,7 +41,7 @@ class Contact:
     ignore: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse to leave something out of a side that is one thing.
+        """Check that ``ignore`` is only used together with ``"*"``.
 
         Raises:
             ConfigurationError: ``second`` is not ``"*"``.
@@ -49,17 +49,17 @@ class Contact:
         if self.ignore and self.second != "*":
             raise SceneError(
                 f"a contact of '{self.first}' with '{self.second}'",
-                f"ignores {', '.join(self.ignore)}; only one with '*' can leave something out.",
+                f"ignores {', '.join(self.ignore)}; only contacts with '*' can ignore something.",
             )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Camera:
-    """A camera that stands in the world, or is fixed to a robot's link.
+    """A camera that is fixed in the world or to a robot's link.
 
     Attributes:
-        pos: [m] in the world, or in ``frame``.
-        target: Point that it looks at [m], in the same frame.
+        pos: Position in the world, or in ``frame`` [m].
+        target: Point that the camera looks at, in the same frame [m].
         fov_y: Vertical field of view [deg].
         frame: None for the world, or ``"robot/link"``.
         up: Direction that points up in the image, in the same frame, not parallel to the view. None: the z axis, or the
@@ -75,13 +75,13 @@ class Camera:
 
 @dataclass(frozen=True)
 class Marker:
-    """A sphere that is drawn and touches nothing.
+    """A sphere that is rendered but does not collide.
 
     Attributes:
         pos: (num_envs, 3) [m] in the world.
         radius: [m]
-        rgba: Each in [0, 1].
-        name: What it marks. Viewers such as RViz show and hide markers by name.
+        rgba: Color, each component in [0, 1].
+        name: Meaning of the marker. Viewers such as RViz show and hide markers by name.
     """
 
     pos: Floats
@@ -95,11 +95,11 @@ class Placement:
     """A robot in a scene.
 
     Attributes:
-        robot: Its description.
-        model: Its model file, read.
-        pose: Of the base in the world, at reset.
-        command_mode: What its drives follow: one mode for all joints, or one by joint name; a joint that is left out
-            follows positions.
+        robot: Description of the robot.
+        model: The parsed model file of the robot.
+        pose: Pose of the base in the world at reset.
+        command_mode: Command mode of the drives: one for all joints, or one by joint name. Joints you omit follow
+            positions.
     """
 
     robot: Robot
@@ -117,7 +117,7 @@ class Placement:
 
     @property
     def drive_gains(self) -> tuple[Floats, Floats]:
-        """Kp and Kd of the robot's description, or else the default gains of its model, (dof,) each."""
+        """Kp and Kd from the robot's description, or else the default gains of its model, (dof,) each."""
         gains = self.robot.gains or default_gains(self.model, home_positions(self.model, self.robot.home))
         pairs = [gains.of(joint) for joint in self.model.joint_names]
         return np.array([kp for kp, _ in pairs], float), np.array([kd for _, kd in pairs], float)
@@ -130,10 +130,10 @@ class Placement:
 
     @cached_property
     def force_torque_sensors(self) -> dict[str, tuple[str, Pose]]:
-        """Link in whose joint each force-torque sensor measures, and pose of the sensor in this link, by sensor.
+        """Link in whose joint each force-torque sensor measures, and the sensor's pose in this link, by sensor.
 
         Raises:
-            UnsuitableRobotError: No joint is above a sensor.
+            UnsuitableRobotError: There is no joint above a sensor.
         """
         sensors = {name: each for name, each in self.robot.sensors.items() if isinstance(each, ForceTorque)}
         if not sensors:
@@ -147,14 +147,14 @@ class Placement:
             while link not in carry and link in above and above[link].type is JointType.FIXED:
                 link = above[link].parent
             if link not in above:
-                reason = f"has no joint above '{link}' that the force-torque sensor '{name}' can measure in."
+                reason = f"has no joint above '{link}' in which the force-torque sensor '{name}' can measure."
                 raise UnsuitableRobotError(self.robot.name, reason)
             found[name] = link, _relative_pose(self.start_pose(link), self.start_pose(sensor.frame))
         return found
 
 
 def _relative_pose(first: Floats, second: Floats) -> Pose:
-    """Return the second pose in the frame of the first, both (7,)."""
+    """Return the second pose relative to the first, both (7,)."""
     back = quat_conjugate(first[3:])
     pos, quat = quat_rotate(back, second[:3] - first[:3]), quat_multiply(back, second[3:])
     return pose_from_array(np.concatenate([pos, quat]))
@@ -162,13 +162,13 @@ def _relative_pose(first: Floats, second: Floats) -> Pose:
 
 @dataclass(frozen=True)
 class Attachment:
-    """Two bodies or links that are fixed to each other, and do not collide with each other.
+    """Two bodies or links that are fixed to each other and do not collide with each other.
 
     Attributes:
         first: A scene body, or ``"robot/link"``.
         second: A free scene body, or ``"robot/link"``.
-        pose: Of the second in the frame of the first; None: as they stand at reset, with robots at home. If they stand
-            elsewhere, also because a task has moved one of them, the engine pulls them there.
+        pose: Pose of the second in the frame of the first; None: their relative pose at reset, with robots at home. If
+            they are elsewhere, for example because a task has moved one of them, the engine pulls them there.
     """
 
     first: str
@@ -178,20 +178,20 @@ class Attachment:
 
 @dataclass(frozen=True, kw_only=True)
 class Prop:
-    """An articulated object without a controller, such as a drawer. Its joints move as their model file says.
+    """An articulated object without a controller, such as a drawer. Its model file defines how its joints move.
 
-    Its links are ``"prop/link"`` in contacts and cameras, and its joint positions and velocities are read from
-    ``Simulation.robots``, where it stands under its name.
+    Contacts and cameras refer to its links as ``"prop/link"``. Read its joint positions and velocities from
+    ``Simulation.robots``, which contains it under its name.
 
     Attributes:
         model: Its model file, as in :class:`~frobs_core.interfaces.Robot`.
-        pose: Of its root link in the world, at reset.
+        pose: Pose of its root link in the world at reset.
         base: ``"fixed"`` or ``"floating"``.
-        home: Joint positions at reset by joint name [rad or m]; a joint that is left out rests at 0, or at the middle of
-            its limits where 0 is outside of them.
-        friction: Sliding friction coefficient of links that do not have the simulators' own, by link.
+        home: Joint positions at reset by joint name [rad or m]. Joints you omit rest at 0, or at the middle of their
+            limits if 0 is outside of them.
+        friction: Coefficient of sliding friction by link, for links that should not use the simulator's default.
         xacro_args: Arguments of the xacro file.
-        package_paths: Folders of the ROS packages that the file names, by package name.
+        package_paths: Folders of the ROS packages that the model file refers to, by package name.
     """
 
     model: str
@@ -224,21 +224,21 @@ class Prop:
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
-    """Everything that is not the robot.
+    """Everything except the robot.
 
     Attributes:
         floor: Whether there is a floor at z = 0.
-        floor_friction: Sliding friction coefficient of the floor. Free bodies slide over it with at least this coefficient on
-            MuJoCo and PyBullet, and with at most this coefficient on Gazebo.
+        floor_friction: Coefficient of sliding friction of the floor. Free bodies slide over it with at least this
+            coefficient on MuJoCo and PyBullet, and with at most this coefficient on Gazebo.
         gravity: [m/s²]
-        bodies: By name.
-        contacts: That the task wants to know of, by name.
-        cameras: By name; the first is the default of ``render``.
-        robots: Further robots, which no controller moves, by name.
+        bodies: Bodies, by name.
+        contacts: Contacts that the task observes, by name.
+        cameras: Cameras, by name; the first is the default of ``render``.
+        robots: Additional robots without controllers, by name.
         props: Articulated objects without a controller, by name.
         attachments: Bodies and links that are fixed to each other, by name.
         robot_pose: Base pose of the controlled robot in the world.
-        robot_poses: Base poses of the controlled robots in the world, by name, where there are several.
+        robot_poses: Base poses of the controlled robots in the world, by name, if there are several.
     """
 
     floor: bool = True
@@ -257,36 +257,36 @@ class Scene:
 
     @property
     def span(self) -> float:
-        """How far away its cameras look, the farthest that stands in the world [m]; 0 without any.
+        """Largest viewing distance of the cameras that are fixed in the world [m]; 0 if there are none.
 
-        Simulators may draw what has no size of its own, as the floor's pattern, to suit.
+        Simulators may scale visual elements without a size of their own, such as the floor's pattern, accordingly.
         """
         far = [dist(camera.pos, camera.target) for camera in self.cameras.values() if camera.frame is None]
         return max(far, default=0.0)
 
     @property
     def sizable_bodies(self) -> list[str]:
-        """Bodies whose size can differ between environments, on simulators with the ability ``randomize_size``."""
+        """Bodies whose size can differ between environments, on simulators that support ``randomize_size``."""
         return [name for name, body in self.bodies.items() if body.is_sizable]
 
     def check_size(self, body: str, factors: Floats | float = 1.0) -> None:
-        """Check a size before it is read or written.
+        """Validate a size before it is read or written.
 
         Args:
-            body: Whose size it is.
-            factors: Of its lengths.
+            body: Name of the body.
+            factors: Factors for its lengths.
 
         Raises:
-            PhysicsParameterError: The body has no size that can change, or a factor is not above 0.
+            PhysicsParameterError: The body's size cannot change, or a factor is not above 0.
         """
         if body not in self.sizable_bodies:
-            reason = "cannot change: it is no body of the scene that is made of primitives."
+            reason = "cannot change: only scene bodies that consist of primitives can be resized."
             raise PhysicsParameterError("size", body, reason)
         if not np.all(factors > 0):
             raise PhysicsParameterError("size", body, f"must be above 0: {np.min(factors)}.")
 
     def all_robots(self, controlled: Mapping[str, Placement]) -> dict[str, Placement]:
-        """Return what a simulation is built with: the controlled robots, the scene's further robots, and its props.
+        """Return all robots of a simulation: the controlled robots, the scene's additional robots, and its props.
 
         Args:
             controlled: The controlled robots by name.
@@ -298,7 +298,9 @@ class Scene:
         robots = {**controlled, **self.robots}
         for name in self.props:
             if name in robots or name in self.bodies:
-                raise SceneError(f"prop '{name}'", "has the name of a robot or body of the scene; give it another one.")
+                raise SceneError(
+                    f"prop '{name}'", "has the same name as a robot or body of the scene; choose another name."
+                )
         return robots | {name: prop.placement(name) for name, prop in self.props.items()}
 
     def attachment_pose(self, name: str, robots: Mapping[str, Placement]) -> Pose:
@@ -314,61 +316,65 @@ class Scene:
         return _relative_pose(self._start(attachment.first, robots), self._start(attachment.second, robots))
 
     def _start(self, side: str, robots: Mapping[str, Placement]) -> Floats:
-        """Return where a body or link is at reset, (7,)."""
+        """Return the pose of a body or link at reset, (7,)."""
         if side in self.bodies:
             return pose_array(self.bodies[side].pose)
         robot, _, link = side.partition("/")
         return robots[robot].start_pose(link)
 
     def check(self, robots: Mapping[str, Placement], lacking: Collection[str] = ()) -> None:
-        """Check that nothing contradicts itself or names what the scene does not have; simulators call it first.
+        """Check that the scene is consistent and all references exist. Simulators call this first.
 
         Args:
             robots: All robots of the simulation.
-            lacking: What the simulator cannot build: ``"contacts"``, ``"attachments"``.
+            lacking: Features that the simulator does not support: ``"contacts"``, ``"attachments"``.
 
         Raises:
-            ConfigurationError: A kinematic body has a mass, a contact or camera names no body, or the scene needs what
-                the simulator lacks.
+            ConfigurationError: A kinematic body has a mass, a contact or camera refers to a body that does not exist,
+                or the simulator does not support a feature of the scene.
         """
         for what in lacking:
             if getattr(self, what):
                 names = ", ".join(getattr(self, what))
-                raise SceneError("the scene", f"has the {what} {names}; this simulator offers no {what}.")
+                raise SceneError("the scene", f"has the {what} {names}; this simulator does not support {what}.")
         links = {f"{name}/{link.name}" for name, placement in robots.items() for link in placement.model.links}
         known = [*self.bodies, *robots, *(["floor"] if self.floor else [])]
         for name, contact in self.contacts.items():
             for side in (contact.first, contact.second, *contact.ignore):
                 if side != "*" and side not in known and side not in links:
-                    raise SceneError(f"contact '{name}'", f"names '{side}', which is none of {', '.join(known)}.")
+                    raise SceneError(
+                        f"contact '{name}'", f"refers to '{side}', which does not exist; available: {', '.join(known)}."
+                    )
         for name, camera in self.cameras.items():
             if camera.frame is not None and camera.frame not in links and camera.frame not in self.bodies:
-                raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is no body of the scene.")
+                raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is not a body of the scene.")
             if camera.up is not None and not np.any(np.cross(camera.up, np.subtract(camera.pos, camera.target))):
                 raise SceneError(f"camera '{name}'", f"has the up vector {camera.up}, which is parallel to its view.")
         for name, attachment in self.attachments.items():
             for side in (attachment.first, attachment.second):
                 if side not in links and side not in self.bodies:
-                    raise SceneError(f"attachment '{name}'", f"names '{side}', which is no body or link of the scene.")
+                    raise SceneError(
+                        f"attachment '{name}'", f"refers to '{side}', which is not a body or link of the scene."
+                    )
             second = self.bodies.get(attachment.second)
             if attachment.first == attachment.second or (second is not None and not second.is_free):
                 raise SceneError(
-                    f"attachment '{name}'", "has as its second side no link, and no other body with a mass."
+                    f"attachment '{name}'", "needs a link, or another body with a mass, as its second side."
                 )
         for name, body in self.bodies.items():
             if body.is_free and body.kinematic:
-                raise SceneError(f"scene body '{name}'", "is kinematic, so it has no mass; give one or the other.")
+                raise SceneError(f"scene body '{name}'", "is kinematic and has a mass; pass only one of them.")
 
     def contact_number(self, name: str, *, force: bool = False) -> int:
-        """Return the place of a declared contact among all, in their order.
+        """Return the index of a declared contact.
 
         Args:
             name: The contact.
-            force: Whether its force is asked for.
+            force: Whether its force is requested.
 
         Raises:
             UnknownNameError: The scene declares no such contact.
-            ConfigurationError: The force of a contact that ignores something is asked for.
+            ConfigurationError: The force of a contact that ignores something is requested.
         """
         if name not in self.contacts:
             raise UnknownNameError("declared contact", name, self.contacts)

@@ -1,7 +1,8 @@
-"""Sensors, as data: what a robot carries to measure with, and how well each of them measures.
+"""Sensors as data: the measuring devices of a robot and their accuracy.
 
-What a sensor reads is the truth with its faults, in this order: noise is added, the sum is rounded to the resolution and
-kept in the sensor's range; samples are lost; the rest arrives late. :class:`frobs_core.sensors.Sensors` does that.
+A reading is the true value with imperfections, applied in this order: noise is added; the sum is rounded to the
+resolution and clipped to the sensor's range; samples are lost; the remaining samples are delayed. This is implemented
+by :class:`frobs_core.sensors.Sensors`.
 """
 
 from __future__ import annotations
@@ -20,20 +21,21 @@ from frobs_core.errors import ParameterValueError
 
 @dataclass(frozen=True, kw_only=True)
 class Sensor:
-    """What all sensors have in common. A subclass is a new type of sensor; it names its instrument.
+    """Base class of all sensors. A subclass defines a sensor type and refers to its instrument.
 
     Attributes:
         frame: Link that it is fixed to.
-        rate: Samples per second [Hz]; None: one in each control step. Between two samples the last one stays.
-        noise: Standard deviation of what is added to each element, normal, in the reading's unit; one number, or one for
+        rate: Samples per second [Hz]; None: one per control step. Readings stay constant between two samples.
+        noise: Standard deviation of the normally distributed noise, in the reading's unit: one number, or one for each
+            element.
+        resolution: Readings are multiples of this number, in the reading's unit; 0: continuous. One number, or one for
             each element.
-        resolution: What a reading is a whole multiple of, in its unit; 0: any number. One, or one for each element.
-        delay: [s] from when a sample is taken until it is read.
+        delay: Time from taking a sample until it is read [s].
         dropout: Probability that a sample is lost, in [0, 1]; see :attr:`lost`.
-        type_name: What configurations call this type of sensor.
+        type_name: Name of this sensor type in configurations.
         instrument: ``"module:attribute"`` of the :class:`frobs_core.sensors.Instrument` that measures.
-        unit: Of a reading.
-        needs: Capability of the simulator that it cannot be read without; empty: none.
+        unit: Unit of a reading.
+        needs: Capability of the simulator that the sensor requires; empty: none.
     """
 
     type_name: ClassVar[str] = ""
@@ -49,17 +51,17 @@ class Sensor:
     dropout: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse numbers that no sensor has.
+        """Validate the parameters.
 
         Raises:
-            ConfigurationError: A number is none, or is not in its range.
+            ConfigurationError: A parameter is not a number or out of range.
         """
         for name in ("noise", "resolution"):
             given = getattr(self, name)
             if isinstance(given, list | tuple):
                 if len(given) != self.width:
                     raise self._error(name, given, f"one number, or {self.width} numbers, one for each element")
-                object.__setattr__(self, name, tuple(given))  # a list, where it comes from YAML
+                object.__setattr__(self, name, tuple(given))  # a list, if it comes from YAML
             for number in given if isinstance(given, list | tuple) else [given]:
                 self._check(name, number, low=0.0)
         self._check("delay", self.delay, low=0.0)
@@ -69,36 +71,36 @@ class Sensor:
 
     @property
     def frames(self) -> tuple[str, ...]:
-        """Every link that it is part of."""
+        """All links that are part of the sensor."""
         return (self.frame,)
 
     @property
     def width(self) -> int:
-        """How many numbers one reading has."""
+        """Number of elements in a reading."""
         return 1
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Least and greatest number of a reading, in its unit."""
+        """Minimum and maximum of a reading, in its unit."""
         return -math.inf, math.inf
 
     @property
     def lost(self) -> float | None:
-        """What is read where nothing was measured.
+        """Value of a reading that could not be measured.
 
-        A number: each element is lost by itself and reads it; one that meets nothing reads it too, and has no noise.
-        None: the whole sample is lost, and the last one stays; the first after a reset never is.
+        A number: elements are lost individually and read this value. Rays that hit nothing also read it, without noise.
+        None: the whole sample is lost and the previous one is kept; the first sample after a reset is never lost.
         """
         return None
 
     @property
     def is_ideal(self) -> bool:
-        """Whether it reads the truth of each control step; ``rate`` aside, which depends on the control step."""
+        """Whether samples are the true values. ``rate`` is ignored because it depends on the control step."""
         return not (self.delay or self.dropout or np.any(self.noise) or np.any(self.resolution))
 
     @property
     def summary(self) -> str:
-        """What it measures, in a few words."""
+        """Short description of the measured quantities."""
         return self.type_name
 
     def _check(
@@ -124,18 +126,18 @@ class Sensor:
 
 @dataclass(frozen=True, kw_only=True)
 class Lidar(Sensor):
-    """A planar laser scanner: rays in the xy plane of ``frame``, counter-clockwise from ``angle_min``.
+    """A planar laser scanner: rays in the xy plane of ``frame``, counterclockwise from ``angle_min``.
 
-    It reads the distance [m] along each ray, and does not see its own robot. A ray that is lost reads ``range_max``, as
-    one that meets nothing.
+    It measures the distance along each ray [m] and does not detect its own robot. Lost rays, like rays that hit
+    nothing, read ``range_max``.
 
     Attributes:
-        rays: How many, the first at ``angle_min``, the last at ``angle_max``.
+        rays: Number of rays. The first is at ``angle_min``, the last at ``angle_max``.
         angle_min: [rad]
-        angle_max: [rad]; None: the rays go once round evenly, the last one a step before the first.
-        range_min: [m] what is nearer reads as ``range_min``.
-        range_max: [m] what is farther, or nothing, reads as ``range_max``.
-        offset: Where the rays start, in ``frame`` [m].
+        angle_max: [rad]; None: the rays are evenly spaced over 360 degrees.
+        range_min: Minimum reading [m]; nearer objects read as ``range_min``.
+        range_max: Maximum reading [m]; farther objects, or none, read as ``range_max``.
+        offset: Origin of the rays in ``frame`` [m].
     """
 
     type_name: ClassVar[str] = "lidar"
@@ -164,7 +166,7 @@ class Lidar(Sensor):
 
     @property
     def width(self) -> int:
-        """How many rays there are."""
+        """Number of rays."""
         return self.rays
 
     @property
@@ -179,32 +181,33 @@ class Lidar(Sensor):
 
     @property
     def summary(self) -> str:
-        """Rays, where they point, and how far."""
+        """Number, directions and range of the rays."""
         first, last = (math.degrees(angle) for angle in (self.angles[0], self.angles[-1]))
         return f"{self.rays} rays, {first:.5g}° to {last:.5g}°, {self.range_min:g} to {self.range_max:g} m"
 
     @cached_property
     def angles(self) -> Floats:
-        """(rays,) [rad] of each ray from the x axis of ``frame``, counter-clockwise."""
+        """(rays,) [rad] angle of each ray from the x axis of ``frame``, counterclockwise."""
         if self.angle_max is None:
             return np.asarray(self.angle_min + 2.0 * math.pi / self.rays * np.arange(self.rays), np.float64)
         return np.linspace(self.angle_min, self.angle_max, self.rays, dtype=np.float64)
 
     @cached_property
     def directions(self) -> Floats:
-        """(rays, 3) where the rays point, in ``frame``."""
+        """(rays, 3) directions of the rays in ``frame``."""
         return np.stack([np.cos(self.angles), np.sin(self.angles), np.zeros(self.rays)], axis=-1)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Bumper(Sensor):
-    """A switch that closes when links touch something: 1.0 if they did in any physics step of the control step, else 0.0.
+    """A switch that closes on contact.
 
-    A sample that is lost leaves the last one. After a reset nothing has been touched.
+    It reads 1.0 if its links touched something in any physics step of the control step, otherwise 0.0. If a sample is
+    lost, the previous one is kept. After a reset the switch is open.
 
     Attributes:
-        links: Further links that close the same switch.
-        ignore: What does not close it: ``"floor"``, names of scene bodies, ``"robot"`` for the robot itself.
+        links: Additional links that close the same switch.
+        ignore: Objects that do not close it: ``"floor"``, names of scene bodies, ``"robot"`` for the robot itself.
     """
 
     type_name: ClassVar[str] = "bumper"
@@ -216,7 +219,7 @@ class Bumper(Sensor):
     ignore: tuple[str, ...] = ("floor",)
 
     def __post_init__(self) -> None:
-        """Refuse what no switch has."""
+        """Validate the parameters."""
         super().__post_init__()
         for name in ("links", "ignore"):
             given = getattr(self, name)
@@ -229,7 +232,7 @@ class Bumper(Sensor):
 
     @property
     def frames(self) -> tuple[str, ...]:
-        """The links that close the switch."""
+        """The links of the switch."""
         return (self.frame, *self.links)
 
     @property
@@ -239,49 +242,49 @@ class Bumper(Sensor):
 
     @property
     def summary(self) -> str:
-        """Links, and what does not close the switch."""
+        """The links of the switch, and the objects that it ignores."""
         links = ", ".join(self.frames)
-        return f"contacts of {links}" + (f", but with {', '.join(self.ignore)}" if self.ignore else "")
+        return f"contacts of {links}" + (f", except with {', '.join(self.ignore)}" if self.ignore else "")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Imu(Sensor):
     """An inertial measurement unit: angular velocity [rad/s] and specific force [m/s²], both (3,) in ``frame``.
 
-    Specific force is acceleration minus gravity: at rest it points up. The acceleration is the change of the sensor's
-    velocity over the control step, divided by it: the mean over the step, not that of its end; in a reset it is 0. A
-    sample that is lost leaves the last one.
+    Specific force is acceleration minus gravity, so it points up at rest. The acceleration is the mean over the control
+    step: the change of the sensor's velocity divided by the step's duration. After a reset it is 0. If a sample is
+    lost, the previous one is kept.
 
     Attributes:
-        offset: Where it sits, in ``frame`` [m].
+        offset: Position of the unit in ``frame`` [m].
     """
 
     type_name: ClassVar[str] = "imu"
     instrument: ClassVar[str] = "frobs_core.sensors.imu:ImuInstrument"
     unit: ClassVar[str] = "rad/s, m/s²"
-    needs: ClassVar[str] = "randomize_gravity"  # by which a simulator also tells what gravity is
+    needs: ClassVar[str] = "randomize_gravity"  # simulators with this ability also report gravity
 
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Refuse numbers that no such unit has."""
+        """Validate the parameters."""
         super().__post_init__()
         self._check_offset(self.offset)
 
     @property
     def width(self) -> int:
-        """Three of the angular velocity, three of the specific force."""
+        """6: three elements each for angular velocity and specific force."""
         return 6
 
     @property
     def summary(self) -> str:
-        """What it measures."""
+        """The measured quantities."""
         return "angular velocity, specific force"
 
 
 @dataclass(frozen=True, kw_only=True)
 class ForceTorque(Sensor):
-    """A force-torque sensor: force [N] and torque [N·m], both (3,), that the robot exerts on ``frame`` from its base side.
+    """A force-torque sensor: force [N] and torque [N·m], both (3,), exerted on ``frame`` from the robot's base side.
 
     The sensor is in the joint above ``frame``, and its axes and origin are those of ``frame``. A reading includes the
     weight and inertia of ``frame`` and of everything beyond it; it is not tared. It is averaged over the physics steps of
@@ -296,14 +299,14 @@ class ForceTorque(Sensor):
 
     @property
     def width(self) -> int:
-        """Three of the force, three of the torque."""
+        """6: three elements each for force and torque."""
         return 6
 
     @property
     def summary(self) -> str:
-        """What it measures."""
+        """The measured quantities."""
         return "force, torque"
 
 
 SENSORS: tuple[type[Sensor], ...] = (Lidar, Bumper, Imu, ForceTorque)
-"""The types of sensors that there are."""
+"""The built-in sensor types."""

@@ -1,9 +1,9 @@
 """A simulation: ``num_envs`` copies of robots and a scene, advanced by an engine.
 
-Arrays are batched, (num_envs, …), float64. An array that is read is current, read-only, and valid until the
-next ``reset``, ``step``, ``write_…`` or ``restore``; copy what is to be kept. Masks are (num_envs,) bool, and
-None means all environments. A value that is written is (n, …) for the n environments of the mask, in
-their order, or broadcasts to it.
+Arrays are batched, (num_envs, …), float64. Arrays that you read are current and read-only. They are valid until the
+next ``reset``, ``step``, ``write_…`` or ``restore``, so copy what you want to keep. Masks are (num_envs,) bool; None
+means all environments. Values that you write are (n, …) for the n environments of the mask, in their order, or
+broadcast to this shape.
 """
 
 from __future__ import annotations
@@ -33,46 +33,47 @@ Wrench: TypeAlias = tuple[str, Floats, Floats, Mask | None]
 
 
 class BareEngine(Protocol):
-    """The tightest loop over an engine that its users would write, to compare with."""
+    """A minimal loop over an engine as its users would write it, for benchmark comparisons."""
 
     def load(self, snapshot: Snapshot) -> None:
-        """Take the state and the controls of a simulation's snapshot."""
+        """Load the state and the controls from a simulation's snapshot."""
 
     def step(self, decimation: int) -> None:
         """Advance by ``decimation`` physics steps."""
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> None:
-        """Cast rays; the arguments are those of :meth:`Simulation.rays`. What they meet is of no interest."""
+        """Cast rays with the arguments of :meth:`Simulation.rays`, and discard the result."""
 
 
 class Simulation(ABC):
     """``num_envs`` copies of robots and a scene.
 
-    A simulator that lacks a capability leaves its methods out: they raise :class:`~frobs_core.errors.CapabilityError`.
+    Methods of a capability that a simulator does not support raise :class:`~frobs_core.errors.CapabilityError`.
 
-    Further keyword-only parameters of a constructor are options of the simulator. Users give them to the environment as
-    ``simulator_kwargs``, and ``frobs show`` lists them with the text of the class's docstring.
+    Additional keyword-only parameters of the constructor are options of the simulator. Users pass them to the
+    environment as ``simulator_kwargs``, and ``frobs show`` lists them with their descriptions from the class's
+    docstring.
 
     Args:
-        robots: By name; the environment's own is ``"robot"``.
-        scene: Everything else. (Its ``robots`` have been merged into the first argument.)
+        robots: Robots by name; the environment's own is ``"robot"``. They include those of the scene.
+        scene: The rest of the scene.
         num_envs: ≥ 1.
         physics_timestep: [s]
-        num_threads: For the engine; 0: one for each processor.
+        num_threads: Threads of the engine; 0: one for each processor.
 
     Attributes:
-        num_envs: Environments.
+        num_envs: Number of environments.
         physics_timestep: [s]
-        robots: A handle for each robot.
-        bodies: A handle for each body of the scene.
-        contacts: The contacts that the scene declares; None: the simulator has none.
-        pacer: The clock of a paced simulator, which has the ability ``real_time``; None: time passes in ``step`` alone.
-        render_modalities: What ``render`` can draw.
-        wrenches: Those that act in the next ``step``; simulators with the ability ``wrench`` keep a list of them.
-        state: Every array that changes, by name; ``snapshot`` and ``restore`` then copy them. None: the simulator overrides
-            both, or lacks the ability ``snapshot``.
-        sensor_wrenches: Readings of the force-torque sensors, (num_envs, 6) each, by ``"robot/sensor"``, one for each of
-            :attr:`Placement.force_torque_sensors`; None: the simulator has none.
+        robots: Handles of the robots, by name.
+        bodies: Handles of the scene's bodies, by name.
+        contacts: State of the contacts that the scene declares; None if the simulator does not support contacts.
+        pacer: Clock of a paced simulator, which has the ability ``real_time``; None: time only passes in ``step``.
+        render_modalities: Modalities that ``render`` supports.
+        wrenches: Wrenches that act in the next ``step``; maintained by simulators with the ability ``wrench``.
+        state: All arrays that change, by name, for ``snapshot`` and ``restore`` to copy. None: the simulator overrides
+            both, or does not support ``snapshot``.
+        sensor_wrenches: Readings of the force-torque sensors, (num_envs, 6) each, by ``"robot/sensor"``, one for each
+            of :attr:`Placement.force_torque_sensors`; None: not supported.
     """
 
     render_modalities: ClassVar[Sequence[str]] = ("rgb", "depth", "segmentation")
@@ -100,19 +101,19 @@ class Simulation(ABC):
 
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
-        """Say what becomes of a robot's model file; ``frobs doctor robot`` shows it. No simulation is built for it.
+        """Describe how a robot's model file is translated, for ``frobs doctor robot``. No simulation is built.
 
         Args:
-            model: The robot.
+            model: Model of the robot.
 
         Returns:
-            At least one row for each of ``frobs_core.models.elements(model)``; what is left out is shown as not told.
+            At least one row for each of ``frobs_core.models.elements(model)``. Omitted elements are shown as unknown.
         """
         return ()
 
     @property
     def native(self) -> Any:
-        """The engine's own objects, if there are any; a task that uses them is tied to this simulator."""
+        """The engine's own objects, if any. A task that uses them only works with this simulator."""
         return None
 
     @property
@@ -122,27 +123,27 @@ class Simulation(ABC):
 
     @property
     def diverged(self) -> Mask | None:
-        """Which environments the engine gave up on since their reset, or None while there are none."""
+        """Environments in which the engine has failed since their reset, or None if there are none."""
         return None
 
     @abstractmethod
     def reset(self, mask: Mask | None = None) -> None:
-        """Go back to the scene as it was built: robots at home and at rest, drives holding, time 0.
+        """Return to the initial state of the scene: robots at home and at rest, drives holding, time 0.
 
-        Physical parameters that were written stay. A paced simulator drives the robots home, and returns when they are
-        there and at rest; bodies stay where they are.
+        Physical parameters keep their written values. A paced simulator drives the robots home and returns when they
+        have arrived and stopped; bodies stay where they are.
 
         Raises:
-            SimulationError: The robots of a paced simulator did not get home in time.
+            SimulationError: The robots of a paced simulator did not arrive at home in time.
         """
 
     def step_with(self, decimation: int, update: Callable[[], None]) -> None:
-        """Advance like :meth:`step`, with a function that is called before each physics step but the first.
+        """Advance like :meth:`step`, but call a function before each physics step except the first.
 
-        The function may read the state and command robots. Wrenches that were applied last through all physics steps, and
-        contacts and force-torque sensors are afterwards those of the whole control step.
+        The function may read the state and command robots. Applied wrenches act in all physics steps. Contacts and
+        force-torque sensors afterwards cover the whole control step.
 
-        Args:
+        decimation: Number of physics steps.
             decimation: Physics steps.
             update: The function.
         """
@@ -166,19 +167,19 @@ class Simulation(ABC):
 
     @abstractmethod
     def step(self, decimation: int) -> None:
-        """Advance every environment by ``decimation`` physics steps. What is read afterwards is current.
+        """Advance every environment by ``decimation`` physics steps.
 
-        An environment that diverges stops where it is and shows in :attr:`diverged`; the others go on. A paced simulator
-        waits with its :attr:`pacer` until the world has moved on.
+        An environment that diverges stops where it is and is marked in :attr:`diverged`; the others continue. A paced
+        simulator uses its :attr:`pacer` to wait until the world has advanced.
 
         Raises:
-            SimulationError: The engine failed as a whole.
+            SimulationError: The engine failed entirely.
         """
 
     def contact(self, name: str) -> Mask:
-        """(num_envs,) bool: whether a contact that the scene declares was there in any physics step of the last ``step``.
+        """(num_envs,) bool: whether a declared contact was closed in any physics step of the last ``step``.
 
-        After a reset there is none, until the next ``step``.
+        All contacts are open between a reset and the next ``step``.
 
         Raises:
             UnknownNameError: The scene declares no such contact.
@@ -191,19 +192,19 @@ class Simulation(ABC):
 
         Raises:
             UnknownNameError: The scene declares no such contact.
-            ConfigurationError: The contact ignores something, so that its force is not told.
+            ConfigurationError: The contact ignores something, so its force is not available.
         """
         contacts = self._contacts()
         return read_only(contacts.normal_force[:, contacts.scene.contact_number(name, force=True)])
 
     def contact_resultant(self, name: str) -> Floats:
-        """(num_envs, 3) [N]: total force on the first side of a declared contact, in the world, friction included.
+        """(num_envs, 3) [N]: total force on the first side of a declared contact, in the world, including friction.
 
         It is averaged over the physics steps of the last ``step``. Forces between two parts of the first side cancel.
 
         Raises:
             UnknownNameError: The scene declares no such contact.
-            ConfigurationError: The contact ignores something, so that its force is not available.
+            ConfigurationError: The contact ignores something, so its force is not available.
         """
         contacts = self._contacts()
         return read_only(contacts.resultant[:, contacts.scene.contact_number(name, force=True)])
@@ -214,17 +215,17 @@ class Simulation(ABC):
         return self.contacts
 
     def sensor_wrench(self, robot: str, sensor: str) -> Floats:
-        """Return what a force-torque sensor reads, (num_envs, 6): force [N] and torque [N·m] in the frame of the sensor.
+        """Return a reading of a force-torque sensor, (num_envs, 6): force [N] and torque [N·m] in the sensor's frame.
 
-        It is the wrench that the parent exerts on the child, averaged over the physics steps of the last ``step``; 0 after
-        a reset. See :class:`~frobs_core.interfaces.ForceTorque`.
+        It is the wrench that the parent exerts on the child, averaged over the physics steps of the last ``step``; 0
+        after a reset. See :class:`~frobs_core.interfaces.ForceTorque`.
 
         Args:
             robot: Name of the robot in the simulation.
             sensor: Name of the sensor.
 
         Raises:
-            CapabilityError: The simulator lacks the ability ``force_torque``.
+            CapabilityError: The simulator does not support ``force_torque``.
             UnknownNameError: The robot has no such force-torque sensor.
         """
         if self.sensor_wrenches is None:
@@ -250,13 +251,13 @@ class Simulation(ABC):
     def write_body_poses(
         self, names: Sequence[str], pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None
     ) -> None:
-        """Put several bodies somewhere at once, as :meth:`BodyHandle.write_pose` does one; quicker, where there are many.
+        """Teleport several bodies. This is faster than calling :meth:`BodyHandle.write_pose` for each body.
 
         Args:
-            names: Of k scene bodies.
+            names: Names of k scene bodies.
             pos: (n, k, 3) [m]
-            quat_wxyz: (n, k, 4); None: as they are.
-            mask: The environments.
+            quat_wxyz: (n, k, 4); None keeps the orientations.
+            mask: The environments to change.
 
         Raises:
             SimulationError: A body is static.
@@ -265,52 +266,52 @@ class Simulation(ABC):
             self.bodies[name].write_pose(pos[:, i], None if quat_wxyz is None else quat_wxyz[:, i], mask)
 
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
-        """Push a body at its centre of mass during the next ``step``, then no more.
+        """Apply a force and a torque at a body's center of mass during the next ``step``.
 
         Args:
             body: A scene body, or ``"robot/link"``.
             force_world: (n, 3) [N]
             torque_world: (n, 3) [N·m]
-            mask: The environments.
+            mask: The environments to change.
         """
         raise CapabilityError.lacking(self, "wrench")
 
     def parameter(self, name: str, target: str = "") -> Floats:
-        """Return a physical parameter of each environment.
+        """Return a physical parameter for each environment.
 
         Args:
-            name: ``mass`` [kg] (num_envs,), with which the inertia goes; ``friction`` (num_envs,); ``size`` (num_envs,) a
-                factor of all lengths of a body, which keeps its mass; ``stiffness`` and ``damping`` (drive gains) and
-                ``joint_damping`` (num_envs, dof), ``gravity`` [m/s²] (num_envs, 3).
-            target: For mass and friction a scene body or ``"robot/link"`` (friction also ``"floor"``); for size a scene
-                body; for the joint parameters a robot's name; for gravity ``""``.
+            name: ``mass`` [kg] (num_envs,), which also scales the inertia; ``friction`` (num_envs,); ``size``
+                (num_envs,), a factor for all lengths of a body, whose mass stays the same; ``stiffness`` and
+                ``damping`` (drive gains) and ``joint_damping`` (num_envs, dof); ``gravity`` [m/s²] (num_envs, 3).
+            target: A scene body or ``"robot/link"`` for mass and friction (for friction also ``"floor"``), a scene body
+                for size, a robot's name for the joint parameters, ``""`` for gravity.
 
         Raises:
-            UnknownNameError: No such parameter or target.
+            UnknownNameError: The parameter or target does not exist.
         """
         raise UnknownNameError("parameter", name, ())
 
     def parameter_targets(self, name: str) -> Sequence[str]:
-        """Return the targets of ``size``, or of a parameter that a plugin has added.
+        """Return the targets of ``size``, or of a parameter that a plugin adds.
 
-        :meth:`parameter` returns (num_envs,) for each.
+        For each target, :meth:`parameter` returns (num_envs,).
         """
         return ()
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
-        """Change a physical parameter; the arguments are those of :meth:`parameter`."""
+        """Change a physical parameter. The arguments are those of :meth:`parameter`."""
         raise UnknownNameError("parameter", name, ())
 
     def snapshot(self) -> Snapshot:
-        """Return the complete state: restored, it continues exactly, where the capability says so.
+        """Return the complete state. If the capability is exact, a restored simulation continues exactly.
 
         Raises:
-            CapabilityError: The simulator lacks the ability ``snapshot``.
+            CapabilityError: The simulator does not support ``snapshot``.
         """
         return {name: array.copy() for name, array in self._state().items()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot of this simulation or of one that was built alike."""
+        """Restore a snapshot of this simulation or of one with the same configuration."""
         for name, array in self._state().items():
             array[...] = snapshot[name]
 
@@ -328,29 +329,29 @@ class Simulation(ABC):
         markers: Sequence[Marker] = (),
         fast: bool = False,
     ) -> np.ndarray[Any, Any]:
-        """Draw environments.
+        """Render environments.
 
         Args:
-            mask: The k environments.
-            camera: Name; None: the scene's first.
+            mask: The k environments to render.
+            camera: Name of the camera; None: the scene's first.
             size: (height, width) [pixels]
             modality: ``"rgb"``, ``"depth"`` or ``"segmentation"``.
-            markers: Drawn, nothing else.
-            fast: Whether to omit what only makes images pleasant, such as shadows and smooth edges; cameras among the
-                observation terms do.
+            markers: Spheres to draw.
+            fast: Whether to omit purely visual effects, such as shadows and smooth edges. Cameras among the observation
+                terms use this.
 
         Returns:
-            (k, h, w, c): rgb uint8 with c = 3; depth float32 [m] with c = 1; segmentation int32 with c = 1, the
-            same number for the same body, −1 for nothing.
+            (k, h, w, c): rgb uint8 with c = 3; depth float32 [m] with c = 1; segmentation int32 with c = 1, one number
+            per body, −1 for the background.
 
         Raises:
-            RenderingUnavailableError: Nothing can be drawn on this machine.
-            UnknownNameError: No such camera or modality.
+            RenderingUnavailableError: This machine cannot render.
+            UnknownNameError: The camera or modality does not exist.
         """
         raise CapabilityError.lacking(self, "cameras")
 
     def open_viewer(self) -> None:
-        """Open a window that shows the first environment and follows it at each ``step``.
+        """Open a window that shows the first environment and updates in each ``step``.
 
         Raises:
             RenderingUnavailableError: There is no display.
@@ -358,21 +359,21 @@ class Simulation(ABC):
         raise CapabilityError.lacking(self, "cameras")
 
     def overlaps(self, robot: str = "robot") -> Sequence[Overlap] | None:
-        """Return which links of a robot are in each other now, in the first environment, the deepest first.
+        """Return the pairs of overlapping links of a robot in the first environment, deepest first.
 
-        Pairs that the engine never lets touch, such as neighbours, are no overlaps.
+        Pairs that the engine never lets collide, such as neighbors, are not reported.
 
         Args:
-            robot: Its name in the simulation.
+            robot: Name of the robot in the simulation.
 
         Returns:
-            None: not offered.
+            The overlaps, or None if the simulator does not support this.
         """
         return None
 
     def bare_engine(self) -> BareEngine | None:
-        """Return the engine without FRobs, for benchmarks; None: not offered."""
+        """Return the bare engine, for benchmarks; None if the simulator does not support this."""
         return None
 
     def close(self) -> None:
-        """Release everything; twice is harmless. Here there is nothing to release."""
+        """Release all resources. Calling it again has no effect. The default implementation does nothing."""

@@ -1,4 +1,4 @@
-"""What a task may know about the control step that was just taken."""
+"""Data about the last control step, for tasks."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from frobs_core.random import RandomSource
 
 
 class StepContext:
-    """The step that was just taken: what was asked for, and what the joints were commanded.
+    """Data about the last control step: the action, and the commands of the joints.
 
-    The environment keeps one and brings it up to date in every step. Its arrays are valid until the next step; tasks read
-    them and never write to them. In the first step of an episode, the previous action is zero.
+    The environment updates its instance in every step. The arrays are valid until the next step; tasks must not write
+    to them. In the first step of an episode, the previous action is zero.
 
     Args:
-        rng: The environment's source.
-        action_space: Of one environment.
+        rng: Random source of the environment.
+        action_space: Action space of a single environment.
         commands: Joint commands before the first step, by robot: (num_envs, dof) each.
 
     Attributes:
         rng: Source of all random numbers.
-        given_action: (num_envs, …) as the caller of ``step`` gave it; not clipped.
-        previous_given_action: That of the step before.
-        commands: The joint command in force at the end of the step, by robot: (num_envs, dof) in the units of each
-            joint's command mode [rad, rad/s or N·m; m, m/s or N]; after randomized delays.
+        given_action: (num_envs, …) action that was passed to ``step``; not clipped.
+        previous_given_action: The same for the step before.
+        commands: Joint commands at the end of the step, by robot: (num_envs, dof) in the units of each joint's command
+            mode [rad, rad/s or N·m; m, m/s or N]; after randomized delays.
     """
 
     def __init__(self, rng: RandomSource, action_space: gym.Space, commands: Mapping[str, Floats]) -> None:  # type: ignore[type-arg]
@@ -53,7 +53,7 @@ class StepContext:
         return given if self._bounds is None else np.clip(given, *self._bounds)
 
     def reset(self, mask: Mask | None) -> None:
-        """Forget the actions of the environments of ``mask``."""
+        """Clear the actions of the environments of ``mask``."""
         rows = rows_of(mask)
         self.given_action[rows] = 0
         self.previous_given_action[rows] = 0
@@ -65,7 +65,7 @@ class StepContext:
         return {name: array.copy() for name, array in arrays.items()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self.given_action = snapshot["action"].copy()
         self.previous_given_action = snapshot["previous_action"].copy()
         self.commands = {name: snapshot[f"commands/{name}"].copy() for name in self.commands}

@@ -1,4 +1,4 @@
-"""A task: meaning. Written once, batched, against the words of the interfaces; it never sees the engine."""
+"""The interface of tasks. A task is written once, for batches of environments, and does not access the engine."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frobs_core.random import RandomSource
 
 
 class ResetOptions(TypedDict, total=False):
-    """What ``reset(options=…)`` understands; a task may understand more."""
+    """Options that ``reset(options=…)`` accepts. A task may accept more."""
 
     goal: Floats
     joint_positions: Floats
@@ -26,26 +26,26 @@ class ResetOptions(TypedDict, total=False):
 class Task(ABC):
     """Base class of tasks.
 
-    A constructor takes keyword-only parameters, which are the keywords that users may give to the
-    environment; it validates and stores. ``bind`` is called once, when the simulation stands.
+    The constructor takes keyword-only parameters, which users set as keywords of the environment; it validates and
+    stores them. ``bind`` is called once, after the simulation is built.
 
     In a control step the environment calls ``advance``, reads the observation terms, and calls ``reward``,
     ``is_terminated`` and ``is_success``, in this order. In a reset it calls ``reset`` and reads the terms.
 
-    No product of (num_envs, k) with a matrix (``@``, ``dot``) and no statistic over the environments: both
-    break the law that environment *i* of a vector equals the single environment.
+    Do not use products of (num_envs, k) with a matrix (``@``, ``dot``) or statistics over the environments. With them,
+    environment *i* of a vector would no longer equal the single environment.
 
     Attributes:
-        reward_types: What ``reward_type`` may be; the first is the default.
-        reset_options: Keys of ``options`` that ``reset`` understands.
-        control_timestep: [s] default between two actions.
-        physics_timestep: [s] default of one engine step.
-        success_rule: When an episode is a success, in one sentence without a full stop; for lists and pages.
-        reward_meanings: What each of :meth:`reward_terms` is, by name; for lists and pages.
-        late_terms: Terms of the observation that change only once something is achieved, as a way-point of which the
-            first is always the same; the kit, which acts at random, does not expect them to vary.
+        reward_types: Valid values of ``reward_type``; the first is the default.
+        reset_options: Keys of ``options`` that ``reset`` accepts.
+        control_timestep: Default time between two actions [s].
+        physics_timestep: Default duration of one physics step [s].
+        success_rule: Condition for the success of an episode, in one sentence without a full stop; for lists and pages.
+        reward_meanings: Description of each of :meth:`reward_terms`, by name; for lists and pages.
+        late_terms: Observation terms that are constant until the agent achieves something, such as a waypoint of which
+            the first is always the same. The conformance kit acts at random and does not expect these terms to vary.
         expert: ``"module:class"`` of its :class:`~frobs_core.interfaces.Expert`; empty: it has none.
-        reward_type: The one in force; set before ``bind``.
+        reward_type: The selected reward type; set before ``bind``.
     """
 
     reward_types: ClassVar[Sequence[str]] = ("dense",)
@@ -60,47 +60,47 @@ class Task(ABC):
     reward_type: str
 
     def scene(self) -> Scene:
-        """Return everything that is not the robot."""
+        """Return everything except the robot."""
         return Scene()
 
     def reset_needs(self, options: Collection[str] = ()) -> Mapping[str, Level]:
-        """Return what a reset needs of the simulator, beside the needs of the task's record.
+        """Return the abilities of the simulator that a reset requires, in addition to the needs of the task's record.
 
-        A task that starts from home needs nothing, and one that places the robot elsewhere needs ``teleport``. The
-        environment asks before it builds the simulator, without options, and in each call of its ``reset``.
+        A task that starts at home needs none; a task that places the robot elsewhere needs ``teleport``. The
+        environment calls this without options before it builds the simulator, and in each ``reset``.
 
         Args:
-            options: Names of the options that the caller of ``reset`` gave.
+            options: Names of the options passed to ``reset``.
 
         Returns:
-            Lowest level of each ability, by its name.
+            Minimum level of each ability, by name.
         """
         return {}
 
     @abstractmethod
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        """Prepare for a simulation: keep the handles, make buffers."""
+        """Prepare for a simulation: store the handles, allocate buffers."""
 
     @abstractmethod
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
-        """Begin an episode: the simulation has been reset; place the robot, draw a goal.
+        """Begin an episode after the simulation has been reset: place the robot, sample a goal.
 
         Args:
             mask: The environments.
-            rng: Draw from nothing else.
-            options: Those of ``reset_options`` that the caller gave, as (num_envs, …) arrays of which the rows of
-                the mask count.
+            rng: The only random source to use.
+            options: The passed options among ``reset_options``, as (num_envs, …) arrays. Only the rows of the mask are
+                valid.
         """
 
     def advance(self, context: StepContext) -> None:
-        """Bring up to date what the terms share, once per control step, after the simulation has stepped."""
+        """Update quantities that several terms use. Called once per control step, after the simulation has stepped."""
 
     @abstractmethod
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return what is observed, by name, in order; called once, after :meth:`bind`.
+        """Return the observation terms by name, in order. Called once, after :meth:`bind`.
 
-        Names are used to give noise or a delay to a term. A term is read after ``advance`` and after ``reset``; reading it
-        must change nothing.
+        The names are used to configure noise and delays. A term is read after ``advance`` and after ``reset``; reading
+        it must not change anything.
         """
 
     @abstractmethod
@@ -108,35 +108,35 @@ class Task(ABC):
         """Return the reward of the step that has just ended, (num_envs,)."""
 
     def reward_terms(self) -> Mapping[str, Floats]:
-        """Return the terms whose sum the last reward was, (num_envs,) each, for logs."""
+        """Return the terms that add up to the last reward, (num_envs,) each, for logs."""
         return {}
 
     def is_terminated(self) -> Mask | None:
-        """Return which episodes end here with no value beyond, (num_envs,) bool; None: none, ever."""
+        """Return which episodes end in this state, with no value beyond, (num_envs,) bool; None means never."""
         return None
 
     @abstractmethod
     def is_success(self) -> Mask:
-        """Return where the goal is reached now, (num_envs,) bool."""
+        """Return in which environments the goal is currently reached, (num_envs,) bool."""
 
     def markers(self) -> Sequence[Marker]:
-        """Return what pictures should show beside the scene."""
+        """Return markers to render in addition to the scene."""
         return ()
 
     def snapshot(self) -> Snapshot:
-        """Return what the task keeps between steps beside the simulation."""
+        """Return the state that the task keeps between steps, in addition to that of the simulation."""
         return {}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
 
 
 class GoalTask(Task):
-    """A goal-conditioned task: two of its terms have the keys ``"achieved_goal"`` and ``"desired_goal"``."""
+    """A goal-conditioned task. Two of its terms have the keys ``"achieved_goal"`` and ``"desired_goal"``."""
 
     @abstractmethod
     def compute_reward(self, achieved_goal: Floats, desired_goal: Floats, info: Any) -> Floats:
-        """Return the reward for goals, with no regard to the state.
+        """Return the reward for given goals, independent of the current state.
 
         Args:
             achieved_goal: (..., k)
@@ -144,5 +144,5 @@ class GoalTask(Task):
             info: Ignored.
 
         Returns:
-            (...): equal to :meth:`reward` where the goals are those of the step.
+            (...): equal to :meth:`reward` for the goals of the step.
         """

@@ -1,4 +1,4 @@
-"""What a simulator makes of a robot's model file, and what it finds wrong with the robot as it stands."""
+"""How simulators translate a robot's model file, and overlaps between a robot's links."""
 
 from __future__ import annotations
 
@@ -15,18 +15,20 @@ from frobs_core.models.model import RobotModel
 from frobs_core.models.notes import Treatment
 
 TranslationTable: TypeAlias = Mapping[str, tuple[Treatment, str]]
-"""What a simulator makes of each kind of element: treatment and how, by key of ``frobs_core.models.ELEMENTS``."""
+"""Translation of each kind of element in a simulator: treatment and description, by key of
+``frobs_core.models.ELEMENTS``.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Translation:
-    """What becomes of one kind of element of a model file in a simulator.
+    """Translation of one kind of model-file element in a simulator.
 
     Attributes:
         element: A key of ``frobs_core.models.ELEMENTS``.
         treatment: Whether it is kept, approximated or dropped.
-        how: What it becomes, or what is lost, in one line; may be empty where it is kept.
-        names: The links or joints that this holds for; empty: all that have the element.
+        how: Its replacement, or what is lost, in one line; may be empty if it is kept.
+        names: Links or joints that this applies to; empty: all that have the element.
     """
 
     element: str
@@ -59,12 +61,12 @@ def read_tables(path: Path) -> Mapping[str, TranslationTable]:
 def translate(
     model: RobotModel, table: TranslationTable, others: tuple[Treatment, str] | None = None
 ) -> list[Translation]:
-    """Return the rows of a table for the kinds of elements that a model has.
+    """Return the rows of a table for the elements that a model contains.
 
     Args:
-        model: Of a robot.
-        table: What becomes of each kind.
-        others: What becomes of the kinds that the table lacks; None: they are left out.
+        model: Model of a robot.
+        table: Translation of each kind of element.
+        others: Translation of kinds that are missing in the table; None: they are omitted.
     """
     found = [(kind, table.get(kind, others)) for kind in elements(model)]
     return [Translation(element=kind, treatment=row[0], how=row[1]) for kind, row in found if row is not None]
@@ -72,12 +74,12 @@ def translate(
 
 @dataclass(frozen=True, kw_only=True)
 class Overlap:
-    """Two links of one robot that are in each other.
+    """Two overlapping links of one robot.
 
     Attributes:
         first: Name of one link.
         second: Name of the other.
-        depth: How far [m]; ≥ 0.
+        depth: Penetration depth [m]; ≥ 0.
     """
 
     first: str

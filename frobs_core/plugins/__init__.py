@@ -1,14 +1,12 @@
-"""Finding, loading and listing plugins, so that none of them can hurt the others.
+"""Finding, loading and listing plugins, such that a broken plugin does not affect the others.
 
     discovery.py    reads the entry points of the installed distributions; imports nothing
-    loading.py      imports one plugin, calls its hooks, checks its records
-    known.py        which distribution of this project offers which names
-    report.py       what became of it
-    requirements.py what a distribution says that it needs, the versions of the core among it
-    probe.py        imports one in a process of its own (child.py), with a time limit
-    collection.py   guards each of them, keeps the reports, and looks names up
+    loading.py      imports one plugin, calls its hooks, validates its records known.py        lists which distribution
+    of this project provides which names report.py       result of loading a plugin requirements.py requirements of a
+    distribution, including compatible versions of the core probe.py        imports a plugin in a separate process
+    (child.py) with a time limit collection.py   loads plugins in isolation, stores the reports, and looks names up
 
-The functions below ask one collection, that of everything installed. :func:`isolated` puts another in its place.
+The functions below use one collection, that of all installed plugins. :func:`isolated` replaces it temporarily.
 """
 
 from __future__ import annotations
@@ -50,13 +48,13 @@ _active = Plugins()
 
 
 def active() -> Plugins:
-    """Return the collection that the functions of this module ask."""
+    """Return the collection that the functions of this module use."""
     return _active
 
 
 @contextmanager
 def isolated(plugins: Plugins) -> Iterator[Plugins]:
-    """Put another collection in the place of the installed one, for the length of a ``with`` block."""
+    """Replace the collection of installed plugins inside a ``with`` block."""
     global _active
     before, _active = _active, plugins
     try:
@@ -66,24 +64,24 @@ def isolated(plugins: Plugins) -> Iterator[Plugins]:
 
 
 def reports() -> tuple[PluginReport, ...]:
-    """Return what became of each plugin; loads them on the first call."""
+    """Return the report of each plugin. The first call loads the plugins."""
     return _active.reports()
 
 
 def records(kind: str) -> Mapping[str, Record]:
-    """Return the records of a kind by name; names that two distributions offer are ``"distribution:name"``.
+    """Return the records of a kind by name. Names that two distributions provide become ``"distribution:name"``.
 
     Raises:
-        UnknownNameError: There is no such kind.
+        UnknownNameError: The kind does not exist.
     """
     return _active.records(kind)
 
 
 def importable(kind: str) -> list[str]:
-    """Return the names of the records of a kind whose implementation can be imported here: its engine is installed.
+    """Return the names of the records of a kind that can be imported, because their engine is installed.
 
     Raises:
-        UnknownNameError: There is no such kind.
+        UnknownNameError: The kind does not exist.
     """
     found = []
     for name, record in records(kind).items():
@@ -94,15 +92,15 @@ def importable(kind: str) -> list[str]:
 
 
 def get_record(kind: str, name: str) -> Record:
-    """Return one record by its name or its ``"distribution:name"``.
+    """Return one record by its name or ``"distribution:name"``.
 
     Raises:
-        UnknownNameError: Nothing of the kind has this name.
-        AmbiguousNameError: Two distributions offer the name.
+        UnknownNameError: No record of the kind has this name.
+        AmbiguousNameError: Two distributions provide the name.
     """
     return _active.get_record(kind, name)
 
 
 def get_report(kind: str, name: str) -> PluginReport:
-    """Return the report of the plugin that offers a record; the arguments and errors of :func:`get_record`."""
+    """Return the report of the plugin that provides a record; see :func:`get_record` for arguments and errors."""
     return _active.get_report(kind, name)

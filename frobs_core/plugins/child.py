@@ -1,6 +1,6 @@
-"""What runs in the process of its own in which one plugin is imported to be looked at; :mod:`.probe` starts it.
+"""Main module of the separate process in which :mod:`.probe` examines one plugin.
 
-Nothing is printed here: what appears on stdout and stderr is the plugin's. The findings go to a file.
+Nothing is printed here, so that all output on stdout and stderr comes from the plugin. The findings go to a file.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _OPENS = {"socket.connect": "the network", "subprocess.Popen": "another program"
 
 
 def state() -> dict[str, object]:
-    """Return what belongs to everybody in a process, in a form that can be compared."""
+    """Return the global state of the process in a form that can be compared."""
     return {
         "working directory": os.getcwd(),
         "environment": dict(os.environ),
@@ -47,7 +47,7 @@ def state() -> dict[str, object]:
         "standard streams": [id(stream) for stream in (sys.stdin, sys.stdout, sys.stderr)],
         "module search path": list(sys.path),
         "exception hooks": [sys.excepthook, threading.excepthook],
-        "logging of everybody": [logging.root.level, len(logging.root.handlers), logging.root.manager.disable],
+        "root logger": [logging.root.level, len(logging.root.handlers), logging.root.manager.disable],
         "locale": locale.setlocale(locale.LC_ALL),
         "recursion limit": sys.getrecursionlimit(),
         "threads": threading.active_count(),
@@ -57,13 +57,14 @@ def state() -> dict[str, object]:
 
 
 def main(module: str, key: str, findings: Path, seconds: float) -> None:
-    """Import a plugin, call its hooks, and write what was seen.
+    """Import a plugin, call its hooks, and write the findings.
 
     Args:
-        module: That its entry point names.
+        module: Module that its entry point names.
         key: ``"distribution:name"``.
-        findings: JSON file to write; where it hangs goes to the same path with ``.hangs`` after it.
-        seconds: After which the process ends, saying where it hangs.
+        findings: JSON file to write. If the import hangs, the stack is written to the same path with the suffix
+            ``.hangs``.
+        seconds: Time limit, after which the process writes its stack and ends.
     """
     acts: list[str] = []
     importing = True
@@ -72,7 +73,7 @@ def main(module: str, key: str, findings: Path, seconds: float) -> None:
         if importing and event in _ACTS:
             acts.append(_ACTS[event])
         elif importing and event in _OPENS:
-            acts.append(f"it opens {_OPENS[event]}")
+            acts.append(f"opens {_OPENS[event]}")
 
     told: list[dict[str, str]] = []
     warnings.filterwarnings("always", category=DeprecationWarning)
@@ -92,7 +93,7 @@ def main(module: str, key: str, findings: Path, seconds: float) -> None:
             records = read_records(plugin, key)
             found["records"] = {kind: [record.name for record in offered] for kind, offered in records.items()}
             found["environment_ids"] = list(environment_ids(records))
-        except BaseException as error:  # also SystemExit
+        except BaseException as error:  # including SystemExit
             found |= {
                 "state": "failed",
                 "cause": f"{type(error).__name__}: {next(iter(str(error).strip().splitlines()), '')}".rstrip(": "),
@@ -121,4 +122,4 @@ if __name__ == "__main__":
     main(sys.argv[1], sys.argv[2], Path(sys.argv[3]), float(sys.argv[4]))
     sys.stdout.flush()
     sys.stderr.flush()
-    os._exit(0)  # threads that a plugin leaves behind, and what it does at exit, are not waited for
+    os._exit(0)  # does not wait for threads of the plugin or run its exit handlers

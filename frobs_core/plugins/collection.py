@@ -1,4 +1,4 @@
-"""The collection of plugins: each loaded in its own guard, what became of it, and looking names up."""
+"""The collection of plugins: loads each plugin in isolation, stores the reports, and looks names up."""
 
 from __future__ import annotations
 
@@ -25,25 +25,25 @@ from frobs_core.plugins.requirements import core_versions, is_made_for
 from frobs_core.specs import RECORDS, Record
 
 STRICT = "FROBS_STRICT_PLUGINS"
-"""Environment variable: anything but empty, 0, false, no or off makes a broken plugin an error."""
+"""Environment variable: unless empty, 0, false, no or off, a broken plugin raises an error."""
 
 DISABLE = "FROBS_DISABLE_PLUGINS"
-"""Environment variable: entry points, distributions or ``distribution:name``, with commas between them."""
+"""Environment variable: comma-separated entry points, distributions or ``distribution:name`` to disable."""
 
 _log = logging.getLogger("frobs")
 
 
 class Plugins:
-    """The plugins of some distributions, loaded when something is first asked of them.
+    """The plugins of some distributions, loaded when they are first needed.
 
-    What is broken is logged to the logger ``frobs`` in one line each, and kept in :meth:`reports`.
+    For each broken plugin, one line is logged to the logger ``frobs``, and :meth:`reports` contains the details.
 
     Args:
-        distributions: Where to look; None: everything that is installed.
-        strict: Whether a broken plugin is an error; None: as ``FROBS_STRICT_PLUGINS`` says.
-        disabled: Entry points, distributions or ``distribution:name`` that are not even imported; None: as
-            ``FROBS_DISABLE_PLUGINS`` says.
-        slow_seconds: After how long a plugin that is still loading is named on stderr [s].
+        distributions: Distributions to search; None: all that are installed.
+        strict: Whether a broken plugin raises an error; None: use ``FROBS_STRICT_PLUGINS``.
+        disabled: Entry points, distributions or ``distribution:name`` that must not be imported; None: use
+            ``FROBS_DISABLE_PLUGINS``.
+        slow_seconds: Loading time after which a plugin is reported on stderr [s].
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class Plugins:
         self._offers: Mapping[str, Mapping[str, Mapping[str, PluginReport]]] = {}
 
     def reports(self) -> tuple[PluginReport, ...]:
-        """Return what became of each plugin, by distribution and name; loads them on the first call.
+        """Return the report of each plugin, by distribution and name. The first call loads the plugins.
 
         Raises:
             PluginLoadError: A plugin is broken, and ``strict`` is set.
@@ -72,7 +72,9 @@ class Plugins:
         if self._reports is None:
             with self._lock:
                 if self._loading:
-                    raise PluginError("plugins are being loaded; ask when your entry_point is used, not on import")
+                    raise PluginError(
+                        "plugins are still being loaded; look them up when your entry_point is used, not on import"
+                    )
                 if self._reports is None:
                     self._loading = True
                     try:
@@ -83,10 +85,10 @@ class Plugins:
         return self._reports
 
     def records(self, kind: str) -> Mapping[str, Record]:
-        """Return the records of a kind by name; names that two distributions offer are ``"distribution:name"``.
+        """Return the records of a kind by name. Names that two distributions provide become ``"distribution:name"``.
 
         Raises:
-            UnknownNameError: There is no such kind.
+            UnknownNameError: The kind does not exist.
         """
         found = {}
         for name, offers in self._offers_of(kind).items():
@@ -96,16 +98,16 @@ class Plugins:
         return MappingProxyType(dict(sorted(found.items())))
 
     def get_record(self, kind: str, name: str) -> Record:
-        """Return one record by its name or its ``"distribution:name"``.
+        """Return one record by its name or ``"distribution:name"``.
 
         Raises:
-            UnknownNameError: Nothing of the kind has this name.
-            AmbiguousNameError: Two distributions offer the name.
+            UnknownNameError: No record of the kind has this name.
+            AmbiguousNameError: Two distributions provide the name.
         """
         return _record(self.get_report(kind, name), kind, name.rpartition(":")[2])
 
     def get_report(self, kind: str, name: str) -> PluginReport:
-        """Return the report of the plugin that offers a record; the arguments and errors of :meth:`get_record`."""
+        """Return the report of the plugin that provides a record; see :meth:`get_record` for arguments and errors."""
         distribution, _, bare = name.rpartition(":")
         offers = self._offers_of(kind).get(bare, {})
         if distribution:
@@ -132,22 +134,22 @@ class Plugins:
         return install_command(kind, name)
 
     def failures(self) -> tuple[str, ...]:
-        """Return a line for each plugin that is not loaded: its name, distribution, version and cause."""
+        """Return one line for each plugin that is not loaded: name, distribution, version and cause."""
         return tuple(f"'{r.name}' of {r.origin}: {r.cause}" for r in self.reports() if r.state != "loaded")
 
     def _offers_of(self, kind: str) -> Mapping[str, Mapping[str, PluginReport]]:
-        """Return who offers each name of a kind, by distribution."""
+        """Return the distributions that provide each name of a kind, with their records."""
         if kind not in RECORDS:
             raise UnknownNameError("kind", kind, RECORDS)
         self.reports()
         return self._offers[kind]
 
     def candidates(self) -> list[Candidate]:
-        """Return the entry points of all plugins, by distribution and name; nothing is imported."""
+        """Return the entry points of all plugins, by distribution and name, without importing them."""
         return find_candidates(installed_distributions() if self._distributions is None else self._distributions)
 
     def disabled(self) -> set[str]:
-        """Return the ``"distribution:name"`` of the plugins that are not to be imported."""
+        """Return the ``"distribution:name"`` of the disabled plugins."""
         return match_disabled(self.candidates(), self._disabled_words())[0]
 
     def _load(self) -> None:
@@ -169,7 +171,7 @@ class Plugins:
         for word in unknown:
             suggestion = nearest(word, [w for c in candidates for w in (c.name, c.distribution)])
             hint = f"; did you mean '{suggestion}'?" if suggestion else ""
-            warn(f"{DISABLE} names '{word}', which is no installed plugin{hint}")
+            warn(f"{DISABLE} contains '{word}', which is not an installed plugin{hint}")
 
     def _load_one(self, candidate: Candidate, others: Iterable[PluginReport], watch: _Watch) -> PluginReport:
         origin = f"{candidate.distribution} {candidate.version}"
@@ -179,7 +181,7 @@ class Plugins:
         try:
             if candidate.problem:
                 raise PluginError(candidate.problem)
-            # stdout belongs to whoever imports FRobs, such as a command that writes JSON
+            # stdout belongs to the program that imports FRobs, such as a command that writes JSON
             with redirect_stdout(sys.stderr), watch.over(candidate, origin):
                 module = import_plugin(candidate.value)
                 seconds = perf_counter() - start
@@ -187,10 +189,10 @@ class Plugins:
             _refuse_second_offers(candidate, records, others)
         except KeyboardInterrupt:
             raise
-        except BaseException as error:  # also SystemExit, and what test frameworks skip and abort with
+        except BaseException as error:  # including SystemExit, and exceptions with which test frameworks skip and abort
             cause = _one_line(error)
             if not is_made_for(made_for, __version__):
-                cause += f"; it is made for frobs-core {made_for}, and this is {__version__}"
+                cause += f"; it requires frobs-core {made_for}, but {__version__} is installed"
             if self._is_strict():
                 raise PluginLoadError(candidate.name, origin, cause) from error
             warn(f"plugin '{candidate.name}' of {origin} did not load: {cause}")
@@ -202,8 +204,8 @@ class Plugins:
         warning = ""
         if not is_made_for(made_for, __version__):
             warning = (
-                f"plugin '{candidate.name}' of {origin} is made for frobs-core {made_for}, and this is {__version__}; "
-                f"look for another version of it: pip install --upgrade {candidate.distribution}"
+                f"plugin '{candidate.name}' of {origin} requires frobs-core {made_for}, but this is {__version__}; "
+                f"try to upgrade it: pip install --upgrade {candidate.distribution}"
             )
             warn(warning)
         return PluginReport.of(
@@ -221,18 +223,18 @@ class Plugins:
 
 
 class _Watch:
-    """Names the plugin on stderr that takes long; an import that hangs cannot be stopped from inside.
+    """Reports slow plugins on stderr, because an import that hangs cannot be stopped from inside.
 
-    One thread for all plugins: to start and join one for each costs more than their imports on a busy machine.
+    It uses one thread for all plugins: on a busy machine, one thread per plugin would take longer than their imports.
 
     Args:
-        seconds: After how long [s].
+        seconds: Loading time after which a plugin is reported [s].
     """
 
     def __init__(self, seconds: float) -> None:
         self._seconds = seconds
         self._ended = threading.Event()
-        self._loading: tuple[float, str] | None = None  # since when, and what to say
+        self._loading: tuple[float, str] | None = None  # start time and message
         self._thread = threading.Thread(target=self._look, daemon=True)
 
     def __enter__(self) -> _Watch:
@@ -241,14 +243,14 @@ class _Watch:
 
     def __exit__(self, *_: object) -> None:
         self._ended.set()
-        self._thread.join()  # so that no thread is left when somebody forks
+        self._thread.join()  # so that no thread remains when the process forks
 
     @contextmanager
     def over(self, candidate: Candidate, origin: str) -> Iterator[None]:
         """Watch the loading of one plugin."""
         line = (
             f"frobs: plugin '{candidate.name}' of {origin} is still loading after {self._seconds:g} s; "
-            f"if it never ends, set {DISABLE}={candidate.key}\n"
+            f"if it does not finish, set {DISABLE}={candidate.key}\n"
         )
         self._loading = perf_counter(), line
         try:
@@ -260,12 +262,12 @@ class _Watch:
         while not self._ended.wait(min(0.25, self._seconds / 4)):
             loading = self._loading
             if loading is not None and perf_counter() - loading[0] >= self._seconds:
-                self._loading = None  # once is enough
+                self._loading = None  # report it only once
                 sys.stderr.write(loading[1])
 
 
 def warn(line: str) -> None:
-    """Log a line as a warning, except in a worker process, whose parent has said it already."""
+    """Log a warning, except in a worker process, whose parent has already logged it."""
     _log.log(logging.DEBUG if multiprocessing.parent_process() else logging.WARNING, "%s", line)
 
 
@@ -276,7 +278,7 @@ def _record(report: PluginReport, kind: str, name: str) -> Record:
 def _refuse_second_offers(
     candidate: Candidate, records: Mapping[str, tuple[Record, ...]], others: Iterable[PluginReport]
 ) -> None:
-    """Refuse what another plugin of the same distribution offers: ``distribution:name`` must mean one thing."""
+    """Reject names that another plugin of the distribution provides: ``distribution:name`` must be unique."""
     for other in others:
         if other.distribution == candidate.distribution:
             taken = [(kind, record.name) for kind in RECORDS for record in other.records[kind]]
@@ -285,14 +287,14 @@ def _refuse_second_offers(
             offered += [("environment ID", id) for id in environment_ids(records)]
             for kind, name in offered:
                 if (kind, name) in taken:
-                    raise PluginError(f"{kind} '{name}' is offered by '{other.name}' of the same distribution")
+                    raise PluginError(f"{kind} '{name}' is also provided by '{other.name}' of the same distribution")
 
 
 def _one_line(error: BaseException) -> str:
     """Return the class and the first line of an exception, shortened."""
     try:
         text = next(iter(str(error).strip().splitlines()), "")
-    except Exception:  # a broken __str__ is one more way to be broken
+    except Exception:  # a broken __str__
         text = ""
     if isinstance(error, PluginError) and text:
         return text

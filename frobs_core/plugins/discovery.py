@@ -1,4 +1,4 @@
-"""Reading the entry points of distributions. Nothing is imported here."""
+"""Reads the entry points of distributions without importing anything."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ GROUP = "frobs"
 
 @dataclass(frozen=True)
 class Candidate:
-    """An entry point of the group, not yet imported.
+    """An entry point of the group that is not imported yet.
 
     Attributes:
         name: The entry point's name.
         distribution: Name of the pip package that holds it.
-        version: Of the distribution.
-        value: What the entry point names.
-        problem: Why there is nothing to import; empty as a rule.
-        requirements: Of the distribution, as its metadata states them.
+        version: Version of the distribution.
+        value: Value of the entry point.
+        problem: Reason why there is nothing to import; usually empty.
+        requirements: Requirements in the metadata of the distribution.
     """
 
     name: str
@@ -33,24 +33,24 @@ class Candidate:
 
     @property
     def key(self) -> str:
-        """``"distribution:name"``, which no other entry point has."""
+        """``"distribution:name"``, which is unique."""
         return f"{self.distribution}:{self.name}"
 
 
 def normalize(distribution: str) -> str:
-    """Return the spelling of a distribution's name by which pip compares."""
+    """Return a distribution's name in pip's normalized spelling."""
     return re.sub(r"[-_.]+", "-", distribution).lower()
 
 
 def find_candidates(distributions: Iterable[Distribution]) -> list[Candidate]:
-    """Return every entry point of the group, sorted by distribution and name.
+    """Return all entry points of the group, sorted by distribution and name.
 
-    Of a distribution that is found twice the first counts, as it does for ``import``.
+    If a distribution is found twice, the first one counts, as it does for ``import``.
     """
     found: dict[str, list[Candidate]] = {}
     for distribution in distributions:
         text = _read_entry_points(distribution)
-        if GROUP not in text:  # spares reading the metadata of all the others
+        if GROUP not in text:  # avoids reading the metadata of all other distributions
             continue
         candidates = list(_candidates(distribution, text))
         if candidates:
@@ -62,7 +62,7 @@ def match_disabled(candidates: Iterable[Candidate], disabled: Iterable[str]) -> 
     """Match entry point names, distribution names or ``distribution:name`` against candidates.
 
     Returns:
-        The keys of the candidates that are meant, and the words that meant none.
+        The keys of the matching candidates, and the words that match none.
     """
     keys: dict[str, set[str]] = {}
     for candidate in candidates:
@@ -84,7 +84,7 @@ def match_disabled(candidates: Iterable[Candidate], disabled: Iterable[str]) -> 
 def _read_entry_points(distribution: Distribution) -> str:
     try:
         return distribution.read_text("entry_points.txt") or ""
-    except (OSError, UnicodeDecodeError):  # a foreign distribution with a damaged file is none of our business
+    except (OSError, UnicodeDecodeError):  # ignore unrelated distributions with damaged files
         return ""
 
 
@@ -94,7 +94,7 @@ def _candidates(distribution: Distribution, text: str) -> Iterator[Candidate]:
         name = metadata["Name"] or "(unnamed distribution)"
         version = metadata["Version"] or "(no version)"
         requirements = tuple(metadata.get_all("Requires-Dist") or ())
-    except Exception:  # whatever a damaged METADATA file makes the standard library raise
+    except Exception:  # a damaged METADATA file can raise anything in the standard library
         name, version, requirements = "(unnamed distribution)", "(no version)", ()
     try:
         points = list(distribution.entry_points.select(group=GROUP))

@@ -1,4 +1,4 @@
-"""Names that the distributions of this project offer, so that a failed look-up can say what to install.
+"""Names that the distributions of this project provide, so that failed look-ups can suggest an installation.
 
 ``.ci/known_names.py`` generates ``known.json``.
 """
@@ -15,12 +15,12 @@ FILE = Path(__file__).with_name("known.json")
 
 @cache
 def known() -> Mapping[str, Mapping[str, str]]:
-    """Return the distribution of each name, by kind; two more kinds are ``"environment"`` and ``"command"``."""
+    """Return the distribution of each name, by kind. Additional kinds are ``"environment"`` and ``"command"``."""
     names: Mapping[str, Mapping[str, str]] = json.loads(FILE.read_text("utf-8"))
     return names
 
 
 def install_command(kind: str, name: str) -> str:
-    """Return the command that installs what offers a name, or an empty string if the name is unknown."""
+    """Return the command that installs a name, or an empty string if the name is unknown."""
     distribution = known().get(kind, {}).get(name, "")
     return f"pip install {distribution}" if distribution else ""

@@ -1,6 +1,6 @@
-"""Importing one plugin, calling its hooks and checking its records.
+"""Importing a plugin, calling its hooks and validating its records.
 
-Every function here raises what goes wrong; :class:`frobs_core.plugins.Plugins` is the guard.
+All functions raise the errors they encounter; :class:`frobs_core.plugins.Plugins` catches them.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from frobs_core.specs import RECORDS, AbilityRecord, EnvironmentRecord, Paramete
 HOOKS: Mapping[str, str] = {
     f"frobs_{kind[:-1]}ies" if kind.endswith("y") else f"frobs_{kind}s": kind for kind in RECORDS
 }
-"""The kind that each hook offers."""
+"""The kind that each hook provides."""
 
 _PROJECT = hookspecs.hookimpl.project_name
 _MODULE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*")
@@ -33,36 +33,36 @@ def import_plugin(value: str) -> ModuleType:
     """Import the module that an entry point names.
 
     Raises:
-        PluginError: The entry point names no module.
-        BaseException: Whatever its import raises.
+        PluginError: The entry point does not name a module.
+        BaseException: Any exception of the import.
     """
     if not _MODULE.fullmatch(value):
         raise PluginError(f"the entry point must name a module, as in 'package.plugin', not '{value}'")
     module = import_module(value)
     if not isinstance(module, ModuleType):
-        raise PluginError(f"'{value}' put {_article(module)} in the place of its module")
+        raise PluginError(f"'{value}' replaced its module with {_article(module)}")
     spec = module.__spec__
     if getattr(spec, "_initializing", False) and spec is not None and spec.loader is not None:
-        # Somebody imported the plugin's module first, and its own first line brought us here, before it has hooks.
-        # It cannot be finished now, so its records are read from a second copy.
+        # The plugin's module was imported before FRobs, and its own import of FRobs led here, before it has defined its
+        # hooks. It cannot be completed now, so its records are read from a second copy.
         module = module_from_spec(spec)
         spec.loader.exec_module(module)
     return module
 
 
 def read_records(module: ModuleType, key: str) -> dict[str, tuple[Record, ...]]:
-    """Call the hooks of a plugin and return its records by kind, all kinds present.
+    """Call the hooks of a plugin and return its records by kind. The result contains all kinds.
 
     Args:
-        module: The plugin.
+        module: Module of the plugin.
         key: ``"distribution:name"``.
 
     Raises:
-        PluginError: A hook is misspelt, or what it returns cannot be used.
-        BaseException: Whatever a hook raises.
+        PluginError: A hook is misspelled, or its result is invalid.
+        BaseException: Any exception of a hook.
     """
-    # A manager for each plugin: what pluggy keeps of one that fails half-way goes with it, hook wrappers reach no
-    # other plugin's hooks, and equal names of entry points cannot meet.
+    # Each plugin gets its own manager. If it fails, pluggy keeps no state of it, hook wrappers do not affect other
+    # plugins' hooks, and equal entry-point names do not collide.
     manager = pluggy.PluginManager(_PROJECT)
     manager.add_hookspecs(hookspecs)
     manager.register(_only_hooks(module), name=key)
@@ -70,29 +70,29 @@ def read_records(module: ModuleType, key: str) -> dict[str, tuple[Record, ...]]:
     for hook, caller in vars(manager.hook).items():
         for implementation in caller.get_hookimpls():
             if hook in HOOKS:
-                # Called directly, because pluggy drops None, which is a forgotten 'return' here.
+                # Called directly, because pluggy would drop None, which indicates a forgotten 'return'.
                 records[HOOKS[hook]] += _checked(hook, HOOKS[hook], implementation.function())
             elif not implementation.optionalhook:
                 suggestion = nearest(hook, HOOKS)
-                hint = f"did you mean '{suggestion}'?" if suggestion else f"there are {', '.join(HOOKS)}"
+                hint = f"did you mean '{suggestion}'?" if suggestion else f"available hooks: {', '.join(HOOKS)}"
                 raise PluginError(f"there is no hook '{hook}'; {hint}")
     _check_unique(records)
     return {kind: tuple(offered) for kind, offered in records.items()}
 
 
 def _only_hooks(module: ModuleType) -> ModuleType:
-    """Return a module with the marked functions alone.
+    """Return a module that contains only the marked functions.
 
-    pluggy looks at every attribute that ``dir`` lists, which would import all of a package with lazy attributes.
+    pluggy inspects every attribute that ``dir`` lists, which would import all of a package with lazy attributes.
     """
     hooks = ModuleType(module.__name__)
     for name, value in list(vars(module).items()):
         if inspect.isfunction(value) and hasattr(value, f"{_PROJECT}_impl"):
             setattr(hooks, name, value)
         elif name in HOOKS:
-            raise PluginError(f"'{name}' must be a function that is marked with '@hookimpl'")
+            raise PluginError(f"'{name}' must be a function with the decorator '@hookimpl'")
     if not any(inspect.isfunction(value) for value in vars(hooks).values()):
-        raise PluginError(f"'{module.__name__}' has no function that is marked with '@hookimpl'")
+        raise PluginError(f"'{module.__name__}' has no function with the decorator '@hookimpl'")
     return hooks
 
 
@@ -104,14 +104,14 @@ def _checked(hook: str, kind: str, returned: object) -> Sequence[Record]:
         raise PluginError(f"{hook} returned {_article(returned)}; return a list of {RECORDS[kind].__name__}")
     for record in returned:
         if not isinstance(record, RECORDS[kind]):
-            raise PluginError(f"{hook} offers {_article(record)}; it may only offer {RECORDS[kind].__name__}")
+            raise PluginError(f"{hook} returned {_article(record)}; it may only return {RECORDS[kind].__name__}")
         _check_record(kind, record)
     return returned
 
 
 def _check_record(kind: str, record: Record) -> None:
     if not isinstance(record.name, str) or not _NAME.fullmatch(record.name):
-        raise PluginError(f"{kind} {record.name!r}: a name has lower-case letters, digits and underscores only")
+        raise PluginError(f"{kind} {record.name!r}: a name may only contain lowercase letters, digits and underscores")
     needs_none = record.entry_point == "" and isinstance(record, AbilityRecord | ParameterRecord)
     if not needs_none and (not isinstance(record.entry_point, str) or not _ENTRY_POINT.fullmatch(record.entry_point)):
         raise PluginError(f"{kind} '{record.name}': entry_point is {record.entry_point!r}, not 'module:attribute'")
@@ -128,7 +128,7 @@ def _check_record(kind: str, record: Record) -> None:
             raise PluginError(f"task '{record.name}': environments is {_article(record.environments)}, not a tuple")
         for environment in record.environments:
             if not isinstance(environment, EnvironmentRecord):
-                raise PluginError(f"task '{record.name}': environments holds {_article(environment)}")
+                raise PluginError(f"task '{record.name}': environments contains {_article(environment)}")
 
 
 def _check_unique(records: Mapping[str, Sequence[Record]]) -> None:
@@ -136,11 +136,11 @@ def _check_unique(records: Mapping[str, Sequence[Record]]) -> None:
         names = [record.name for record in offered]
         for name in names:
             if names.count(name) > 1:
-                raise PluginError(f"it offers {kind} '{name}' twice")
+                raise PluginError(f"{kind} '{name}' is provided twice")
     ids = [e.id for task in records["task"] if isinstance(task, TaskRecord) for e in task.environments]
     for name in ids:
         if ids.count(name) > 1:
-            raise PluginError(f"it offers the environment ID '{name}' twice")
+            raise PluginError(f"the environment ID '{name}' is provided twice")
 
 
 def _article(value: object) -> str:

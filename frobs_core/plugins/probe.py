@@ -1,4 +1,4 @@
-"""Importing one plugin in a process of its own, with a time limit: what it costs, prints and changes."""
+"""Imports one plugin in a separate process with a time limit, and reports its import time, output and side effects."""
 
 from __future__ import annotations
 
@@ -18,31 +18,31 @@ from typing import IO, Any
 from frobs_core.plugins.discovery import Candidate
 
 NO_PLUGINS = "FROBS_NO_PLUGINS"
-"""Environment variable: with a value, importing :mod:`frobs_core` loads no plugin."""
+"""Environment variable: if it is set, importing :mod:`frobs_core` does not load plugins."""
 
 GRACE = 10.0
-"""[s] that the process has beyond the plugin's time: to start, and to be ended by itself."""
+"""Additional time for the process to start and to end by itself [s]."""
 
 _TORCH = "import torch; print(torch.get_num_threads())"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Probe:
-    """What was seen of one plugin.
+    """Findings about one plugin.
 
     Attributes:
-        state: ``"loaded"``, ``"failed"``, ``"hanging"`` or ``"crashed"``: the process died.
-        cause: One line that says why it is not loaded.
-        traceback: Of the failure, or of where it hangs.
-        import_seconds: How long its import took [s].
+        state: ``"loaded"``, ``"failed"``, ``"hanging"`` or ``"crashed"`` (the process died).
+        cause: Reason why it is not loaded, in one line.
+        traceback: Traceback of the failure, or stack at which it hangs.
+        import_seconds: Duration of its import [s].
         records: Names of its records, by kind.
-        environment_ids: Of its tasks.
-        stdout: What it printed.
-        stderr: What it printed there.
-        changed: What it changed that belongs to the whole process: ``"working directory"``, ``"random state"``, …
+        environment_ids: Environment IDs of its tasks.
+        stdout: Its output on stdout.
+        stderr: Its output on stderr.
+        changed: Global state that it changed: ``"working directory"``, ``"random state"``, …
         modules: Top-level modules that it imported.
-        warnings: That it caused: category, message, file and line.
-        missing_module: That it could not import.
+        warnings: Warnings that it caused: category, message, file and line.
+        missing_module: Module that it could not import.
     """
 
     state: str
@@ -60,11 +60,11 @@ class Probe:
 
 
 def probe(candidate: Candidate, seconds: float = 30.0) -> Probe:
-    """Import a plugin in a process of its own, in which no other plugin is loaded.
+    """Import a plugin in a separate process without other plugins.
 
     Args:
-        candidate: Its entry point.
-        seconds: That it may take.
+        candidate: Entry point of the plugin.
+        seconds: Time limit [s].
     """
     if candidate.problem:
         return Probe(state="failed", cause=candidate.problem)
@@ -88,7 +88,7 @@ def probe(candidate: Candidate, seconds: float = 30.0) -> Probe:
 
 
 def _run(candidate: Candidate, findings: Path, seconds: float, out: IO[bytes], err: IO[bytes]) -> int | None:
-    """Run the child to its end; its exit code, or None where it had to be killed."""
+    """Run the child process; return its exit code, or None if it had to be killed."""
     command = [sys.executable, "-m", "frobs_core.plugins.child"]
     environment = {
         **os.environ,
@@ -109,7 +109,7 @@ def _run(candidate: Candidate, findings: Path, seconds: float, out: IO[bytes], e
         return None
     finally:
         with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(child.pid, signal.SIGKILL)  # with whatever it has started
+            os.killpg(child.pid, signal.SIGKILL)  # including all processes that it has started
         child.wait()
 
 
@@ -135,7 +135,7 @@ def _probe(found: Mapping[str, Any], stdout: str, stderr: str) -> Probe:
 
 @lru_cache(maxsize=1)
 def _usual_torch_threads() -> int:
-    """Return how many threads torch has where nobody touches it."""
+    """Return torch's default number of threads."""
     return int(subprocess.run([sys.executable, "-c", _TORCH], capture_output=True, text=True, check=True).stdout)
 
 

@@ -1,4 +1,4 @@
-"""What became of one plugin."""
+"""The result of loading one plugin."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ _NO_RECORDS: Mapping[str, tuple[Record, ...]] = MappingProxyType(dict.fromkeys(R
 
 @dataclass(frozen=True)
 class PluginReport:
-    """What became of one plugin.
+    """The result of loading one plugin.
 
     Attributes:
         name: The entry point's name.
         distribution: The pip package that holds it.
-        version: Of the distribution.
-        module: That the entry point names.
+        version: Version of the distribution.
+        module: Module that the entry point names.
         state: ``"loaded"``, ``"failed"`` or ``"disabled"``.
-        cause: One line that says why it is not loaded.
-        traceback: Of the failure.
-        import_seconds: How long its import took.
-        records: Its records, by kind; all kinds are present.
-        made_for: The versions of the core that its distribution requires, ``">=0.2,<0.3"``; empty: it does not say.
+        cause: Reason why it is not loaded, in one line.
+        traceback: Traceback of the failure.
+        import_seconds: Duration of its import [s].
+        records: Its records, by kind; contains all kinds.
+        made_for: Versions of the core that its distribution requires, ``">=0.2,<0.3"``; empty: not specified.
         warning: One line about a non-fatal problem of a loaded plugin; usually empty.
     """
 

@@ -1,4 +1,4 @@
-"""What a distribution says that it needs, in the metadata that pip installs by: it cannot say one thing and do another."""
+"""Requirements of a distribution, read from the metadata that pip itself uses."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class Missing:
     """A requirement that is not met.
 
     Attributes:
-        requirement: As the distribution states it: ``"mujoco>=4.0"``.
-        installed: The version that there is, or ``""``.
+        requirement: Requirement in the distribution's metadata: ``"mujoco>=4.0"``.
+        installed: Installed version, or ``""``.
     """
 
     requirement: str
@@ -25,14 +25,14 @@ class Missing:
 
     @property
     def command(self) -> str:
-        """What installs it."""
+        """Command that installs it."""
         if self.installed:
             return f"pip install --upgrade '{self.requirement}'"
         return local_install_hint(f"pip install '{self.requirement}'")
 
 
 def core_versions(requirements: Iterable[str]) -> str:
-    """Return the versions of the core that a distribution is made for: ``">=0.2,<0.3"``; empty where it says nothing."""
+    """Return the versions of the core that a distribution supports: ``">=0.2,<0.3"``; empty if not specified."""
     for line in requirements:
         found = _CORE_LINE.match(line)
         if found:
@@ -41,7 +41,7 @@ def core_versions(requirements: Iterable[str]) -> str:
 
 
 def is_made_for(specifier: str, version: str) -> bool:
-    """Return whether a version of the core is among those that a distribution is made for."""
+    """Return whether a distribution supports a version of the core."""
     if not specifier:
         return True
     from packaging.specifiers import InvalidSpecifier, SpecifierSet
@@ -53,12 +53,12 @@ def is_made_for(specifier: str, version: str) -> bool:
 
 
 def has_upper_bound(specifier: str) -> bool:
-    """Return whether some later version is excluded."""
+    """Return whether later versions are excluded."""
     return not is_made_for(specifier, "9999999")
 
 
 def missing(requirements: Iterable[str]) -> list[Missing]:
-    """Return the requirements that are not met here, extras left out."""
+    """Return the requirements that are not met, ignoring extras."""
     from importlib.metadata import PackageNotFoundError, version
 
     from packaging.requirements import InvalidRequirement, Requirement

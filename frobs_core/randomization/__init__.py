@@ -1,4 +1,4 @@
-"""Domain randomisation: what differs between environments and episodes, as data on the environment."""
+"""Domain randomization: differences between environments and episodes, as data on the environment."""
 
 from frobs_core.randomization.randomization import Randomization
 from frobs_core.randomization.settings import Setting, Settings, physical_parameters, read_settings

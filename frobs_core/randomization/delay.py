@@ -1,4 +1,4 @@
-"""Actions that take effect late."""
+"""Delayed actions."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from frobs_core.randomization.settings import Setting
 
 
 class ActionDelay:
-    """Passes commands to the robots some control steps after the controllers made them.
+    """Delays commands to the robots by some control steps.
 
-    Before the first one arrives the drives hold: the joint positions at reset, no velocity, or no effort. That is why
-    commands are delayed and not actions, which have no neutral value that every controller shares.
+    Until the first command arrives, the drives hold: the joint positions at reset, zero velocity, or zero effort.
+    Commands are delayed instead of actions, because not every controller has a neutral action.
 
     Args:
-        setting: Distribution of the number of control steps; all robots have the same.
+        setting: Distribution of the number of control steps; the same for all robots.
         control: The controllers and their robots.
         control_timestep: [s]
 
@@ -31,25 +31,27 @@ class ActionDelay:
 
     def __init__(self, setting: Setting, control: Control, control_timestep: float) -> None:
         if control.physics_rate:
-            raise RandomizationError(setting.place, "a controller at the physics rate cannot be delayed; leave it out.")
+            raise RandomizationError(
+                setting.place, "a controller at the physics rate cannot be delayed; remove this setting."
+            )
         self._names = list(control.robots)
         self._robots = [robot.robot for robot in control.robots.values()]
         num_envs = self._robots[0].num_envs
         steps = np.zeros(num_envs)
         self.draw = Draw(setting.stream, setting.schedule, whole_steps(setting.distribution), steps, control_timestep)
         depth = int(setting.distribution.high) + 1
-        # The newest first. One row for each physics step, where the controller makes them.
+        # Newest first. One row for each physics step if the controller provides them.
         self._histories: list[Floats] = [np.zeros((num_envs, depth, 1, robot.dof)) for robot in self._robots]
         self._each = np.arange(num_envs)
 
     def begin(self, rng: RandomSource, mask: Mask) -> None:
-        """Draw for episodes that begin, and let their drives hold; call it when the task has placed the robots."""
+        """Draw for new episodes and let their drives hold. Call it after the task has placed the robots."""
         self.draw.begin(rng, mask)
         for robot, history in zip(self._robots, self._histories, strict=True):
             history[mask] = robot.holding_command(robot.joint_positions[mask])[:, None, None]
 
     def apply(self, rng: RandomSource, commands: list[Floats]) -> list[Floats]:
-        """Take new commands, and return those that arrive now; (num_envs, dof) or (num_envs, decimation, dof) each."""
+        """Store new commands and return those that arrive now, (num_envs, dof) or (num_envs, decimation, dof) each."""
         if self.draw.changes_in_episode:
             self.draw.step(rng)
         return [self._delayed(number, command) for number, command in enumerate(commands)]
@@ -64,18 +66,18 @@ class ActionDelay:
         return arriving[:, 0] if arriving.shape[1] == 1 else arriving
 
     def snapshot(self) -> Snapshot:
-        """Return the commands that are on their way."""
+        """Return the commands that have not arrived yet."""
         histories = zip(self._names, self._histories, strict=True)
         return {**{f"action_delay/{name}": history.copy() for name, history in histories}, **self.draw.snapshot()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._histories = [snapshot[f"action_delay/{name}"].copy() for name in self._names]
         self.draw.restore(snapshot)
 
 
 def whole_steps(distribution: Distribution) -> Sample:
-    """Return what draws a delay, (n,) whole numbers of control steps, as floats."""
+    """Return a function that draws a delay, (n,) whole numbers of control steps, as floats."""
     low, high = int(distribution.low), int(distribution.high)
 
     def sample(rng: RandomSource, stream: str, mask: Mask | None) -> Floats:

@@ -1,4 +1,4 @@
-"""What a number is drawn from."""
+"""Distributions for random draws."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frobs_core.random import RandomSource
 
 
 class Shape(StrEnum):
-    """The shapes that a distribution can have."""
+    """Shapes of distributions."""
 
     CONSTANT = "constant"
     UNIFORM = "uniform"
@@ -22,14 +22,14 @@ class Shape(StrEnum):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Distribution:
-    """What a number is drawn from. Each bound is one number, or (k,) for one of each component.
+    """A distribution for random draws. Each bound is one number, or (k,) with one for each component.
 
     Attributes:
         shape: Its shape.
-        low: Nothing below comes out; the value itself of a constant.
-        high: Nothing above comes out.
-        mean: Of the normal distribution, before it is held within the bounds.
-        std: Of the normal distribution, before it is held within the bounds.
+        low: Lower bound; the value of a constant.
+        high: Upper bound; the value of a constant.
+        mean: Mean of the normal distribution before clipping.
+        std: Standard deviation of the normal distribution before clipping.
     """
 
     shape: Shape
@@ -40,17 +40,17 @@ class Distribution:
 
     @property
     def width(self) -> int:
-        """How many components its numbers have; 1 where they are single numbers."""
+        """Number of components; 1 for scalars."""
         return max(array.size for array in (self.low, self.high, self.mean, self.std))
 
     def draw(self, rng: RandomSource, stream: str, width: int, mask: Mask | None) -> Floats:
         """Draw for the n environments of the mask.
 
         Args:
-            rng: The environment's source.
+            rng: Random source of the environment.
             stream: Name of the stream.
-            width: Numbers for each environment.
-            mask: The environments.
+            width: Number of values for each environment.
+            mask: The n environments.
 
         Returns:
             (n, width)

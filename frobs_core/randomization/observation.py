@@ -1,4 +1,4 @@
-"""Noisy, delayed observations, as real sensors give them."""
+"""Noisy, delayed observations."""
 
 from __future__ import annotations
 
@@ -22,41 +22,41 @@ from frobs_core.randomization.targets import matches
 
 
 class ObservedArray:
-    """One array of an observation with its noise and delay; noise is added before the delay.
+    """One array of an observation with noise and delay. Noise is added before the delay.
 
-    The history makes a reset of some environments harmless to the others: what they observe is looked up, not drawn
-    again.
+    Because observations are taken from a history and not drawn again, a reset of some environments does not affect the
+    others.
 
     Args:
-        key: Its name.
-        space: Of one environment.
+        key: Name of the array.
+        space: Space of a single environment.
         num_envs: ≥ 1.
-        depth: How many measurements are kept.
+        depth: Number of stored measurements.
     """
 
     def __init__(self, key: str, space: gym.spaces.Box, num_envs: int, depth: int) -> None:
         self.key = key
-        self._history = np.zeros((num_envs, depth, *space.shape), space.dtype)  # the newest first
+        self._history = np.zeros((num_envs, depth, *space.shape), space.dtype)  # newest first
         self._low, self._high = (np.asarray(bound, np.float64) for bound in (space.low, space.high))
         self._noise: list[tuple[slice, Draw, slice]] = []
         self._delays: list[tuple[Any, Draw]] = []
         self._each = np.arange(num_envs)
 
     def add_noise(self, columns: slice, draw: Draw, numbers: slice) -> None:
-        """Let some columns be measured with the numbers of a draw added."""
+        """Add numbers of a draw to some columns."""
         self._noise.append((columns, draw, numbers))
 
     def add_delay(self, columns: slice, draw: Draw) -> None:
-        """Let some columns be observed late."""
+        """Delay some columns."""
         self._delays.append(((slice(None), columns), draw))
 
     def begin(self, true: np.ndarray[Any, Any], mask: Mask) -> np.ndarray[Any, Any]:
-        """Forget where episodes begin, and return what all observe."""
+        """Clear the history of starting episodes, and return the observations of all environments."""
         self._history[mask] = self._measure(true, mask)[:, None]
         return self.observed()
 
     def step(self, true: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-        """Measure, and return what is observed."""
+        """Measure, and return the observations."""
         history = self._history
         if history.shape[1] > 1:
             history[:, 1:] = history[:, :-1].copy()
@@ -64,7 +64,7 @@ class ObservedArray:
         return self.observed()
 
     def observed(self) -> np.ndarray[Any, Any]:
-        """Return what is observed now, (num_envs, …), an array of its own."""
+        """Return the current observations, (num_envs, …), as a new array."""
         observed = self._history[:, 0].copy()
         for columns, draw in self._delays:
             late = self._history[self._each, draw.numbers.astype(np.intp)]
@@ -77,16 +77,16 @@ class ObservedArray:
         measured = true[rows].astype(np.float64)
         for columns, draw, numbers in self._noise:
             measured[:, columns] += draw.numbers[rows, numbers]
-        for columns, _, _ in self._noise:  # a sensor reads nothing beyond its range
+        for columns, _, _ in self._noise:  # a sensor does not exceed its range
             np.clip(measured[:, columns], self._low[columns], self._high[columns], out=measured[:, columns])
         return measured.astype(true.dtype)
 
     def snapshot(self) -> Snapshot:
-        """Return what was measured."""
+        """Return the stored measurements."""
         return {f"measured/{self.key}": self._history.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._history[:] = snapshot[f"measured/{self.key}"]
 
 
@@ -96,13 +96,13 @@ class ObservedArrays:
     Args:
         noise: Settings of ``observation_noise``.
         delays: Settings of ``observation_delay``.
-        observations: The terms.
+        observations: Terms of the observation.
         num_envs: ≥ 1.
         control_timestep: [s]
 
     Raises:
         UnknownNameError: The observation has no such term.
-        ConfigurationError: A term cannot have noise.
+        ConfigurationError: A term does not support noise.
     """
 
     def __init__(
@@ -119,7 +119,7 @@ class ObservedArrays:
         self._depth = 1 + max((int(setting.distribution.high) for setting in delays), default=0)
         self.arrays: dict[str, ObservedArray] = {}
         self.draws: list[Draw] = []
-        self.constant: dict[str, tuple[Draw, slice]] = {}  # what holds for a while, and is worth telling
+        self.constant: dict[str, tuple[Draw, slice]] = {}  # draws that stay constant for a while and are reported
         for setting in noise:
             self._add_noise(setting)
         for setting in delays:
@@ -128,17 +128,17 @@ class ObservedArrays:
 
     @property
     def terms(self) -> set[str]:
-        """The keys that are not observed as they are; ``"observation"`` where the observation is one array."""
+        """The affected keys; ``"observation"`` if the observation is one array."""
         return set(self.arrays)
 
     def begin(self, rng: RandomSource, true: Observation, mask: Mask) -> Observation:
-        """Return what is observed when episodes begin where ``mask`` says."""
+        """Return the observations when episodes begin in the environments of ``mask``."""
         for draw in self.draws:
             draw.begin(rng, mask)
         return self._each(true, lambda array, values: array.begin(values, mask))
 
     def step(self, rng: RandomSource, true: Observation) -> Observation:
-        """Return what is observed after a step."""
+        """Return the observations after a step."""
         for draw in self._changing:
             draw.step(rng)
         return self._each(true, ObservedArray.step)
@@ -156,15 +156,17 @@ class ObservedArrays:
             if names[i] in self._imperfect:
                 raise RandomizationError(
                     setting.place,
-                    f"the observation term '{names[i]}' reads a sensor with imperfections of its own; set noise and delay "
-                    "in one place, the sensor or randomize.",
+                    f"the observation term '{names[i]}' reads a sensor with its own imperfections; set noise and delay "
+                    "in only one place, the sensor or randomize.",
                 )
         return {names[i]: self._terms[names[i]] for i in found}
 
     def _find_array(self, key: str, setting: Setting) -> tuple[ObservedArray, gym.spaces.Box]:
         space: Any = self._space[key] if isinstance(self._space, gym.spaces.Dict) else self._space
         if not isinstance(space, gym.spaces.Box):
-            raise RandomizationError(setting.place, f"the observation '{key}' is {space}; only a Box can be changed.")
+            raise RandomizationError(
+                setting.place, f"the observation '{key}' is {space}; only a Box supports noise and delays."
+            )
         if key not in self.arrays:
             self.arrays[key] = ObservedArray(key, space, self._num_envs, self._depth)
         return self.arrays[key], space
@@ -175,14 +177,14 @@ class ObservedArrays:
             array, space = self._find_array(key, setting)
             if len(space.shape) != 1 or space.dtype.kind != "f":
                 raise RandomizationError(
-                    setting.place, f"the observation '{key}' is {space}; noise is added to vectors of floats."
+                    setting.place, f"the observation '{key}' is {space}; only vectors of floats support noise."
                 )
             numbers = slice(start, start := start + columns.stop - columns.start)
             places.append((name, array, columns, numbers))
         if setting.distribution.width not in (1, start):
             raise RandomizationError(
                 setting.place,
-                f"{setting.distribution.width} numbers were given for {start} columns; write one "
+                f"{setting.distribution.width} numbers do not match {start} columns; write one "
                 "number, or one for each column.",
             )
         sample = partial(_sample, setting.distribution, start)
@@ -206,7 +208,7 @@ class ObservedArrays:
         return np.zeros((self._num_envs, *shape))
 
     def snapshot(self) -> Snapshot:
-        """Return what was measured, and what is in force."""
+        """Return the stored measurements and the current draws."""
         state: Snapshot = {}
         for array in self.arrays.values():
             state |= array.snapshot()
@@ -215,7 +217,7 @@ class ObservedArrays:
         return state
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         for array in self.arrays.values():
             array.restore(snapshot)
         for draw in self.draws:

@@ -1,4 +1,4 @@
-"""One physical parameter of the simulation that differs between environments."""
+"""Randomization of one physical parameter of the simulation."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from frobs_core.randomization.settings import CAPABILITY, Setting
 from frobs_core.randomization.targets import find_units, matches
 
 _LEAST = {"mass": 0.01, "size": 0.01}
-"""Share of its nominal mass or size that a body keeps, whatever an unbounded distribution gives."""
+"""Minimum fraction of its nominal mass or size that a body keeps under an unbounded distribution."""
 
 _VECTORS = ("stiffness", "damping", "joint_damping", "gravity")
-"""Parameters that are written as an array for each target: (n, dof) or (n, 3). Others are one number for each target."""
+"""Parameters with an array for each target: (n, dof) or (n, 3). All others have one number for each target."""
 
 _OF_ROBOTS = ("mass", "stiffness", "damping", "joint_damping")
-"""Parameters that change only those of robots where no target is named."""
+"""Parameters that, by default, change only robots."""
 
 _WITHOUT_EFFECT = {
     ("stiffness", CommandMode.VELOCITY): "velocities, which the drives follow by their damping",
@@ -34,20 +34,20 @@ _WITHOUT_EFFECT = {
 
 
 class PhysicalParameter:
-    """One physical parameter, of everything that has it.
+    """One physical parameter, of all objects that have it.
 
-    Settings are applied in their order, each to what those before have left; the first to the nominal value.
+    Settings are applied in order, each to the result of the previous ones; the first to the nominal value.
 
     Args:
-        name: Of :meth:`frobs_core.interfaces.Simulation.parameter`.
-        settings: Of this parameter.
-        simulation: Where it is written.
-        robots: Names of the robots that controllers move; by default only their links and joints change.
+        name: Name of the parameter in :meth:`frobs_core.interfaces.Simulation.parameter`.
+        settings: Settings of this parameter.
+        simulation: Simulation to write to.
+        robots: Names of the robots with controllers. By default, only their links and joints change.
         control_timestep: [s]
 
     Raises:
-        UnknownNameError: A target is not there.
-        ConfigurationError: A value could become impossible, or a setting could change nothing.
+        UnknownNameError: A target does not exist.
+        ConfigurationError: A value could become impossible, or a setting would have no effect.
     """
 
     def __init__(
@@ -63,8 +63,8 @@ class PhysicalParameter:
         if modes and all((name, mode) in _WITHOUT_EFFECT for mode in modes):
             raise RandomizationError(
                 settings[0].place,
-                f"it would change nothing, for the controller commands "
-                f"{_WITHOUT_EFFECT[name, modes.pop()]}; leave it out, or choose another controller.",
+                f"it would have no effect, because the controller commands "
+                f"{_WITHOUT_EFFECT[name, modes.pop()]}; remove it, or choose another controller.",
             )
         units = find_units(simulation, name)
         self.names = tuple(column for unit in units for column in unit.names)
@@ -75,7 +75,7 @@ class PhysicalParameter:
             columns = np.array(self._columns(setting), np.intp)
             self._changes.append((setting.change, columns, self._draw(setting, columns, control_timestep)))
         self.touched = sorted({int(column) for _, columns, _ in self._changes for column in columns})
-        self._writes: list[tuple[str, slice | int]] = []  # target, and the columns that make its value
+        self._writes: list[tuple[str, slice | int]] = []  # target, and the columns of its value
         start = 0
         for unit in units:
             stop = start + len(unit.names)
@@ -87,11 +87,11 @@ class PhysicalParameter:
 
     @property
     def draws(self) -> list[Draw]:
-        """What is drawn for it."""
+        """Draws of this parameter."""
         return [draw for _, _, draw in self._changes]
 
     def begin(self, rng: RandomSource, mask: Mask) -> None:
-        """Draw for episodes that begin where ``mask`` says, (num_envs,) bool, and write."""
+        """Draw and write for the episodes that begin in ``mask``, (num_envs,) bool."""
         drawn = np.zeros_like(mask)
         for _, _, draw in self._changes:
             drawn |= draw.begin(rng, mask)
@@ -99,14 +99,14 @@ class PhysicalParameter:
             self._write(drawn)
 
     def step(self, rng: RandomSource) -> None:
-        """Draw and write where it is time."""
+        """Draw and write if an interval has elapsed."""
         for draw in self._changing:
             drawn = draw.step(rng)
             if drawn is not None:
                 self._write(drawn)
 
     def values(self) -> Iterator[tuple[str, Floats]]:
-        """Yield the name and the values in force, (num_envs,), of everything that is randomised; gravity is one."""
+        """Yield the name and current values, (num_envs,), of all randomized quantities. Gravity is one of them."""
         if self._name == "gravity":
             yield "gravity", self.current.copy()
             return
@@ -114,11 +114,11 @@ class PhysicalParameter:
             yield f"{self._name}/{self.names[column]}", self.current[:, column].copy()
 
     def snapshot(self) -> Snapshot:
-        """Return the values in force."""
+        """Return the current values."""
         return {f"{self._name}/current": self.current.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot; the simulation's own has restored what was written."""
+        """Restore a snapshot. The simulation restores the written parameters itself."""
         self.current[:] = snapshot[f"{self._name}/current"]
 
     def _columns(self, setting: Setting) -> list[int]:
@@ -129,8 +129,8 @@ class PhysicalParameter:
         if setting.change == "scale" and not self._changes and not self.nominal[:, found].any():
             raise RandomizationError(
                 setting.place,
-                f"the nominal {self._name} of {', '.join(self.names[c] for c in found)} is 0, so a "
-                "scale changes nothing; write add or set.",
+                f"the nominal {self._name} of {', '.join(self.names[c] for c in found)} is 0, so "
+                "scale has no effect; use add or set.",
             )
         return found
 
@@ -141,7 +141,7 @@ class PhysicalParameter:
         given = setting.distribution.width
         if given != 1 and (not vector or given != width):
             one = "one number, or one for each of x, y and z (not for a scale)" if vector else "one number"
-            raise RandomizationError(setting.place, f"{given} numbers were given; write {one} for each end.")
+            raise RandomizationError(setting.place, f"{given} numbers do not match; write {one} for each bound.")
         sample = partial(_sample, setting, width)
         return Draw(setting.stream, setting.schedule, sample, np.zeros((len(self.nominal), width)), control_timestep)
 
@@ -164,9 +164,9 @@ class PhysicalParameter:
             self._simulation.write_parameter(self._name, target, value[:, its], mask)
 
     def _floor(self, settings: Sequence[Setting]) -> Floats | None:
-        """Return the least values, (num_envs, columns); refuse what is drawn between bounds and falls below.
+        """Return the minimum values, (num_envs, columns), and reject bounded draws that could fall below them.
 
-        An unbounded distribution is held above them instead.
+        Draws from an unbounded distribution are clipped to them instead.
         """
         if self._name == "gravity" or self._name not in CAPABILITY:
             return None
@@ -176,7 +176,7 @@ class PhysicalParameter:
             low = setting.distribution.low
             match change:
                 case "scale":
-                    # An end that is not there is held above the least; so is what a negative factor would give.
+                    # Unbounded ends, and the results of negative factors, are clipped to the minimum.
                     value[:, columns] = np.where(np.isneginf(low), np.inf, value[:, columns] * low)
                 case "add":
                     value[:, columns] = np.where(np.isneginf(low), np.inf, value[:, columns] + low)

@@ -1,4 +1,4 @@
-"""All that is randomised in an environment, and when it happens in a step."""
+"""All randomization of an environment, and its place in a step."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ from frobs_core.randomization.settings import Settings, physical_parameters
 
 
 class Randomization:
-    """What differs between environments and episodes; an environment without it has none.
+    """Differences between environments and episodes.
 
-    What an environment gets depends on its seed, its episode, its step, and the setting's own stream: neither on the
-    other environments nor on the other settings.
+    The draws of an environment depend on its seed, its episode, its step, and the setting's own stream, but not on
+    other environments or settings.
 
     Args:
-        settings: What was written.
-        simulation: That it is written to.
-        control: Whose commands are delayed.
-        observations: Terms that get noise or are late.
+        settings: The user's settings.
+        simulation: Simulation to write to.
+        control: Controllers whose commands may be delayed.
+        observations: Terms that may get noise or delays.
         control_timestep: [s]
 
     Attributes:
-        settings: What was written, as plain dictionaries.
+        settings: The user's settings, as plain dictionaries.
 
     Raises:
-        UnknownNameError: A target is not there.
+        UnknownNameError: A target does not exist.
         ConfigurationError: A setting cannot be used here.
     """
 
@@ -69,21 +69,21 @@ class Randomization:
         self._changing = [part for part in self._physics if any(draw.changes_in_episode for draw in part.draws)]
 
     def begin_physics(self, rng: RandomSource, mask: Mask | None) -> None:
-        """Draw and write physical parameters for episodes that begin; call it before the simulation is reset."""
+        """Draw and write physical parameters for new episodes. Call it before the simulation is reset."""
         rows = self._all if mask is None else mask
         for parameter in self._physics:
             parameter.begin(rng, rows)
 
     def begin(self, rng: RandomSource, observation: Observation, mask: Mask | None) -> Observation:
-        """Begin with delays and noise, when the robot is placed.
+        """Begin delays and noise of an episode, after the robot is placed.
 
         Args:
-            rng: The environment's source.
-            observation: (num_envs, …) the true one of all environments.
-            mask: Where episodes begin.
+            rng: Random source of the environment.
+            observation: (num_envs, …) true observation of all environments.
+            mask: Environments in which an episode begins.
 
         Returns:
-            What all environments observe; those outside of the mask observe what they did before.
+            The observations of all environments. Those outside of the mask do not change.
         """
         rows = self._all if mask is None else mask
         if self._delay is not None:
@@ -91,20 +91,20 @@ class Randomization:
         return observation if self._observed is None else self._observed.begin(rng, observation, rows)
 
     def act(self, rng: RandomSource, commands: list[Floats]) -> list[Floats]:
-        """Draw and write what changes within an episode, and return the commands that arrive at the robots now."""
+        """Draw and write values that change within an episode, and return the commands that arrive now."""
         for parameter in self._changing:
             parameter.step(rng)
         return commands if self._delay is None else self._delay.apply(rng, commands)
 
     def observe(self, rng: RandomSource, observation: Observation) -> Observation:
-        """Return what is observed after a step, given the truth."""
+        """Return the observations after a step, from the true ones."""
         return observation if self._observed is None else self._observed.step(rng, observation)
 
     @property
     def values(self) -> dict[str, Floats]:
-        """What is in force now, (num_envs, …) each, by parameter and target: ``"mass/robot/link_1"`` [kg].
+        """Current values, (num_envs, …) each, by parameter and target: ``"mass/robot/link_1"`` [kg].
 
-        Noise that is drawn in each step is left out.
+        Noise that is drawn in each step is omitted.
         """
         found: dict[str, Floats] = {}
         for parameter in self._physics:
@@ -120,11 +120,11 @@ class Randomization:
 
     @cached_property
     def observed_keys(self) -> frozenset[str]:
-        """Keys of a dictionary observation that noise or delay changes; ``"observation"`` where it is one array."""
+        """Keys of a dictionary observation that have noise or delay; ``"observation"`` if it is one array."""
         return frozenset(() if self._observed is None else self._observed.arrays)
 
     def snapshot(self) -> Snapshot:
-        """Return all that is in force, and what is on its way."""
+        """Return all current values, and the commands and measurements that have not arrived yet."""
         state: Snapshot = {}
         for parameter in self._physics:
             state |= parameter.snapshot()
@@ -135,16 +135,16 @@ class Randomization:
         return state
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot.
+        """Restore a snapshot.
 
         Raises:
-            ConfigurationError: It was taken of an environment that randomises something else.
+            ConfigurationError: The snapshot is from an environment with a different randomization.
         """
         mine = self.snapshot().keys()
         if mine != snapshot.keys():
             raise RandomizationError(
                 "randomize",
-                f"the snapshot was taken with other settings; they differ in {sorted(mine ^ snapshot.keys())[:4]}.",
+                f"the snapshot was taken with different settings; they differ in {sorted(mine ^ snapshot.keys())[:4]}.",
             )
         for parameter in self._physics:
             parameter.restore(snapshot)

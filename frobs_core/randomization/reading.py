@@ -1,4 +1,4 @@
-"""Reading the parts of a setting: distributions, times, targets."""
+"""Parsing the parts of a setting: distributions, times, targets."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from frobs_core.randomization.distribution import Distribution, Shape
 from frobs_core.randomization.schedule import Schedule, When
 
 Keys = tuple[str | int, ...]
-"""Where something stands below ``randomize``."""
+"""Position of a setting below ``randomize``."""
 
 
 class Problem(Exception):  # noqa: N818 - it never leaves this package
-    """Something that was written cannot be used.
+    """A setting is invalid.
 
     Args:
-        keys: Where it stands.
+        keys: Position of the setting.
         reason: What is wrong and what to do, or the error itself.
     """
 
@@ -31,23 +31,23 @@ class Problem(Exception):  # noqa: N818 - it never leaves this package
 
     @staticmethod
     def place(keys: Keys) -> str:
-        """Return where something stands, as people write it: ``"randomize.mass[1].scale"``."""
+        """Return a position as users write it: ``"randomize.mass[1].scale"``."""
         return "randomize" + "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys)
 
     def as_error(self) -> ConfigurationError:
-        """Return the error that a user sees."""
+        """Return the error to show to the user."""
         if isinstance(self.reason, ConfigurationError):
             return self.reason
         return RandomizationError(self.place(self.keys), self.reason)
 
 
 def read_distribution(keys: Keys, given: Any, neutral: float | None) -> Distribution:
-    """Read what is drawn from.
+    """Parse a distribution.
 
     Args:
-        keys: Where it stands.
+        keys: Position of the distribution.
         given: ``1.2``, ``[0.8, 1.2]`` or ``{normal: 0.1}``, …
-        neutral: The mean of a normal distribution that names none; None: it must name one.
+        neutral: Default mean of a normal distribution; None: the mean is required.
     """
     if not isinstance(given, Mapping):
         pair = isinstance(given, Sequence) and not isinstance(given, str)
@@ -57,13 +57,13 @@ def read_distribution(keys: Keys, given: Any, neutral: float | None) -> Distribu
         if key not in (*Shape, "mean", "bounds"):
             raise Problem((*keys, key), UnknownParameterError(f"'{Problem.place(keys)}'", str(key), [*Shape, "bounds"]))
     if len(shapes) != 1:
-        raise Problem(keys, f"exactly one of {', '.join(Shape)} says what is drawn from, not {[*map(str, shapes)]}.")
+        raise Problem(keys, f"write exactly one distribution, one of {', '.join(Shape)}, not {[*map(str, shapes)]}.")
     (shape,) = shapes
     value = given[shape]
     if shape is not Shape.NORMAL:
         for key in ("mean", "bounds"):
             if key in given:
-                raise Problem((*keys, key), f"goes with normal; {shape} says by itself what comes out.")
+                raise Problem((*keys, key), f"is only used with normal, not with {shape}.")
     match shape:
         case Shape.CONSTANT:
             constant = _number(keys, value)
@@ -71,21 +71,21 @@ def read_distribution(keys: Keys, given: Any, neutral: float | None) -> Distribu
         case Shape.NORMAL:
             std, mean = _number(keys, value), given.get("mean", neutral)
             if mean is None:
-                raise Problem(keys, "a normal distribution that sets a value needs its mean: {normal: 0.1, mean: 1.0}.")
+                raise Problem(keys, "a normal distribution that sets a value needs a mean: {normal: 0.1, mean: 1.0}.")
             if (std < 0).any():
-                raise Problem(keys, f"a standard deviation is not negative: {value}.")
+                raise Problem(keys, f"a standard deviation must not be negative: {value}.")
             infinite = np.array(np.inf)
             low, high = _range((*keys, "bounds"), given["bounds"]) if "bounds" in given else (-infinite, infinite)
             return Distribution(shape=shape, low=low, high=high, mean=_number((*keys, "mean"), mean), std=std)
         case _:
             low, high = _range(keys, value)
             if shape is Shape.LOG_UNIFORM and not (low > 0).all():
-                raise Problem(keys, f"log_uniform wants numbers above 0: {value}.")
+                raise Problem(keys, f"log_uniform requires numbers above 0: {value}.")
             return Distribution(shape=shape, low=low, high=high)
 
 
 def read_steps(keys: Keys, mapping: Mapping[str, Any]) -> Distribution:
-    """Read a delay: ``steps: 1`` or ``steps: [0, 2]``, both ends included."""
+    """Parse a delay: ``steps: 1`` or ``steps: [0, 2]``, including both ends."""
     if "steps" not in mapping:
         raise Problem(keys, "a delay needs its steps: {steps: [0, 2]}.")
     value = mapping["steps"]
@@ -93,24 +93,24 @@ def read_steps(keys: Keys, mapping: Mapping[str, Any]) -> Distribution:
     if len(pair) != 2 or not all(type(item) is int for item in pair) or not 0 <= pair[0] <= pair[1]:
         raise Problem(
             (*keys, "steps"),
-            f"{value!r}: a delay is a whole number ≥ 0 of control steps, or [fewest, most]; for a delay in between, "
+            f"{value!r}: a delay must be a whole number ≥ 0 of control steps, or [fewest, most]; for other delays, "
             "choose a shorter control_timestep.",
         )
     if pair[1] > 1000:
-        raise Problem((*keys, "steps"), f"{value!r}: at most 1000 control steps can be kept.")
+        raise Problem((*keys, "steps"), f"{value!r}: a delay must be at most 1000 control steps.")
     return Distribution(shape=Shape.UNIFORM, low=np.array(float(pair[0])), high=np.array(float(pair[1])))
 
 
 def read_schedule(keys: Keys, mapping: Mapping[str, Any], default: When | None) -> Schedule:
-    """Read ``when: start | reset | step``, or ``every: 25`` or ``every: {seconds: [1.0, 2.0]}``.
+    """Parse ``when: start | reset | step``, or ``every: 25`` or ``every: {seconds: [1.0, 2.0]}``.
 
     Args:
-        keys: Where the setting stands.
+        keys: Position of the setting.
         mapping: The setting.
-        default: When neither is there; None: in each step.
+        default: Result if neither is set; None: in each step.
     """
     if "when" in mapping and "every" in mapping:
-        raise Problem(keys, "'when' and 'every' exclude each other; choose one.")
+        raise Problem(keys, "'when' and 'every' cannot be combined; choose one.")
     each_step = Schedule(when=When.INTERVAL, interval=(1, 1))
     if "every" in mapping:
         return _interval((*keys, "every"), mapping["every"])
@@ -120,18 +120,18 @@ def read_schedule(keys: Keys, mapping: Mapping[str, Any], default: When | None) 
     if when == "step":
         return each_step
     if when not in (When.START, When.RESET):
-        raise Problem((*keys, "when"), f"{when!r} is none of start, reset and step; for other times write 'every: 25'.")
+        raise Problem((*keys, "when"), f"{when!r} is not start, reset or step; for other times write 'every: 25'.")
     return Schedule(when=When(when))
 
 
 def read_targets(keys: Keys, mapping: Mapping[str, Any]) -> tuple[str, ...]:
-    """Read ``target: robot/*`` or ``target: [link_1, link_2]``."""
+    """Parse ``target: robot/*`` or ``target: [link_1, link_2]``."""
     if "target" not in mapping:
         return ()
     given = mapping["target"]
     names = [given] if isinstance(given, str) else given
     if not isinstance(names, Sequence) or not names or not all(isinstance(name, str) and name for name in names):
-        raise Problem((*keys, "target"), f"{given!r} is no name and no list of names.")
+        raise Problem((*keys, "target"), f"{given!r} is not a name or a list of names.")
     return tuple(names)
 
 
@@ -143,16 +143,16 @@ def _interval(keys: Keys, given: Any) -> Schedule:
         value, in_seconds = given["seconds"], True
     low, high = _range(keys, value) if isinstance(value, Sequence) else (_number(keys, value),) * 2
     if low.ndim or high.ndim or low <= 0 or not (in_seconds or (low % 1 == 0 and high % 1 == 0)):
-        raise Problem(keys, f"{value!r}: an interval is a whole number ≥ 1 of control steps, or {{seconds: 1.0}}.")
+        raise Problem(keys, f"{value!r}: an interval must be a whole number ≥ 1 of control steps, or {{seconds: 1.0}}.")
     return Schedule(when=When.INTERVAL, interval=(float(low), float(high)), in_seconds=in_seconds)
 
 
 def _range(keys: Keys, given: Any) -> tuple[Floats, Floats]:
     if not isinstance(given, Sequence) or isinstance(given, str) or len(given) != 2:
-        raise Problem(keys, f"{given!r} is no range; write [lowest, highest].")
+        raise Problem(keys, f"{given!r} is not a range; write [lowest, highest].")
     low, high = (_number(keys, end) for end in given)
     if low.size != high.size or not (low <= high).all():
-        raise Problem(keys, f"{list(given)}: the lowest is above the highest, or they differ in length.")
+        raise Problem(keys, f"{list(given)}: the lowest is above the highest, or they have different lengths.")
     return low, high
 
 
@@ -161,7 +161,7 @@ def _number(keys: Keys, given: Any) -> Floats:
     items = given if isinstance(given, Sequence) and not isinstance(given, str) else [given]
     for item in items:
         if isinstance(item, bool) or not isinstance(item, int | float | np.number) or not np.isfinite(item):
-            raise Problem(keys, f"{item!r} is no finite number.")
+            raise Problem(keys, f"{item!r} is not a finite number.")
     if not items:
-        raise Problem(keys, "an empty list holds no number.")
+        raise Problem(keys, "the list is empty; write at least one number.")
     return np.array(given, np.float64)

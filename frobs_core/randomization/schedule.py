@@ -1,4 +1,4 @@
-"""When a number is drawn, and the numbers that are in force."""
+"""Schedules of random draws, and the current numbers."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from frobs_core.interfaces.simulation import Snapshot
 from frobs_core.random import RandomSource
 
 Sample = Callable[[RandomSource, str, Mask | None], Floats]
-"""Draws (n, …) from a stream for the n environments of a mask."""
+"""Function that draws (n, …) from a stream for the n environments of a mask."""
 
 
 class When(StrEnum):
-    """The moments at which a number is drawn."""
+    """Times at which a number is drawn."""
 
     START = "start"
     RESET = "reset"
@@ -27,13 +27,13 @@ class When(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Schedule:
-    """When a number is drawn.
+    """Times at which a number is drawn.
 
     Attributes:
-        when: ``start``: in the first episode after the environment was given a seed; ``reset``: in each episode;
-            ``interval``: in each episode, and again and again while it runs.
-        interval: Shortest and longest time between two draws: [control steps], or [s] where ``in_seconds``.
-        in_seconds: What the interval is counted in.
+        when: ``start``: in the first episode after seeding; ``reset``: in each episode; ``interval``: in each episode,
+            and repeatedly during it.
+        interval: Shortest and longest time between two draws: [control steps], or [s] if ``in_seconds``.
+        in_seconds: Whether the interval is in seconds.
     """
 
     when: When
@@ -45,10 +45,10 @@ class Schedule:
 
         Args:
             control_timestep: [s]
-            place: For the message.
+            place: Position of the setting, for the message.
 
         Raises:
-            ConfigurationError: A time is no whole multiple of the control timestep.
+            ConfigurationError: A time is not a multiple of the control timestep.
         """
         if not self.in_seconds:
             return int(self.interval[0]), int(self.interval[1])
@@ -57,25 +57,25 @@ class Schedule:
             if count < 1 or abs(count * control_timestep - seconds) > 1e-9 * seconds:
                 raise RandomizationError(
                     place,
-                    f"every {seconds} s is no whole number of control steps of {control_timestep} s; "
-                    f"{max(1, count) * control_timestep:.10g} s would be.",
+                    f"every {seconds} s is not a whole number of control steps of {control_timestep} s; "
+                    f"{max(1, count) * control_timestep:.10g} s would work.",
                 )
         return counts[0], counts[1]
 
 
 class Draw:
-    """Numbers that are drawn again and again, and hold in between.
+    """Numbers that are drawn repeatedly and stay constant in between.
 
     Args:
-        stream: Where they come from, and their name in a snapshot.
-        schedule: When.
-        sample: Draws them.
-        numbers: (num_envs, …) what holds before the first draw.
+        stream: Name of the stream, and of the numbers in a snapshot.
+        schedule: Times of the draws.
+        sample: Draws the numbers.
+        numbers: (num_envs, …) values before the first draw.
         control_timestep: [s]
 
     Attributes:
-        stream: As given.
-        numbers: (num_envs, …) what holds now.
+        stream: Name of the stream.
+        numbers: (num_envs, …) current values.
         changes_in_episode: Whether :meth:`step` may draw.
     """
 
@@ -87,18 +87,18 @@ class Draw:
         self.changes_in_episode = schedule.when is When.INTERVAL
         self._when, self._sample = schedule.when, sample
         self._shortest, self._longest = schedule.steps(control_timestep, stream)
-        self._due = np.zeros(len(numbers), np.uint64)  # the step of the episode in which it is drawn next
+        self._due = np.zeros(len(numbers), np.uint64)  # step of the episode at which the next draw is due
         self._all = np.ones(len(numbers), np.bool_)
 
     def begin(self, rng: RandomSource, mask: Mask) -> Mask:
-        """Draw for the episodes that begin where ``mask`` says; return for which it was, (num_envs,) bool."""
+        """Draw for the episodes that begin in ``mask``; return the environments that drew, (num_envs,) bool."""
         rows = mask & (rng.episodes == 0) if self._when is When.START else mask
         if rows.any():
             self._draw(rng, rows)
         return rows
 
     def step(self, rng: RandomSource) -> Mask | None:
-        """Draw where it is time; return where, (num_envs,) bool, or None."""
+        """Draw in environments that are due; return them, (num_envs,) bool, or None."""
         rows = self._all if self._longest == 1 else rng.steps >= self._due
         if rows is not self._all and not rows.any():
             return None
@@ -114,12 +114,12 @@ class Draw:
             self._due[rows] = rng.steps[rows] + np.asarray(wait, np.uint64)
 
     def snapshot(self) -> Snapshot:
-        """Return the numbers, and when they are drawn next."""
+        """Return the numbers, and the times of the next draws."""
         state: Snapshot = {f"{self.stream}/numbers": self.numbers.copy()}
         return {**state, f"{self.stream}/due": self._due.copy()} if self.changes_in_episode else state
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self.numbers[:] = snapshot[f"{self.stream}/numbers"]
         if self.changes_in_episode:
             self._due[:] = snapshot[f"{self.stream}/due"]

@@ -1,4 +1,4 @@
-"""What users write under ``randomize``, checked before anything is built.
+"""The user's settings under ``randomize``, validated before anything is built.
 
 ::
 
@@ -36,17 +36,17 @@ CAPABILITY: Mapping[str, str] = {
     "joint_damping": "randomize_joint_damping",
     "gravity": "randomize_gravity",
 }
-"""The physical parameters of the core, each with the ability that a simulator needs for it."""
+"""The physical parameters of the core, each with the ability that it requires of the simulator."""
 
 
 def physical_parameters() -> Mapping[str, str]:
-    """Return the physical parameters of the core and of plugins, each with the ability that a simulator needs for it."""
+    """Return the physical parameters of the core and of plugins, each with the ability that it requires."""
     added = {name: cast(ParameterRecord, record).ability for name, record in plugins.records("parameter").items()}
     return {**added, **CAPABILITY}
 
 
 CHANGES = ("scale", "add", "set")
-"""What is done with a number that was drawn: it multiplies the value, is added to it, or replaces it."""
+"""Effect of a drawn number: it multiplies the value, is added to it, or replaces it."""
 
 _WHOLE = ("scale", "add", "set", "target", "when", "every", "shared")
 _NEUTRAL = {"scale": 1.0, "add": 0.0, "set": None}
@@ -54,17 +54,17 @@ _NEUTRAL = {"scale": 1.0, "add": 0.0, "set": None}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Setting:
-    """One thing that is randomised.
+    """One randomized quantity.
 
     Attributes:
-        parameter: What is randomized: ``"mass"``, ``"action_delay"``, …
-        place: Where it was written, for messages: ``"randomize.mass"``.
-        stream: Of the random source, and its name in a snapshot.
-        targets: Patterns of names that it is for; empty: the parameter's own default.
+        parameter: The randomized quantity: ``"mass"``, ``"action_delay"``, …
+        place: Position of the setting, for messages: ``"randomize.mass"``.
+        stream: Stream of the random source, and name in a snapshot.
+        targets: Name patterns of the targets; empty: the parameter's default.
         change: ``scale``, ``add`` or ``set``.
-        distribution: What is drawn from; of a delay, whole numbers of steps.
-        schedule: When.
-        shared: Whether all targets get one number.
+        distribution: Distribution of the draws; whole numbers of steps for a delay.
+        schedule: Times of the draws.
+        shared: Whether all targets get the same number.
     """
 
     parameter: str
@@ -79,11 +79,11 @@ class Setting:
 
 @dataclass(frozen=True, eq=False)
 class Settings:
-    """All that is randomised.
+    """All settings under ``randomize``.
 
     Attributes:
-        given: As it was written, in plain dictionaries and lists.
-        items: One for each thing, in the order of writing.
+        given: The settings as plain dictionaries and lists.
+        items: One for each randomized quantity, in the user's order.
     """
 
     given: dict[str, Any]
@@ -95,25 +95,25 @@ class Settings:
 
 
 def read_settings(given: Mapping[str, Any] | None) -> Settings | None:
-    """Check what was written under ``randomize``.
+    """Validate the settings under ``randomize``.
 
     Args:
-        given: By parameter: a mapping, or a list of them that are applied one after the other. Where it is a
-            :class:`frobs_core.yaml.ConfigMapping`, errors name file and line.
+        given: Settings by parameter: a mapping, or a list of mappings that are applied in order. If this is a
+            :class:`frobs_core.yaml.ConfigMapping`, errors contain the file and line.
 
     Returns:
-        The settings; None where nothing is randomised.
+        The settings; None if nothing is randomized.
 
     Raises:
-        UnknownParameterError: No such parameter or key; the nearest is named.
-        ConfigurationError: A value cannot be used.
-        ConfigFileError: Either, where it was read from a file.
+        UnknownParameterError: A parameter or key is unknown; the message suggests the nearest one.
+        ConfigurationError: A value is invalid.
+        ConfigFileError: As above, if it was read from a file.
     """
     if not given:
         return None
     try:
         if not isinstance(given, Mapping):
-            raise Problem((), f"{given!r} is no mapping; write the parameters and what becomes of them.")
+            raise Problem((), f"{given!r} is not a mapping from parameters to settings.")
         items: list[Setting] = []
         for name, entry in given.items():
             known = (*physical_parameters(), *_READERS)
@@ -134,11 +134,11 @@ def _read_physical(parameter: str, entry: Any) -> list[Setting]:
         _check_keys(keys, mapping, _WHOLE if parameter != "gravity" else tuple(k for k in _WHOLE if k != "target"))
         chosen = [change for change in CHANGES if change in mapping]
         if len(chosen) != 1:
-            raise Problem(keys, f"exactly one of {', '.join(CHANGES)} says what is done to the value, not {chosen}.")
+            raise Problem(keys, f"write exactly one of {', '.join(CHANGES)}, not {chosen}.")
         (change,) = chosen
         shared = mapping.get("shared", False)
         if not isinstance(shared, bool):
-            raise Problem((*keys, "shared"), f"{shared!r} is neither true nor false.")
+            raise Problem((*keys, "shared"), f"{shared!r} is not true or false.")
         settings.append(
             Setting(
                 parameter=parameter,
@@ -159,7 +159,7 @@ def _read_delay(parameter: str, entry: Any) -> list[Setting]:
     of_actions = parameter == "action_delay"
     for keys, mapping, stream in _each((parameter,), entry, parameter):
         if of_actions and keys[-1] != parameter:
-            raise Problem((parameter,), "is one mapping: an action has one delay.")
+            raise Problem((parameter,), "must be a single mapping, because an action has only one delay.")
         _check_keys(keys, mapping, ("steps", "when", "every") if of_actions else ("steps", "target", "when", "every"))
         settings.append(
             Setting(
@@ -177,7 +177,7 @@ def _read_delay(parameter: str, entry: Any) -> list[Setting]:
 
 def _read_noise(parameter: str, entry: Any) -> list[Setting]:
     if not isinstance(entry, Mapping) or not entry:
-        raise Problem((parameter,), f"{entry!r} is no mapping of observation terms to what is added to them.")
+        raise Problem((parameter,), f"{entry!r} is not a mapping from observation terms to noise.")
     settings = []
     shapes = tuple(str(shape) for shape in Shape)
     for term, noise in entry.items():
@@ -205,16 +205,16 @@ _READERS = {"action_delay": _read_delay, "observation_delay": _read_delay, "obse
 def _each(
     keys: tuple[str | int, ...], entry: Any, stream: str
 ) -> list[tuple[tuple[str | int, ...], Mapping[str, Any], str]]:
-    """Return the mappings of an entry, which is one or a list of them, each with its place and its stream."""
+    """Return the mappings of an entry, which is one or a list of them, each with its position and its stream."""
     many = isinstance(entry, Sequence) and not isinstance(entry, str)
     found = []
     for number, mapping in enumerate(entry if many else [entry]):
         place = (*keys, number) if many else keys
         if not isinstance(mapping, Mapping) or not mapping:
-            raise Problem(place, f"{mapping!r} is no mapping; write what is drawn, as in {{scale: [0.8, 1.2]}}.")
+            raise Problem(place, f"{mapping!r} is not a mapping; write it like {{scale: [0.8, 1.2]}}.")
         found.append((place, mapping, f"{stream}/{number}"))
     if not found:
-        raise Problem(keys, "is an empty list; leave it out.")
+        raise Problem(keys, "is an empty list; remove it.")
     return found
 
 

@@ -1,4 +1,4 @@
-"""What a physical parameter is written to, and which of it a pattern means."""
+"""Targets of physical parameters, and the patterns that select them."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.interfaces import Simulation
 
 ROBOT = "robot"
-"""Name of the environment's own robot, which a pattern may leave out."""
+"""Name of the environment's own robot, which a pattern may omit."""
 
 
 @dataclass(frozen=True, eq=False)
 class Unit:
-    """What is read and written in one call.
+    """Values that are read and written in one call.
 
     Attributes:
-        target: The simulation's name of it.
-        names: What each of its numbers belongs to.
-        nominal: (num_envs, len(names)) as the model has it.
+        target: Name of the target in the simulation.
+        names: Owner of each value.
+        nominal: (num_envs, len(names)) nominal values of the model.
     """
 
     target: str
@@ -34,7 +34,7 @@ class Unit:
 def find_units(simulation: Simulation, parameter: str) -> list[Unit]:
     """Return everything in a simulation that has a physical parameter.
 
-    Links without a mass, and bodies that collide with nothing, have none to change.
+    This omits links without a mass, and bodies that do not collide.
     """
     match parameter:
         case "gravity":
@@ -45,7 +45,7 @@ def find_units(simulation: Simulation, parameter: str) -> list[Unit]:
             for target in [*links, *simulation.bodies, *(["floor"] if parameter == "friction" else [])]:
                 try:
                     unit = _read(simulation, parameter, target, (target,))
-                except (UnknownNameError, ConfigurationError):  # merged with another link, or of no matter here
+                except (UnknownNameError, ConfigurationError):  # merged with another link, or not relevant here
                     continue
                 if parameter == "friction" or (unit.nominal > 0).all():
                     units.append(unit)
@@ -55,21 +55,21 @@ def find_units(simulation: Simulation, parameter: str) -> list[Unit]:
                 _read(simulation, parameter, name, tuple(f"{name}/{joint}" for joint in robot.joint_names))
                 for name, robot in simulation.robots.items()
             ]
-        case _:  # size, or a plugin's
+        case _:  # size, or a parameter of a plugin
             targets = simulation.parameter_targets(parameter)
             return [_read(simulation, parameter, target, (target or parameter,)) for target in targets]
 
 
 def matches(patterns: Sequence[str], names: Sequence[str], what: str) -> list[int]:
-    """Return which names the patterns mean, in the order of the names.
+    """Return the names that match the patterns, in their original order.
 
     Args:
-        patterns: With ``*`` and ``?``; ``"robot/"`` may be left out.
-        names: What there is.
-        what: For the message: ``"target of randomize.mass"``.
+        patterns: Patterns with ``*`` and ``?``; ``"robot/"`` may be omitted.
+        names: Existing names.
+        what: Description for the message: ``"target of randomize.mass"``.
 
     Raises:
-        UnknownNameError: A pattern means none.
+        UnknownNameError: A pattern does not match any name.
     """
     found: set[int] = set()
     for pattern in patterns:

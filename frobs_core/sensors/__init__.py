@@ -1,12 +1,12 @@
-"""What a robot's sensors read: the truth, with the noise, delay and losses that each of them declares.
+"""Readings of a robot's sensors: the true values with each sensor's noise, delay and losses.
 
-A task makes :class:`Sensors` in ``bind``, resets and advances it with itself, and reads by name. Who makes the environment
-can change them with its keyword ``sensors``::
+A task creates :class:`Sensors` in ``bind``, resets and advances it together with itself, and reads sensors by name.
+Users can change the sensors with the environment's keyword ``sensors``::
 
     sensors:
-      lidar: {rays: 36, noise: 0.01}    # of the robot's own sensor, these fields are others
-      bumper: null                      # the robot goes without it
-      scan: {type: lidar, frame: base_link, rays: 8, range_min: 0.1, range_max: 5.0}    # a further one
+      lidar: {rays: 36, noise: 0.01}    # overrides these fields of the robot's sensor
+      bumper: null                      # removes the sensor
+      scan: {type: lidar, frame: base_link, rays: 8, range_min: 0.1, range_max: 5.0}    # adds a sensor
 
     sensors.py · timing.py · channel.py · instrument.py · lidar.py · bumper.py · imu.py · force_torque.py · settings.py · contacts.py
 """

@@ -1,4 +1,4 @@
-"""Bumpers: contacts that the simulation watches over the whole control step."""
+"""Bumpers: contacts that the simulation monitors over the whole control step."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from frobs_core.sensors.instrument import Instrument
 
 
 class BumperInstrument(Instrument):
-    """Tells whether one of its links touched something, as 0.0 or 1.0."""
+    """Measures whether one of its links touched something, as 0.0 or 1.0."""
 
     def __init__(
         self, name: str, sensor: Sensor, simulation: Simulation, robot: RobotHandle, control_timestep: float
@@ -23,7 +23,7 @@ class BumperInstrument(Instrument):
 
     @classmethod
     def contacts(cls, name: str, sensor: Any, robot: str, scene: Scene) -> Mapping[str, Contact]:
-        """Return one contact for each link; where there is no floor there is none to ignore."""
+        """Return one contact for each link. Without a floor, there is no floor contact to ignore."""
         there = tuple(side for side in sensor.ignore if side != "floor" or scene.floor)
         return {_contact(name, link, robot): Contact(first=f"{robot}/{link}", ignore=there) for link in sensor.frames}
 
@@ -36,5 +36,5 @@ class BumperInstrument(Instrument):
 
 
 def _contact(name: str, link: str, robot: str) -> str:
-    """Return the name of the contact that one link of a bumper needs."""
+    """Return the name of the contact for one link of a bumper."""
     return f"{robot}/{name}/{link}"

@@ -1,4 +1,4 @@
-"""From the truth to what a sensor with faults reads."""
+"""Converts true values into the readings of an imperfect sensor."""
 
 from __future__ import annotations
 
@@ -10,17 +10,18 @@ from frobs_core.random import RandomSource
 
 
 class Channel:
-    """What one sensor has read, and what of it has arrived.
+    """Samples of one sensor, including those that have not arrived yet.
 
-    Samples are taken in a reset and every ``period`` control steps after it; each is read ``delay`` steps later. Before
-    the first one of an episode has arrived it is read all the same, as if the robot had long stood there.
+    Samples are taken in a reset and every ``period`` control steps after it; each is read ``delay`` steps later. Until
+    the first sample of an episode arrives, it is already returned, as if the robot had been in this state for a long
+    time.
 
     Args:
-        stream: Of the random source; no two sensors share one.
-        sensor: Its description.
+        stream: Stream of the random source; unique for each sensor.
+        sensor: Description of the sensor.
         num_envs: ≥ 1.
-        period: Control steps between two samples.
-        delay: Control steps until a sample is read.
+        period: Number of control steps between two samples.
+        delay: Number of control steps until a sample is read.
     """
 
     def __init__(self, stream: str, sensor: Sensor, num_envs: int, period: int, delay: int) -> None:
@@ -28,9 +29,9 @@ class Channel:
         self._sensor, self._period = sensor, period
         (self._low, self._high), self._lost = sensor.bounds, sensor.lost
         self._noise, self._resolution = np.asarray(sensor.noise), np.asarray(sensor.resolution)
-        # The resolution by which an element can be divided; where there is none the quotient is not used.
+        # Safe divisor for the resolution; the quotient is not used if there is none.
         self._grain = np.where(self._resolution > 0.0, self._resolution, 1.0)
-        self._samples: Floats = np.zeros((delay + 1, num_envs, sensor.width))  # a ring of the last control steps
+        self._samples: Floats = np.zeros((delay + 1, num_envs, sensor.width))  # ring buffer of the last control steps
         self._newest = 0
         self._everywhere = np.ones(num_envs, np.bool_)
 
@@ -41,18 +42,18 @@ class Channel:
         return found
 
     def due(self, rng: RandomSource) -> Mask:
-        """Return which environments take a sample in this step; (num_envs,) bool."""
+        """Return the environments that take a sample in this step, (num_envs,) bool."""
         if self._period == 1:
             return self._everywhere
         due: Mask = rng.steps % np.uint64(self._period) == 0
         return due
 
     def reset(self, rng: RandomSource, true: Floats, mask: Mask) -> None:
-        """Take the first sample of an episode where ``mask`` says.
+        """Take the first sample of an episode in the environments of ``mask``.
 
         Args:
-            rng: Of the task's reset.
-            true: (num_envs, width)
+            rng: Random source of the task's reset.
+            true: (num_envs, width) true values.
             mask: The environments.
         """
         sample = self._spoil(rng, true[mask], mask)
@@ -61,12 +62,12 @@ class Channel:
         self._samples[:, mask] = sample
 
     def advance(self, rng: RandomSource, true: Floats | None, due: Mask) -> None:
-        """Go on by one control step, and take a sample where one is due.
+        """Advance by one control step, and take samples that are due.
 
         Args:
-            rng: Of the task's step.
-            true: (num_envs, width); None where no environment takes a sample.
-            due: The environments that take one.
+            rng: Random source of the task's step.
+            true: (num_envs, width) true values; None if no environment takes a sample.
+            due: Environments that take a sample.
         """
         last = self._samples[self._newest]
         self._newest = (self._newest + 1) % len(self._samples)
@@ -85,7 +86,7 @@ class Channel:
         now[due] = sample
 
     def _spoil(self, rng: RandomSource, true: Floats, mask: Mask) -> Floats:
-        """Return samples (n, width) with noise, in the resolution and in the range."""
+        """Return samples (n, width) with noise, rounded to the resolution and clipped to the range."""
         if not self._noise.any() and not self._resolution.any():
             return true
         sample = true
@@ -97,16 +98,16 @@ class Channel:
         return sample if self._lost is None else np.where(true == self._lost, true, sample)
 
     def _lose(self, rng: RandomSource, sample: Floats, mask: Mask) -> Floats:
-        """Return samples (n, width) of which each element is lost by itself."""
+        """Return samples (n, width) in which each element may be lost individually."""
         kept = rng.uniform(self._dropout_stream, shape=(self._sensor.width,), mask=mask) >= self._sensor.dropout
         return np.where(kept, sample, np.asarray(self._lost, np.float64))
 
     def snapshot(self) -> Snapshot:
-        """Return the samples that are on their way, (num_envs, delay + 1, width), the newest first."""
+        """Return the samples that have not arrived yet, (num_envs, delay + 1, width), newest first."""
         order = (self._newest - np.arange(len(self._samples))) % len(self._samples)
         return {"samples": self._samples[order].swapaxes(0, 1).copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._newest = len(self._samples) - 1
         self._samples[:] = snapshot["samples"].swapaxes(0, 1)[::-1]

@@ -1,4 +1,4 @@
-"""The contacts that a simulation watches for the sensors of its robots."""
+"""Contacts that a simulation monitors for the sensors of its robots."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from frobs_core.sensors.instrument import instrument_of
 
 
 def with_contacts(scene: Scene, robots: Mapping[str, Placement]) -> Scene:
-    """Return a scene that declares what the sensors of its robots need to know of.
+    """Return a scene with the contacts that the sensors of its robots require.
 
     Args:
-        scene: As the task has it.
-        robots: By name.
+        scene: Scene of the task.
+        robots: Robots, by name.
 
     Raises:
         PluginError: A sensor's instrument cannot be imported.

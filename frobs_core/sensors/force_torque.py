@@ -1,4 +1,4 @@
-"""Force-torque sensors: the simulation measures them."""
+"""Force-torque sensors, which the simulation measures."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from frobs_core.sensors.instrument import Instrument
 
 
 class ForceTorqueInstrument(Instrument):
-    """Measures the wrench in a joint, in the frame of the sensor."""
+    """Measures the wrench in a joint, in the sensor's frame."""
 
     def measure(self) -> Floats:
         """Return (num_envs, 6): force [N] and torque [N·m]."""

@@ -1,4 +1,4 @@
-"""Inertial measurement units: what velocities of the link tell."""
+"""Inertial measurement units, computed from the velocities of a link."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ class ImuInstrument(Instrument):
         self._frame: str = imu.frame
         self._offset: Floats = np.tile(np.asarray(imu.offset, np.float64), (robot.num_envs, 1))  # (num_envs, 3)
         self._moved = bool(self._offset.any())
-        self._velocity: Floats = np.zeros((robot.num_envs, 3))  # [m/s] of the sensor, in the world
-        self._acceleration: Floats = np.zeros((robot.num_envs, 3))  # [m/s²] in the world
+        self._velocity: Floats = np.zeros((robot.num_envs, 3))  # [m/s] velocity of the sensor in the world
+        self._acceleration: Floats = np.zeros((robot.num_envs, 3))  # [m/s²] acceleration in the world
 
     def reset(self, mask: Mask | None) -> None:
-        """Forget the velocity before: nothing accelerates in a reset."""
+        """Discard the previous velocity, so that the acceleration is 0 after a reset."""
         rows = rows_of(mask)
         self._velocity[rows] = self._measure_velocity()[rows]
         self._acceleration[rows] = 0.0
 
     def advance(self) -> None:
-        """Take the change of velocity over the control step."""
+        """Compute the acceleration from the change of velocity over the control step."""
         velocity = self._measure_velocity()
         self._acceleration = (velocity - self._velocity) / self.control_timestep
         self._velocity = velocity
@@ -47,7 +47,7 @@ class ImuInstrument(Instrument):
         return np.concatenate([quat_rotate(into, ang_vel_world), quat_rotate(into, force)], axis=1)
 
     def _measure_velocity(self) -> Floats:
-        """Return lin_vel_world of the sensor, (num_envs, 3) [m/s], an array of its own."""
+        """Return lin_vel_world of the sensor, (num_envs, 3) [m/s], as a new array."""
         lin_vel_world, ang_vel_world = self.robot.frame_velocity(self._frame)
         if not self._moved:
             return lin_vel_world.copy()
@@ -59,5 +59,5 @@ class ImuInstrument(Instrument):
         return {"velocity": self._velocity.copy(), "acceleration": self._acceleration.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._velocity, self._acceleration = snapshot["velocity"].copy(), snapshot["acceleration"].copy()

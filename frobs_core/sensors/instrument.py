@@ -1,4 +1,4 @@
-"""What measures, without any fault, for one sensor of a robot."""
+"""Instruments, which measure the true values of a robot's sensors."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from frobs_core.interfaces import Contact, RobotHandle, Scene, Sensor, Simulatio
 
 
 class Instrument(ABC):
-    """Measures the truth, batched; its faults are added outside of it.
+    """Measures true values in batches. Imperfections are added elsewhere.
 
     Args:
-        name: Of the sensor.
-        sensor: Its description.
-        simulation: That is measured in.
-        robot: That carries it.
+        name: Name of the sensor.
+        sensor: Description of the sensor.
+        simulation: Simulation to measure in.
+        robot: Robot that carries the sensor.
         control_timestep: [s]
     """
 
@@ -31,46 +31,46 @@ class Instrument(ABC):
 
     @classmethod
     def contacts(cls, name: str, sensor: Any, robot: str, scene: Scene) -> Mapping[str, Contact]:
-        """Return the contacts that the simulation must watch for a sensor, by name.
+        """Return the contacts that the simulation must monitor for a sensor, by name.
 
         Args:
-            name: Of the sensor.
-            sensor: Its description.
+            name: Name of the sensor.
+            sensor: Description of the sensor.
             robot: Name of the robot in the simulation.
-            scene: Where it stands.
+            scene: Scene of the simulation.
         """
         return {}
 
     def reset(self, mask: Mask | None) -> None:
-        """Begin an episode where ``mask`` says; the robot has been placed."""
+        """Begin an episode in the environments of ``mask``; the robot has been placed."""
 
     def advance(self) -> None:
-        """Take in what a control step changed."""
+        """Process the changes of a control step."""
 
     @abstractmethod
     def measure(self) -> Floats:
-        """Return (num_envs, width): what a perfect sensor reads now."""
+        """Return (num_envs, width): the current reading of a perfect sensor."""
 
     def snapshot(self) -> Snapshot:
-        """Return what is kept between steps."""
+        """Return the state that is kept between steps."""
         return {}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
 
 
 def instrument_of(sensor: Sensor) -> type[Instrument]:
-    """Import what measures for a sensor.
+    """Import the instrument of a sensor.
 
     Raises:
-        PluginError: The sensor names no class that can be imported.
+        PluginError: The instrument cannot be imported.
     """
     module, _, attribute = sensor.instrument.partition(":")
     try:
         cls: type[Instrument] = getattr(import_module(module), attribute)
     except (ImportError, AttributeError, ValueError) as error:
         raise PluginError(
-            f"the sensor type {type(sensor).__name__} names the instrument '{sensor.instrument}', which cannot be "
+            f"the sensor type {type(sensor).__name__} has the instrument '{sensor.instrument}', which cannot be "
             f"imported: {error}."
         ) from error
     return cls

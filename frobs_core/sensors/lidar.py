@@ -1,4 +1,4 @@
-"""Lidars: the simulation casts their rays."""
+"""Lidars, whose rays the simulation casts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All sensors of a robot, as a task uses them."""
+"""The sensors of a robot, for use in a task."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from frobs_core.sensors.timing import count_delay, count_period
 
 
 class Sensors:
-    """The sensors of a robot, batched: environment *i* reads the same in a vector and alone.
+    """The sensors of a robot, batched. Environment *i* of a vector reads the same values as a single environment.
 
-    A task makes it in ``bind``, calls :meth:`reset` at the end of its own reset, when everything is in its place,
-    :meth:`advance` in its own advance, and hands its snapshot on. A reading belongs to the last of these calls; read
-    before you move anything.
+    A task creates it in ``bind``, calls :meth:`reset` at the end of its own reset, when everything is in place, calls
+    :meth:`advance` in its own advance, and includes its snapshot in its own. Readings refer to the time of the last of
+    these calls, so read them before you move anything.
 
-    A sensor that is ideal (no noise, resolution, delay or dropout, a sample in each control step) costs nothing but the
-    simulation's own reading, and that only where it is read.
+    An ideal sensor (no noise, resolution, delay or dropout, a sample in each control step) adds no cost to the
+    simulation's own reading, and is only measured when it is read.
 
     Args:
-        simulation: That is measured in.
+        simulation: Simulation to measure in.
         control_timestep: [s]
         robot: Name of the robot in the simulation.
-        names: The sensors that the task reads; None: all that the robot has.
+        names: Sensors that the task reads; None: all sensors of the robot.
 
     Raises:
-        UnknownNameError: There is no such robot or sensor.
-        ConfigurationError: The rate or the delay of a sensor does not fit the control step.
+        UnknownNameError: The robot or a sensor does not exist.
+        ConfigurationError: The rate or the delay of a sensor is incompatible with the control timestep.
     """
 
     def __init__(
@@ -71,14 +71,14 @@ class Sensors:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The sensors that can be read."""
+        """Names of the available sensors."""
         return tuple(self._sensors)
 
     def term(self, name: str) -> ObservationTerm:
         """Return an observation term that reads a sensor.
 
         Raises:
-            UnknownNameError: No sensor is named so.
+            UnknownNameError: The sensor does not exist.
         """
         space, unit = self.space(name), self._sensors[name].unit
         return ObservationTerm(read=lambda: self.read(name), low=space.low, high=space.high, unit=unit)
@@ -87,18 +87,18 @@ class Sensors:
         """Return the space of a sensor's reading in one environment: (width,) float32, in its unit.
 
         Raises:
-            UnknownNameError: No sensor is named so.
+            UnknownNameError: The sensor does not exist.
         """
         sensor = self._sensor(name)
         low, high = sensor.bounds
         return gym.spaces.Box(np.float32(low), np.float32(high), (sensor.width,), np.float32)
 
     def reset(self, mask: Mask | None, rng: RandomSource) -> None:
-        """Take the first samples of an episode; the robot and the scene are in their places.
+        """Take the first samples of an episode. The robot and the scene must be in place.
 
         Args:
             mask: The environments.
-            rng: Of the task's reset.
+            rng: Random source of the task's reset.
         """
         self._readings.clear()
         rows = np.ones(self._num_envs, np.bool_) if mask is None else mask
@@ -108,10 +108,10 @@ class Sensors:
                 self._channels[name].reset(rng, instrument.measure(), rows)
 
     def advance(self, rng: RandomSource) -> None:
-        """Go on by one control step, once the simulation has.
+        """Advance by one control step. Call it after the simulation has stepped.
 
         Args:
-            rng: Of the task's step.
+            rng: Random source of the task's step.
         """
         self._readings.clear()
         for name, instrument in self._instruments.items():
@@ -122,10 +122,10 @@ class Sensors:
                 channel.advance(rng, instrument.measure() if due.any() else None, due)
 
     def read(self, name: str) -> Floats:
-        """Return what a sensor reads, (num_envs, width) float64 in its unit: current, read-only, valid until the next step.
+        """Return the reading of a sensor, (num_envs, width) float64 in its unit; read-only, valid until the next step.
 
         Raises:
-            UnknownNameError: No sensor is named so.
+            UnknownNameError: The sensor does not exist.
         """
         found = self._readings.get(name)
         if found is None:
@@ -142,7 +142,7 @@ class Sensors:
         return self._sensors[name]
 
     def snapshot(self) -> Snapshot:
-        """Return what the sensors keep between steps; a task puts it into its own snapshot."""
+        """Return the state that the sensors keep between steps, for the task's own snapshot."""
         return {
             f"sensor/{name}/{key}": value
             for name, stateful in self._stateful.items()
@@ -150,7 +150,7 @@ class Sensors:
         }
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot; what in it is not the sensors' is passed over."""
+        """Restore a snapshot. Entries of other objects are ignored."""
         self._readings.clear()
         for name, stateful in self._stateful.items():
             start = f"sensor/{name}/"

@@ -1,4 +1,4 @@
-"""What users write under ``sensors``, applied to the sensors of a robot; see :mod:`frobs_core.sensors`."""
+"""Applies the user's settings under ``sensors`` to the sensors of a robot; see :mod:`frobs_core.sensors`."""
 
 from __future__ import annotations
 
@@ -22,22 +22,24 @@ from frobs_core.yaml import find_origin
 
 
 def apply_settings(sensors: Mapping[str, Sensor], given: Mapping[str, Any]) -> dict[str, Sensor]:
-    """Return the sensors of a robot with what a user changed.
+    """Return the sensors of a robot with the user's changes.
 
     Args:
-        sensors: The robot's own.
-        given: By name: fields that take the place of the sensor's own, with ``type`` those of a new sensor, or a whole
-            :class:`frobs_core.interfaces.Sensor`; None: the robot goes without it. Where it is a
-            :class:`frobs_core.yaml.ConfigMapping`, errors name file and line.
+        sensors: Sensors of the robot.
+        given: Changes by name: fields that replace those of the sensor, the fields of a new sensor including ``type``,
+            or a complete :class:`frobs_core.interfaces.Sensor`; None removes the sensor. If this is a
+            :class:`frobs_core.yaml.ConfigMapping`, errors contain the file and line.
 
     Raises:
-        UnknownNameError: The robot has no such sensor; the nearest is named.
-        UnknownParameterError: A sensor has no such field; the nearest is named.
-        ConfigurationError: A value cannot be used.
-        ConfigFileError: One of the last two, where it was read from a file.
+        UnknownNameError: The robot has no such sensor; the message suggests the nearest one.
+        UnknownParameterError: A sensor has no such field; the message suggests the nearest one.
+        ConfigurationError: A value is invalid.
+        ConfigFileError: One of the last two, if it was read from a file.
     """
     if not isinstance(given, Mapping):
-        raise ParameterValueError("sensors", given, "a mapping of names to settings, as in {'lidar': {'noise': 0.01}}")
+        raise ParameterValueError(
+            "sensors", given, "a mapping from names to settings, as in {'lidar': {'noise': 0.01}}"
+        )
     found = dict(sensors)
     for name, setting in given.items():
         try:
@@ -87,10 +89,10 @@ def _new(name: str, setting: Mapping[str, Any]) -> Sensor:
 
 
 def _sensor_type(name: str) -> type[Sensor]:
-    """Return a type of sensor of the core or of a plugin.
+    """Return a sensor type of the core or of a plugin.
 
     Raises:
-        UnknownNameError: There is no such type.
+        UnknownNameError: The type does not exist.
     """
     types = {cls.type_name: cls for cls in SENSORS}
     added = plugins.records("sensor_type")
@@ -100,7 +102,7 @@ def _sensor_type(name: str) -> type[Sensor]:
         raise UnknownNameError("type of sensor", name, [*types, *added])
     cls = added[name].load()
     if not (isinstance(cls, type) and issubclass(cls, Sensor)):
-        raise PluginError(f"the sensor type '{name}' is {cls!r}, which is no subclass of Sensor.")
+        raise PluginError(f"the sensor type '{name}' is {cls!r}, which is not a subclass of Sensor.")
     return cls
 
 

@@ -1,4 +1,4 @@
-"""Seconds of a sensor in control steps of an environment."""
+"""Conversion of sensor times to control steps of an environment."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ _CLOSE = 1e-6
 
 
 def count_period(name: str, sensor: Sensor, control_timestep: float) -> int:
-    """Return the control steps from one sample to the next.
+    """Return the number of control steps from one sample to the next.
 
-    A sensor that takes a whole number of samples in each control step is read at its newest: the period is 1.
+    If a sensor takes a whole number of samples in each control step, the latest one is read, so the period is 1.
 
     Args:
-        name: Of the sensor, for the message.
-        sensor: Whose rate it is.
+        name: Name of the sensor, for the message.
+        sensor: The sensor.
         control_timestep: [s]
 
     Raises:
-        ConfigurationError: Samples and control steps do not meet; the nearest rates are named.
+        ConfigurationError: Samples and control steps do not coincide; the message contains the nearest valid rates.
     """
     if sensor.rate is None:
         return 1
@@ -36,22 +36,22 @@ def count_period(name: str, sensor: Sensor, control_timestep: float) -> int:
     possible = " or ".join(f"{rate:.10g}" for rate in sorted(rates))
     raise SensorSettingError(
         name,
-        f"a rate of {sensor.rate:g} Hz, which does not meet the control steps of "
-        f"{control_timestep:g} s; {possible} Hz would, as in sensors={{'{name}': {{'rate': {min(rates):.10g}}}}}, or another "
-        "control_timestep.",
+        f"a rate of {sensor.rate:g} Hz, which does not fit the control timestep of "
+        f"{control_timestep:g} s; {possible} Hz would fit, as in "
+        f"sensors={{'{name}': {{'rate': {min(rates):.10g}}}}}, or change the control_timestep.",
     )
 
 
 def count_delay(name: str, sensor: Sensor, control_timestep: float) -> int:
-    """Return the control steps from a sample to when it is read.
+    """Return the number of control steps from a sample until it is read.
 
     Args:
-        name: Of the sensor, for the message.
-        sensor: Whose delay it is.
+        name: Name of the sensor, for the message.
+        sensor: The sensor.
         control_timestep: [s]
 
     Raises:
-        ConfigurationError: The delay is no whole multiple of the control step; the nearest are named.
+        ConfigurationError: The delay is not a multiple of the control timestep; the message contains the nearest ones.
     """
     steps = sensor.delay / control_timestep
     whole = round(steps)
@@ -59,7 +59,8 @@ def count_delay(name: str, sensor: Sensor, control_timestep: float) -> int:
         near = [f"{count * control_timestep:.10g}" for count in (int(steps), int(steps) + 1)]
         raise SensorSettingError(
             name,
-            f"a delay of {sensor.delay:g} s, which is no whole multiple of the control_timestep of "
-            f"{control_timestep:g} s; {' or '.join(near)} s would be, as in sensors={{'{name}': {{'delay': {near[1]}}}}}.",
+            f"a delay of {sensor.delay:g} s, which is not a multiple of the control_timestep of "
+            f"{control_timestep:g} s; {' or '.join(near)} s would work, as in "
+            f"sensors={{'{name}': {{'delay': {near[1]}}}}}.",
         )
     return whole

@@ -1,4 +1,4 @@
-"""What the two normalising wrappers read from a space."""
+"""Bounds of spaces for the two normalizing wrappers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frobs_core.errors import IncompatibleSpaceError
 
 
 def finite_bounds(wrapper: str, kind: str, space: gym.Space[Any]) -> tuple[Floats, Floats]:
-    """Return the bounds of a Box as new float64 arrays of its shape.
+    """Return the bounds of a Box as new float64 arrays of the same shape.
 
     Args:
         wrapper: The wrapper's name, for the message.
@@ -20,11 +20,11 @@ def finite_bounds(wrapper: str, kind: str, space: gym.Space[Any]) -> tuple[Float
         space: The space.
 
     Raises:
-        ConfigurationError: The space is no Box, or has a component without bounds.
+        ConfigurationError: The space is not a Box, or has a component without bounds.
     """
     if not isinstance(space, gym.spaces.Box):
         raise IncompatibleSpaceError(
-            wrapper, space, f"needs a Box {kind} space, and this environment's is {space}; leave the wrapper out."
+            wrapper, space, f"requires a Box {kind} space, but this environment has {space}; remove the wrapper."
         )
     low, high = space.low.astype(np.float64), space.high.astype(np.float64)
     unbounded = np.argwhere(~(np.isfinite(low) & np.isfinite(high)))
@@ -33,7 +33,7 @@ def finite_bounds(wrapper: str, kind: str, space: gym.Space[Any]) -> tuple[Float
         raise IncompatibleSpaceError(
             wrapper,
             space,
-            f"needs finite bounds, and {len(unbounded)} of {low.size} {kind} components have none, first "
+            f"requires finite bounds, but {len(unbounded)} of {low.size} {kind} components have none, first "
             f"component {first[0] if len(first) == 1 else first} in [{low[first]}, {high[first]}]; bound them first, "
             f"for example with gymnasium.wrappers.Transform{kind.title()}.",
         )

@@ -1,4 +1,4 @@
-"""Actions in [−1, 1] for any environment with a bounded Box of actions."""
+"""Scales actions to [−1, 1] for any environment with a bounded Box action space."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from frobs_core.wrappers.bounds import finite_bounds
 
 
 class NormalizeActionWrapper(gym.ActionWrapper[Any, npt.NDArray[Any], npt.NDArray[Any]], RecordConstructorArgs):
-    """Lets the agent act in [−1, 1], and rescales to the environment's own bounds.
+    """Lets the agent act in [−1, 1] and rescales its actions to the bounds of the environment.
 
     Args:
-        env: The environment. Its own action space stays as it is.
-        clip: Whether actions beyond [−1, 1] are brought back to it; otherwise they are rescaled as they are.
+        env: The environment. Its own action space does not change.
+        clip: Whether to clip actions to [−1, 1]; otherwise, actions outside are rescaled too.
 
     Raises:
-        ConfigurationError: The action space is no Box, or has a component without bounds.
+        ConfigurationError: The action space is not a Box, or has a component without bounds.
     """
 
     def __init__(self, env: gym.Env[Any, npt.NDArray[Any]], clip: bool = False) -> None:
@@ -30,25 +30,25 @@ class NormalizeActionWrapper(gym.ActionWrapper[Any, npt.NDArray[Any], npt.NDArra
         self.clip = clip
         low, high = finite_bounds(type(self).__name__, "action", env.action_space)
         self._middle = 0.5 * low + 0.5 * high
-        self._half_range = 0.5 * high - 0.5 * low  # halves first: the whole range may overflow
+        self._half_range = 0.5 * high - 0.5 * low  # halve first, because the whole range may overflow
         self._dtype = env.action_space.dtype
         self.action_space = gym.spaces.Box(-1.0, 1.0, self._middle.shape, np.float32)
 
     def action(self, action: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Return the environment's own action."""
+        """Return the action for the wrapped environment."""
         return self.rescale_action(action)
 
     def rescale_action(self, scaled_action: npt.ArrayLike) -> npt.NDArray[Any]:
         """Rescale from [−1, 1] to [low, high]: low + 0.5 · (a + 1) · (high − low).
 
         Args:
-            scaled_action: Of the action space's shape.
+            scaled_action: Array in the action space's shape.
 
         Returns:
-            Of the same shape, in the dtype of the environment's own action space.
+            Array of the same shape, in the dtype of the environment's own action space.
 
         Raises:
-            InvalidActionError: Its shape is another.
+            InvalidActionError: The shape is wrong.
         """
         scaled = np.asarray(scaled_action, dtype=np.float64)
         if scaled.shape != self._middle.shape:

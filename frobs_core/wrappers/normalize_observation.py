@@ -1,4 +1,4 @@
-"""Observations in [−1, 1] for any environment with a bounded Box of observations."""
+"""Scales observations to [−1, 1] for any environment with a bounded Box observation space."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from frobs_core.wrappers.bounds import finite_bounds
 class NormalizeObservationWrapper(
     gym.ObservationWrapper[npt.NDArray[np.float32], Any, npt.NDArray[Any]], RecordConstructorArgs
 ):
-    """Scales observations from the environment's bounds to [−1, 1]; a component with low = high becomes 0.
+    """Scales observations from the environment's bounds to [−1, 1]. Components with low = high become 0.
 
     Args:
-        env: The environment. Its own observation space stays as it is.
-        clip: Whether observations beyond the environment's bounds are brought back to [−1, 1].
+        env: The environment. Its own observation space does not change.
+        clip: Whether to clip observations outside the environment's bounds to [−1, 1].
 
     Raises:
-        ConfigurationError: The observation space is no Box, or has a component without bounds.
+        ConfigurationError: The observation space is not a Box, or has a component without bounds.
     """
 
     def __init__(self, env: gym.Env[npt.NDArray[Any], Any], clip: bool = False) -> None:
@@ -31,7 +31,7 @@ class NormalizeObservationWrapper(
         self.clip = clip
         low, high = finite_bounds(type(self).__name__, "observation", env.observation_space)
         self._middle = 0.5 * low + 0.5 * high
-        half_range = 0.5 * high - 0.5 * low  # halves first: the whole range may overflow
+        half_range = 0.5 * high - 0.5 * low  # halve first, because the whole range may overflow
         self._has_range = half_range > 0.0
         self._divisor = np.where(self._has_range, half_range, 1.0)
         self.observation_space = gym.spaces.Box(-1.0, 1.0, low.shape, np.float32)
@@ -44,13 +44,13 @@ class NormalizeObservationWrapper(
         """Scale from [low, high] to [−1, 1].
 
         Args:
-            observation: Of the observation space's shape.
+            observation: Array in the observation space's shape.
 
         Returns:
-            Of the same shape, float32.
+            Array of the same shape, float32.
 
         Raises:
-            ValueError: Its shape is another.
+            ValueError: The shape is wrong.
         """
         values = np.asarray(observation, dtype=np.float64)
         if values.shape != self._middle.shape:

@@ -1,4 +1,4 @@
-"""A limit of steps that tells success from running out of time."""
+"""A step limit that distinguishes success from running out of time."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from frobs_core.errors import ParameterValueError, ResetNeededError
 class TimeLimitWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     """Truncates an episode after a number of steps.
 
-    The info of an episode's last step has ``time_limit_reached`` (bool) and ``is_success`` (1.0 or 0.0): what the
-    environment says, also on the very last step, or 0.0 where it says nothing.
+    The info of an episode's last step contains ``time_limit_reached`` (bool) and ``is_success`` (1.0 or 0.0). The
+    latter is the environment's own value, even in the very last step, or 0.0 if the environment does not report it.
 
     Args:
         env: The environment.
         max_steps: Steps per episode, ≥ 1.
-        legacy: As FRobs_RL did it: the limit also sets ``terminated``, which teaches an agent that the last state is
-            worth nothing.
+        legacy: Whether to behave like FRobs_RL: the limit also sets ``terminated``, so an agent learns that the last
+            state has no value.
 
     Raises:
-        ConfigurationError: ``max_steps`` is no whole number ≥ 1.
+        ConfigurationError: ``max_steps`` is not a whole number ≥ 1.
     """
 
     def __init__(self, env: gym.Env[Any, Any], max_steps: int = 100, legacy: bool = False) -> None:
@@ -45,7 +45,7 @@ class TimeLimitWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         """Step, and truncate at the limit.
 
         Raises:
-            ResetNeededError: There was no ``reset`` yet.
+            ResetNeededError: ``reset`` has not been called yet.
         """
         if self._elapsed_steps is None:
             raise ResetNeededError(f"{type(self).__name__}: call reset() before the first step().")
