@@ -34,7 +34,7 @@ def joint_groups(robot: Robot, model: RobotModel) -> dict[str, tuple[str, ...]]:
                 )
             if joint in group_of:
                 raise UnsuitableRobotError(
-                    robot.name, f"has the joint '{joint}' in two groups,  '{group_of[joint]}' and '{group}'."
+                    robot.name, f"has the joint '{joint}' in two groups, '{group_of[joint]}' and '{group}'."
                 )
             group_of[joint] = group
     return {group: tuple(joints) for group, joints in robot.groups.items()}

@@ -77,10 +77,10 @@ def test_objects_are_accepted_but_have_no_plain_form():
     config = EnvConfig.from_dict({**PARTS, "robot": robot})
     with closing(RobotEnv(**{**PARTS, "robot": robot})) as env:
         assert env.config == config
-    with pytest.raises(ConfigurationError, match="keyword 'robot' has no plain form"):
+    with pytest.raises(ConfigurationError, match="keyword 'robot' cannot be converted to JSON"):
         config.to_dict()
     record = frobs_core.plugins.get_record("simulator", "mujoco")
-    with pytest.raises(ConfigurationError, match="keyword 'simulator' has no plain form"):
+    with pytest.raises(ConfigurationError, match="keyword 'simulator' cannot be converted to JSON"):
         EnvConfig.from_dict({**PARTS, "simulator": record}).to_dict()
 
 
@@ -138,7 +138,7 @@ def test_simulator_keywords_reach_bullet(num_envs):
     ("given", "error", "says"),
     [
         ({"itrations": 5}, UnknownParameterError, "Did you mean 'iterations'"),
-        ({"num_threads": 1}, UnknownParameterError, "takes no parameter 'num_threads'"),
+        ({"num_threads": 1}, UnknownParameterError, "has no parameter 'num_threads'"),
         ({"iterations": 0}, ConfigurationError, "iterations is 0; it must be a whole number of at least 1"),
         ({"cone": "round"}, ConfigurationError, "cone is 'round'; it must be one of 'pyramidal', 'elliptic'"),
     ],

@@ -71,7 +71,7 @@ def test_a_step_takes_exactly_the_control_timestep(env):
         ({"reward_type": "shaped"}, ConfigurationError, "it must be one of 'dense', 'sparse'"),
         ({"render_mode": "rgb"}, ConfigurationError, "'rgb_array', 'human'"),
         ({"tcp": "tool1"}, UnknownNameError, "Did you mean 'tool0'"),
-        ({"control_timestep": 0.003}, InvalidTimestepError, r"0\.004 s would be \(2 physics steps\)"),
+        ({"control_timestep": 0.003}, InvalidTimestepError, r"0\.004 s would work \(2 physics steps\)"),
         ({"physics_timestep": -1.0}, InvalidTimestepError, "must be positive"),
         ({"physics_timestep": float("nan")}, InvalidTimestepError, "must be positive"),
         ({"robot_args": {"prefx": "a_"}}, Exception, "prefx"),

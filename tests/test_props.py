@@ -58,7 +58,7 @@ def test_a_prop_needs_a_name_of_its_own() -> None:
     ball = Body(geometry=Sphere(0.1))
     robot = DRAWER.placement("robot")
     for scene in (Scene(props={"drawer": DRAWER}, bodies={"drawer": ball}), Scene(props={"robot": DRAWER})):
-        with pytest.raises(SceneError, match="name of a robot or body"):
+        with pytest.raises(SceneError, match="name as a robot or body"):
             scene.all_robots({"robot": robot})
 
 

@@ -16,14 +16,14 @@ MOMENTS = (0.1, 0.0, 0.0, 0.1, 0.0, 0.1)
     [
         ({}, "exactly one"),
         ({"geometry": Sphere(0.1), "shapes": (Shape(Sphere(0.1)),)}, "exactly one"),
-        ({"geometry": Sphere(0.1), "mass": 1.0, "density": 1.0}, "one or the other"),
+        ({"geometry": Sphere(0.1), "mass": 1.0, "density": 1.0}, "pass only one of them"),
         ({"geometry": Sphere(0.1), "inertia": MOMENTS}, "no mass"),
         (
             {"geometry": Sphere(0.1), "mass": 1.0, "inertia": (-0.1, 0.0, 0.0, 0.1, 0.0, 0.1)},
             "moments are -0.1, 0.1, 0.1",
         ),
         ({"geometry": Sphere(0.1), "mass": 1.0, "inertia": (0.1, 0.0, 0.0, 0.1, 0.0, 0.3)}, "sum of two"),
-        ({"geometry": Sphere(0.1), "mass": 1.0, "inertia": (0.1, 0.2, 0.0, 0.1, 0.0, 0.1)}, "no body can have"),
+        ({"geometry": Sphere(0.1), "mass": 1.0, "inertia": (0.1, 0.2, 0.0, 0.1, 0.0, 0.1)}, "impossible inertia"),
         ({"geometry": Sphere(0.1), "twist": ((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))}, "no mass"),
     ],
 )

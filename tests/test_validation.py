@@ -37,14 +37,12 @@ class Outer(BaseModel):
 
 
 def test_an_unknown_key_names_the_nearest() -> None:
-    with pytest.raises(UnknownParameterError, match=r"thing takes no parameter 'step'\. Did you mean 'steps'\?"):
+    with pytest.raises(UnknownParameterError, match=r"thing has no parameter 'step'\. Did you mean 'steps'\?"):
         validate(Outer, {"step": 3}, "thing")
 
 
 def test_an_unknown_inner_key_names_where_it_stands() -> None:
-    with pytest.raises(
-        UnknownParameterError, match=r"'inner' of thing takes no parameter 'with'\. Did you mean 'width'"
-    ):
+    with pytest.raises(UnknownParameterError, match=r"'inner' of thing has no parameter 'with'\. Did you mean 'width'"):
         validate(Outer, {"steps": 1, "inner": {"with": 3}}, "thing")
 
 
@@ -70,7 +68,7 @@ def test_the_nearest_key_is_found_inside_a_union() -> None:
 
 def test_a_key_from_a_file_is_reported_with_file_and_line() -> None:
     settings = load_yaml_text("steps: 1\ninner:\n  wdth: 3\n", "x.yaml")
-    with pytest.raises(ConfigFileError, match=r"x\.yaml:3: 'inner' of thing takes no parameter 'wdth'"):
+    with pytest.raises(ConfigFileError, match=r"x\.yaml:3: 'inner' of thing has no parameter 'wdth'"):
         validate(Outer, settings, "thing")
 
 

@@ -31,20 +31,20 @@ def test_values_come_as_they_are_written() -> None:
     ("text", "line", "words"),
     [
         pytest.param("a:\n\tb: 1\n", 2, "tab", id="tab"),
-        pytest.param("a: 1\nb: 2\na: 3\n", 3, "stands in line 1 already", id="duplicate key"),
-        pytest.param("a:\n  b: 1\n  b: 1\n", 3, "stands in line 2 already", id="nested duplicate key"),
-        pytest.param("- 1\n- 2\n", 1, "not a mapping", id="list"),
-        pytest.param("hello", 1, "not a mapping", id="text"),
+        pytest.param("a: 1\nb: 2\na: 3\n", 3, "is already in line 1", id="duplicate key"),
+        pytest.param("a:\n  b: 1\n  b: 1\n", 3, "is already in line 2", id="nested duplicate key"),
+        pytest.param("- 1\n- 2\n", 1, "does not have a mapping", id="list"),
+        pytest.param("hello", 1, "does not have a mapping", id="text"),
         pytest.param("", None, "is empty", id="empty"),
         pytest.param("# nothing\n", None, "is empty", id="comment"),
         pytest.param("a: [1, 2\nb: 3\n", 2, "not valid YAML", id="unclosed list"),
         pytest.param("a: 1\n---\nb: 2\n", 2, "not valid YAML", id="two documents"),
-        pytest.param("a: 1\n1: 2\n", 2, "not text", id="number as key"),
+        pytest.param("a: 1\n1: 2\n", 2, "is not a string", id="number as key"),
         pytest.param("a: 1\non: 2\n", 2, "put quotes", id="boolean as key"),
-        pytest.param("? [a]\n: 1\n", 1, "not text", id="list as key"),
+        pytest.param("? [a]\n: 1\n", 1, "is not a string", id="list as key"),
         pytest.param("a: !!binary aGk=\n", 1, "'!!binary' is not supported", id="binary"),
         pytest.param("a: !mine 3\n", 1, "'!mine' is not supported", id="own tag"),
-        pytest.param("a: &x {b: 1}\nc:\n  <<: *x\n", 3, "not text", id="merge key"),
+        pytest.param("a: &x {b: 1}\nc:\n  <<: *x\n", 3, "is not a string", id="merge key"),
         pytest.param("a: !!int three\n", 1, "not a valid int", id="not a number"),
         pytest.param("a: &x [*x]\n", 1, "contains itself", id="alias of itself"),
         pytest.param("a: 1\nb: *nowhere\n", 2, "undefined alias", id="unknown alias"),
@@ -64,7 +64,7 @@ def test_python_tags_are_never_executed(tag: str, tmp_path: Path) -> None:
     witness = tmp_path / "witness"
     error = refused(f"a: 1\nb: {tag} ['touch {witness}']\n")
     assert error.line == 2
-    assert "would run Python code" in str(error)
+    assert "would execute Python code" in str(error)
     assert not witness.exists()
 
 

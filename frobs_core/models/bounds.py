@@ -1,4 +1,4 @@
-"""How large shapes, links and robots are, from the files alone: the points that stick out farthest, and boxes around them."""
+"""Sizes of shapes, links and robots, computed from the model files: extreme points and bounding boxes."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from frobs_core.models.model import Box, Capsule, Collision, Cylinder, Geometry,
 from frobs_core.rotations import matrix_from_quat
 
 Bounds: TypeAlias = tuple[Floats, Floats]
-"""Lowest and highest corner, (3,) [m] each."""
+"""Minimum and maximum corner, (3,) [m] each."""
 
-_CHUNK = 20_000  # vertices that are looked at together, which bounds the memory
+_CHUNK = 20_000  # number of vertices processed at once, which limits the memory
 _CIRCLE = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
 
 
 def _directions(count: int) -> Floats:
-    """Return unit vectors in all directions, (count + 6, 3): a Fibonacci sphere, and the axes."""
+    """Return unit vectors in all directions, (count + 6, 3): a Fibonacci sphere and the axes."""
     i = np.arange(count) + 0.5
     z, turn = 1.0 - 2.0 * i / count, np.pi * (1.0 + 5.0**0.5) * i
     flat = np.sqrt(1.0 - z * z)
@@ -36,7 +36,7 @@ _DIRECTIONS = _directions(200)
 
 
 def shape_points(shape: Visual | Collision) -> Floats:
-    """Return the points of a shape that stick out farthest, (n, 3) [m] in its link's frame; n is at most a few hundred.
+    """Return the extreme points of a shape, (n, 3) [m] in its link's frame; n is at most a few hundred.
 
     Raises:
         ModelFileError: A mesh cannot be read.
@@ -68,21 +68,23 @@ def _points(geometry: Geometry) -> Floats:
 
 @lru_cache(maxsize=256)
 def mesh_points(path: Path) -> Floats:
-    """Return the vertices of a mesh file that stick out farthest, (n, 3), unscaled.
+    """Return the extreme vertices of a mesh file, (n, 3), unscaled.
 
     Raises:
-        ModelFileError: It cannot be read.
+        ModelFileError: The file cannot be read.
     """
     vertices = np.concatenate([part.vertices for part in read_mesh(path)])
     kept = np.zeros((0, 3))
-    for start in range(0, len(vertices), _CHUNK):  # of the farthest of each part and what was kept, the farthest
+    for start in range(
+        0, len(vertices), _CHUNK
+    ):  # keep the farthest points of each chunk and of the points kept so far
         part = np.concatenate([kept, vertices[start : start + _CHUNK]])
         kept = part[np.unique((part @ _DIRECTIONS.T).argmax(axis=0))]
     return kept
 
 
 def shapes_points(shapes: Iterable[Visual | Collision]) -> Floats:
-    """Return the points of some shapes of one link, (n, 3) [m] in its frame; meshes that cannot be read are left out."""
+    """Return the extreme points of some shapes of one link, (n, 3) [m] in its frame. Unreadable meshes are omitted."""
     found = [np.zeros((0, 3))]
     for shape in shapes:
         try:
@@ -93,7 +95,7 @@ def shapes_points(shapes: Iterable[Visual | Collision]) -> Floats:
 
 
 def link_bounds(link: Link) -> Bounds | None:
-    """Return the box around what a link collides with, or else what it looks like; None: no shape that can be measured."""
+    """Return the bounding box of a link's collision shapes, or else of its visuals; None if none can be measured."""
     for shapes in (link.collisions, link.visuals):
         points = shapes_points(shapes)
         if len(points):
@@ -102,14 +104,14 @@ def link_bounds(link: Link) -> Bounds | None:
 
 
 def drawn_points(model: RobotModel, joint_positions: npt.ArrayLike) -> dict[str, Floats]:
-    """Return the points of what a robot looks like that stick out farthest.
+    """Return the extreme points of a robot's visuals.
 
     Args:
-        model: The robot.
+        model: Model of the robot.
         joint_positions: (n, dof) [rad or m]
 
     Returns:
-        By link (n, k, 3) [m] relative to the root link: a link without shapes has one point, its origin.
+        By link: (n, k, 3) [m] relative to the root link. A link without shapes has a single point, its origin.
     """
     positions = np.asarray(joint_positions, float)
     found = {}
@@ -124,14 +126,14 @@ def drawn_points(model: RobotModel, joint_positions: npt.ArrayLike) -> dict[str,
 
 
 def robot_bounds(model: RobotModel, joint_positions: npt.ArrayLike) -> Bounds:
-    """Return the box around what a robot looks like.
+    """Return the bounding box of a robot's visuals.
 
     Args:
-        model: The robot.
+        model: Model of the robot.
         joint_positions: (dof,) [rad or m]
 
     Returns:
-        Lowest and highest corner relative to the root link.
+        Minimum and maximum corner relative to the root link.
     """
     points = drawn_points(model, np.asarray(joint_positions, float)[None])
     every = np.concatenate([found[0] for found in points.values()])
@@ -139,14 +141,14 @@ def robot_bounds(model: RobotModel, joint_positions: npt.ArrayLike) -> Bounds:
 
 
 def lowest_points(model: RobotModel, joint_positions: npt.ArrayLike, quat_wxyz: npt.ArrayLike) -> dict[str, float]:
-    """Return the height of the lowest point of each link that collides [m], relative to the root link's origin.
+    """Return the height of the lowest point of each colliding link [m], relative to the root link's origin.
 
     Args:
-        model: The robot.
+        model: Model of the robot.
         joint_positions: (dof,) [rad or m]
         quat_wxyz: (4,) orientation of the root link in the world, scalar first.
     """
-    upward = matrix_from_quat(np.asarray(quat_wxyz, float))[2]  # of the world, in the root's frame
+    upward = matrix_from_quat(np.asarray(quat_wxyz, float))[2]  # the world's z axis in the root's frame
     positions = np.asarray(joint_positions, float)[None]
     found = {}
     for link in model.links:

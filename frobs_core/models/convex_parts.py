@@ -1,4 +1,4 @@
-"""The convex pieces as which a mesh collides."""
+"""Convex decomposition of meshes for collisions."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from frobs_core.models.meshes import MeshPart, joined, read_mesh, scaled
 from frobs_core.models.model import Mesh
 
 MAX_FACES = 20_000
-"""Beyond this number of triangles a mesh is not decomposed: it would take minutes."""
+"""Maximum number of triangles of a mesh that is decomposed; more would take minutes."""
 
 _SETTINGS = {
-    "threshold": 0.05,  # concavity of a piece, as a share of the size of the mesh
-    "max_convex_hull": 64,  # pieces
-    "resolution": 1000,  # points that measure the concavity
-    "mcts_nodes": 10,  # half of the default, as the next: twice as fast, with about as many pieces
+    "threshold": 0.05,  # maximum concavity of a piece, relative to the size of the mesh
+    "max_convex_hull": 64,  # maximum number of pieces
+    "resolution": 1000,  # number of points that measure the concavity
+    "mcts_nodes": 10,  # half of the default, like the next one: twice as fast, with about the same number of pieces
     "mcts_iterations": 60,
     "seed": 0,
 }
-_CACHED_AS = ".convex-parts-1"  # number of the settings: what they make of a mesh is cached
+_CACHED_AS = ".convex-parts-1"  # version of the settings; results are cached under it
 
 
 def convex_parts(mesh: Mesh) -> tuple[MeshPart, ...]:
-    """Return the pieces of a mesh whose convex hulls collide: the pieces of a decomposed mesh, or else the whole mesh.
+    """Return the pieces whose convex hulls collide: those of a decomposed mesh, otherwise the whole mesh.
 
-    The pieces depend on the content of the file alone, so they are the same on every simulator. They are cached.
+    The pieces only depend on the content of the file, so they are the same on every simulator. They are cached.
 
     Raises:
         ModelFileError: The mesh cannot be read, or has too many triangles to be decomposed.
-        MissingDependencyError: The mesh is to be decomposed, and CoACD is not installed.
+        MissingDependencyError: The mesh must be decomposed, but CoACD is not installed.
     """
     whole = joined(read_mesh(mesh.path))
     if not mesh.decomposed:

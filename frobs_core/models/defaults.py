@@ -1,4 +1,4 @@
-"""What a robot's description may leave out: home, tool frame and drive gains."""
+"""Defaults for a robot's description: home, tool center point and drive gains."""
 
 from __future__ import annotations
 
@@ -22,31 +22,31 @@ if TYPE_CHECKING:
     from frobs_core.interfaces.robot import DriveGains
 
 BANDWIDTH = 10.0
-"""[Hz] of the drives whose gains nobody chose."""
+"""Default bandwidth of the drives [Hz]."""
 
 TOOL_NAMES = ("tool0", "tcp", "tool", "ee_link", "end_effector", "ee", "hand_tcp", "tool_link", "flange", "grasp")
-"""Usual names of a tool frame, the likeliest first."""
+"""Common names of tool frames, most common first."""
 
 _POSTURES = 256
 _SATURATING_ERROR = (0.5, 0.05)  # [rad], [m]
-_WEAK = 0.4  # of the bandwidth that a drive gets whose effort limit is reached
-_LEAST_INERTIA = 1e-3  # [kg·m²]: a joint that turns next to nothing still holds against friction
+_WEAK = 0.4  # fraction of the bandwidth for a drive that reaches its effort limit
+_LEAST_INERTIA = 1e-3  # [kg·m²]: a joint that moves almost nothing must still hold against friction
 _LEAST_MASS = 0.1  # [kg]
 
 
 def home_positions(model: RobotModel, home: Mapping[str, float]) -> Floats:
-    """Return the rest configuration.
+    """Return the home configuration.
 
     Args:
-        model: The robot.
-        home: Position by joint name [rad or m]. A joint that is left out rests at 0, or at the middle of its limits
-            where 0 is outside of them.
+        model: Model of the robot.
+        home: Position by joint name [rad or m]. Joints you omit rest at 0, or at the middle of their limits if 0 is
+            outside of them.
 
     Returns:
         (dof,) [rad or m]
 
     Raises:
-        UnknownNameError: A name is no actuated joint's.
+        UnknownNameError: A name does not belong to an actuated joint.
         ConfigurationError: A position is outside of its joint's limits, or not finite.
     """
     for name in home:
@@ -65,18 +65,18 @@ def home_positions(model: RobotModel, home: Mapping[str, float]) -> Floats:
 
 
 def _middle(low: float, high: float) -> float:
-    """Return the middle of an interval that may be open at one end."""
+    """Return the middle of an interval that may be unbounded at one end."""
     if math.isinf(low):
         return high
     return low if math.isinf(high) else 0.5 * (low + high)
 
 
 def default_tcp(model: RobotModel) -> str:
-    """Return the link that a task talks about when nobody says which.
+    """Return the default tool center point.
 
-    It is the last link of the longest chain, where the length is the number of actuated joints, then of joints, then
-    the earlier in the file. A link with a usual name (``TOOL_NAMES``, whatever its prefix and case) comes
-    before all others that as many actuated joints move.
+    It is the last link of the longest chain. Chains are compared by their number of actuated joints, then by their
+    number of joints, then by their order in the file. Links with a common tool name (``TOOL_NAMES``, ignoring prefix
+    and case) take precedence over all others that are moved by equally many actuated joints.
     """
     moving = set(model.joint_names)
     best: tuple[tuple[int, int, int], str] | None = None
@@ -91,7 +91,7 @@ def default_tcp(model: RobotModel) -> str:
 
 
 def usual_rank(link: str) -> int:
-    """Return how usual a link's name is for a tool: 0 for not at all."""
+    """Return how common a link's name is for a tool; 0 if it is not a tool name."""
     return next((len(TOOL_NAMES) - i for i, name in enumerate(TOOL_NAMES) if _is_named(link, name)), 0)
 
 
@@ -101,22 +101,25 @@ def _is_named(link: str, name: str) -> bool:
 
 
 def default_gains(model: RobotModel, home_positions: npt.ArrayLike, bandwidth_hz: float = BANDWIDTH) -> DriveGains:
-    """Return gains of the drive law with which no joint, alone, is less than critically damped.
+    """Return drive gains that make each joint, on its own, at least critically damped.
 
-    With I the largest inertia about the joint of all that it carries, at home and in many postures inside the limits,
-    and ω = 2π·bandwidth, Kp = I·ω² and Kd = 2·I·ω: critically damped where the joint carries most, slower but not
-    oscillating elsewhere. (What is coupled between joints, and armatures, are not in I.)
+    Kp = I·ω² and Kd = 2·I·ω, with ω = 2π·bandwidth, where I is the largest inertia that the joint carries, at home and
+    in many postures inside the limits. The joint is critically damped at this inertia, and slower without oscillations
+    elsewhere. I contains neither coupling between joints nor armatures.
 
-    A drive that reaches its effort limit brakes too late, and one whose Kd is large beside the inertia of the moment
-    may chatter there. So where an error of 0.5 rad (or 5 cm) would ask for more than the limit, the bandwidth is 0.4 of
-    that, or the one at which this error asks for just the limit, if that is higher.
+    A drive that reaches its effort limit brakes too late, and one whose Kd is large compared to the current inertia may
+    chatter at the limit. If an error of 0.5 rad (or 5 cm) would require more than the effort limit, the bandwidth is
+    therefore reduced to 0.4 of its value, or to the bandwidth at which this error requires exactly the limit, whichever
+    is higher.
 
     Args:
-        model: The robot.
+        model: Model of the robot.
         home_positions: (dof,) [rad or m]
         bandwidth_hz: [Hz]
     """
-    from frobs_core.interfaces.robot import DriveGains  # interfaces.robot's package imports the models
+    from frobs_core.interfaces.robot import (
+        DriveGains,
+    )  # imported here because interfaces.robot's package imports the models
 
     home = np.asarray(home_positions, float)[None]
     largest = _inertias(model, np.concatenate([home, _postures(model)])).max(axis=0).tolist()
@@ -129,29 +132,30 @@ def default_gains(model: RobotModel, home_positions: npt.ArrayLike, bandwidth_hz
 
 
 def _omega(joint: Joint, inertia: float, wanted: float) -> float:
-    """Return the bandwidth [rad/s] of a joint's drive, lower than wanted where its effort is weak."""
+    """Return the bandwidth [rad/s] of a joint's drive, reduced if its effort limit is low."""
     error = _SATURATING_ERROR[joint.type == JointType.PRISMATIC]
     saturating = math.sqrt(joint.limits.effort / (inertia * error))
     return min(wanted, max(saturating, _WEAK * wanted))
 
 
 def composite_inertia(model: RobotModel, joint_positions: npt.ArrayLike) -> dict[str, float]:
-    """Return what each actuated joint has to move, with all other joints held.
+    """Return the inertia that each actuated joint moves while all other joints are held.
 
     Args:
-        model: The robot.
+        model: Model of the robot.
         joint_positions: (dof,) [rad or m]
 
     Returns:
-        By joint name, [kg·m²] about its axis, at least 10⁻³; [kg] for a prismatic joint, at least 0.1. Joints that
-        mimic it are in it, times the square of their multiplier.
+        By joint name: [kg·m²] about its axis, at least 10⁻³; [kg] for a prismatic joint, at least 0.1. Joints that
+            mimic it
+        are included, multiplied by the square of their multiplier.
     """
     row = _inertias(model, np.asarray(joint_positions, float)[None])[0]
     return dict(zip(model.joint_names, row.tolist(), strict=True))
 
 
 def _postures(model: RobotModel) -> Floats:
-    """Return joint vectors inside the limits, always the same, (n, dof); an unlimited joint turns once, or slides ±1 m."""
+    """Return fixed joint vectors inside the limits, (n, dof). Unlimited joints cover one turn, or ±1 m."""
     joints = model.actuated_joints
     span = [1.0 if joint.type == JointType.PRISMATIC else math.pi for joint in joints]
     low = np.array([max(joint.limits.lower, -s) for joint, s in zip(joints, span, strict=True)])
@@ -161,13 +165,13 @@ def _postures(model: RobotModel) -> Floats:
 
 
 def _inertias(model: RobotModel, joint_positions: Floats) -> Floats:
-    """Return what each actuated joint has to move, (n, dof), for joint positions (n, dof)."""
+    """Return the inertia that each actuated joint moves, (n, dof), for joint positions (n, dof)."""
     n = len(joint_positions)
     joints = outward(model)
     poses = {model.root: (np.zeros((n, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)))}
     for joint in joints:
         poses[joint.child] = moved(joint, *poses[joint.parent], _position(model, joint, joint_positions))
-    # of all that hangs on a link, relative to the root: mass, mass times position, inertia about the root's origin
+    # For everything below a link, relative to the root: mass, mass times position, inertia about the root's origin
     mass = {link.name: 0.0 for link in model.links}
     moment = {link.name: np.zeros((n, 3)) for link in model.links}
     inertia = {link.name: np.zeros((n, 3, 3)) for link in model.links}
@@ -192,7 +196,7 @@ def _inertias(model: RobotModel, joint_positions: Floats) -> Floats:
         if leader is None:
             continue
         pos, quat = poses[joint.child]
-        axis = quat_rotate(quat, np.array(joint.axis))  # the motion leaves it where it is
+        axis = quat_rotate(quat, np.array(joint.axis))  # the joint's motion does not change its axis
         if joint.type == JointType.PRISMATIC:
             carried: Floats | float = mass[joint.child]
         else:
@@ -208,7 +212,7 @@ def _inertias(model: RobotModel, joint_positions: Floats) -> Floats:
 
 
 def _position(model: RobotModel, joint: Joint, joint_positions: Floats) -> Floats:
-    """Return the position of one joint, (n, 1) [rad or m]; 0 for one that does not move."""
+    """Return the position of one joint, (n, 1) [rad or m]; 0 for a joint that does not move."""
     leader = model.leader(joint)
     if leader is None:
         return np.zeros((len(joint_positions), 1))
@@ -217,6 +221,6 @@ def _position(model: RobotModel, joint: Joint, joint_positions: Floats) -> Float
 
 
 def _about_origin(positions: Floats) -> Floats:
-    """Return the inertia about the origin of 1 kg at each position, (n, 3, 3) [m²]."""
+    """Return the inertia of 1 kg at each position about the origin, (n, 3, 3) [m²]."""
     squares = (positions * positions).sum(axis=-1)[:, None, None] * np.eye(3)
     return np.asarray(squares - positions[:, :, None] * positions[:, None, :])

@@ -1,4 +1,4 @@
-"""Which kinds of elements a model file holds, and in which links and joints: what a simulator must account for."""
+"""Kinds of elements in a model file, with the links and joints that contain them; simulators must account for each."""
 
 from __future__ import annotations
 
@@ -10,46 +10,46 @@ from frobs_core.models.model import Geometry, JointType, Mesh, RobotModel
 from frobs_core.models.xmltree import Element, parse_xml
 
 ELEMENTS: Mapping[str, str] = {
-    "inertias": "mass, centre of mass and moments of inertia of a link",
-    "visual_shapes": "boxes, spheres, cylinders and capsules that are only drawn",
-    "visual_meshes": "meshes that are only drawn",
-    "colours": "colours of what is drawn",
-    "textures": "pictures on what is drawn",
-    "collision_shapes": "boxes, spheres, cylinders and capsules that touch things",
-    "collision_meshes": "meshes that touch things",
-    "contact_parameters": "friction, stiffness and the like of a link",
+    "inertias": "mass, center of mass and moments of inertia of a link",
+    "visual_shapes": "boxes, spheres, cylinders and capsules that are only rendered",
+    "visual_meshes": "meshes that are only rendered",
+    "colours": "colors of visuals",
+    "textures": "images on visuals",
+    "collision_shapes": "boxes, spheres, cylinders and capsules that collide",
+    "collision_meshes": "meshes that collide",
+    "contact_parameters": "friction, stiffness and similar parameters of a link",
     "moving_joints": "revolute, continuous and prismatic joints",
     "fixed_joints": "joints that do not move",
     "other_joints": "floating and planar joints",
     "position_limits": "lower and upper limits of joints",
-    "velocity_limits": "largest velocities of joints",
-    "effort_limits": "largest efforts of joints",
-    "joint_damping": "friction that grows with a joint's velocity",
+    "velocity_limits": "maximum velocities of joints",
+    "effort_limits": "maximum efforts of joints",
+    "joint_damping": "friction proportional to a joint's velocity",
     "joint_friction": "dry friction of joints",
     "joint_springs": "springs of joints, and their rest positions",
     "armatures": "inertia of the motors behind the gears",
-    "gravity_compensation": "bodies that gravity pulls less",
+    "gravity_compensation": "bodies with reduced gravity",
     "mimic_joints": "joints that follow another",
-    "safety_controllers": "soft limits that a controller should keep",
+    "safety_controllers": "soft limits for controllers",
     "calibrations": "reference positions of joints",
     "transmissions": "gears between motors and joints",
     "ros2_control": "hardware interfaces of ROS 2",
-    "gazebo_tags": "what only Gazebo understands",
-    "mujoco_tags": "what only MuJoCo understands",
+    "gazebo_tags": "elements that only Gazebo uses",
+    "mujoco_tags": "elements that only MuJoCo uses",
     "sensors": "sensors in the file",
     "actuators": "actuators in the file",
     "tendons": "cables over joints and sites",
     "equalities": "constraints between bodies or joints",
-    "contact_pairs": "pairs of bodies that always or never touch",
+    "contact_pairs": "pairs of bodies that always or never collide",
     "keyframes": "named states",
     "sites": "points of interest on a body",
     "cameras": "cameras in the file",
     "lights": "lights in the file",
     "world_geoms": "shapes of the world, such as a floor",
     "options": "settings of the engine: timestep, gravity, solver",
-    "unknown_elements": "elements that the format does not have",
+    "unknown_elements": "elements that the format does not define",
 }
-"""Every kind of element, with what it means; a file holds some of them."""
+"""All kinds of elements with their meanings."""
 
 PHYSICAL = frozenset(
     [
@@ -62,16 +62,16 @@ PHYSICAL = frozenset(
         "equalities",
     ]
 )
-"""Kinds of elements without which a robot moves differently."""
+"""Kinds of elements that affect a robot's motion."""
 
-_BESIDE = {  # children of a URDF's <robot> that belong to no link or joint
+_BESIDE = {  # children of a URDF's <robot> that do not belong to a link or joint
     "transmission": "transmissions",
     "ros2_control": "ros2_control",
     "gazebo": "gazebo_tags",
     "mujoco": "mujoco_tags",
     "sensor": "sensors",
 }
-_SECTIONS = {  # sections of an MJCF file, each of which holds elements of one kind
+_SECTIONS = {  # sections of an MJCF file, each of which contains elements of one kind
     "actuator": "actuators",
     "sensor": "sensors",
     "tendon": "tendons",
@@ -82,11 +82,11 @@ _IN_BODIES = {"site": "sites", "camera": "cameras", "light": "lights"}
 
 
 def elements(model: RobotModel) -> dict[str, tuple[str, ...]]:
-    """Return which kinds of elements a model holds, in the order of ``ELEMENTS``.
+    """Return the kinds of elements in a model, in the order of ``ELEMENTS``.
 
     Returns:
-        For each kind that is there, the names of the links or joints that have one, each once, in the file's order; of
-        what belongs to neither, its own name, or its tag where it has none.
+        For each kind, the unique names of the links or joints that have one, in the file's order. Elements that belong
+        to neither are listed with their own name, or with their tag if they have none.
     """
     found: dict[str, dict[str, None]] = {}
     root = parse_xml(model.xml, model.path, expanded=True)
@@ -180,7 +180,7 @@ def _mjcf(document: MjcfDocument) -> Iterator[tuple[str, str]]:
 
 
 def _body(document: MjcfDocument, body: Element, owner: str, childclass: str | None) -> Iterator[tuple[str, str]]:
-    """Yield what a body holds, bodies and frames in it included."""
+    """Yield the contents of a body, including nested bodies and frames."""
     childclass = body.get("childclass") or childclass
     if body.number("gravcomp", "0"):
         yield "gravity_compensation", owner

@@ -1,4 +1,4 @@
-"""One short text that two model files share if they describe the same robot."""
+"""A short text that is equal for two model files if they describe the same robot."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from frobs_core.models.mesh_files import MAX_BYTES
 from frobs_core.models.model import RobotModel
 
 _DIGITS = 9
-"""Significant digits of a number that count: what differs beyond is another machine's rounding."""
+"""Significant digits of numbers that are compared; further digits may differ between machines."""
 
 
 def fingerprint(model: RobotModel) -> str:
-    """Return a SHA-256, in hexadecimal, of a robot: links, joints, limits, inertia, shapes and the meshes' files.
+    """Return a SHA-256, in hexadecimal, of a robot's links, joints, limits, inertias, shapes and mesh files.
 
-    Where the files lie, comments, spaces, macros and the robot's own name do not count.
+    The location of the files, comments, whitespace, macros and the robot's own name are ignored.
 
     Raises:
         ModelFileError: A mesh file cannot be read.
@@ -40,7 +40,7 @@ def _one(value: Any) -> Any:
     if isinstance(value, bool) or value is None or isinstance(value, str):
         return value
     if isinstance(value, int | float):
-        return f"{float(value) + 0.0:.{_DIGITS}g}"  # + 0.0: −0 is 0
+        return f"{float(value) + 0.0:.{_DIGITS}g}"  # + 0.0 converts −0 to 0
     if isinstance(value, Enum):
         return value.value
     if isinstance(value, Path):

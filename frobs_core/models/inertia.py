@@ -1,9 +1,9 @@
-"""Masses and inertias that an engine can simulate.
+"""Reads masses and inertias, and repairs them so that engines can simulate them.
 
-Rules for model files, each with a note: a link with mass but no inertia gets that of a solid sphere of 5 cm radius; an inertia that no
-body can have (one principal moment negative, or above the sum of the others) becomes the mean of its principal
-moments, as MuJoCo's ``balanceinertia`` does it; links that move but have no mass among them get 1 g and 10⁻⁶ kg·m².
-Principal moments whose mean is not above 0 are refused.
+Each repair adds a note. A link with mass but without inertia gets that of a solid sphere with a radius of 5 cm. An
+impossible inertia (a principal moment is negative, or above the sum of the others) is replaced by the mean of its
+principal moments, like MuJoCo's ``balanceinertia``. Moving links without any mass get 1 g and 10⁻⁶ kg·m². Principal
+moments whose mean is not above 0 are rejected.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ _RADIUS = 0.05  # [m]
 _MASS = 0.001  # [kg]
 _MOMENT = 1e-6  # [kg·m²]
 _ROUNDING = 1e-9
-_THINNEST = 1e-6  # smallest principal moment as a share of the largest: engines need all of them above 0
-_LEAST_GYRATION = 1e-6  # [m] radius of gyration below which an inertia is none: engines divide by it
+_THINNEST = 1e-6  # smallest principal moment relative to the largest; engines need all of them above 0
+_LEAST_GYRATION = 1e-6  # [m] radius of gyration below which an inertia counts as missing, because engines divide by it
 
 
 def read_inertials(links: Mapping[str, Element], joints: Sequence[Joint], notes: Notes) -> dict[str, Inertial | None]:
-    """Return the inertial of each link; what is repaired is repaired in the elements too.
+    """Return the inertial of each link. Repairs are also written to the elements.
 
     Raises:
         ModelFileError: A mass or a moment is negative or not finite.
     """
     inertials = {name: _read(name, element, notes) for name, element in links.items()}
     fixed = {joint.child: joint.parent for joint in joints if joint.type == JointType.FIXED}
-    bodies: dict[str, list[str]] = {}  # links that move as one, by the first of them
+    bodies: dict[str, list[str]] = {}  # links that move together, by the first of them
     for name in links:
         first = name
         while first in fixed:
@@ -48,19 +48,19 @@ def read_inertials(links: Mapping[str, Element], joints: Sequence[Joint], notes:
             moments = (_MOMENT, 0.0, 0.0, _MOMENT, 0.0, _MOMENT)
             inertials[joint.child] = Inertial(_MASS, Pose(), moments)
             _write(links[joint.child], _MASS, moments)
-            notes.add("no-mass", links[joint.child], f"moves but has no mass; it gets {_MASS:g} kg")
+            notes.add("no-mass", links[joint.child], f"moves but has no mass; {_MASS:g} kg is used")
     return inertials
 
 
 def inertia_matrix(inertial: Inertial) -> Floats:
-    """Return the inertia about the centre of mass in the link's axes, (3, 3) [kg·m²]."""
+    """Return the inertia about the center of mass in the link's axes, (3, 3) [kg·m²]."""
     rotation = matrix_from_quat(inertial.origin.quat_wxyz)
     turned: Floats = rotation @ _symmetric(inertial.inertia) @ rotation.T
     return turned
 
 
 def parallel_axis(mass: float, arm: Floats) -> Floats:
-    """Return what a mass [kg] adds to the inertia about a point that is ``arm``, (3,) [m], away: (3, 3) [kg·m²]."""
+    """Return the inertia that a mass [kg] adds about a point at the distance ``arm``, (3,) [m]: (3, 3) [kg·m²]."""
     return np.asarray(mass * ((arm * arm).sum() * np.eye(3) - np.outer(arm, arm)))
 
 
@@ -80,7 +80,7 @@ def _read(name: str, link: Element, notes: Notes) -> Inertial | None:
     inertia = element.child("inertia")
     moments = tuple(inertia.number(key, "0", MAX_INERTIA) for key in _KEYS) if inertia is not None else (0.0,) * 6
     if mass == 0.0:
-        notes.add("zero-mass", link, "has a mass of 0; its <inertial> is left out")
+        notes.add("zero-mass", link, "has a mass of 0; its <inertial> is ignored")
         link.remove(element)
         return None
     moments = _possible(link, mass, moments, element, notes)
@@ -91,25 +91,25 @@ def _read(name: str, link: Element, notes: Notes) -> Inertial | None:
 def _possible(
     link: Element, mass: float, moments: tuple[float, ...], element: Element, notes: Notes
 ) -> tuple[float, ...]:
-    """Return moments of inertia that a body can have."""
+    """Return physically possible moments of inertia."""
     principal = np.linalg.eigvalsh(_symmetric(moments))  # ascending
     if np.abs(principal).max() <= _LEAST_GYRATION**2 * mass:
         moments = (moment := 0.4 * mass * _RADIUS**2, 0.0, 0.0, moment, 0.0, moment)
-        notes.add("no-inertia", link, f"has a mass but no inertia; it gets that of a solid sphere of {_RADIUS:g} m")
+        notes.add("no-inertia", link, f"has a mass but no inertia; that of a solid sphere of {_RADIUS:g} m is used")
     elif principal[0] < -_ROUNDING * principal[2] or principal[2] > (principal[0] + principal[1]) * (1 + _ROUNDING):
         if (moment := float(principal.mean())) <= 0.0:
             element.refuse(
                 f"the inertia of link '{link.get('name')}' has the principal moments "
-                f"{', '.join(f'{value:g}' for value in principal)} kg·m², which no body has; correct it."
+                f"{', '.join(f'{value:g}' for value in principal)} kg·m², which is impossible; correct it."
             )
         moments = (moment, 0.0, 0.0, moment, 0.0, moment)
-        text = "has an inertia that no body has; it gets the mean of its principal moments"
+        text = "has an impossible inertia; the mean of its principal moments is used"
         notes.add("impossible-inertia", link, text)
     elif principal[0] < _THINNEST * principal[2]:
         axes = np.linalg.eigh(_symmetric(moments))[1]
         raised = axes @ np.diag(np.maximum(principal, _THINNEST * principal[2])) @ axes.T
         moments = tuple(raised[np.triu_indices(3)].tolist())
-        notes.add("thin-inertia", link, f"has a principal moment of {principal[0]:g} kg·m², which is raised")
+        notes.add("thin-inertia", link, f"has a principal moment of {principal[0]:g} kg·m², which is increased")
     else:
         return moments
     link_inertia = element.child("inertia")

@@ -1,4 +1,4 @@
-"""Where the links of a robot are, for given joint positions: many at once, without an engine."""
+"""Forward kinematics: poses of a robot's links for batches of joint positions, without an engine."""
 
 from __future__ import annotations
 
@@ -13,25 +13,26 @@ from frobs_core.models.model import Joint, JointType, Pose, RobotModel
 from frobs_core.rotations import matrix_from_quat, quat_conjugate, quat_from_matrix, quat_multiply, quat_rotate
 
 MOVING = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
-"""Types of joints that have one position."""
+"""Types of joints with a single position."""
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """The moving joints between the root and a link, with all that is fixed folded into them.
+    """The moving joints between the root and a link, with all fixed transforms merged into them.
 
-    Every joint's frame is turned so that the joint moves about or along z. What is carried from the tip to the root is
-    (7, n): a point [m] and a quaternion. So a joint is three products of arrays that are n long.
+    Each joint's frame is rotated so that the joint moves about or along z. The state that is carried from the tip to
+    the
+    root is (7, n): a point [m] and a quaternion. Each joint therefore takes three products of arrays of length n.
 
     Attributes:
-        columns: (k,) which actuated joint each of the k joints follows.
-        multipliers: (k, 1) for mimic joints, else 1.
+        columns: (k,) actuated joint that each of the k joints follows.
+        multipliers: (k, 1) multipliers of mimic joints, otherwise 1.
         offsets: (k, 1) [rad or m]
-        turns: (k, 1): 1 for a joint that rotates, 0 for one that slides.
-        slides: For each of the k joints, whether it slides.
-        frames: (k, 7, 7, 1): the rotation of the joint's frame, for points and for quaternions.
-        origins: (k, 7, 1): the origin of the joint's frame [m], and zeros.
-        tip: (7, 1): the link in the frame of the last moving joint.
+        turns: (k, 1): 1 for a revolute joint, 0 for a prismatic one.
+        slides: Whether each of the k joints is prismatic.
+        frames: (k, 7, 7, 1) rotation of the joint's frame, for points and for quaternions.
+        origins: (k, 7, 1) origin of the joint's frame [m], padded with zeros.
+        tip: (7, 1) pose of the link in the frame of the last moving joint.
     """
 
     columns: npt.NDArray[np.intp]
@@ -44,25 +45,25 @@ class Chain:
     tip: Floats
 
 
-_SWAP = np.array([1, 0, 2, 6, 5, 4, 3])  # which component a rotation about z mixes with which
+_SWAP = np.array([1, 0, 2, 6, 5, 4, 3])  # index of the component that a rotation about z mixes with each component
 
 
 def forward_kinematics(model: RobotModel, frame: str, joint_positions: npt.ArrayLike) -> tuple[Floats, Floats]:
-    """Return where a link is, relative to the root link.
+    """Return the pose of a link relative to the root link.
 
-    Joints that mimic others follow them; floating, planar and passive joints stay at zero. Row *i* depends on row *i* of
-    the joint positions alone, to the last bit, whatever n is.
+    Mimic joints follow their leaders; floating, planar and passive joints stay at zero. Row *i* only depends on row *i*
+    of the joint positions; the results are bit-identical for every n.
 
     Args:
-        model: The robot.
+        model: Model of the robot.
         frame: Name of a link.
-        joint_positions: (n, dof) [rad or m], in the order of ``model.joint_names``; limits are not looked at.
+        joint_positions: (n, dof) [rad or m], in the order of ``model.joint_names``; limits are ignored.
 
     Returns:
         pos (n, 3) [m] and quat_wxyz (n, 4), of length 1; its sign varies continuously with the joint positions.
 
     Raises:
-        UnknownNameError: No link is named so.
+        UnknownNameError: The link does not exist.
         ConfigurationError: The joint positions are not (n, dof).
     """
     chain = model._chains.get(frame)
@@ -74,7 +75,7 @@ def forward_kinematics(model: RobotModel, frame: str, joint_positions: npt.Array
         raise ParameterValueError(
             "shape of joint_positions",
             positions.shape,
-            f"(n, {dof}), a column for each of {model.joint_names}",
+            f"(n, {dof}), with one column for each of {model.joint_names}",
             f"'{model.name}'",
         )
     q = positions.T.take(chain.columns, axis=0) * chain.multipliers + chain.offsets  # (k, n)
@@ -89,7 +90,7 @@ def forward_kinematics(model: RobotModel, frame: str, joint_positions: npt.Array
 
 
 def _mixing(angle: Floats) -> tuple[Floats, Floats]:
-    """Return what multiplies a state and its swapped components in a rotation about z, (k, 7, n) each."""
+    """Return the factors of a state and of its swapped components in a rotation about z, (k, 7, n) each."""
     cosines = np.empty((len(angle), 7, angle.shape[1]))
     sines = np.empty_like(cosines)
     half = 0.5 * angle
@@ -105,16 +106,16 @@ def _mixing(angle: Floats) -> tuple[Floats, Floats]:
 
 
 def make_chain(model: RobotModel, frame: str) -> Chain:
-    """Fold the path from the root to a link into constants.
+    """Merge the path from the root to a link into constants.
 
     Raises:
-        UnknownNameError: No link is named so.
+        UnknownNameError: The link does not exist.
     """
     links = [link.name for link in model.links]
     if frame not in links:
         raise UnknownNameError("link", frame, links)
     columns, multipliers, offsets, slides, frames, origins = [], [], [], [], [], []
-    state = pose_array(Pose())  # what is fixed since the last moving joint
+    state = pose_array(Pose())  # fixed transform since the last moving joint
     for joint in joint_path(model, frame):
         state = compose(state, pose_array(joint.origin))
         leader = model.leader(joint)
@@ -151,19 +152,19 @@ def pose_array(pose: Pose) -> Floats:
 
 
 def pose_from_array(array: Floats) -> Pose:
-    """Return the pose that :func:`pose_array` makes an array of."""
+    """Return the pose from an array of :func:`pose_array`."""
     x, y, z, w, i, j, k = array.tolist()
     return Pose((x, y, z), (w, i, j, k))
 
 
 def compose(outer: Floats, inner: Floats) -> Floats:
-    """Return the pose (7,) of ``inner``, which is given in the frame ``outer``."""
+    """Return the pose (7,) of ``inner``, which is relative to ``outer``."""
     pos = outer[:3] + quat_rotate(outer[3:], inner[:3])
     return np.concatenate([pos, quat_multiply(outer[3:], inner[3:])])
 
 
 def _turn_z_to(axis: Floats) -> Floats:
-    """Return a quaternion that turns z to a unit axis; it is exact where the axis is one of the frame's."""
+    """Return a quaternion that rotates z to a unit axis; exact if the axis is one of the frame's axes."""
     helper = np.eye(3)[(int(np.argmax(np.abs(axis))) + 2) % 3]
     x = np.cross(helper, axis)
     x /= np.sqrt((x * x).sum())
@@ -171,7 +172,7 @@ def _turn_z_to(axis: Floats) -> Floats:
 
 
 def joint_path(model: RobotModel, frame: str) -> list[Joint]:
-    """Return the joints from the root to a link, in that order."""
+    """Return the joints from the root to a link, in this order."""
     above = {joint.child: joint for joint in model.joints}
     path = []
     while frame in above:
@@ -184,10 +185,10 @@ def moved(joint: Joint, pos: Floats, quat: Floats, position: Floats) -> tuple[Fl
     """Return the pose of a joint's child.
 
     Args:
-        joint: A joint that moves, or is fixed and has the position 0.
-        pos: (n, 3) of its parent [m].
-        quat: (n, 4) of its parent, scalar first.
-        position: (n, 1) of the joint [rad or m].
+        joint: A moving joint, or a fixed one with the position 0.
+        pos: (n, 3) position of its parent [m].
+        quat: (n, 4) orientation of its parent, scalar first.
+        position: (n, 1) position of the joint [rad or m].
 
     Returns:
         pos (n, 3) [m] and quat_wxyz (n, 4).
@@ -202,9 +203,9 @@ def moved(joint: Joint, pos: Floats, quat: Floats, position: Floats) -> tuple[Fl
 
 
 def longest_reach(model: RobotModel, frame: str) -> float:
-    """Return a distance [m] from the root that a link never exceeds: the lengths along its chain, added up.
+    """Return an upper bound of a link's distance from the root [m]: the sum of the lengths along its chain.
 
-    Infinite where the chain has a joint that translates without limits.
+    It is infinite if the chain contains a prismatic joint without limits.
     """
     total = 0.0
     for joint in reversed(joint_path(model, frame)):

@@ -1,4 +1,4 @@
-"""How large the numbers of a model file may be: beyond these they are mistakes, and engines overflow."""
+"""Limits of the numbers in a model file. Larger numbers are mistakes and make engines overflow."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ MAX_INERTIA = 1e12
 """[kg·m²]"""
 
 MAX_LENGTH = 1e6
-"""Of sizes, positions and scales, [m]."""
+"""Limit of sizes, positions and scales [m]."""
 
 MAX_COEFFICIENT = 1e10
-"""Of densities, stiffnesses, dampings, frictions, armatures and gear ratios, each in its own unit."""
+"""Limit of densities, stiffnesses, dampings, frictions, armatures and gear ratios, each in its own unit."""

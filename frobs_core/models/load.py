@@ -1,4 +1,4 @@
-"""Reading a model file, whatever its format."""
+"""Reading a model file in any supported format."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from frobs_core.models.xacro_files import read_text
 from frobs_core.models.xmltree import Element, parse_xml
 
 ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
-"""Of model files."""
+"""Suffixes of model files."""
 
 
 def load_model(
@@ -26,18 +26,18 @@ def load_model(
     """Read a robot's model file.
 
     Args:
-        path: A file, or ``"package:relative/path"`` inside an installed Python package. The ending says what it is:
-            ``.urdf``, ``.xacro`` (a URDF with macros), ``.xml`` or ``.mjcf`` (MJCF).
+        path: A file, or ``"package:relative/path"`` inside an installed Python package. The suffix determines the
+            format: ``.urdf``, ``.xacro`` (a URDF with macros), ``.xml`` or ``.mjcf`` (MJCF).
         xacro_args: Arguments of a xacro file.
-        package_paths: Folders of the ROS packages that the file names, by package name; packages beside or above
-            the file and in ``ROS_PACKAGE_PATH`` are found without.
+        package_paths: Folders of the ROS packages that the file refers to, by package name. Packages beside or above
+            the file and in ``ROS_PACKAGE_PATH`` are found automatically.
 
     Returns:
-        The robot's kinematic tree, with a note for each thing that was changed or left out.
+        The robot's kinematic tree, with a note about everything that was changed or ignored.
 
     Raises:
-        ModelFileError: The file, or one that it refers to, is missing, empty or broken, says something
-            impossible, or declares a document type; the message names the file, the line and what to do.
+        ModelFileError: The file, or one that it refers to, is missing, empty, broken, contradictory, or declares a
+            document type. The message contains the file, the line and the fix.
     """
     return read_document(*open_document(path, xacro_args=xacro_args, package_paths=package_paths))
 
@@ -48,31 +48,33 @@ def open_document(
     xacro_args: Mapping[str, str] | None = None,
     package_paths: Mapping[str, str | Path] | None = None,
 ) -> tuple[Element, Path, Packages]:
-    """Parse a model file, macros expanded; the arguments are those of :func:`load_model`.
+    """Parse a model file and expand its macros. The arguments are those of :func:`load_model`.
 
     Returns:
-        Its first element, its absolute path, and where the packages are that it names.
+        Its root element, its absolute path, and the locations of the packages that it refers to.
 
     Raises:
         ModelFileError: It is missing, empty or broken.
     """
     file = resolve_path(path)
     if file.is_dir():
-        raise ModelFileError(file, "is a folder; name the file in it.")
+        raise ModelFileError(file, "is a folder; pass a file in it.")
     if not file.is_file():
-        raise ModelFileError(file, "is not a regular file, and only those are opened.")
+        raise ModelFileError(file, "is not a regular file, so it is not opened.")
     if file.suffix.lower() not in ENDINGS:
-        raise ModelFileError(file, f"the ending '{file.suffix}' is of no model file; there are {', '.join(ENDINGS)}.")
+        raise ModelFileError(
+            file, f"model files do not have the suffix '{file.suffix}'; use one of {', '.join(ENDINGS)}."
+        )
     packages = Packages(package_paths, file)
     text, expanded = read_text(file, xacro_args or {}, packages)
     return parse_xml(text, file, expanded=expanded), file, packages
 
 
 def read_document(root: Element, file: Path, packages: Packages) -> RobotModel:
-    """Read what was parsed.
+    """Read a parsed document.
 
     Raises:
-        ModelFileError: It says something impossible, or is no robot.
+        ModelFileError: It is contradictory or does not describe a robot.
     """
     if root.tag == "robot":
         return read_urdf(root, file, packages)

@@ -1,4 +1,4 @@
-"""Parsed meshes on disk, keyed by content: several processes may read and write them at once."""
+"""A cache of parsed meshes on disk, keyed by content. Several processes may use it concurrently."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ import numpy as np
 from frobs_core.files import cache_folder, read_limited, write_aside
 from frobs_core.models.mesh_files import MAX_BYTES
 
-_VERSION = b"1"  # of the parser: what it makes of a file is part of the key
+_VERSION = b"1"  # version of the parser, part of the key
 _MATERIALS = re.compile(rb"^\s*mtllib\s+(.+?)\s*$", re.MULTILINE)
-_MAX_NAMES = 1_000  # of files beside the mesh
+_MAX_NAMES = 1_000  # maximum number of files beside the mesh
 _BUFFERS = re.compile(rb'"uri"\s*:\s*"(?!data:)([^"]+)"')
 
 
@@ -35,14 +35,14 @@ P = TypeVar("P", bound=_Part)
 
 
 class MeshCache:
-    """The place of one mesh in the cache.
+    """The cache entry of one mesh.
 
-    The key covers the file's bytes, its ending, and the files beside it that it names (an OBJ's materials, a glTF's
-    buffers). A cache that cannot be written or read costs time and nothing else.
+    The key covers the file's bytes, its suffix, and the files beside it that it refers to (an OBJ's materials, a glTF's
+    buffers). If the cache cannot be read or written, loading only takes longer.
 
     Args:
         path: The mesh file.
-        data: Its bytes.
+        data: Its content.
     """
 
     def __init__(self, path: Path, data: bytes) -> None:
@@ -58,10 +58,10 @@ class MeshCache:
         self.file = cache_folder("meshes") / f"{key.hexdigest()}.npz"
 
     def load(self, part: Callable[[Any, Any, Any], P]) -> tuple[P, ...] | None:
-        """Return the parts that are stored, or None: there are none, or they are damaged."""
+        """Return the stored parts, or None if there are none or they are damaged."""
         try:
             with self.file.open("rb") as file, np.load(file, allow_pickle=False) as stored:
-                colours = stored["rgba"]  # (k, 4), NaN where there is none
+                colours = stored["rgba"]  # (k, 4), NaN for parts without a color
                 return tuple(
                     part(
                         stored[f"vertices{i}"],
@@ -74,7 +74,7 @@ class MeshCache:
             return None
 
     def store(self, parts: Iterable[_Part]) -> None:
-        """Write parts aside and rename them into place, so that a reader sees all or nothing."""
+        """Write parts atomically, so that a reader sees either all of them or none."""
         arrays: dict[str, Any] = {}
         colours = []
         for i, part in enumerate(parts):

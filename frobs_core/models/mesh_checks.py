@@ -1,4 +1,4 @@
-"""Checks of mesh files before they are parsed: a small file must not become a huge mesh."""
+"""Checks of mesh files before they are parsed, so that a small file cannot expand to a huge mesh."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from frobs_core.errors import ModelFileError
 from frobs_core.models.mesh_files import PIXEL
 
 MAX_PARTS = 2_000
-"""Most parts of a mesh: shapes of one material, each counted as often as the scene shows it."""
+"""Maximum number of parts of a mesh. Parts are shapes of one material, counted each time the scene uses them."""
 
 MAX_MATERIALS = 1_000
-"""Most materials of an OBJ file; reading it takes the square of them."""
+"""Maximum number of materials of an OBJ file; reading takes time proportional to its square."""
 
 MAX_VERTICES = 12_000_000
-"""Most vertices that the parts of a glTF file may have together."""
+"""Maximum total number of vertices in the parts of a glTF file."""
 
 _HOLDERS = ("node", "geometry")
 _INSTANCES = ("instance_node", "instance_geometry", "instance_controller")
@@ -33,18 +33,18 @@ _PIXEL_URI = "data:image/png;base64," + base64.b64encode(PIXEL).decode()
 
 
 def check_collada(path: Path, data: bytes) -> None:
-    """Check a COLLADA file: XML without a document type, whose nodes do not repeat each other without end.
+    """Check a COLLADA file: it must be XML without a document type, and its nodes must not repeat excessively.
 
     Raises:
-        ModelFileError: It is something else.
+        ModelFileError: The check fails.
     """
-    below: dict[str, Counter[str]] = defaultdict(Counter)  # what each node shows, and how often
-    parts: Counter[str] = Counter()  # of each geometry
+    below: dict[str, Counter[str]] = defaultdict(Counter)  # the contents of each node, and how often it uses them
+    parts: Counter[str] = Counter()  # number of parts of each geometry
     stack: list[str] = [""]
     parser = expat.ParserCreate()
 
     def doctype(*_: Any) -> None:
-        raise ModelFileError(path, "the mesh declares a document type (<!DOCTYPE …>), which none needs: remove it.")
+        raise ModelFileError(path, "the mesh declares a document type (<!DOCTYPE …>), which is not allowed: remove it.")
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         kind = tag.rpartition(":")[2]
@@ -74,7 +74,7 @@ def check_collada(path: Path, data: bytes) -> None:
 
 
 def check_obj(path: Path, data: bytes) -> None:
-    """Check an OBJ file: the number of its materials.
+    """Check the number of materials of an OBJ file.
 
     Raises:
         ModelFileError: There are more than :data:`MAX_MATERIALS`.
@@ -85,13 +85,13 @@ def check_obj(path: Path, data: bytes) -> None:
 
 
 def check_gltf(path: Path, data: bytes) -> bytes:
-    """Check a glTF file: the sizes that it claims, and how often its nodes show a mesh.
+    """Check a glTF file: the declared sizes, and how often its nodes use a mesh.
 
     Returns:
-        The file without its pictures, which may be huge once they are unpacked.
+        The file without its images, which may be huge when they are decompressed.
 
     Raises:
-        ModelFileError: It claims too much, or is broken.
+        ModelFileError: A declared size is too large, or the file is broken.
     """
     try:
         binary = len(data) >= 20 and struct.unpack_from("<I", data)[0] == _GLB
@@ -137,7 +137,7 @@ def _primitives(tree: Any) -> list[Any]:
 
 
 def _vertices(part: Any, counts: list[int]) -> int:
-    """Return how many vertices a part of a mesh reads."""
+    """Return the number of vertices that a part of a mesh uses."""
     return sum(counts[i] for i in (*part["attributes"].values(), *([part["indices"]] if "indices" in part else [])))
 
 
@@ -147,12 +147,12 @@ def _check_parts(path: Path, count: int) -> None:
 
 
 def _check_instances(path: Path, below: Mapping[str, Mapping[str, int]], parts: Mapping[str, int]) -> None:
-    """Count the parts and the empty nodes that a scene has once all repetition is written out.
+    """Count the parts and the empty nodes of a scene after all repetitions are expanded.
 
     Args:
         path: The file.
-        below: What each node shows, nodes and geometries, and how often.
-        parts: Of each geometry.
+        below: The contents of each node, nodes and geometries, and how often it uses them.
+        parts: Number of parts of each geometry.
     """
     totals: dict[str, int] = {}
     opened: set[str] = set()
@@ -164,7 +164,7 @@ def _check_instances(path: Path, below: Mapping[str, Mapping[str, int]], parts: 
                 opened.discard(name)
                 totals[name] = parts.get(name, 0) + sum(n * totals[inner] for inner, n in below.get(name, {}).items())
                 _check_parts(path, totals[name])
-                totals[name] = max(1, totals[name])  # a node that shows nothing costs time too
+                totals[name] = max(1, totals[name])  # an empty node costs time too
             elif name not in totals:
                 if name in opened:
                     raise ModelFileError(path, "the mesh is broken: a node contains itself.")

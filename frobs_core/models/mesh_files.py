@@ -1,4 +1,4 @@
-"""A mesh file's bytes, and those of the files beside it that it names: buffers, materials and textures."""
+"""The content of a mesh file, and of the files beside it that it refers to: buffers, materials and textures."""
 
 from __future__ import annotations
 
@@ -10,26 +10,25 @@ from frobs_core.errors import ModelFileError
 from frobs_core.files import UnsuitableFileError, check_regular, read_limited
 
 MAX_BYTES = 256 * 2**20
-"""Largest mesh file, and the most that the files have together that it names [bytes]."""
+"""Maximum size of a mesh file, and of all the files that it refers to together [bytes]."""
 
 PIXEL = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNkYPhfDwAChwGA60e6kgAAAABJRU5ErkJggg=="
 )
-"""A PNG file of one pixel, which takes the place of every texture: nobody draws them, and a small file may hold a huge
-one."""
+"""A PNG file of one pixel that replaces every texture. (They are not rendered, and a small file may hold a huge one.)"""
 
 _TEXTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".gif", ".webp", ".dds", ".ktx2")
 
 
 class SiblingFiles:
-    """Reads what a mesh file names, for trimesh: only from its own folder and those below.
+    """Reads the files that a mesh refers to, for trimesh. They must be in the same folder or below it.
 
     Args:
         mesh: The mesh file.
 
     Attributes:
         file_name: Name of the mesh file.
-        refused: Why a file that it names cannot be used; None: each was found suitable or is missing.
+        refused: Why a file that it refers to cannot be used; None if each was usable or missing.
     """
 
     def __init__(self, mesh: Path) -> None:
@@ -39,11 +38,11 @@ class SiblingFiles:
         self._left = MAX_BYTES
 
     def get(self, name: str) -> bytes:
-        """Return a file's bytes.
+        """Return a file's content.
 
         Raises:
-            FileNotFoundError: It is missing, or in another folder.
-            OSError: It is not a regular file, or the files have together more than :data:`MAX_BYTES`.
+            FileNotFoundError: It is missing or in another folder.
+            OSError: It is not a regular file, or the total size exceeds :data:`MAX_BYTES`.
         """
         name = name.strip()
         for candidate in (name, name.lstrip("/"), os.path.basename(name)):
@@ -56,7 +55,7 @@ class SiblingFiles:
                     return PIXEL
                 data = read_limited(path, self._left)
             except UnsuitableFileError as error:
-                self.refused = f"the mesh names '{name}', and {error.strerror}."
+                self.refused = f"the mesh refers to '{name}', but {error.strerror}."
                 raise
             self._left -= len(data)
             return data
@@ -66,16 +65,16 @@ class SiblingFiles:
 
 
 def read_mesh_file(path: Path) -> bytes:
-    """Return a mesh file's bytes.
+    """Return a mesh file's content.
 
     Raises:
-        ModelFileError: It cannot be read, is not a regular file, or has more than :data:`MAX_BYTES`.
+        ModelFileError: It cannot be read, is not a regular file, or is larger than :data:`MAX_BYTES`.
     """
     try:
         return read_limited(path, MAX_BYTES)
     except UnsuitableFileError as error:
         raise ModelFileError(
-            path, f"the mesh cannot be read: {error.strerror}. Simplify it or name another."
+            path, f"the mesh cannot be read: {error.strerror}. Simplify it or use another mesh."
         ) from error
     except OSError as error:
         raise ModelFileError(path, f"the mesh cannot be read: {error.strerror or error}.") from error

@@ -1,7 +1,7 @@
-"""Mesh files as triangles, whatever their format: what an engine cannot read itself is read here, once.
+"""Mesh files as triangles, in any supported format, for engines that cannot read a format themselves.
 
-Coordinates are the file's, in metres: the unit that a COLLADA file declares is applied, its up axis is not, as in RViz
-and Gazebo. A mesh that takes long to parse is kept in a cache, keyed by its content.
+Coordinates are those of the file in meters. The unit that a COLLADA file declares is applied; its up axis is not, as in
+RViz and Gazebo. Meshes that take long to parse are cached, keyed by their content.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from frobs_core.models.mesh_files import SiblingFiles, read_mesh_file
 from frobs_core.models.model import Mesh
 
 FORMATS = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
-"""Endings of the mesh files that can be read."""
+"""Suffixes of supported mesh files."""
 
 MAX_FACES = 2_000_000
-"""Beyond this number of triangles a mesh is refused: building a model of it would look like a hang."""
+"""Maximum number of triangles of a mesh; building a model from more would seem to hang."""
 
 _UNIT = re.compile(rb'<unit\b[^>]*\bmeter\s*=\s*["\']([^"\']+)["\']')
 _LOOKS = re.compile(
@@ -37,19 +37,19 @@ _LOOKS = re.compile(
     rb"(?:[^>]*/>|.*?</\1>)",
     re.DOTALL,
 )
-_DEFAULT_COLOUR = (102, 102, 102, 255)  # what trimesh says where the file says nothing
+_DEFAULT_COLOUR = (102, 102, 102, 255)  # trimesh's value for files without a color
 
 Rgba = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
 class MeshPart:
-    """The triangles of one colour in a mesh.
+    """The triangles of one color in a mesh.
 
     Attributes:
         vertices: (n, 3) [m]
-        faces: (m, 3) int32 indices of vertices, counter-clockwise seen from outside.
-        rgba: Each in [0, 1]; None: the file gives no colour.
+        faces: (m, 3) int32 indices of vertices, counterclockwise seen from outside.
+        rgba: Color, each component in [0, 1]; None if the file does not define one.
     """
 
     vertices: Floats
@@ -58,14 +58,14 @@ class MeshPart:
 
 
 def read_mesh(path: Path) -> tuple[MeshPart, ...]:
-    """Read a mesh file, one part for each of its colours.
+    """Read a mesh file, with one part for each of its colors.
 
     Raises:
-        ModelFileError: It cannot be read, holds no triangles, is broken or too large.
+        ModelFileError: It cannot be read, contains no triangles, is broken or too large.
     """
     data = _read_file(path)
     if path.suffix.lower() == ".stl" and data[:5] != b"solid":
-        return _checked(path, _parse(path, data))  # as fast as any cache
+        return _checked(path, _parse(path, data))  # as fast as reading a cache
     cache = MeshCache(path, data)
     parts = cache.load(MeshPart)
     if parts is None:
@@ -75,7 +75,7 @@ def read_mesh(path: Path) -> tuple[MeshPart, ...]:
 
 
 def scaled(parts: Iterable[MeshPart], scale: tuple[float, float, float]) -> tuple[MeshPart, ...]:
-    """Return parts stretched along the axes; faces keep their outside where a scale mirrors them."""
+    """Return the parts scaled along the axes. Faces keep their orientation if a scale mirrors them."""
     mirrored = scale[0] * scale[1] * scale[2] < 0.0
     return tuple(
         MeshPart(part.vertices * scale, part.faces[:, ::-1] if mirrored else part.faces, part.rgba) for part in parts
@@ -83,7 +83,7 @@ def scaled(parts: Iterable[MeshPart], scale: tuple[float, float, float]) -> tupl
 
 
 def joined(parts: Iterable[MeshPart]) -> MeshPart:
-    """Return all triangles as one part, without a colour."""
+    """Return all triangles as one part without a color."""
     vertices, faces, count = [], [], 0
     for part in parts:
         vertices.append(part.vertices)
@@ -93,7 +93,7 @@ def joined(parts: Iterable[MeshPart]) -> MeshPart:
 
 
 def bounding_box(mesh: Mesh) -> tuple[Floats, Floats]:
-    """Return the lowest and the highest corner of a mesh, (3,) each [m].
+    """Return the minimum and maximum corner of a mesh, (3,) each [m].
 
     Raises:
         ModelFileError: It cannot be read.
@@ -103,7 +103,7 @@ def bounding_box(mesh: Mesh) -> tuple[Floats, Floats]:
 
 
 def write_stl(part: MeshPart, path: Path) -> None:
-    """Write triangles as a binary STL, which every engine reads."""
+    """Write triangles as a binary STL file, which every engine can read."""
     corners = part.vertices[part.faces]  # (m, 3, 3)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normals, axis=-1, keepdims=True)
@@ -116,7 +116,7 @@ def write_stl(part: MeshPart, path: Path) -> None:
 def _read_file(path: Path) -> bytes:
     if path.suffix.lower() not in FORMATS:
         raise ModelFileError(
-            path, f"a mesh that ends in '{path.suffix}' cannot be read; there are {', '.join(FORMATS)}."
+            path, f"meshes with the suffix '{path.suffix}' are not supported; use one of {', '.join(FORMATS)}."
         )
     data = read_mesh_file(path)
     match path.suffix.lower():
@@ -130,7 +130,7 @@ def _read_file(path: Path) -> bytes:
 
 
 def _metres(path: Path, data: bytes) -> float:
-    """Return what the numbers of a file have to be multiplied with."""
+    """Return the factor that converts the numbers of a file to meters."""
     match = _UNIT.search(data) if path.suffix.lower() == ".dae" else None
     try:
         unit = float(match[1]) if match else 1.0
@@ -157,7 +157,7 @@ def _parse(path: Path, data: bytes, unit: float = 1.0) -> list[MeshPart]:
                     continue  # points and lines
                 faces += len(mesh.faces)
                 if faces > MAX_FACES:
-                    break  # the caller refuses it
+                    break  # the caller rejects it
                 rgba = _colour(mesh)
                 mesh = mesh.copy(include_visual=False)
                 mesh.apply_transform(transform)
@@ -166,7 +166,7 @@ def _parse(path: Path, data: bytes, unit: float = 1.0) -> list[MeshPart]:
                     mesh.merge_vertices()
                 part = MeshPart(np.array(mesh.vertices, float) * unit, np.array(mesh.faces, np.int32), rgba)
                 groups.setdefault(rgba, []).append(part)
-        except Exception as error:  # parsers raise all kinds
+        except Exception as error:  # parsers raise many types of exceptions
             if beside.refused is None:
                 reason = f"the mesh is broken: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
                 raise ModelFileError(path, reason) from error
@@ -179,7 +179,7 @@ def _parse(path: Path, data: bytes, unit: float = 1.0) -> list[MeshPart]:
 
 
 def _load(path: Path, data: bytes, beside: SiblingFiles) -> Any:
-    """Load a mesh file whole: where a COLLADA file's materials are broken without colours, but never without a part."""
+    """Load a mesh file completely. If the materials of a COLLADA file are broken, load it without colors."""
     import collada
     import trimesh
 
@@ -196,7 +196,7 @@ def _load(path: Path, data: bytes, beside: SiblingFiles) -> Any:
 
 
 def _colour(mesh: Any) -> Rgba | None:
-    """Return the one colour of a mesh that has no texture and no colours by vertex."""
+    """Return the color of a mesh if it has neither a texture nor vertex colors."""
     material = getattr(mesh.visual, "material", None)
     if material is None or getattr(material, "image", None) is not None:
         return None
@@ -206,12 +206,12 @@ def _colour(mesh: Any) -> Rgba | None:
     if colour == _DEFAULT_COLOUR or len(colour) != 4:
         return None
     r, g, b, a = (c / 255.0 for c in colour)
-    return r, g, b, a or 1.0  # an alpha of 0 is an exporter's confusion of transparency and opacity
+    return r, g, b, a or 1.0  # an alpha of 0 means that the exporter confused transparency and opacity
 
 
 def _checked(path: Path, parts: list[MeshPart]) -> tuple[MeshPart, ...]:
     if not parts:
-        raise ModelFileError(path, "the mesh is broken or empty: there is no triangle in it.")
+        raise ModelFileError(path, "the mesh is broken or empty: it contains no triangles.")
     for part in parts:
         if not np.isfinite(part.vertices).all():
             raise ModelFileError(path, "the mesh is broken: a coordinate is not finite.")
@@ -222,7 +222,7 @@ def _checked(path: Path, parts: list[MeshPart]) -> tuple[MeshPart, ...]:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep the parser's remarks on textures that nobody draws from a user's screen."""
+    """Suppress the parser's messages about textures, which are not rendered."""
     logger = logging.getLogger("trimesh")
     level, logger.level = logger.level, logging.ERROR
     try:

@@ -1,13 +1,13 @@
-"""The MJCF reader: the kinematic tree, masses and shapes. MuJoCo itself reads the rest from the same file.
+"""The MJCF reader for the kinematic tree, masses and shapes. MuJoCo itself reads the rest from the same file.
 
-In ``RobotModel.xml`` the includes are in place, file paths are absolute, and the world has one body, the root link, which
-has no joint but perhaps a free one: a single body of the world that is so already, else a new one named ``base``,
-which holds the bodies of the world and its geoms other than planes.
+In ``RobotModel.xml`` includes are resolved and file paths are absolute. The world contains a single body, the root
+link, which has no joint except possibly a free joint. If the file's world does not have this form, a new body named
+``base`` holds the bodies of the world and its geoms other than planes.
 
-A body with several joints becomes a chain of links; those that the file does not have are named ``body__1``,
-``body__2``, …, and weigh nothing.
+A body with several joints becomes a chain of links. The additional links are named ``body__1``, ``body__2``, …, and
+have no mass.
 
-If the file has actuators that act on joints, the joints without one are passive: they have no drive.
+If the file has actuators that act on joints, the joints without one are passive, that is, they have no drive.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _UNREADABLE = (
     "composite",
     "flexcomp",
     "model",
-)  # these make bodies and joints that the file does not name
+)  # these create bodies and joints that the file does not name
 _LEFT_OUT = {"actuator": "actuators", "sensor": "sensor", "keyframe": "keyframes", "option": "engine-settings"}
 _PHYSICS = {
     "gravity": "0 0 -9.81",
@@ -52,7 +52,7 @@ _PHYSICS = {
     "impratio": "1",
     "cone": "pyramidal",
 }
-"""Attributes of ``<option>`` that change how a robot moves, with MuJoCo's defaults."""
+"""Attributes of ``<option>`` that affect a robot's motion, with MuJoCo's defaults."""
 _FLAGS = {
     "override": "enable",
     **dict.fromkeys(
@@ -73,7 +73,7 @@ _FLAGS = {
         "disable",
     ),
 }
-"""Attributes of ``<flag>`` that change how a robot moves, with the value that MuJoCo's default is not."""
+"""Attributes of ``<flag>`` that affect a robot's motion, with the value that differs from MuJoCo's default."""
 _IDENTITY = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
@@ -81,7 +81,7 @@ def read_mjcf(root: Element, path: Path) -> RobotModel:
     """Read an MJCF document.
 
     Raises:
-        ModelFileError: It is broken, has a ball joint, or makes bodies that only MuJoCo can know of.
+        ModelFileError: It is broken, has a ball joint, or creates bodies that only MuJoCo can expand.
     """
     return _MjcfReader(MjcfDocument(root, path)).read()
 
@@ -93,7 +93,7 @@ class _MjcfReader:
         self.joints: list[Joint] = []
         self.notes = Notes()
         self.names: dict[str, set[str]] = {"body": {"world"}, "joint": set()}
-        self.references: dict[str, float] = {}  # position of each joint in the drawing [rad or m]
+        self.references: dict[str, float] = {}  # position of each joint in the file's initial pose [rad or m]
         self.world_bodies: list[str] = []
         self.inertials: dict[str, Inertial | None] = {}
         self.efforts = self._actuator_efforts()
@@ -102,18 +102,18 @@ class _MjcfReader:
         document = self.document
         for tag in _UNREADABLE:
             for element in document.root.descendants(tag):
-                element.refuse(
-                    f"<{tag}> is expanded by MuJoCo alone; save the compiled model with mujoco.mj_saveLastXML and use that."
-                )
+                element.refuse(f"only MuJoCo can expand <{tag}>; use the model that mujoco.mj_saveLastXML saves.")
         check_count(sum(1 for _ in document.root.descendants("body")), "bodies", document.root)
         for element in document.root.descendants("body"):
             self._claim(element, "body")
         top = self._root_body()
         if list(top.children("joint", "freejoint")):
-            self.notes.add("free-root", top, "the root has a free joint: say base='floating' or 'wheeled'")
+            self.notes.add("free-root", top, "the root has a free joint: set base='floating' or 'wheeled'")
         if not np.array_equal(document.pose(top), _IDENTITY):
             self.notes.add(
-                "root-pose", top, "a base that moves starts at the file's root pose; a fixed one at the scene's"
+                "root-pose",
+                top,
+                "a movable base starts at the file's root pose; a fixed base starts at the scene's pose",
             )
         self._body(top, None, _IDENTITY, None)
         inertials = compiled_inertials(document.compiler, self.inertials)
@@ -133,13 +133,13 @@ class _MjcfReader:
         )
 
     def _note_what_is_left_out(self) -> None:
-        """Note the sections that simulators do without, each kind once."""
+        """Add a note for each kind of section that simulators ignore."""
         for section, rule in _LEFT_OUT.items():
             found = list(self.document.children(of=section))
             if not found:
                 found = [element for element in self.document.root.children(section) if element.attrib]
             if found:
-                self.notes.add(rule, found[0], f"{len(found)} in <{section}>, left out")
+                self.notes.add(rule, found[0], f"{len(found)} in <{section}>, ignored")
         for option in self.document.root.children("option"):
             physics = [
                 f"{name}={option.get(name)}"
@@ -149,7 +149,7 @@ class _MjcfReader:
             for flag in option.children("flag"):
                 physics += [f"{name}={value}" for name, value in flag.attrib.items() if value == _FLAGS.get(name)]
             if physics:
-                self.notes.add("physics-settings", option, f"{', '.join(physics)}: left out")
+                self.notes.add("physics-settings", option, f"{', '.join(physics)}: ignored")
 
     def _unusual(self, option: Element, name: str) -> bool:
         """Return whether an attribute of ``<option>`` differs from MuJoCo's default."""
@@ -158,7 +158,7 @@ class _MjcfReader:
         return option.numbers(name) != tuple(map(float, _PHYSICS[name].split()))
 
     def _claim(self, element: Element, kind: str) -> None:
-        """Give an element a name if it has none, and remember it."""
+        """Name an element if it has no name, and register the name."""
         name = element.get("name")
         if not name:
             number = 1
@@ -166,13 +166,13 @@ class _MjcfReader:
                 number += 1
             name = f"{kind}_{number}"
             element.set("name", name)
-            self.notes.add("unnamed", element, f"a {kind} has no name; it is called '{name}'")
+            self.notes.add("unnamed", element, f"a {kind} has no name; '{name}' is used")
         elif name in self.names[kind]:
-            element.refuse(f"the name '{name}' is taken.")
+            element.refuse(f"the name '{name}' is already used.")
         self.names[kind].add(name)
 
     def _root_body(self) -> Element:
-        """Return the root link's body; make one where the world holds none that can be it."""
+        """Return the root link's body. Create one if no body of the world is suitable."""
         worlds = list(self.document.root.children("worldbody"))
         self.world_bodies = [body.required("name") for world in worlds for body in world.children("body")]
         if not [body for world in worlds for body in world.descendants("body")]:
@@ -195,29 +195,31 @@ class _MjcfReader:
         return root
 
     def _body(self, body: Element, parent: str | None, frame: Floats, childclass: str | None) -> None:
-        """Read a body, the joints that hold it to its parent, and all that is in it.
+        """Read a body, the joints that connect it to its parent, and its contents.
 
         Args:
             body: The body.
-            parent: Link that holds it; None for the root.
-            frame: (7,) what its own pose is relative to, in the parent.
-            childclass: Default class of what it holds.
+            parent: Parent link; None for the root.
+            frame: (7,) frame of its pose in the parent.
+            childclass: Default class of its contents.
         """
         name = body.required("name")
         childclass = body.get("childclass") or childclass
         if parent is not None:
             self._connect(body, name, parent, compose(frame, self.document.pose(body)), childclass)
             if body.attrib.pop("mocap", "false") == "true":
-                self.notes.add("mocap-body", body, "the mocap body is taken as fixed")
+                self.notes.add("mocap-body", body, "the mocap body is treated as fixed")
         geoms: list[Geom] = []
         bodies: list[tuple[Element, Floats, str | None]] = []
         self._contents(body, _IDENTITY, childclass, geoms, bodies)
         inertial = self.inertials[name] = body_inertial(self.document, body, geoms)
         self.links.append(body_link(name, geoms))
         if inertial is None and any(math.isnan(geom.mass) for geom in weighed(self.document, geoms)):
-            self.notes.add("mesh-mass", body, "only MuJoCo can weigh its shapes; default drive gains leave them out")
+            self.notes.add(
+                "mesh-mass", body, "only MuJoCo can compute the mass of its shapes; default drive gains ignore them"
+            )
         if any(geom.geometry is None and geom.collides for geom in geoms):
-            self.notes.add("mujoco-shape", body, "it collides by a shape that only MuJoCo has")
+            self.notes.add("mujoco-shape", body, "it has a collision shape that only MuJoCo supports")
         for child, at, inner in bodies:
             self._body(child, name, at, inner)
 
@@ -229,7 +231,7 @@ class _MjcfReader:
         geoms: list[Geom],
         bodies: list[tuple[Element, Floats, str | None]],
     ) -> None:
-        """Collect what a body holds, also inside of ``<frame>``, in the file's order."""
+        """Collect the contents of a body, including those of ``<frame>``, in the file's order."""
         for child in holder.children():
             if child.tag == "geom":
                 geoms.append(read_geom(self.document, self.document.with_defaults(child, childclass), frame))
@@ -239,12 +241,12 @@ class _MjcfReader:
                 inner = compose(frame, self.document.pose(child))
                 self._contents(child, inner, child.get("childclass") or childclass, geoms, bodies)
             elif child.tag in ("joint", "freejoint") and holder.tag == "frame":
-                child.refuse("joints inside of <frame> are not read; put it into the body itself.")
+                child.refuse("joints inside <frame> are not supported; move the joint to the body itself.")
 
     def _connect(self, body: Element, name: str, parent: str, pose: Floats, childclass: str | None) -> None:
         """Add the joints between a body and its parent.
 
-        A joint turns about its own anchor in the body; so link k has its origin at anchor k, and a fixed joint
+        A joint turns about its own anchor in the body. Link k therefore has its origin at anchor k, and a fixed joint
         leads from the last anchor to the body's origin.
         """
         anchor = np.zeros(3)
@@ -271,23 +273,23 @@ class _MjcfReader:
         name = element.required("name")
         kind = "free" if element.tag == "freejoint" else joint.get("type", "hinge")
         if kind == "ball":
-            element.refuse("ball joints are not supported: they have no single position; use three hinges.")
+            element.refuse(
+                "ball joints are not supported, because they do not have a single position; use three hinges."
+            )
         if kind == "free":
             others = [other for other in self.world_bodies if other != child]
             if child in self.world_bodies and others:
                 element.refuse(
                     f"'{child}' can only move freely if it is the only body of <worldbody>; remove {', '.join(others)} or the "
-                    "free joint; objects belong into the scene of the task."
+                    "free joint; objects belong in the scene of the task."
                 )
-            element.refuse(
-                f"'{child}' moves freely inside the robot; only the body in <worldbody> can have a free joint."
-            )
+            element.refuse(f"'{child}' has a free joint inside the robot; only a body in <worldbody> can have one.")
         if kind not in ("hinge", "slide"):
-            element.refuse(f"no joint type is named '{kind}'; there are hinge, slide, ball and free.")
+            element.refuse(f"the joint type '{kind}' does not exist; available: hinge, slide, ball, free.")
         axis = np.array(joint.numbers("axis", 3, "0 0 1"))
         length = math.sqrt(float((axis * axis).sum()))
         if length < 1e-9:
-            element.refuse("the axis is zero; give its direction.")
+            element.refuse("the axis is zero; specify its direction.")
         axis = axis / length
         hinge = kind == "hinge"
         scale = self.document.angle(1.0) if hinge else 1.0
@@ -313,7 +315,7 @@ class _MjcfReader:
         )
 
     def _range(self, element: Element, attribute: str, flag: str) -> tuple[float, float]:
-        """Return a range as it stands in the file; infinite where it does not hold."""
+        """Return a range from the file; infinite if it does not apply."""
         limited = element.get(flag, "auto")
         if limited == "auto":
             limited = str(self.document.autolimits and attribute in element.attrib).lower()
@@ -325,7 +327,7 @@ class _MjcfReader:
         return low, high
 
     def _actuator_efforts(self) -> dict[str, float]:
-        """Return the largest effort that the file's actuators give each joint they act on, or infinity [N·m or N]."""
+        """Return the maximum effort of the file's actuators for each joint they act on, or infinity [N·m or N]."""
         efforts: dict[str, float] = {}
         tendons = {tendon.get("name"): tendon for tendon in self.document.children("fixed", of="tendon")}
         for plain in self.document.children(of="actuator"):
@@ -339,16 +341,16 @@ class _MjcfReader:
             if tendon := tendons.get(element.get("tendon")):
                 shares = {each.required("joint"): abs(each.number("coef")) for each in tendon.children("joint")}
             if not shares:
-                self.notes.add("actuator-lost", plain, "it acts on no joint, and drives only act on joints")
+                self.notes.add("actuator-lost", plain, "it does not act on a joint, and drives only act on joints")
             for name, share in shares.items():
                 if share * gear > 0.0:
                     efforts[name] = efforts.get(name, 0.0) + share * gear * max(abs(low), abs(high))
         return efforts
 
     def _passive_joints(self) -> tuple[str, ...]:
-        """Return the names of the joints without a drive, and note them; their position is 0 where the file draws them.
+        """Return the names of the joints without a drive and add a note; they stay at 0, their position in the file.
 
-        A joint is driven if an actuator acts on it, on the joint that it follows, or on one that follows it.
+        A joint has a drive if an actuator acts on it, on the joint that it follows, or on a joint that follows it.
         """
         if not self.efforts:
             return ()
@@ -371,12 +373,12 @@ class _MjcfReader:
                     limits=replace(joint.limits, lower=lower, upper=upper),
                 )
         if passive:
-            text = f"no actuator acts on {', '.join(passive)}: they have no drive and no action"
+            text = f"no actuator acts on {', '.join(passive)}, so these joints have no drive and no action"
             self.notes.add("passive-joints", self.document.root, text)
         return tuple(passive)
 
     def _mimics(self) -> None:
-        """Take equalities between two joints that are straight lines as mimic joints."""
+        """Convert linear equalities between two joints to mimic joints."""
         places = {joint.name: i for i, joint in enumerate(self.joints)}
         elements: dict[str, Element] = {}
         for plain in self.document.children("joint", of="equality"):
@@ -388,7 +390,7 @@ class _MjcfReader:
             coefficients = [*element.numbers("polycoef", default="0 1 0 0 0"), 0.0, 0.0, 0.0, 0.0]
             offset, multiplier, *rest = coefficients[:5]
             if leader is None or any(rest) or element.get("active", "true") != "true":
-                text = f"the equality of joint '{follower}' is the engine's alone; both sides are driven"
+                text = f"only the engine uses the equality of joint '{follower}'; both sides are driven"
                 self.notes.add("engine-equality", element, text)
                 continue
             offset += self.references[follower] - multiplier * self.references[leader]

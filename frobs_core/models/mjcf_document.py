@@ -1,4 +1,4 @@
-"""An MJCF document put together: includes, defaults, compiler settings, absolute file paths."""
+"""An MJCF document with resolved includes, defaults, compiler settings and absolute file paths."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ Defaults = dict[str, dict[str, str]]
 
 
 class MjcfDocument:
-    """An MJCF document, ready to be read.
+    """An MJCF document with resolved includes.
 
     Args:
-        root: Its ``<mujoco>``; includes in it are replaced, files in it become absolute.
-        path: The main file, which includes and assets are relative to.
+        root: Its ``<mujoco>`` element. Includes in it are replaced, and file paths become absolute.
+        path: The main file. Includes and assets are relative to it.
 
     Raises:
-        ModelFileError: A file that it names is missing or broken.
+        ModelFileError: A file that it refers to is missing or broken.
     """
 
     def __init__(self, root: Element, path: Path) -> None:
@@ -55,17 +55,17 @@ class MjcfDocument:
         self.meshes = {mesh.get("name") or Path(mesh.get("file", "")).stem: mesh for mesh in assets}
 
     def children(self, *tags: str, of: str) -> Iterable[Element]:
-        """Yield the children with these tags, of all sections of one name: ``of="actuator"``."""
+        """Yield the children with these tags from all sections with a name: ``of="actuator"``."""
         for section in self.root.children(of):
             yield from section.children(*tags)
 
     def with_defaults(self, element: Element, childclass: str | None, tag: str = "") -> Element:
-        """Return a copy of an element that has the attributes of its default class too.
+        """Return a copy of an element with the attributes of its default class.
 
         Args:
             element: The element.
             childclass: Default class of the body that holds it.
-            tag: What its defaults stand under; its own tag where empty.
+            tag: Tag of its defaults; empty: its own tag.
         """
         name = element.get("class") or childclass or _MAIN
         if name not in self._classes:
@@ -75,11 +75,11 @@ class MjcfDocument:
         return merged
 
     def angle(self, value: float) -> float:
-        """Return an angle of the file in [rad]."""
+        """Convert an angle of the file to [rad]."""
         return math.radians(value) if self.degree else value
 
     def orientation(self, element: Element) -> Floats:
-        """Return the orientation that an element gives itself, (4,), scalar first."""
+        """Return the orientation that an element specifies, (4,), scalar first."""
         if "quat" in element.attrib:
             quat = np.array(element.numbers("quat", 4))
             return quat / self._length(element, "quat", quat)
@@ -101,14 +101,14 @@ class MjcfDocument:
         return np.array([1.0, 0.0, 0.0, 0.0])
 
     def pose(self, element: Element) -> Floats:
-        """Return where an element places itself, (7,): position [m] and quaternion."""
+        """Return the pose that an element specifies, (7,): position [m] and quaternion."""
         return np.concatenate([element.numbers("pos", 3, "0 0 0"), self.orientation(element)])
 
     def _euler(self, angles: tuple[float, ...]) -> Floats:
         quat = np.array([1.0, 0.0, 0.0, 0.0])
         for letter, angle in zip(self.sequence, angles, strict=True):
             turn = quat_from_axis_angle(np.eye(3)["xyz".index(letter.lower())], self.angle(angle))
-            # lower case: about the axes as turned so far; upper case: about the parent's
+            # lowercase: about the rotated axes; uppercase: about the parent's axes
             quat = quat_multiply(quat, turn) if letter.islower() else quat_multiply(turn, quat)
         return quat
 
@@ -140,7 +140,7 @@ class MjcfDocument:
                         continue
                     file = self.path.parent / folder / (Path(name).name if strip else name)
                     if not file.exists():
-                        element.refuse(f"the file '{name}' is missing: looked for {file}.")
+                        element.refuse(f"the file '{name}' is missing: {file} does not exist.")
                     pixels = check_asset(element, file, pixels)
                     element.set(attribute, str(file.resolve()))
         for element in self.root.children("compiler"):
@@ -148,7 +148,7 @@ class MjcfDocument:
 
 
 def shortest_from_z(axis: Floats) -> Floats:
-    """Return the shortest rotation that turns z to a unit vector, (4,)."""
+    """Return the shortest rotation from z to a unit vector, (4,)."""
     x, y, z = axis.tolist()
     sine = math.hypot(x, y)
     if sine < 1e-12:
@@ -157,7 +157,7 @@ def shortest_from_z(axis: Floats) -> Floats:
 
 
 def _include(element: Element, folder: Path, seen: set[Path]) -> None:
-    """Replace every ``<include>`` by what the file's root holds; MuJoCo takes each file once."""
+    """Replace every ``<include>`` with the contents of the file's root. MuJoCo accepts each file only once."""
     for i in range(len(element) - 1, -1, -1):
         child = element[i]
         assert isinstance(child, Element)
@@ -166,9 +166,9 @@ def _include(element: Element, folder: Path, seen: set[Path]) -> None:
             continue
         file = (folder / child.required("file")).resolve()
         if file in seen:
-            child.refuse(f"'{file}' is included already.")
+            child.refuse(f"'{file}' is already included.")
         if not file.exists():
-            child.refuse(f"the file '{child.get('file')}' is missing: looked for {file}.")
+            child.refuse(f"the file '{child.get('file')}' is missing: {file} does not exist.")
         seen.add(file)
         included = parse_xml(read_bytes(file), file)
         _include(included, folder, seen)

@@ -1,4 +1,4 @@
-"""Shapes and masses of MJCF bodies: what collides, what is only drawn, and what a body weighs, as MuJoCo computes it."""
+"""Shapes and masses of MJCF bodies: collision shapes, visuals and inertials, computed as in MuJoCo."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ class Geom:
     """A geom of a body.
 
     Attributes:
-        geometry: Its shape; None: one that only MuJoCo has, such as an ellipsoid or a height field.
-        pose: (7,) in the body's frame.
-        collides: Whether it touches anything.
+        geometry: Its shape; None for shapes that only MuJoCo supports, such as an ellipsoid or a height field.
+        pose: (7,) pose in the body's frame.
+        collides: Whether it collides.
         rgba: Its color, or None.
         group: Number of its group.
-        mass: [kg]; NaN: only MuJoCo can compute it.
+        mass: [kg]; NaN if only MuJoCo can compute it.
         inertia: (3, 3) about its center in its own axes, for a mass of 1 kg [m²].
     """
 
@@ -63,7 +63,7 @@ def read_geom(document: MjcfDocument, geom: Element, frame: Floats) -> Geom:
     Args:
         document: Its document.
         geom: The element, with the attributes of its defaults.
-        frame: (7,) of the ``<frame>`` that holds it, in the body.
+        frame: (7,) pose of the enclosing ``<frame>`` in the body.
 
     Raises:
         ModelFileError: Its size is missing.
@@ -82,7 +82,7 @@ def read_geom(document: MjcfDocument, geom: Element, frame: Floats) -> Geom:
     elif "mass" in geom.attrib:
         mass = geom.number("mass")
         if mass and math.isnan(volume):
-            mass = math.nan  # where it is, is unknown
+            mass = math.nan  # unknown center of mass
     else:
         density = geom.number("density", "1000")
         mass = density * volume if density else 0.0
@@ -95,17 +95,17 @@ def read_geom(document: MjcfDocument, geom: Element, frame: Floats) -> Geom:
 
 
 def _placed(document: MjcfDocument, geom: Element, kind: str) -> tuple[Floats, list[float]]:
-    """Return where a geom is in what holds it, (7,), and its sizes."""
+    """Return the pose of a geom in its parent, (7,), and its sizes."""
     size = list(geom.numbers("size")) if "size" in geom.attrib else []
     pose = document.pose(geom)
     if kind not in _SIZES or "mesh" in geom.attrib:
         return pose, size
     if "fromto" in geom.attrib and kind != "sphere":
         ends = np.array(geom.numbers("fromto", 6)).reshape(2, 3)
-        span = ends[0] - ends[1]  # as MuJoCo does: z points at the first end
+        span = ends[0] - ends[1]  # as in MuJoCo, z points to the first end
         length = math.sqrt(float(span @ span))
         if length == 0.0:
-            geom.refuse("the two points of fromto are the same.")
+            geom.refuse("the two points of fromto are equal.")
         pose = np.concatenate([ends.mean(axis=0), shortest_from_z(span / length)])
         size = size[:1] * (_SIZES[kind] - 1) + [0.5 * length]
     if len(size) < _SIZES[kind]:
@@ -148,7 +148,7 @@ def body_link(name: str, geoms: Sequence[Geom]) -> Link:
 
 
 def body_inertial(document: MjcfDocument, body: Element, geoms: Sequence[Geom]) -> Inertial | None:
-    """Return what a body weighs, None for nothing: its ``<inertial>`` or the sum of its geoms, as the file's compiler says."""
+    """Return a body's inertial, or None: its ``<inertial>`` or the sum of its geoms, by the compiler settings."""
     source = document.compiler.get("inertiafromgeom", "auto")
     element = body.child("inertial")
     if element is not None and source != "true":
@@ -158,8 +158,8 @@ def body_inertial(document: MjcfDocument, body: Element, geoms: Sequence[Geom]) 
     heavy = weighed(document, geoms)
     mass = sum(geom.mass for geom in heavy)
     if mass > MAX_MASS:
-        body.refuse(f"its shapes weigh {mass:g} kg; the limit is {MAX_MASS:g} kg.")
-    if not mass > 0.0:  # nothing, or unknown
+        body.refuse(f"its shapes have a mass of {mass:g} kg; the limit is {MAX_MASS:g} kg.")
+    if not mass > 0.0:  # zero or unknown
         return None
     center = sum((geom.mass * geom.pose[:3] for geom in heavy), np.zeros(3)) / mass
     inertia = np.zeros((3, 3))
@@ -171,7 +171,7 @@ def body_inertial(document: MjcfDocument, body: Element, geoms: Sequence[Geom]) 
 
 
 def weighed(document: MjcfDocument, geoms: Sequence[Geom]) -> list[Geom]:
-    """Return the geoms that give a body its mass."""
+    """Return the geoms that contribute to a body's mass."""
     low, high = (int(word) for word in document.compiler.get("inertiagrouprange", "0 5").split())
     return [geom for geom in geoms if low <= geom.group <= high and geom.mass]
 
@@ -179,7 +179,7 @@ def weighed(document: MjcfDocument, geoms: Sequence[Geom]) -> list[Geom]:
 def _read_inertial(document: MjcfDocument, element: Element) -> Inertial:
     mass = element.number("mass")
     if mass < 0.0:
-        element.refuse(f"a mass of {mass:g} kg.")
+        element.refuse(f"the mass is {mass:g} kg.")
     if "fullinertia" in element.attrib:
         xx, yy, zz, xy, xz, yz = element.numbers("fullinertia", 6)
     else:
@@ -190,7 +190,7 @@ def _read_inertial(document: MjcfDocument, element: Element) -> Inertial:
 def compiled_inertials(
     compiler: Mapping[str, str], inertials: Mapping[str, Inertial | None]
 ) -> dict[str, Inertial | None]:
-    """Return the masses of all bodies after the compiler settings that change them: bounds, balance and total."""
+    """Return the inertials of all bodies after the compiler settings that change them: bounds, balance and total."""
     least_mass, least_moment, total = (
         float(compiler.get(name, "0")) for name in ("boundmass", "boundinertia", "settotalmass")
     )

@@ -1,4 +1,4 @@
-"""Checks of an MJCF document before MuJoCo sees it: counts, sizes and files that would take its memory or its time."""
+"""Checks of an MJCF document before MuJoCo reads it: counts, sizes and files that would exhaust memory or time."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from frobs_core.models.mesh_files import MAX_BYTES
 from frobs_core.models.xmltree import Element
 
 MAX_PIXELS = 2**24
-"""Most pixels of all textures, and most cells of all height fields, of a file together."""
+"""Maximum total pixels of the textures, and maximum total cells of the height fields, in a file."""
 
 MAX_COUNTS: Mapping[str, int] = {"geom": 3_000, "site": 5_000, "joint": 2_000, "camera": 500, "light": 500}
-"""Most elements of a kind."""
+"""Maximum number of elements of a kind."""
 
 MAX_MJCF_ELEMENTS = 20_000
-"""Most elements of an MJCF file, includes among them."""
+"""Maximum number of elements of an MJCF file, including its includes."""
 
 MAX_MESH_PARAMETER = 200
-"""Largest parameter of a mesh that MuJoCo makes itself (``<mesh builtin="…" params="…"/>``)."""
+"""Maximum parameter of a generated mesh (``<mesh builtin="…" params="…"/>``)."""
 
 _LIMITS: Mapping[str, float] = {
     "mass": MAX_MASS,
@@ -36,10 +36,10 @@ _FACES_OF_A_CUBE = 6
 
 
 def check_numbers(root: Element) -> None:
-    """Check the number of elements, and the sizes that they have.
+    """Check the number of elements and their sizes.
 
     Raises:
-        ModelFileError: One exceeds its limit.
+        ModelFileError: A limit is exceeded.
     """
     counts = Counter(element.tag for element in root.iter())
     if counts.total() > MAX_MJCF_ELEMENTS:
@@ -59,7 +59,7 @@ def check_numbers(root: Element) -> None:
 
 
 def _check_areas(root: Element) -> None:
-    """Check the pixels and cells that need no file."""
+    """Check the pixels and cells that do not come from files."""
     for tag, width, height in (("hfield", "ncol", "nrow"), ("texture", "width", "height")):
         total = 0.0
         for element in root.descendants(tag):
@@ -71,15 +71,15 @@ def _check_areas(root: Element) -> None:
 
 
 def check_asset(element: Element, file: Path, pixels: float) -> float:
-    """Check a file that MuJoCo opens.
+    """Check a file that MuJoCo will open.
 
     Args:
-        element: What names it.
+        element: Element that refers to the file.
         file: The file.
-        pixels: Those of the files that were checked before.
+        pixels: Total pixels or cells of the files checked so far.
 
     Returns:
-        Pixels or cells of all files.
+        Total pixels or cells including this file.
 
     Raises:
         ModelFileError: It is not a regular file, or exceeds a limit.

@@ -1,4 +1,4 @@
-"""What a robot's model file says, whatever its format: one truth that every simulator builds from."""
+"""The content of a robot's model file, independent of its format. Every simulator builds robots from it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Pose:
     """A rigid transform.
 
     Attributes:
-        pos: [m]
+        quat_wxyz: Unit quaternion, scalar first.
         quat_wxyz: Of length 1, scalar first.
     """
 
@@ -61,7 +61,7 @@ class Cylinder:
 
     Attributes:
         radius: [m]
-        length: Full [m].
+        length: Full length [m].
     """
 
     radius: float
@@ -74,7 +74,7 @@ class Capsule:
 
     Attributes:
         radius: [m]
-        length: Of the cylinder between the two half spheres [m].
+        length: Length of the cylinder between the two hemispheres [m].
     """
 
     radius: float
@@ -87,9 +87,9 @@ class Mesh:
 
     Attributes:
         path: The file.
-        scale: For each axis.
-        decomposed: Whether it collides as convex pieces that together have its shape, so that holes stay open; otherwise
-            it collides as its convex hull. Needs ``pip install 'frobs-core[decomposition]'``.
+        scale: Scale factor for each axis.
+        decomposed: Whether it collides as convex pieces that approximate its shape, so that holes stay open. Otherwise
+            it collides as its convex hull. Requires ``pip install 'frobs-core[decomposition]'``.
     """
 
     path: Path
@@ -102,12 +102,12 @@ Geometry: TypeAlias = Box | Sphere | Cylinder | Capsule | Mesh
 
 @dataclass(frozen=True)
 class Visual:
-    """What a link looks like.
+    """A visual shape of a link.
 
     Attributes:
         geometry: Its shape.
-        origin: In the link's frame.
-        rgba: Each in [0, 1]; None: the file gives no colour.
+        origin: Pose in the link's frame.
+        rgba: Color, each component in [0, 1]; None if the file does not define one.
     """
 
     geometry: Geometry
@@ -117,11 +117,11 @@ class Visual:
 
 @dataclass(frozen=True)
 class Collision:
-    """What a link collides with.
+    """A collision shape of a link.
 
     Attributes:
         geometry: Its shape.
-        origin: In the link's frame.
+        origin: Pose in the link's frame.
     """
 
     geometry: Geometry
@@ -134,8 +134,8 @@ class Inertial:
 
     Attributes:
         mass: [kg]
-        origin: Centre of mass and axes of the inertia, in the link's frame.
-        inertia: (ixx, ixy, ixz, iyy, iyz, izz) about the centre of mass [kg·m²].
+        origin: Center of mass and axes of the inertia, in the link's frame.
+        inertia: (ixx, ixy, ixz, iyy, iyz, izz) about the center of mass [kg·m²].
     """
 
     mass: float
@@ -148,10 +148,10 @@ class Link:
     """One rigid body of a robot.
 
     Attributes:
-        name: Unique in the robot.
-        inertial: None: the file gives no inertia.
-        visuals: What it looks like.
-        collisions: What it collides with.
+        name: Name, unique in the robot.
+        inertial: Mass and inertia; None if the file does not define them.
+        visuals: Visual shapes.
+        collisions: Collision shapes.
     """
 
     name: str
@@ -161,7 +161,7 @@ class Link:
 
 
 class JointType(Enum):
-    """How a joint moves. ``continuous`` is revolute without limits."""
+    """Type of a joint's motion. ``continuous`` is revolute without limits."""
 
     REVOLUTE = "revolute"
     CONTINUOUS = "continuous"
@@ -173,7 +173,7 @@ class JointType(Enum):
 
 @dataclass(frozen=True)
 class JointLimits:
-    """Limits of a joint; infinite where the file gives none.
+    """Limits of a joint; infinite if the file does not define them.
 
     Attributes:
         lower: [rad or m]
@@ -193,8 +193,8 @@ class Mimic:
     """A joint that follows an actuated one: position = multiplier · position of ``joint`` + offset.
 
     Attributes:
-        joint: Name of the joint that is followed.
-        multiplier: Of its position.
+        joint: Name of the joint to follow.
+        multiplier: Multiplier of its position.
         offset: [rad or m]
     """
 
@@ -205,20 +205,20 @@ class Mimic:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint: its child link's frame is ``origin`` in the parent's, then moved along or about ``axis``.
+    """A joint. Its child link's frame is ``origin`` in the parent's frame, moved along or about ``axis``.
 
     Attributes:
-        name: Unique in the robot.
-        type: How it moves.
-        parent: Name of the link that carries it.
-        child: Name of the link that it moves.
-        origin: Of its frame in the parent's.
+        name: Name, unique in the robot.
+        type: Type of motion.
+        parent: Name of the parent link.
+        child: Name of the child link.
+        origin: Pose of its frame in the parent's frame.
         axis: Unit vector in the joint's frame.
-        limits: Of its motion.
+        limits: Limits of its motion.
         damping: [N·m·s/rad or N·s/m]
         friction: [N·m or N]
-        armature: Inertia of the motor behind its gear [kg·m² or kg].
-        mimic: What it follows; None: nothing.
+        armature: Inertia of the motor, reflected through its gear [kg·m² or kg].
+        mimic: Joint that it follows; None: none.
     """
 
     name: str
@@ -241,13 +241,13 @@ class RobotModel:
     Attributes:
         name: The robot's name in the file.
         path: The file.
-        format: ``"urdf"`` or ``"mjcf"``; a xacro has become a URDF.
-        xml: The file's text, macros expanded and resource paths absolute.
+        format: ``"urdf"`` or ``"mjcf"``; xacro files are expanded to URDF.
+        xml: The file's text with expanded macros and absolute resource paths.
         links: All links, in file order.
         joints: All joints, in file order.
-        notes: What was changed or left out when the file was read.
-        passive_joints: Names of the joints that move and have no drive, because the file's actuators leave them out.
-        root_pose: Where the file puts the root link.
+        notes: Notes about everything that was changed or ignored when the file was read.
+        passive_joints: Names of the moving joints without a drive, because no actuator in the file acts on them.
+        root_pose: Pose of the root link in the file.
     """
 
     name: str
@@ -262,33 +262,33 @@ class RobotModel:
 
     @cached_property
     def root(self) -> str:
-        """Name of the link that is no joint's child."""
+        """Name of the link that is not the child of any joint."""
         children = {joint.child for joint in self.joints}
         return next(link.name for link in self.links if link.name not in children)
 
     @cached_property
     def actuated_joints(self) -> tuple[Joint, ...]:
-        """The revolute, continuous and prismatic joints that mimic no other and are not passive, in file order."""
+        """The revolute, continuous and prismatic joints that are neither mimic joints nor passive, in file order."""
         return tuple(joint for joint in self.joints if joint.mimic is None and self.leader(joint) is not None)
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of :attr:`actuated_joints`: the order of every joint array."""
+        """Names of :attr:`actuated_joints`, in the order of every joint array."""
         return tuple(joint.name for joint in self.actuated_joints)
 
     def leader(self, joint: Joint) -> Mimic | None:
-        """Return the actuated joint that a joint follows, for an actuated one itself; None: it is fixed or passive."""
+        """Return the actuated joint that a joint follows, or the joint itself; None if it is fixed or passive."""
         if joint.type not in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC):
             return None
         return None if joint.name in self.passive_joints else joint.mimic or Mimic(joint.name)
 
     @cached_property
     def _chains(self) -> dict[str, Chain]:
-        """Kinematics of the frames that were asked for, by name."""
+        """Cached kinematics of the requested frames, by name."""
         return {}
 
     def frame_pose(self, frame: str, joint_positions: Floats) -> tuple[Floats, Floats]:
-        """Return where a link is, relative to the root link.
+        """Return the pose of a link relative to the root link.
 
         Args:
             frame: Name of a link.
@@ -298,7 +298,7 @@ class RobotModel:
             pos (n, 3) [m] and quat_wxyz (n, 4).
 
         Raises:
-            UnknownNameError: No link is named so.
+            UnknownNameError: The link does not exist.
         """
         from frobs_core.models.kinematics import forward_kinematics
 

@@ -1,4 +1,4 @@
-"""What was done to a model file when it was read: each departure from the file is a note, and each note obeys a rule."""
+"""Notes about changes to a model file while it was read. Each note follows a rule."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Treatment(Enum):
-    """What becomes of an element of a model file."""
+    """Treatment of an element of a model file."""
 
     KEPT = "kept"
     APPROXIMATED = "approximated"
@@ -23,14 +23,14 @@ class Treatment(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Rule:
-    """How one peculiarity of model files is treated.
+    """Treatment of one peculiarity of model files.
 
     Attributes:
-        name: Of the rule: ``"impossible-inertia"``.
-        about: What the file says, or leaves out.
-        treatment: What becomes of it.
-        text: What is done.
-        fault: Whether the author of the file should mend it; a robot's conformance check fails where one should.
+        name: Name of the rule: ``"impossible-inertia"``.
+        about: Content, or missing content, that the rule applies to.
+        treatment: Treatment of the element.
+        text: What the reader does.
+        fault: Whether the author of the file should fix it. A robot's conformance check then fails.
     """
 
     name: str
@@ -42,13 +42,13 @@ class Rule:
 
 @dataclass(frozen=True)
 class Note:
-    """One thing that a model does not hold as its file says it, or that is worth knowing.
+    """A difference between a model and its file, or another remarkable fact.
 
     Attributes:
-        element: What it is about, as the file has it: ``<link name="forearm">``.
-        rule: Name of the rule that was followed, a key of ``RULES``.
-        text: What was found and done, without the element.
-        line: 1-based line in the file, or None where it is not known (a xacro, or the whole file).
+        element: The element, as in the file: ``<link name="forearm">``.
+        rule: Name of the rule, a key of ``RULES``.
+        text: The finding and its treatment, without the element.
+        line: 1-based line in the file, or None if unknown (a xacro, or the whole file).
     """
 
     element: str
@@ -58,12 +58,12 @@ class Note:
 
     @property
     def treatment(self) -> Treatment:
-        """What became of the element."""
+        """Treatment of the element."""
         return RULES[self.rule].treatment
 
     @property
     def fault(self) -> bool:
-        """Whether the author of the file should mend it."""
+        """Whether the author of the file should fix it."""
         return RULES[self.rule].fault
 
     def __str__(self) -> str:
@@ -72,15 +72,15 @@ class Note:
 
 
 class Notes(list[Note]):
-    """Notes while a file is read."""
+    """Notes that are collected while a file is read."""
 
     def add(self, rule: str, element: Element, text: str) -> None:
-        """Note what was done to an element.
+        """Add a note about an element.
 
         Args:
             rule: Name of the rule.
-            element: What it is about.
-            text: What was found and done.
+            element: The element.
+            text: The finding and its treatment.
         """
         assert rule in RULES
         self.append(Note(element.named(), rule, text, element.line))
@@ -90,4 +90,4 @@ RULES: Mapping[str, Rule] = {
     name: Rule(name=name, **{**fields, "treatment": Treatment(fields["treatment"])})
     for name, fields in json.loads(Path(__file__).with_name("rules.json").read_text("utf-8")).items()
 }
-"""Every rule by name, in the order of the documentation's table."""
+"""All rules by name, in the order of the documentation's table."""

@@ -1,4 +1,4 @@
-"""Where model files and what they refer to are found, without ROS."""
+"""Locating model files and the files that they refer to, without ROS."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from frobs_core.files import read_limited
 _PACKAGE = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 _MAX_PACKAGE_BYTES = 2**20
 _NO_PACKAGES_BELOW = ("CATKIN_IGNORE", "AMENT_IGNORE", "rospack_nosubdirs")
-_SCHEME = re.compile(r"^([A-Za-z][A-Za-z0-9+.-]+)://(.*)$", re.DOTALL)  # one letter is a Windows drive
+_SCHEME = re.compile(r"^([A-Za-z][A-Za-z0-9+.-]+)://(.*)$", re.DOTALL)  # a single letter is a Windows drive
 
 
 def resolve_path(path: str | Path) -> Path:
     """Return the absolute path of a file or of ``"package:relative/path"`` inside an installed package.
 
-    A file of that very name comes first, so paths with a colon work.
+    Existing files take precedence, so paths with a colon work.
 
     Raises:
-        ModelFileError: There is no such file or package; the message names what is near.
+        ModelFileError: The file or package does not exist; the message suggests similar names.
     """
     text = os.path.expanduser(path)
     if os.path.exists(text):
@@ -34,15 +34,17 @@ def resolve_path(path: str | Path) -> Path:
         try:
             base = Path(str(files(package)))
         except (ImportError, TypeError) as error:
-            raise ModelFileError(text, f"the Python package '{package}' is not installed here.") from error
+            raise ModelFileError(text, f"the Python package '{package}' is not installed.") from error
         if (base / inside).exists():
             return (base / inside).resolve()
-        raise ModelFileError(base / inside, f"no such file in the package '{package}'.{_beside(base / inside)}")
-    raise ModelFileError(text, f"no such file.{_beside(Path(text))}")
+        raise ModelFileError(
+            base / inside, f"the package '{package}' does not contain this file.{_beside(base / inside)}"
+        )
+    raise ModelFileError(text, f"the file does not exist.{_beside(Path(text))}")
 
 
 def _beside(path: Path) -> str:
-    """Say what is in the nearest folder that exists, above a path that does not."""
+    """Describe the contents of the nearest existing folder above a missing path."""
     folder = path.absolute().parent
     while not folder.is_dir():
         path, folder = folder, folder.parent
@@ -55,15 +57,15 @@ def _beside(path: Path) -> str:
 
 
 class Packages:
-    """ROS packages by name, found without ROS.
+    """Locations of ROS packages by name, without ROS.
 
-    Looked for in this order: the folders given; those of ``ROS_PACKAGE_PATH``, ``AMENT_PREFIX_PATH`` and
-    ``GAZEBO_MODEL_PATH``; all folders below ``ROS_PACKAGE_PATH``; the folders above the model file that are named so or whose ``package.xml`` names them so,
-    and the folders beside those. A folder above the file that is named so counts at any height; what is beside, and
-    without such a name, up to the folder beside the package that holds the file.
+    The search order is: the given folders; the folders of ``ROS_PACKAGE_PATH``, ``AMENT_PREFIX_PATH`` and
+    ``GAZEBO_MODEL_PATH``; all folders below ``ROS_PACKAGE_PATH``; folders above the model file whose own name or
+    ``package.xml`` matches, and the folders beside them. A folder above the file that has the name itself matches at
+    any height. All others match up to the folder beside the package that contains the file.
 
     Args:
-        given: Folder of each package by name; also ``"package:relative/path"`` of an installed Python package.
+        given: Folder of each package by name, or ``"package:relative/path"`` of an installed Python package.
         file: The model file.
     """
 
@@ -75,12 +77,12 @@ class Packages:
         """Return the folder of a package.
 
         Raises:
-            ModelFileError: It is nowhere; the message names where it was looked for.
+            ModelFileError: The package is not found; the message lists the searched locations.
         """
         if name in self.given:
             folder = resolve_path(self.given[name])
             if not folder.is_dir():
-                raise ModelFileError(folder, f"package_paths names it for '{name}', but it is no folder.")
+                raise ModelFileError(folder, f"package_paths sets it for '{name}', but it is not a folder.")
             return folder
         searched = self._folders()
         for folder in searched:
@@ -93,27 +95,27 @@ class Packages:
             if folder.name == name:
                 return folder
         close = nearest(name, self.given)
-        hint = f" Did you mean '{close}', which package_paths names?" if close else ""
-        places = ", ".join(["package_paths", *map(str, searched), "the names of all folders above"])
+        hint = f" Did you mean '{close}', which is in package_paths?" if close else ""
+        places = ", ".join(["package_paths", *map(str, searched), "the names of all parent folders"])
         raise ModelFileError(
             self.file,
-            f"the ROS package '{name}' is not found; say where it is with package_paths={{'{name}': FOLDER}} or "
+            f"the ROS package '{name}' is not found; set its location with package_paths={{'{name}': FOLDER}} or "
             f"ROS_PACKAGE_PATH.{hint} Looked in: {places}.",
         )
 
     def _folders(self) -> list[Path]:
-        """Folders that are packages or hold them, in the order in which they are searched."""
+        """Folders that are packages or contain them, in search order."""
         folders = path_folders("ROS_PACKAGE_PATH")
         folders += [Path(p) / "share" for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
         folders += [Path(p) for p in os.environ.get("GAZEBO_MODEL_PATH", "").split(os.pathsep) if p]
         above = list(self.file.parents)
         roots = [i for i, folder in enumerate(above) if (folder / "package.xml").is_file()]
-        depth = roots[0] + 2 if roots else 3  # without a package.xml: not up to the root of the disk
+        depth = roots[0] + 2 if roots else 3  # without a package.xml, do not search up to the root of the disk
         return list(dict.fromkeys(folders + above[:depth]))
 
     @cached_property
     def _workspace(self) -> dict[str, Path]:
-        """The packages below ``ROS_PACKAGE_PATH`` by name."""
+        """Packages below ``ROS_PACKAGE_PATH``, by name."""
         folders = [folder for root in path_folders("ROS_PACKAGE_PATH") for folder in packages_below(root)]
         return {package_name(folder): folder for folder in reversed(folders)}
 
@@ -122,35 +124,35 @@ class Packages:
 
         Args:
             uri: ``package://name/path``, ``model://name/path``, ``file:///path``, or a path.
-            base: Folder that relative paths begin at.
+            base: Folder that relative paths refer to.
 
         Raises:
-            ModelFileError: It is not there, or the scheme is none of these.
+            ModelFileError: The file does not exist, or the scheme is not supported.
         """
         match = _SCHEME.match(uri)
         if match is None:
             found = base / os.path.expanduser(uri)
         elif match[1] in ("package", "model"):
-            package, _, inside = match[2].lstrip("/").partition("/")  # a third slash is a common slip
+            package, _, inside = match[2].lstrip("/").partition("/")  # a third slash is a common mistake
             found = self.find(package) / inside
         elif match[1] == "file":
             found = base / re.sub(r"^localhost(?=/)", "", match[2])
         else:
             raise ModelFileError(
-                self.file, f"'{uri}': nothing is fetched by {match[1]}://; use package://, file:// or a path."
+                self.file, f"'{uri}': {match[1]}:// is not supported; use package://, file:// or a path."
             )
         if not found.is_file():
-            raise ModelFileError(self.file, f"the file '{uri}' is missing: looked for {found}.{_beside(found)}")
+            raise ModelFileError(self.file, f"the file '{uri}' is missing: {found} does not exist.{_beside(found)}")
         return found.resolve()
 
 
 def path_folders(variable: str) -> list[Path]:
-    """Return the folders that a path variable of the environment lists."""
+    """Return the folders in a path variable of the environment."""
     return [Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
 
 
 def packages_below(root: Path) -> Iterator[Path]:
-    """Yield each ROS package at or below a folder, as rospack finds them; folders inside a package are not searched."""
+    """Yield each ROS package at or below a folder, like rospack; folders inside a package are not searched."""
     for folder, below, names in os.walk(root, followlinks=True):
         if "package.xml" in names:
             yield Path(folder)
@@ -162,7 +164,7 @@ def packages_below(root: Path) -> Iterator[Path]:
 
 
 def package_name(folder: Path) -> str:
-    """Return the name that a folder's ``package.xml`` gives it, else its own."""
+    """Return the package name from a folder's ``package.xml``, or else the folder's name."""
     try:
         text = read_limited(folder / "package.xml", _MAX_PACKAGE_BYTES).decode(errors="replace")
         match = _PACKAGE.search(text)

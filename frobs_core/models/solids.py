@@ -28,17 +28,17 @@ from frobs_core.rotations import matrix_from_quat
 def solid_inertial(
     shapes: Sequence[Visual | Collision], *, mass: float | None = None, density: float = 1000.0
 ) -> Inertial:
-    """Return the mass, center of mass and inertia of solid shapes of one density, in the frame of their origins.
+    """Return the mass, center of mass and inertia of solid shapes of equal density, in the frame of their origins.
 
-    Where shapes overlap, both count.
+    Overlapping volumes are counted for each shape.
 
     Args:
         shapes: At least one.
-        mass: Of all together [kg]; None: follows from the density.
-        density: [kg/m³]; has no effect where the mass is given.
+        mass: Total mass [kg]; None: computed from the density.
+        density: [kg/m³]; ignored if the mass is given.
 
     Raises:
-        ModelFileError: A mesh cannot be read, or its surface is not closed, so that it has no volume.
+        ModelFileError: A mesh cannot be read, or its surface is not closed, so its volume is unknown.
     """
     solids = [solid(shape.geometry) for shape in shapes]
     turns = [matrix_from_quat(np.array(shape.origin.quat_wxyz)) for shape in shapes]
@@ -68,7 +68,7 @@ def solid(geometry: Geometry) -> tuple[float, Floats, Floats]:
             across = (3 * r * r + length * length) / 12
             volume, moments = np.pi * r * r * length, [across, across, 0.5 * r * r]
         case Capsule(r, length):
-            ball = 4 * r / (4 * r + 3 * length)  # share of both half spheres together
+            ball = 4 * r / (4 * r + 3 * length)  # fraction of both hemispheres together
             rod = 1.0 - ball
             across = rod * (r * r / 4 + length**2 / 12) + ball * (0.4 * r * r + length**2 / 4 + 3 * length * r / 8)
             volume = np.pi * r * r * (length + 4 / 3 * r)
@@ -87,7 +87,7 @@ def _solid_mesh(mesh: Mesh) -> tuple[float, Floats, Floats]:
         raise ModelFileError(
             mesh.path,
             "the surface of the mesh is not closed, so its volume is unknown; "
-            "give the body a mass, a center_of_mass and an inertia.",
+            "set the body's mass, center_of_mass and inertia.",
         )
     volume = float(solid.volume)
     return volume, np.asarray(solid.center_mass, float), np.asarray(solid.moment_inertia, float) / volume

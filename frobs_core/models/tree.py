@@ -1,4 +1,4 @@
-"""What makes links and joints a tree."""
+"""Checks that links and joints form a tree."""
 
 from __future__ import annotations
 
@@ -10,32 +10,32 @@ from frobs_core.models.model import Joint, JointType, Mimic, RobotModel
 from frobs_core.models.xmltree import Element
 
 MAX_LINKS = 500
-"""More is no robot but a mistake; kinematics take the square of it."""
+"""Maximum number of links of a robot. Kinematics take time proportional to the square of it."""
 
 
 def check_count(count: int, what: str, document: Element) -> None:
-    """Check that a robot is not beyond all measure.
+    """Check the number of links.
 
     Raises:
         ModelFileError: It has more than :data:`MAX_LINKS` links.
     """
     if count > MAX_LINKS:
-        document.refuse(f"there are {count} {what}; a robot may have {MAX_LINKS}. Simplify it, or join what is fixed.")
+        document.refuse(f"the robot has {count} {what}; the limit is {MAX_LINKS}. Simplify it, or merge fixed links.")
 
 
 def check_unique(elements: Iterable[Element]) -> dict[str, Element]:
     """Return named elements by name.
 
     Raises:
-        ModelFileError: One has no name, or two have the same.
+        ModelFileError: An element has no name, or two have the same name.
     """
     named: dict[str, Element] = {}
     for element in elements:
         name = element.required("name")
         if name in named:
             first = named[name].line
-            where = f" the first is in line {first}" if first else " it is there twice"
-            element.refuse(f"the name '{name}' is taken:{where}.")
+            where = f" it first occurs in line {first}" if first else " it occurs twice"
+            element.refuse(f"the name '{name}' is already used:{where}.")
         named[name] = element
     return named
 
@@ -43,16 +43,16 @@ def check_unique(elements: Iterable[Element]) -> dict[str, Element]:
 def check_tree(
     links: Iterable[str], joints: Iterable[Joint], elements: Mapping[str, Element], document: Element
 ) -> None:
-    """Check that every link but one is the child of one joint, and that there are no rings.
+    """Check that every link except one is the child of exactly one joint, and that there are no cycles.
 
     Args:
         links: Names of the links.
         joints: The joints.
-        elements: Of the joints, by name.
-        document: What holds them.
+        elements: Elements of the joints, by name.
+        document: Element that contains them.
 
     Raises:
-        ModelFileError: A link has two parents, several links have none, or joints form a ring.
+        ModelFileError: A link has two parents, several links have no parent, or joints form a cycle.
     """
     links = list(links)
     above: dict[str, Joint] = {}
@@ -60,35 +60,35 @@ def check_tree(
         if joint.child in above:
             elements[joint.name].refuse(
                 f"the link '{joint.child}' is already the child of joint '{above[joint.child].name}'; loops are not "
-                "supported: cut it, or describe the robot in MJCF, which can close it with <equality>."
+                "supported. Cut the loop, or describe the robot in MJCF, which can close it with <equality>."
             )
         above[joint.child] = joint
     roots = [link for link in links if link not in above]
     if len(roots) > 1:
-        document.refuse(f"the links {', '.join(roots)} have no parent; join all but one with joints.")
+        document.refuse(f"the links {', '.join(roots)} have no parent; connect all but one with joints.")
     hang_from_root: set[str] = set(roots)
     for link in links:
-        seen: dict[str, None] = {}  # in order
+        seen: dict[str, None] = {}  # ordered
         at = link
         while at not in hang_from_root:
             if at in seen:
                 way = list(seen)
                 ring = " → ".join(reversed([*way[way.index(at) :], at]))
-                elements[above[at].name].refuse(f"the joints form a ring: {ring}.")
+                elements[above[at].name].refuse(f"the joints form a cycle: {ring}.")
             seen[at] = None
             at = above[at].parent
         hang_from_root |= seen.keys()
 
 
 def flatten_mimics(joints: Sequence[Joint], elements: Mapping[str, Element]) -> tuple[Joint, ...]:
-    """Return the joints, each that mimics another referring to an actuated one.
+    """Return the joints such that mimic joints refer to actuated joints.
 
     Args:
         joints: The joints.
-        elements: By joint name, what to blame.
+        elements: Elements for error messages, by joint name.
 
     Raises:
-        ModelFileError: Joints mimic each other in a ring, or one that has no position.
+        ModelFileError: Joints mimic each other in a cycle, or mimic a joint without a position.
     """
     by_name = {joint.name: joint for joint in joints}
     flat = []
@@ -111,7 +111,7 @@ def flatten_mimics(joints: Sequence[Joint], elements: Mapping[str, Element]) -> 
 
 
 def outward(model: RobotModel) -> list[Joint]:
-    """Return the joints, each after the one that its parent hangs on."""
+    """Return the joints such that each follows the joint of its parent."""
     below: dict[str, list[Joint]] = {}
     for joint in model.joints:
         below.setdefault(joint.parent, []).append(joint)
@@ -125,11 +125,11 @@ def outward(model: RobotModel) -> list[Joint]:
 
 
 def joints_below(model: RobotModel) -> dict[str, list[Joint]]:
-    """Return the joints that hang from each link, by the link's name.
+    """Return the joints below each link, by the link's name.
 
     Raises:
-        ModelFileError: A joint is floating or planar, which no engine simulates; or a joint is passive or a mass is not
-            known, which only MuJoCo simulates from the file.
+        ModelFileError: A joint is floating or planar, which no engine simulates. Or a joint is passive or a mass is
+            unknown, which only MuJoCo supports.
     """
     if model.passive_joints:
         raise ModelFileError(
@@ -140,7 +140,8 @@ def joints_below(model: RobotModel) -> dict[str, list[Joint]]:
     if unknown := [note.element for note in model.notes if note.rule == "mesh-mass"]:
         raise ModelFileError(
             model.path,
-            f"the mass of {', '.join(unknown)} follows from shapes that only simulator='mujoco' can weigh; give it an <inertial>.",
+            f"the mass of {', '.join(unknown)} depends on shapes that only simulator='mujoco' supports; "
+            "add an <inertial>.",
         )
     below: dict[str, list[Joint]] = {}
     for joint in model.joints:
@@ -148,7 +149,7 @@ def joints_below(model: RobotModel) -> dict[str, list[Joint]]:
             raise ModelFileError(
                 model.path,
                 f"joint '{joint.name}' is {joint.type.value}; only revolute, continuous, prismatic and fixed joints can be "
-                "simulated. For a free base, say base='floating' in the robot's description.",
+                "simulated. For a free base, set base='floating' in the robot's description.",
             )
         below.setdefault(joint.parent, []).append(joint)
     return below

@@ -1,8 +1,8 @@
 """The URDF reader.
 
-Nothing is changed silently. Refused: what has two meanings or none (two parents, a zero axis, a number that is not
-finite). Repaired, with a note in ``RobotModel.notes`` and in its ``xml``: what an engine could not simulate
-but has an obvious reading. The rules stand in ``frobs_core.models.RULES``.
+Nothing is changed silently. Ambiguous or meaningless elements raise an error (two parents, a zero axis, a number that
+is not finite). Elements that an engine could not simulate but that have an obvious interpretation are repaired, in the
+model's ``xml`` and with a note in ``RobotModel.notes``. The rules are in ``frobs_core.models.RULES``.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def read_urdf(root: Element, path: Path, packages: Packages) -> RobotModel:
     Mesh paths in ``root`` become absolute.
 
     Raises:
-        ModelFileError: It says something impossible; the message names the element, the file and the line.
+        ModelFileError: The document is invalid; the message contains the element, the file and the line.
     """
     notes = Notes()
     name = root.get("name", "").strip()
@@ -65,7 +65,7 @@ def read_urdf(root: Element, path: Path, packages: Packages) -> RobotModel:
 
 
 def read_joint(element: Element, links: Collection[str], joints: Collection[str]) -> Joint:
-    """Read where a joint is and how it moves; its limits and dynamics are left out.
+    """Read the origin and type of a joint, without its limits and dynamics.
 
     Args:
         element: The ``<joint>``.
@@ -73,7 +73,7 @@ def read_joint(element: Element, links: Collection[str], joints: Collection[str]
         joints: Names of the joints.
 
     Raises:
-        ModelFileError: Its type, one of its links, its axis or the joint that it mimics is missing or impossible.
+        ModelFileError: Its type, one of its links, its axis or the joint that it mimics is missing or invalid.
     """
     name = element.required("name")
     try:
@@ -81,7 +81,7 @@ def read_joint(element: Element, links: Collection[str], joints: Collection[str]
     except ValueError:
         known = [member.value for member in JointType]
         hint = suggestion(element.get("type", ""), known)
-        element.refuse(f"no joint type is named '{element.get('type')}'.{hint} There are {', '.join(known)}.")
+        element.refuse(f"the joint type '{element.get('type')}' does not exist.{hint} Available: {', '.join(known)}.")
     ends = []
     for tag in ("parent", "child"):
         end = element.child(tag)
@@ -122,17 +122,18 @@ def _joint(element: Element, links: dict[str, Element], joints: dict[str, Elemen
 
 
 def _held(joint: Joint, joints: Sequence[Joint], element: Element, notes: Notes) -> Joint:
-    """Return a joint that has one position, or none: what joins a robot to a world of the file becomes fixed."""
+    """Return a joint with at most one position. A joint that connects a robot to a world in the file becomes fixed."""
     if joint.type not in (JointType.FLOATING, JointType.PLANAR):
         return joint
     root = all(other.child != joint.parent for other in joints)
     if joint.type == JointType.PLANAR or not root or sum(other.parent == joint.parent for other in joints) > 1:
         element.refuse(
-            f"a {joint.type.value} joint inside of a robot has no single position and is not supported; use two "
-            "prismatic and one revolute joint (planar), with three revolute ones beside (floating). A base is freed by base='floating'."
+            f"a {joint.type.value} joint inside a robot has no single position and is not supported; use two "
+            "prismatic and one revolute joint (planar), and three revolute joints in addition (floating). "
+            "For a free base, set base='floating'."
         )
     element.set("type", "fixed")
-    notes.add("free-root", element, "the joint that frees the base is taken as fixed; say base='floating' instead")
+    notes.add("free-root", element, "the joint that frees the base is treated as fixed; set base='floating' instead")
     return replace(joint, type=JointType.FIXED)
 
 
@@ -144,11 +145,11 @@ def _not_negative(element: Element, attribute: str, limit: float = math.inf) -> 
 def _axis(element: Element) -> tuple[float, float, float]:
     axis = element.child("axis")
     if axis is None:
-        return (1.0, 0.0, 0.0)  # the default of URDF
+        return (1.0, 0.0, 0.0)  # URDF's default
     x, y, z = axis.numbers("xyz", 3)
     length = math.sqrt(x * x + y * y + z * z)
     if length < 1e-9:
-        axis.refuse(f"the axis of joint '{element.get('name')}' is zero; give its direction.")
+        axis.refuse(f"the axis of joint '{element.get('name')}' is zero; specify its direction.")
     if abs(length - 1.0) < 1e-12:
         return (x, y, z)
     return (x / length, y / length, z / length)
@@ -158,26 +159,26 @@ def _limits(element: Element, kind: JointType, notes: Notes) -> JointLimits:
     limit = element.child("limit")
     if limit is None:
         if kind != JointType.CONTINUOUS:
-            notes.add("no-range", element, f"a {kind.value} joint without <limit>; taken as unlimited")
+            notes.add("no-range", element, f"a {kind.value} joint without <limit>; treated as unlimited")
         return JointLimits()
     caps = []
     for attribute in ("velocity", "effort"):
         cap = _not_negative(limit, attribute)
         if cap == 0.0:
-            notes.add("no-cap", element, f"the {attribute} limit is 0 or not given; taken as unlimited")
+            notes.add("no-cap", element, f"the {attribute} limit is 0 or missing; treated as unlimited")
         caps.append(cap or math.inf)
     unlimited = JointLimits(velocity=caps[0], effort=caps[1])
     lower, upper = limit.number("lower", "0"), limit.number("upper", "0")
     if kind == JointType.CONTINUOUS:
         if lower < upper:
-            notes.add("continuous-range", element, f"the range {lower:g} to {upper:g} of a continuous joint, left out")
+            notes.add("continuous-range", element, f"the range {lower:g} to {upper:g} of a continuous joint, ignored")
         return unlimited
     if lower > upper or lower == upper == 0.0:
-        notes.add("no-range", element, f"lower={lower:g} and upper={upper:g} are no range; taken as unlimited")
+        notes.add("no-range", element, f"lower={lower:g} and upper={upper:g} are not a range; treated as unlimited")
         return unlimited
     if lower == upper:
         limit.refuse(
-            f"joint '{element.get('name')}' has lower={lower:g} and upper={upper:g}, no range to move in; for no "
+            f"joint '{element.get('name')}' has lower={lower:g} and upper={upper:g}, so it cannot move; for no "
             'limits write type="continuous", for a joint that does not move type="fixed".'
         )
     return JointLimits(lower, upper, *caps)

@@ -1,7 +1,7 @@
-"""What of URDF is read, so that all the rest can be noted.
+"""The parts of URDF that are read, so that all others can be noted.
 
-Every element and attribute of a document is looked at once. What stands in :data:`_READ` is read by the reader; what
-stands in :data:`_LEFT_OUT` is known and left out by a rule of its own; anything else by the rule ``unknown``.
+Every element and attribute of a document is checked once. The reader uses those in :data:`_READ`. Those in
+:data:`_LEFT_OUT` are known and ignored by a specific rule. All others are ignored by the rule ``unknown``.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _READ: dict[str, dict[str, str]] = {
     "geometry": _GEOMETRY,
     "material": {"color": "rgba"},
 }
-"""By element: the children that are read, each with its attributes."""
+"""Children that are read, with their attributes, by parent element."""
 
 _LEFT_OUT = {
     ("robot", "gazebo"): "gazebo",
@@ -55,14 +55,14 @@ _LEFT_OUT = {
     ("joint", "calibration"): "calibration",
     ("material", "texture"): "texture",
 }
-"""By element and child: the rule by which the child is left out."""
+"""Rules for ignored children, by element and child."""
 
 
 def note_what_is_left_out(root: Element, notes: Notes) -> None:
-    """Note every element and attribute that the reader does not read, those of one kind in one note.
+    """Add a note for each kind of element and attribute that the reader ignores.
 
     Raises:
-        ModelFileError: The document holds xacro macros, which nothing has expanded.
+        ModelFileError: The document contains xacro macros that have not been expanded.
     """
     elements: dict[tuple[str, str, str], list[Element]] = {}
     attributes: dict[tuple[str, str], list[Element]] = {}
@@ -72,7 +72,7 @@ def note_what_is_left_out(root: Element, notes: Notes) -> None:
         known = _READ.get(parent.tag, {})
         for child in parent.children():
             if child.tag.startswith("xacro:"):
-                child.refuse("xacro macros in a file that is no .xacro; rename it to end in '.urdf.xacro'.")
+                child.refuse("the file contains xacro macros; rename it to end in '.urdf.xacro'.")
             if child.tag not in known:
                 rule = _LEFT_OUT.get((parent.tag, child.tag), "unknown")
                 elements.setdefault((rule, parent.tag, child.tag), []).append(child)
@@ -85,9 +85,9 @@ def note_what_is_left_out(root: Element, notes: Notes) -> None:
         where = "" if parent_tag == "robot" else f" in <{parent_tag}>"
         names = [name for name in (element.get("name") or element.get("reference") for element in found) if name]
         which = f": {', '.join(dict.fromkeys(names))}" if names else ""
-        notes.add(rule, found[0], f"{_count(found, f'<{tag}>')}{where}, left out{which}")
+        notes.add(rule, found[0], f"{_count(found, f'<{tag}>')}{where}, ignored{which}")
     for (tag, attribute), found in attributes.items():
-        notes.add("unknown", found[0], f"the attribute '{attribute}' of {_count(found, f'<{tag}>')}, left out")
+        notes.add("unknown", found[0], f"the attribute '{attribute}' of {_count(found, f'<{tag}>')}, ignored")
 
 
 def _count(found: list[Element], what: str) -> str:

@@ -1,4 +1,4 @@
-"""Shapes, colours and places of URDF."""
+"""Shapes, colors and poses in URDF."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def read_pose(element: Element) -> Pose:
     x, y, z = origin.numbers("xyz", 3, "0 0 0", MAX_LENGTH)
     if "quat_xyzw" in origin.attrib:
         if "rpy" in origin.attrib:
-            origin.refuse("gives its orientation twice, as rpy and as quat_xyzw.")
+            origin.refuse("specifies its orientation twice, as rpy and as quat_xyzw.")
         i, j, k, w = origin.numbers("quat_xyzw", 4)
         length = math.sqrt(w * w + i * i + j * j + k * k)
         if length < 1e-9:
@@ -37,12 +37,12 @@ def read_pose(element: Element) -> Pose:
 
 
 class Shapes:
-    """Reads visual and collision elements; mesh paths in them become absolute.
+    """Reads visual and collision elements, and makes their mesh paths absolute.
 
     Args:
-        packages: Where meshes are looked for.
-        colours: Of the materials that the robot defines.
-        notes: Takes a note for each thing that is changed.
+        packages: Locations of packages, to find meshes.
+        colours: Colors of the robot's materials.
+        notes: Receives a note about each change.
     """
 
     def __init__(self, packages: Packages, colours: dict[str, Rgba | None], notes: Notes) -> None:
@@ -51,11 +51,11 @@ class Shapes:
         self.notes = notes
 
     def present(self, link: Element, tag: str) -> list[Element]:
-        """Return the ``<visual>`` or ``<collision>`` elements of a link without those that have no extent."""
+        """Return the ``<visual>`` or ``<collision>`` elements of a link that have an extent."""
         found = []
         for element in list(link.children(tag)):
             if any(_is_zero(sphere.get("radius", "")) for sphere in element.descendants("sphere")):
-                self.notes.add("empty-shape", link, f"a {tag} that is a sphere of radius 0, left out")
+                self.notes.add("empty-shape", link, f"a {tag} that is a sphere of radius 0, ignored")
                 link.remove(element)
             else:
                 found.append(element)
@@ -70,11 +70,11 @@ class Shapes:
             name = material.get("name", "")
             if rgba is None:
                 if name not in self.colours and not len(material):
-                    text = f"the material '{name}' is not defined; the visual has no colour of its own"
+                    text = f"the material '{name}' is not defined, so the visual has no color"
                     self.notes.add("undefined-material", element, text)
                 rgba = self.colours.get(name)
             else:
-                self.colours.setdefault(name, rgba)  # as ROS does: a material once defined is known from there on
+                self.colours.setdefault(name, rgba)  # as in ROS, a material is known after its first definition
         return Visual(self.geometry(element), read_pose(element), rgba)
 
     def collision(self, element: Element) -> Collision:
@@ -82,12 +82,12 @@ class Shapes:
         return Collision(self.geometry(element), read_pose(element))
 
     def geometry(self, element: Element) -> Geometry:
-        """Read the one shape of a visual or collision."""
+        """Read the shape of a visual or collision."""
         holder = element.child("geometry")
         given = [] if holder is None else list(holder.children())
         shapes = [shape for shape in given if shape.tag in SHAPES] or given
         if len(shapes) != 1:
-            element.refuse("needs one <geometry> with one shape in it.")
+            element.refuse("must contain one <geometry> with one shape.")
         shape = shapes[0]
         match shape.tag:
             case "box":
@@ -101,13 +101,13 @@ class Shapes:
                 return Capsule(_length(shape, "radius"), _length(shape, "length"))
             case "mesh":
                 return self.mesh(shape)
-        return shape.refuse(f"no shape of URDF; there are {', '.join(SHAPES)}.")
+        return shape.refuse(f"is not a URDF shape; available: {', '.join(SHAPES)}.")
 
     def mesh(self, shape: Element) -> Mesh:
         """Read a ``<mesh>`` and find its file."""
         x, y, z = shape.numbers("scale", 3, "1 1 1", MAX_LENGTH)
         if 0.0 in (x, y, z):
-            shape.refuse("a scale of 0.")
+            shape.refuse("the scale is 0.")
         uri = shape.required("filename")
         try:
             file = self.packages.resolve(uri, self.packages.file.parent)
@@ -121,7 +121,7 @@ def _is_zero(text: str) -> bool:
     try:
         return float(text) == 0.0
     except ValueError:
-        return False  # whoever reads it says what is wrong
+        return False  # the reader of the number will report it
 
 
 def _positive(element: Element, number: float) -> float:
@@ -133,7 +133,7 @@ def _length(element: Element, attribute: str) -> float:
 
 
 def read_colour(material: Element, notes: Notes) -> Rgba | None:
-    """Return the colour that a ``<material>`` defines, or None if it only names one."""
+    """Return the color that a ``<material>`` defines, or None if it only refers to one."""
     colour = material.child("color")
     if colour is None:
         return None

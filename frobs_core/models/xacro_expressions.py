@@ -1,8 +1,8 @@
-"""Xacro's expressions, evaluated by an interpreter of our own: Python never executes text of a file.
+"""A custom interpreter for xacro's expressions, so that Python never executes text from a file.
 
-Each kind of syntax, each function and each method that an expression may use is listed here or in
-:mod:`frobs_core.models.xacro_library`; everything else is refused. Values are numbers, texts, lists, mappings and
-functions. No Python object beyond those reaches an expression, and no expression can change one.
+This module and :mod:`frobs_core.models.xacro_library` list all syntax, functions and methods that an expression may
+use; everything else is rejected. Values are numbers, strings, lists, mappings and functions. Expressions cannot access
+or modify other Python objects.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from frobs_core.models.xacro_limits import MAX_EXPRESSION, MAX_INTEGER, Budget
 
 
 class YamlDict(dict[Any, Any]):
-    """A mapping of a YAML file, whose keys are attributes too: ``limits.elbow.lower``."""
+    """A mapping from a YAML file whose keys are also attributes: ``limits.elbow.lower``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,9 +29,9 @@ class Function:
     """A function that expressions may call.
 
     Attributes:
-        name: For messages.
-        call: Takes the interpreter and the arguments.
-        kind: The Python type that ``isinstance`` takes it for.
+        name: Name for messages.
+        call: Receives the interpreter and the arguments.
+        kind: Python type that it represents in ``isinstance``.
     """
 
     name: str
@@ -47,8 +47,8 @@ class Library:
     """A namespace of functions and constants: ``math``, ``python`` or ``xacro``.
 
     Attributes:
-        name: For messages.
-        members: By name.
+        name: Name for messages.
+        members: Members, by name.
     """
 
     name: str
@@ -57,7 +57,7 @@ class Library:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class _Method:
-    """A method of a value, not yet called."""
+    """A bound method of a value."""
 
     name: str
     value: Any
@@ -68,7 +68,7 @@ class _Method:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class _Lambda:
-    """A function that an expression defines."""
+    """A lambda in an expression."""
 
     node: ast.Lambda
     scope: ChainMap[str, Any]
@@ -114,7 +114,7 @@ _COMPARE: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
     ast.In: lambda value, container: value in container,
     ast.NotIn: lambda value, container: value not in container,
 }
-_WIDE = re.compile(r"%[^a-zA-Z%]*(\*|\d{4})")  # '%9999d' and '%*d' make texts of any length
+_WIDE = re.compile(r"%[^a-zA-Z%]*(\*|\d{4})")  # '%9999d' and '%*d' create strings of any length
 
 Scope = ChainMap[str, Any]
 
@@ -124,9 +124,8 @@ class Interpreter:
 
     Args:
         budget: Counts the work.
-        methods: What may be called of the values of each type: it takes the interpreter, the value and the arguments.
-        namespace: The type of the namespaces that ``<xacro:include ns="…">`` makes; their names are read as
-            attributes.
+        methods: Allowed methods for each type. Each receives the interpreter, the value and the arguments.
+        namespace: Type of the namespaces that ``<xacro:include ns="…">`` creates; their names are read as attributes.
     """
 
     def __init__(
@@ -144,15 +143,15 @@ class Interpreter:
         """Return the value of an expression.
 
         Args:
-            expression: Python syntax.
-            names: The value of each name; a missing one raises KeyError.
+            expression: Expression in Python syntax.
+            names: Values by name; a missing name raises KeyError.
 
         Raises:
-            ModelFileError: It exceeds a limit.
+            ModelFileError: A limit is exceeded.
             NameError: A name is not defined.
             SyntaxError: It is not an expression.
-            ValueError: It uses syntax or a name that expressions do not have.
-            Exception: What the operation itself raises: TypeError, ZeroDivisionError, …
+            ValueError: It uses syntax or a name that is not supported.
+            Exception: Raised by the operation itself: TypeError, ZeroDivisionError, …
         """
         text = expression.strip()
         tree = self._trees.get(text)
@@ -162,13 +161,13 @@ class Interpreter:
             self.budget.spend(len(text))
             try:
                 tree = ast.parse(text, mode="eval").body
-            except MemoryError as error:  # of Python's parser, for nesting
-                raise SyntaxError("it is nested too deep") from error
+            except MemoryError as error:  # raised by Python's parser for deep nesting
+                raise SyntaxError("it is nested too deeply") from error
             self._trees[text] = tree
         return self._eval(tree, ChainMap({}, names))
 
     def call(self, function: Any, args: Sequence[Any], keywords: Mapping[str, Any] | None = None) -> Any:
-        """Return what a function of an expression returns, checked against the limits."""
+        """Return the result of a function call, checked against the limits."""
         keywords = keywords or {}
         for value in (*args, *keywords.values()):
             self.budget.weigh(value)
@@ -176,7 +175,7 @@ class Interpreter:
         if isinstance(function, Function):
             return self._made(function.call(self, *args, **keywords))
         if isinstance(function, _Method):
-            if function.name != "get":  # which looks at one item
+            if function.name != "get":  # which accesses only one item
                 self.budget.weigh(function.value)
             found = self._methods[type(function.value)][function.name]
             return self._made(found(self, function.value, *args, **keywords))
@@ -185,7 +184,7 @@ class Interpreter:
         raise TypeError(f"{function!r} is not a function")
 
     def items(self, value: Any) -> Iterator[Any]:
-        """Yield the items of a value, and count each."""
+        """Yield the items of a value, and count them."""
         if type(value) not in _ITERABLES:
             raise TypeError(f"{value!r} is not a list")
         for item in value:
@@ -203,11 +202,11 @@ class Interpreter:
     def _eval(self, node: ast.expr, scope: Scope) -> Any:
         value = self._raw(node, scope)
         if isinstance(value, (Library, self._namespace)):
-            raise ValueError("a namespace is not a value; name something in it")
+            raise ValueError("a namespace is not a value; use one of its members")
         return value
 
     def _raw(self, node: ast.expr, scope: Scope) -> Any:
-        """Return a value, or a namespace, of which only attributes can be used."""
+        """Return a value, or a namespace, which only supports attribute access."""
         self.budget.spend(1)
         evaluator = self._evaluators.get(type(node))
         if evaluator is None:
@@ -215,14 +214,14 @@ class Interpreter:
         return evaluator(node, scope)
 
     def _made(self, value: Any) -> Any:
-        """Return a new value, checked: its type, and its size."""
+        """Check the type and size of a new value, and return it."""
         if type(value) not in _VALUES and not isinstance(value, _FUNCTIONS):
-            raise ValueError(f"a {type(value).__name__} is not a value of expressions")
+            raise ValueError(f"a {type(value).__name__} is not supported in expressions")
         self.budget.weigh(value)
         return value
 
     def _known(self, value: Any, name: str) -> Any:
-        """Return what a name stands for; blocks of XML and the like are no values."""
+        """Return the value of a name. Blocks of XML and similar objects are not values."""
         kind = type(value)
         if kind is int:
             self.budget.weigh(value)
@@ -278,7 +277,7 @@ class Interpreter:
             value = self._eval(keyword.value, scope)
             if keyword.arg is None:
                 if not isinstance(value, dict):
-                    raise TypeError("** takes a mapping")
+                    raise TypeError("** requires a mapping")
                 keywords |= {str(name): value[name] for name in self.items(value)}
             else:
                 keywords[keyword.arg] = value
@@ -288,7 +287,7 @@ class Interpreter:
         given = function.node.args
         names = [argument.arg for argument in (*given.posonlyargs, *given.args)]
         if given.vararg or given.kwarg or given.kwonlyargs or given.defaults:
-            raise ValueError("a lambda takes plain arguments only")
+            raise ValueError("a lambda may only have plain arguments")
         values = {**dict(zip(names, args, strict=False)), **keywords}
         if len(args) > len(names) or sorted(values) != sorted(names):
             raise TypeError(f"a lambda takes {len(names)} arguments: {', '.join(names)}")
@@ -364,7 +363,7 @@ class Interpreter:
                     check(len(sequence) * max(0, count))
         elif op is ast.Mod and isinstance(left, str):
             if _WIDE.search(left):
-                self.budget.refuse("a format has a width above the limit of 999")
+                self.budget.refuse("a format width exceeds the limit of 999")
             self.budget.check_length(len(left) + left.count("%") * 16 * weights[1])
         elif isinstance(left, int) and isinstance(right, int) and right > 0:
             too_large = op is ast.Pow and abs(left) > 1 and right * math.log2(abs(left)) > math.log2(MAX_INTEGER)
@@ -373,7 +372,7 @@ class Interpreter:
         return self._made(_BINARY[op](left, right))
 
     def _comprehension(self, generators: Sequence[ast.comprehension], scope: Scope) -> Iterator[Scope]:
-        """Yield the scope of each element."""
+        """Yield the scope for each element."""
         if not generators:
             yield scope
             return
@@ -433,7 +432,7 @@ _SYNTAX = [
     "SetComp",
     "DictComp",
 ]
-"""Kinds of syntax that expressions have."""
+"""Supported kinds of syntax."""
 
 
 def _forbid(name: str) -> NoReturn:

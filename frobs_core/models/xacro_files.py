@@ -1,9 +1,9 @@
-"""Xacro without ROS: the PyPI package ``xacro`` expands the macros, and what it would evaluate or open goes through us.
+"""Xacro without ROS. The PyPI package ``xacro`` expands the macros; evaluation and file access are replaced.
 
-Of the package only the handling of elements, macros and properties is used. Expressions are evaluated by
-:class:`frobs_core.models.xacro_expressions.Interpreter`, files are opened by
-:func:`frobs_core.files.read_limited`, and the work is counted. Each file starts with new tables: nothing in it
-changes how another one expands. A file can read environment variables (``$(env …)``) and YAML files.
+Only the package's handling of elements, macros and properties is used. Expressions are evaluated by
+:class:`frobs_core.models.xacro_expressions.Interpreter`, files are opened by :func:`frobs_core.files.read_limited`, and
+the work is limited. Each file starts with new tables, so that no file affects the expansion of another. A file can read
+environment variables (``$(env …)``) and YAML files.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from frobs_core.models.xmltree import parse_xml, read_bytes
 
 _log = logging.getLogger("frobs")
 
-_LOCK = threading.Lock()  # xacro keeps its state in module globals
+_LOCK = threading.Lock()  # xacro stores its state in module globals
 _TOKENS = re.compile(
     r"(?P<escaped>\$\$+[{(])|\$\{(?P<expression>[^}]*)\}|\$\((?P<extension>[^)]*)\)|(?P<text>[^$]+|\$[^{($]+|\$\Z)"
 )
@@ -42,29 +42,29 @@ _FIND = re.compile(r"\$\(\s*find\s+([^\s()]+)\s*\)")
 _UNPRINTABLE = re.compile(r"[^\x20-\x7e\u00a0-\uffff]")
 
 _MAX_PARAMETERS = 10_000
-"""Longest text that declares a macro's parameters [characters]."""
+"""Maximum length of the text that declares a macro's parameters [characters]."""
 
 _MAX_ENTRIES = 10_000
-"""Most folder entries that one ``<xacro:include filename="*.xacro"/>`` looks at."""
+"""Maximum number of folder entries that one ``<xacro:include filename="*.xacro"/>`` examines."""
 
-_PER_NODE, _PER_ATTRIBUTE, _PER_TAG = 10, 4, 10  # units of work that they take
-_SIBLINGS_PER_UNIT = 12  # that are passed when a node is looked for, which happens about three times
+_PER_NODE, _PER_ATTRIBUTE, _PER_TAG = 10, 4, 10  # units of work for each of them
+_SIBLINGS_PER_UNIT = 12  # number of siblings that a search for a node passes per unit; about three searches are needed
 _BYTES_PER_UNIT = 64
 _PER_MESSAGE = 1_000
 
 
 def expand_xacro(path: Path, arguments: Mapping[str, str], packages: Packages) -> str:
-    """Return the XML that a xacro file expands to.
+    """Return the expanded XML of a xacro file.
 
     Args:
         path: The file.
         arguments: Values of its ``<xacro:arg>``.
-        packages: Where ``$(find …)`` looks.
+        packages: Locations of packages for ``$(find …)``.
 
     Raises:
-        ModelFileError: The file, or one that it includes, is broken, has a document type, misses an argument, is given
-            one that it does not declare, names a macro, parameter, property, package or file that does not exist, uses
-            an expression that is not allowed, or exceeds a limit.
+        ModelFileError: The file, or one that it includes, is broken, has a document type, lacks an argument or receives
+            an undeclared one, refers to a macro, parameter, property, package or file that does not exist, uses an
+            unsupported expression, or exceeds a limit.
     """
     import xacro
 
@@ -77,25 +77,25 @@ def expand_xacro(path: Path, arguments: Mapping[str, str], packages: Packages) -
             text = str(document.documentElement.toxml())
         except ModelFileError:
             raise
-        except Exception as error:  # xacro raises all kinds, down to RuntimeError and KeyError
+        except Exception as error:  # xacro raises many types, including RuntimeError and KeyError
             where = Path((xacro.filestack or [str(path)])[-1])
             raise explain(error, where, seen) from error
         finally:
             xacro.init_stacks(None)
     for name in arguments:
         if name not in seen.arguments:
-            raise ModelFileError(path, f"takes no xacro argument '{name}'.{choices(name, seen.arguments)}")
+            raise ModelFileError(path, f"has no xacro argument '{name}'.{choices(name, seen.arguments)}")
     return text
 
 
 class _Expansion:
-    """The expansion of one file, its includes among it.
+    """The expansion of one file, including its includes.
 
     Args:
-        xacro: The module.
+        xacro: The xacro module.
         path: The file.
-        seen: Takes what the files declare.
-        packages: Where ``$(find …)`` looks.
+        seen: Receives the declarations of the files.
+        packages: Locations of packages for ``$(find …)``.
     """
 
     def __init__(self, xacro: Any, path: Path, seen: Declarations, packages: Packages) -> None:
@@ -110,7 +110,7 @@ class _Expansion:
 
     @contextmanager
     def installed(self) -> Iterator[None]:
-        """Put our functions and new tables in the place of xacro's."""
+        """Replace xacro's functions and tables with our own."""
         from xml.dom import minidom
 
         implementation = minidom.getDOMImplementation()
@@ -139,7 +139,7 @@ class _Expansion:
                 setattr(self._xacro, name, value)
 
     def _parse(self, _: Any, filename: str) -> Any:
-        """Parse a file into a document whose copies of nodes are counted."""
+        """Parse a file into a document that counts the nodes copied in it."""
         from xml.dom import minidom
 
         file = Path(filename)
@@ -149,16 +149,16 @@ class _Expansion:
             raise ModelFileError(file, f"cannot be read: {error.strerror}.") from error
         except OSError as error:
             self._xacro.filestack.pop()
-            # this class with this cause is what <xacro:include optional="true"> forgives
+            # <xacro:include optional="true"> ignores this class with this cause
             raise self._xacro.XacroException(f"{error.strerror}: {file}", exc=error) from error
         self._budget.spend(_PER_TAG * text.count(b"<") + len(text) // _BYTES_PER_UNIT)
-        self._seen.note(file, parse_xml(text, file), text)  # refuses a document type, names the line of a mistake
+        self._seen.note(file, parse_xml(text, file), text)  # rejects a document type and reports the line of a mistake
         document = minidom.parseString(text)
         self._count_copies(document, minidom)
         return document
 
     def _count_copies(self, document: Any, minidom: Any) -> None:
-        """Make a document count the nodes that are copied in it: each call of a macro copies its body."""
+        """Make a document count its copied nodes, because each call of a macro copies its body."""
         spend = self._budget.spend
 
         class CountedElement(minidom.Element):  # type: ignore[misc]
@@ -180,7 +180,7 @@ class _Expansion:
             setattr(document, name, counted(getattr(document, name)))
 
     def _eval_text(self, text: str, symbols: Any) -> Any:
-        """Return a text with its expressions evaluated; a single expression keeps its type."""
+        """Return a text with its expressions evaluated. A single expression keeps its type."""
         self._budget.check_length(len(text))
         results: list[Any] = []
         at = length = 0
@@ -198,7 +198,7 @@ class _Expansion:
             else:
                 value = match["text"]
             if at == len(text) and not results:
-                if isinstance(value, str):  # xacro looks whether it is a number, and copies it into the document
+                if isinstance(value, str):  # xacro checks whether it is a number, and copies it into the document
                     self._budget.check_length(len(value))
                 return value
             results.append(str(value))
@@ -220,7 +220,7 @@ class _Expansion:
             ) from error
 
     def _extension(self, text: str) -> str:
-        """Return what ``$(arg …)``, ``$(find …)`` or the like stands for."""
+        """Return the value of ``$(arg …)``, ``$(find …)`` or a similar substitution."""
         if text == "$(cwd)":
             return os.path.abspath(os.curdir)
         if text.startswith("$(eval "):
@@ -239,12 +239,12 @@ class _Expansion:
     def _substitute(self, command: str, given: list[str]) -> str:
         if command not in ("arg", "env", "optenv", "find", "dirname"):
             raise ValueError(
-                f"unknown substitution command '{command}'; there are arg, env, optenv, find, dirname, eval"
+                f"unknown substitution command '{command}'; available: arg, env, optenv, find, dirname, eval"
             )
         if command == "dirname":
             return self._dirname()
         if not given or (len(given) > 1 and command != "optenv"):
-            raise ValueError(f"$({command} …) takes one name")
+            raise ValueError(f"$({command} …) requires exactly one name")
         name = given[0]
         match command:
             case "arg":
@@ -256,7 +256,7 @@ class _Expansion:
         return self._find(name)
 
     def _eval(self, expression: str) -> str:
-        """Return the value of ``$(eval …)``, whose names are the file's arguments."""
+        """Return the value of ``$(eval …)``. Its names are the file's arguments."""
         names = ChainMap(
             _Converted(self._arguments(), self._converted), self._eval_names
         )  # an argument hides a function
@@ -270,7 +270,7 @@ class _Expansion:
             ) from error
 
     def _eval_functions(self) -> dict[str, Callable[..., Any]]:
-        """Return the functions of ``$(eval …)`` that know the file."""
+        """Return the functions of ``$(eval …)`` that depend on the file."""
         return {
             "find": self._find,
             "env": _env,
@@ -300,7 +300,7 @@ class _Expansion:
         return str(Path(self._xacro.filestack[-1]).absolute().parent)
 
     def _file_functions(self) -> dict[str, Callable[..., Any]]:
-        """Return the functions of the namespace ``xacro`` that know the file."""
+        """Return the functions of the namespace ``xacro`` that depend on the file."""
 
         def fatal(*words: Any) -> None:
             raise self._xacro.XacroException(" ".join(map(str, words)))
@@ -329,7 +329,9 @@ class _Expansion:
         return str(self._xacro.abs_filename_spec(name))
 
     def _load_yaml(self, name: str) -> Any:
-        from frobs_core.models.xacro_yaml import load_yaml  # a model without macros needs no PyYAML
+        from frobs_core.models.xacro_yaml import (
+            load_yaml,
+        )  # imported here because models without macros do not need PyYAML
 
         file = Path(self._absolute(name))
         try:
@@ -340,7 +342,7 @@ class _Expansion:
             raise ValueError(f"{file} is not UTF-8 text") from error
 
     def _include_files(self, spec: str, symbols: Any) -> Iterator[str]:
-        """Yield the files that an include names, perhaps by a pattern."""
+        """Yield the files of an include, which may be a pattern."""
         name = self._absolute(str(self._eval_text(spec, symbols)))
         if not re.search(r"[*[?]", name):
             yield name
@@ -358,7 +360,7 @@ class _Expansion:
                     entries = [entry.name for entry in islice(scanned, left)]
                 left -= len(entries)
                 if not left:
-                    self._budget.refuse(f"the include '{spec}' looks at more than the limit of {_MAX_ENTRIES:,} files")
+                    self._budget.refuse(f"the include '{spec}' examines more than the limit of {_MAX_ENTRIES:,} files")
                 below += [folder / entry for entry in entries if matches(entry) and (entry[0] != "." or part[0] == ".")]
             found = below
         yield from sorted(str(file) for file in found if os.path.lexists(file))
@@ -366,7 +368,7 @@ class _Expansion:
     def _parse_parameter(self, text: str) -> tuple[str, tuple[str | None, str | None] | None, str]:
         """Return the first parameter of a macro, its default, and the rest of the text.
 
-        The expression is xacro's own, made so that it cannot try again and again.
+        The regular expression is xacro's, modified so that it cannot backtrack.
         """
         if len(text) > _MAX_PARAMETERS:
             self._budget.refuse(f"a macro's parameters are longer than the limit of {_MAX_PARAMETERS:,} characters")
@@ -379,7 +381,7 @@ class _Expansion:
         return name, (name if forward else None, default or None), remaining
 
     def _replace_node(self, node: Any, by: Any, content_only: bool = False) -> None:
-        """Put nodes in the place of another, all at once: one by one takes the square of their number."""
+        """Replace a node with other nodes at once; replacing them one by one takes quadratic time."""
         parent = node.parentNode
         siblings = parent.childNodes
         new: list[Any] = []
@@ -406,11 +408,11 @@ class _Expansion:
 
 
 class _Converted(dict[str, Any]):
-    """The file's arguments as numbers or booleans where they look like some.
+    """The file's arguments, converted to numbers or booleans if possible.
 
     Args:
         values: The arguments.
-        convert: Converts one.
+        convert: Converts one value.
     """
 
     def __init__(self, values: Mapping[str, str], convert: Callable[[str], Any]) -> None:
@@ -435,13 +437,15 @@ def _env(name: str) -> str:
 
 
 def read_text(path: Path, arguments: Mapping[str, str], packages: Packages) -> tuple[bytes | str, bool]:
-    """Return a model file's text and whether macros wrote it: ``.xacro`` is expanded, all else is read.
+    """Return a model file's text and whether macros generated it. ``.xacro`` files are expanded, others are read.
 
     Raises:
-        ModelFileError: As :func:`expand_xacro`, or arguments are given to a file that is no xacro.
+        ModelFileError: As for :func:`expand_xacro`, or arguments are given for a file that is not a xacro.
     """
     if path.suffix == ".xacro":
         return expand_xacro(path, arguments, packages), True
     if arguments:
-        raise ModelFileError(path, f"takes no xacro arguments ({', '.join(arguments)}): it is no .xacro file.")
+        raise ModelFileError(
+            path, f"cannot use xacro arguments ({', '.join(arguments)}), because it is not a .xacro file."
+        )
     return read_bytes(path), False

@@ -1,7 +1,7 @@
-"""The functions, constants and methods of xacro's expressions: those that xacro documents and that only compute.
+"""Functions, constants and methods of xacro's expressions: those that xacro documents and that have no side effects.
 
-``type``, ``vars``, ``hash`` and ``format`` are left out, as are all methods that change a value. What is an iterator in
-Python is a list here.
+``type``, ``vars``, ``hash``, ``format`` and all methods that modify a value are omitted. Functions that return
+iterators in Python return lists here.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from typing import Any
 from frobs_core.models.xacro_expressions import Function, Interpreter, Library, YamlDict
 from frobs_core.models.xacro_limits import MAX_ITEMS
 
-_MAX_DIGITS = 400  # of round: a float has no more
-_MAX_FACTORIAL = 20  # its result is the last below 2**63
-_MAX_CHOICE = 66  # comb(66, 33) is the last below 2**63
+_MAX_DIGITS = 400  # of round: a float has no more digits
+_MAX_FACTORIAL = 20  # 20! is the largest factorial below 2**63
+_MAX_CHOICE = 66  # comb(66, 33) is the largest below 2**63
 
 
 def _simple(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function that does without the interpreter: its work grows with its arguments alone."""
+    """Return a function that does not need the interpreter, because its work only depends on its arguments."""
     return lambda _, *args, **keywords: function(*args, **keywords)
 
 
@@ -51,7 +51,7 @@ def _filter(machine: Interpreter, function: Any, values: Any) -> list[Any]:
 
 
 def _ranked(machine: Interpreter, values: Any, key: Any) -> list[tuple[Any, int, Any]]:
-    """Return each item with its rank, and count the work of sorting."""
+    """Return each item with its sort key, and count the work of sorting."""
     items = list(machine.items(values))
     machine.budget.spend(machine.budget.weigh(items) * len(items).bit_length())
     keys = items if key is None else [machine.call(key, [item]) for item in items]
@@ -73,7 +73,7 @@ def _extreme(choose: Callable[..., Any]) -> Callable[..., Any]:
 
 def _sum(machine: Interpreter, values: Any, start: Any = 0) -> Any:
     if isinstance(start, str):
-        raise TypeError("sum does not add texts; use ''.join")
+        raise TypeError("sum does not support strings; use ''.join")
     return reduce(machine.add, machine.items(values), start)
 
 
@@ -83,7 +83,7 @@ def _prod(machine: Interpreter, values: Any, *, start: Any = 1) -> Any:
 
 def _round(_: Interpreter, number: Any, digits: int | None = None) -> Any:
     if digits is not None and abs(digits) > _MAX_DIGITS:
-        raise ValueError(f"round takes at most {_MAX_DIGITS} digits")
+        raise ValueError(f"round supports at most {_MAX_DIGITS} digits")
     return round(number, digits)
 
 
@@ -98,7 +98,7 @@ def _issubclass(_: Interpreter, kind: Any, kinds: Any) -> bool:
 def _limited(function: Callable[..., int], limit: int) -> Callable[..., Any]:
     def limited(_: Interpreter, *args: int) -> int:
         if args[0] > limit:
-            raise ValueError(f"{function.__name__} takes at most {limit}")
+            raise ValueError(f"{function.__name__} supports at most {limit}")
         return function(*args)
 
     return limited
@@ -196,14 +196,14 @@ MATH: Mapping[str, Any] = {
 XACRO: Mapping[str, Any] = _functions(
     {"dotify": _dotify, "tokenize": lambda machine, text, sep=",; ", skip_empty=True: _tokenize(text, sep, skip_empty)}
 )
-"""The part of the namespace ``xacro`` that needs no file."""
+"""The part of the namespace ``xacro`` that does not depend on the file."""
 
 _BARE = ("list", "dict", "map", "len", "str", "float", "int", "bool", "True", "False", "min", "max", "round")
-_BARE_TOO = ("sorted", "range")  # xacro deprecates them
+_BARE_TOO = ("sorted", "range")  # deprecated by xacro
 
 
 def global_names(xacro: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the names that every expression ``${…}`` starts with, as a new table.
+    """Return the initial names of every expression ``${…}``, as a new table.
 
     Args:
         xacro: The namespace ``xacro``.
@@ -219,13 +219,13 @@ def global_names(xacro: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def eval_names() -> dict[str, Any]:
-    """Return the names that ``$(eval …)`` starts with, as a new table; ``arg``, ``find`` and the like are missing."""
+    """Return the initial names of ``$(eval …)``, as a new table without ``arg``, ``find`` and similar functions."""
     names = ("list", "dict", "map", "str", "float", "int", "bool", "len", "min", "max", "round", "abs")
     return {**MATH, **{name: PYTHON[name] for name in names}, "true": True, "false": False}
 
 
 def _tokenize(text: str, separators: str, skip_empty: bool) -> list[str]:
-    """Split a text at each of some characters."""
+    """Split a text at each of the separator characters."""
     for other in separators[1:]:
         text = text.replace(other, separators[0])
     words = text.split(separators[0])
@@ -266,4 +266,4 @@ METHODS: Mapping[type, Mapping[str, Callable[..., Any]]] = {
     frozenset: _methods(frozenset, _OF_SET),
     float: _methods(float, "is_integer"),
 }
-"""The methods of each type."""
+"""Methods of each type."""

@@ -1,4 +1,4 @@
-"""What one xacro file may cost, so that a small file cannot fill the memory or expand without end."""
+"""Limits for one xacro file, so that a small file cannot exhaust memory or expand endlessly."""
 
 from __future__ import annotations
 
@@ -8,23 +8,22 @@ from typing import Any
 from frobs_core.errors import ModelFileError
 
 MAX_WORK = 400_000
-"""Most work that the expansion of one file may take, includes and macros included. One unit is one to two microseconds;
-a PR2 takes 135,000."""
+"""Maximum work for expanding one file with its includes and macros. One unit takes 1 to 2 µs; a PR2 takes 135,000."""
 
 MAX_CHARACTERS = 1_000_000
-"""Longest text that an expression, a property or an attribute may become."""
+"""Maximum length of an expression's value, a property or an attribute."""
 
 MAX_ITEMS = 100_000
-"""Most values in a list or mapping, those of nested ones included."""
+"""Maximum number of values in a list or mapping, including nested ones."""
 
 MAX_INTEGER = 2**63
-"""Integers of expressions are smaller than this."""
+"""Upper limit of integers in expressions."""
 
 MAX_EXPRESSION = 5_000
-"""Longest expression [characters]."""
+"""Maximum length of an expression [characters]."""
 
 MAX_NESTING = 50
-"""Deepest nesting of lists and mappings."""
+"""Maximum nesting depth of lists and mappings."""
 
 _CHARACTERS_PER_UNIT = 16
 _CONTAINERS = (list, tuple, set, frozenset, dict)
@@ -45,7 +44,7 @@ class Budget:
         """Count work.
 
         Raises:
-            ModelFileError: It exceeds the limit.
+            ModelFileError: The limit is exceeded.
         """
         self.left -= work
         if self.left < 0:
@@ -60,13 +59,13 @@ class Budget:
         raise ModelFileError(self.file, f"xacro: {reason}; simplify its macros and expressions.")
 
     def check_length(self, count: int) -> None:
-        """Check the length of a text before it is built, and count it as work.
+        """Check the length of a text before it is built, and add it to the work.
 
         Raises:
             ModelFileError: It exceeds :data:`MAX_CHARACTERS`.
         """
         if count > MAX_CHARACTERS:
-            self.refuse(f"a text has {count:,} characters, and the limit is {MAX_CHARACTERS:,}")
+            self.refuse(f"a text has {count:,} characters; the limit is {MAX_CHARACTERS:,}")
         self.spend(count // _CHARACTERS_PER_UNIT)
 
     def check_items(self, count: int) -> None:
@@ -76,14 +75,14 @@ class Budget:
             ModelFileError: It exceeds :data:`MAX_ITEMS`.
         """
         if count > MAX_ITEMS:
-            self.refuse(f"a list has {count:,} values, and the limit is {MAX_ITEMS:,}")
+            self.refuse(f"a list has {count:,} values; the limit is {MAX_ITEMS:,}")
         self.spend(count)
 
     def weigh(self, value: Any) -> int:
-        """Return the size of a value, nested values included, and count it.
+        """Count and return the size of a value, including nested values.
 
         Raises:
-            ModelFileError: It exceeds a limit.
+            ModelFileError: A limit is exceeded.
         """
         if type(value) is int and not -MAX_INTEGER < value < MAX_INTEGER:
             self.refuse("an integer exceeds the limit of 2**63")

@@ -1,4 +1,4 @@
-"""YAML files that xacro expressions load: plain data, with xacro's units, and nothing else."""
+"""YAML files that xacro expressions load: only plain data and xacro's units."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ _MAX_MERGES = 100
 
 
 def load_yaml(path: Path, budget: Budget, evaluate: Callable[[str], Any]) -> Any:
-    """Return what a YAML file holds; its mappings give their keys as attributes.
+    """Return the content of a YAML file. Keys of its mappings are also attributes.
 
     Args:
         path: The file.
         budget: Counts the values.
-        evaluate: Evaluates the expression under a unit's tag: ``!degrees 90 / 2``.
+        evaluate: Evaluates the expression after a unit tag: ``!degrees 90 / 2``.
 
     Raises:
         OSError: The file cannot be read, or is larger than the limit.
-        ModelFileError: It holds too much.
+        ModelFileError: A limit is exceeded.
         yaml.YAMLError: It is not YAML, or has a tag other than the units.
-        ValueError: It is a text and no more.
+        ValueError: It contains only text.
     """
     data = read_limited(path, MAX_YAML_BYTES)
     budget.spend(len(data) // 4)
 
     class Loader(LimitedLoader):
         def flatten_mapping(self, node: yaml.MappingNode) -> None:
-            """Merge ``<<``, which could double a mapping again and again."""
+            """Merge ``<<``, which could double a mapping repeatedly."""
             for key, value in node.value:
                 if key.tag == "tag:yaml.org,2002:merge" and len(getattr(value, "value", ())) > _MAX_MERGES:
                     budget.refuse(f"{path} merges more mappings than the limit of {_MAX_MERGES}")
@@ -62,15 +62,15 @@ def load_yaml(path: Path, budget: Budget, evaluate: Callable[[str], Any]) -> Any
     loader = Loader(data.decode("utf-8-sig"))
     try:
         found = loader.get_single_data()
-        if isinstance(found, str):  # any text file is one
-            raise ValueError(f"{path} holds neither a mapping nor a list")
+        if isinstance(found, str):  # any text file is a valid YAML string
+            raise ValueError(f"{path} contains neither a mapping nor a list")
         return _plain(found, budget, 0)
     finally:
         loader.dispose()
 
 
 def _plain(value: Any, budget: Budget, depth: int) -> Any:
-    """Return plain data; aliases are written out, so that counting stops an alias bomb."""
+    """Return plain data. Aliases are expanded, so that counting stops an alias bomb."""
     budget.spend(1)
     if depth > MAX_NESTING:
         budget.refuse(f"a YAML file is nested deeper than {MAX_NESTING} levels")
@@ -85,5 +85,5 @@ def _plain(value: Any, budget: Budget, depth: int) -> Any:
     if isinstance(value, str):
         budget.check_length(len(value))
     elif value is not None and not isinstance(value, (bool, int, float)):
-        raise ValueError(f"a YAML file holds a {type(value).__name__}, which is not plain data")
+        raise ValueError(f"a YAML file contains a {type(value).__name__}, which is not plain data")
     return value

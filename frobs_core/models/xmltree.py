@@ -1,4 +1,4 @@
-"""XML that remembers its lines, and that no document type can make explode."""
+"""XML parsing that keeps line numbers and rejects document types, which could expand excessively."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from frobs_core.errors import ModelFileError, nearest
 from frobs_core.files import MAX_TEXT_BYTES, read_limited
 
 MAX_DEPTH = 400
-"""Elements within elements; readers recurse, and Python allows about 1,000 calls."""
+"""Maximum nesting depth; the readers are recursive, and Python allows about 1,000 calls."""
 
 MAX_ELEMENTS = 200_000
-"""Most elements in a document."""
+"""Maximum number of elements in a document."""
 
 _DOCTYPE = (
-    "declares a document type (<!DOCTYPE …>); robot models need none, and its entities could exhaust the memory or read "
-    "other files: remove it."
+    "declares a document type (<!DOCTYPE …>), which robot models do not need. Its entities could exhaust "
+    "the memory or read other files, so remove it."
 )
 
 
@@ -29,32 +29,32 @@ class Element(ElementTree.Element):
     """An XML element.
 
     Attributes:
-        file: The file that it stands in.
-        line: 1-based line of its start tag, or None where the text is not the file's own.
+        file: File that contains it.
+        line: 1-based line of its start tag, or None if the text is not the file's own.
     """
 
     file: Path
     line: int | None
 
     def named(self) -> str:
-        """Return what a message calls this element: ``<joint name="elbow">``."""
+        """Return the name of this element in messages: ``<joint name="elbow">``."""
         name = self.get("name")
         return f'<{self.tag} name="{name}">' if name else f"<{self.tag}>"
 
     def refuse(self, reason: str) -> NoReturn:
-        """Raise a ModelFileError that names this element, its file and its line."""
+        """Raise a ModelFileError that contains this element, its file and its line."""
         raise ModelFileError(self.file, f"{self.named()}: {reason}", self.line)
 
     def children(self, *tags: str) -> Iterator[Element]:
-        """Yield the children with one of these tags; all children where none is given."""
+        """Yield the children with one of these tags, or all children if no tag is given."""
         for child in self:
             if isinstance(child, Element) and (not tags or child.tag in tags):
                 yield child
 
     def descendants(self, tag: str) -> Iterator[Element]:
-        """Yield the elements with this tag at any depth, itself included, in the file's order."""
+        """Yield the elements with this tag at any depth, including itself, in the file's order."""
         for element in self.iter(tag):
-            assert isinstance(element, Element)  # the parser makes no other
+            assert isinstance(element, Element)  # the parser creates no other type
             yield element
 
     def child(self, tag: str) -> Element | None:
@@ -62,7 +62,7 @@ class Element(ElementTree.Element):
         return next(self.children(tag), None)
 
     def required(self, attribute: str) -> str:
-        """Return an attribute that must be there and not be empty."""
+        """Return a required attribute, which must not be empty."""
         value = (self.get(attribute) or "").strip()
         return value or self.refuse(f"the attribute '{attribute}' is missing or empty.")
 
@@ -71,18 +71,18 @@ class Element(ElementTree.Element):
     ) -> tuple[float, ...]:
         """Return finite numbers from -``limit`` to ``limit``, ``count`` of them or at least one.
 
-        Without a default the attribute must be there.
+        Without a default, the attribute is required.
         """
         text = self.get(attribute, default)
         if text is None:
-            self.refuse(f"the attribute '{attribute}' is missing; it takes {_numbers(count)}.")
+            self.refuse(f"the attribute '{attribute}' is missing; it requires {_numbers(count)}.")
         try:
             values = tuple(float(word) for word in text.split())
         except ValueError:
             hint = " Macros are expanded in files that end in '.xacro'." if re.search(r"\$[({]", text) else ""
             self.refuse(f'{attribute}="{text}" is not {_numbers(count)}.{hint}')
         if len(values) != (count or max(1, len(values))):
-            self.refuse(f'{attribute}="{text}" holds {_numbers(len(values))}; it takes {count or 1}.')
+            self.refuse(f'{attribute}="{text}" contains {_numbers(len(values))}; it requires {count or 1}.')
         if not all(math.isfinite(value) for value in values):
             self.refuse(f'{attribute}="{text}" is not finite.')
         if max(map(abs, values)) > limit:
@@ -90,12 +90,12 @@ class Element(ElementTree.Element):
         return values
 
     def number(self, attribute: str, default: str | None = None, limit: float = math.inf) -> float:
-        """Return one finite number from -``limit`` to ``limit``; without a default the attribute must be there."""
+        """Return one finite number from -``limit`` to ``limit``. Without a default, the attribute is required."""
         return self.numbers(attribute, 1, default, limit)[0]
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
-    """Return a sentence that suggests the nearest of some names, with a space before it; ``""`` where none is near."""
+    """Return a sentence that suggests the nearest name, with a leading space, or ``""`` if no name is similar."""
     close = nearest(name, known)
     return f" Did you mean '{close}'?" if close else ""
 
@@ -107,19 +107,19 @@ def _numbers(count: int | None) -> str:
 
 
 def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False) -> Element:
-    """Parse XML; a document type is refused before anything in it is read.
+    """Parse XML. A document type is rejected before its content is read.
 
     Args:
         text: The XML.
-        file: Where it is from, for messages.
-        expanded: Whether macros wrote the text, so that its lines are not the file's.
+        file: The file, for messages.
+        expanded: Whether the text was generated by macros, so that its lines are not those of the file.
 
     Raises:
-        ModelFileError: The text is empty, broken, has a document type, or is nested too deep.
+        ModelFileError: The text is empty, broken, has a document type, or is nested too deeply.
     """
     if not text.strip():
         raise ModelFileError(file, "the file is empty.")
-    trimmed = text.lstrip()  # many begin with an empty line, which XML forbids before its declaration
+    trimmed = text.lstrip()  # many files begin with an empty line, which XML forbids before its declaration
     skipped = text[: len(text) - len(trimmed)]
     first_line = skipped.count(b"\n" if isinstance(skipped, bytes) else "\n")  # type: ignore[arg-type]
     count = 0
@@ -158,7 +158,7 @@ def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False) -> Eleme
     except expat.ExpatError as error:
         reason = f"not well-formed XML: {expat.ErrorString(error.code)} (column {error.offset + 1})."
         raise ModelFileError(file, reason, first_line + error.lineno) from error
-    except (LookupError, ValueError) as error:  # an encoding that Python does not know, or a NUL in it
+    except (LookupError, ValueError) as error:  # an encoding that Python does not know, or a NUL character
         raise ModelFileError(file, f"not readable as XML: {error}.") from error
     return roots[0]
 

@@ -156,7 +156,7 @@ def test_a_file_can_be_shown(frobs: Frobs, bare: str) -> None:
     assert (facts["kind"], facts["name"], facts["dof"]) == ("robot file", "bare", 0)
     missing = frobs("show", "nowhere.urdf")
     assert missing.exit_code == 2
-    assert "no such file" in missing.stderr
+    assert "the file does not exist" in missing.stderr
 
 
 def test_only_robots_have_pictures(frobs: Frobs, tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ BAD = {
     "run to plot": (("plot", "nowhere"), "nowhere is no folder"),
     "run to play": (("play", "nowhere"), "nowhere is no folder"),
     "run to show": (("show", "run:nowhere"), "nowhere is no folder"),
-    "video and viewer": (("play", "nowhere", "--video", "x.mp4", "--viewer"), "exclude each other"),
+    "video and viewer": (("play", "nowhere", "--video", "x.mp4", "--viewer"), "cannot be combined"),
 }
 
 

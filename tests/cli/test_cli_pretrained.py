@@ -28,10 +28,10 @@ def test_the_policy_of_an_id_is_evaluated(frobs: Frobs) -> None:
 
 
 BAD = {
-    "ID without one": (("evaluate", WITHOUT, "--pretrained"), f"no trained policy comes with {WITHOUT}"),
+    "ID without one": (("evaluate", WITHOUT, "--pretrained"), f"{WITHOUT} has no trained policy"),
     "which have one": (("evaluate", WITHOUT, "--pretrained"), REACH),
     "mistyped ID": (("play", "frobs/Irb120Raech-v0", "--pretrained"), f"Did you mean '{REACH}'?"),
-    "model too": (("play", REACH, "--pretrained", "--model", "model.zip"), "exclude each other"),
+    "model too": (("play", REACH, "--pretrained", "--model", "model.zip"), "cannot be combined"),
     "flag forgotten": (("evaluate", REACH), f"{REACH}: this is an ID, not a run; add --pretrained"),
 }
 

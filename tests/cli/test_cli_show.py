@@ -54,7 +54,7 @@ def test_a_robot_shows_its_sensors_with_their_units(capsys: pytest.CaptureFixtur
     print_facts(found)
     shown = capsys.readouterr().out
     assert "8 rays, 0° to 315°, 0.1 to 5 m" in shown
-    assert "contacts of link_6, but with floor" in shown
+    assert "contacts of link_6, except with floor" in shown
     assert "dropout" not in shown  # none has any
 
 

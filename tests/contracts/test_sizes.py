@@ -124,7 +124,7 @@ def with_mesh(tmp_path: Path, simulate: Simulate) -> Iterator[Simulation]:
 def test_what_has_no_size_is_refused(with_mesh: Simulation) -> None:
     assert with_mesh.parameter_targets("size") == []
     for target in ("part", "floor", "nothing"):
-        with pytest.raises(PhysicsParameterError, match="made of primitives"):
+        with pytest.raises(PhysicsParameterError, match="consist of primitives"):
             with_mesh.write_parameter("size", target, np.ones(1))
 
 

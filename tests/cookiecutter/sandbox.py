@@ -18,7 +18,7 @@ _COMMANDS = {"pip": "pip", "pytest": "pytest", "frobs": "frobs_cli", "python": "
 
 
 class Sandbox:
-    """A virtual environment on top of this one; nothing is fetched from the network.
+    """A virtual environment on top of this one; is not supported from the network.
 
     Args:
         folder: To make it in.

@@ -92,7 +92,7 @@ def test_a_paced_simulator_is_run_and_not_trained_on(frobs: Frobs) -> None:
         (["task", "my_reach", "--robot", "irb121"], "Did you mean 'irb120'?"),
         (["task", "my_drive", "--example", "wheeled", "--robot", "irb120"], "has no differential drive"),
         (["task", "my_drive", "--example", "wheeled"], "'frobs list robots'"),
-        (["pair", "my_arm", "--robot-file", "missing.urdf"], "no such file"),
+        (["pair", "my_arm", "--robot-file", "missing.urdf"], "the file does not exist"),
         (["pair", "my_arm", "--robot-file", "faulty.urdf"], "faulty.urdf"),
         (["pair", "my_arm", "--robot-file", "broken.urdf"], "broken.urdf"),
     ],

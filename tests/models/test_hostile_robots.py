@@ -38,12 +38,12 @@ def touching(mesh: str) -> str:
 ARM = [link("a"), link("b"), joint("j", "a", "b")]
 ENTITIES = "".join(f'<!ENTITY e{i + 1} "{f"&e{i};" * 10}">' for i in range(20))
 HOSTILE = {
-    "loop": ([link("r"), *ARM, joint("back", "b", "a")], "form a ring"),
+    "loop": ([link("r"), *ARM, joint("back", "b", "a")], "form a cycle"),
     "two parents": ([*ARM, joint("again", "a", "b")], "already the child of joint 'j'"),
-    "two links of one name": ([*ARM, link("a")], "the name 'a' is taken"),
+    "two links of one name": ([*ARM, link("a")], "the name 'a' is already used"),
     "10,000 joints": (
         [*(link(f"l{i}") for i in range(10_001)), *(joint(f"j{i}", f"l{i}", f"l{i + 1}") for i in range(10_000))],
-        "there are 10001 links; a robot may have 500",
+        "the robot has 10001 links; the limit is 500",
     ),
     "deep": (["<a>" * 100_000 + "</a>" * 100_000], "nested deeper than"),
     "entity bomb": ([f"<!DOCTYPE r [{ENTITIES}]>", "&e20;"], "document type|well-formed"),

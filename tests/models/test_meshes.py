@@ -182,7 +182,7 @@ def binary_stl(count: int, body: bytes) -> bytes:
         ("m.dae", b'<!DOCTYPE c [<!ENTITY a "aa">]><COLLADA>&a;</COLLADA>', "document type"),
         ("m.glb", b"glTF", "broken"),
         ("m.ply", b"ply\nformat ascii 1.0\nelement vertex 9\nend_header\n", "broken"),
-        ("m.mesh", b"", r"ends in '\.mesh'"),
+        ("m.mesh", b"", r"with the suffix '\.mesh'"),
     ],
     ids=[
         "empty",

@@ -108,7 +108,7 @@ def test_what_is_left_out_is_noted_once_for_each_kind(write):
     extras = '<gazebo reference="a"/><gazebo reference="b"/><transmission name="t"/><ros2_control name="c"/>'
     notes = load_model(write(robot(link("a"), extras))).notes
     assert [note.rule for note in notes] == ["gazebo", "transmission", "ros-control"]
-    assert notes[0].text == "2 × <gazebo>, left out: a, b"
+    assert notes[0].text == "2 × <gazebo>, ignored: a, b"
     assert not any(note.fault for note in notes)
 
 
@@ -180,7 +180,7 @@ def test_limits_of_zero_are_unlimited_and_noted(write):
         ("", 0.001, "moves but has no mass"),
         ('<inertial><mass value="0"/></inertial>', 0.001, "mass of 0"),
         ('<inertial><mass value="2"/></inertial>', 2.0, "no inertia"),
-        (INERTIAL.replace('izz="0.1"', 'izz="0.5"'), 1.0, "that no body has"),
+        (INERTIAL.replace('izz="0.1"', 'izz="0.5"'), 1.0, "an impossible inertia"),
     ],
     ids=["none", "massless", "no inertia", "impossible"],
 )
@@ -209,8 +209,14 @@ BAD = {
     "broken": ('<robot name="r">\n<link name="a">\n</robot>', ":3: not well-formed"),
     "not a robot": ("<html/>", "<robot> (URDF) or <mujoco>"),
     "no links": (robot(), "there is no <link>"),
-    "two links": (robot(link("a"), link("a")), ":3: <link name=\"a\">: the name 'a' is taken: the first is in line 2"),
-    "two joints": (robot(link("a"), link("b"), joint("j", "a", "b"), joint("j", "a", "b")), "the name 'j' is taken"),
+    "two links": (
+        robot(link("a"), link("a")),
+        ":3: <link name=\"a\">: the name 'a' is already used: it first occurs in line 2",
+    ),
+    "two joints": (
+        robot(link("a"), link("b"), joint("j", "a", "b"), joint("j", "a", "b")),
+        "the name 'j' is already used",
+    ),
     "nameless link": (robot("<link/>"), "'name' is missing"),
     "unknown parent": (robot(link("arm"), link("b"), joint("j", "arn", "b")), "Did you mean 'arm'"),
     "unknown child": (robot(link("a"), joint("j", "a", "b")), "child link 'b' does not exist"),
@@ -220,10 +226,10 @@ BAD = {
         robot(*(link(n) for n in "abc"), joint("i", "a", "c"), joint("j", "b", "c"), joint("k", "a", "b")),
         "already the child of joint 'i'",
     ),
-    "ring": (robot(link("a"), link("b"), joint("i", "a", "b"), joint("j", "b", "a")), "form a ring"),
+    "ring": (robot(link("a"), link("b"), joint("i", "a", "b"), joint("j", "b", "a")), "form a cycle"),
     "ring beside a tree": (
         robot(*(link(n) for n in "abc"), joint("i", "a", "b"), joint("j", "b", "a")),
-        "form a ring",
+        "form a cycle",
     ),
     "joint type": (arm(kind="revolut"), "Did you mean 'revolute'"),
     "zero axis": (arm('<axis xyz="0 0 0"/>' + LIMIT), "is zero"),
@@ -233,15 +239,15 @@ BAD = {
         robot(*(link(n) for n in "abc"), joint("i", "a", "b"), joint("j", "b", "c", "", "floating")),
         "base='floating'",
     ),
-    "too many links": (robot(*(link(f"l{i}") for i in range(501))), "there are 501 links"),
+    "too many links": (robot(*(link(f"l{i}") for i in range(501))), "the robot has 501 links"),
     "two orientations": (arm('<origin rpy="0 0 0" quat_xyzw="0 0 0 1"/>' + LIMIT), "twice"),
     "negative effort": (arm('<limit lower="0" upper="1" effort="-1" velocity="1"/>'), "negative"),
     "NaN": (arm('<origin xyz="0 nan 0"/>' + LIMIT), "not finite"),
     "infinite": (arm('<limit lower="-inf" upper="1" effort="1" velocity="1"/>'), "not finite"),
     "words": (arm('<origin xyz="0 zero 0"/>' + LIMIT), "is not 3 numbers"),
-    "too few numbers": (arm('<origin xyz="0 0"/>' + LIMIT), "holds 2 numbers; it takes 3"),
+    "too few numbers": (arm('<origin xyz="0 0"/>' + LIMIT), "contains 2 numbers; it requires 3"),
     "negative mass": (robot(link("a", INERTIAL.replace('"1"', '"-1"'))), "mass of -1"),
-    "negative inertia": (robot(link("a", INERTIAL.replace('ixx="0.1"', 'ixx="-1"'))), "which no body has"),
+    "negative inertia": (robot(link("a", INERTIAL.replace('ixx="0.1"', 'ixx="-1"'))), "which is impossible"),
     "mimic of nothing": (arm(LIMIT + '<mimic joint="i"/>'), "mimics 'i', which does not exist"),
     "mimic of itself": (arm(LIMIT + '<mimic joint="j"/>'), "follows itself"),
     "mimic of a fixed joint": (
@@ -252,8 +258,8 @@ BAD = {
         ),
         "which is a fixed joint",
     ),
-    "no geometry": (robot(link("a", "<visual/>")), "needs one <geometry>"),
-    "unknown shape": (robot(link("a", "<visual><geometry><cone/></geometry></visual>")), "no shape of URDF"),
+    "no geometry": (robot(link("a", "<visual/>")), "must contain one <geometry>"),
+    "unknown shape": (robot(link("a", "<visual><geometry><cone/></geometry></visual>")), "is not a URDF shape"),
     "flat box": (
         robot(link("a", '<visual><geometry><box size="1 0 1"/></geometry></visual>')),
         "sizes must be > 0",
@@ -268,7 +274,7 @@ BAD = {
     ),
     "mesh from the net": (
         robot(link("a", '<visual><geometry><mesh filename="http://x/m.stl"/></geometry></visual>')),
-        "nothing is fetched",
+        "is not supported",
     ),
     "xacro in a URDF": (robot("<xacro:thing/>"), "rename it"),
     "entity bomb": (

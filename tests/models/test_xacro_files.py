@@ -118,9 +118,13 @@ BAD = {
     "unknown macro parameter": (
         '<xacro:macro name="m" params="length"/><xacro:m lenght="1"/>',
         {},
-        "the macro 'm' takes no parameter 'lenght'. Did you mean 'length'",
+        "the macro 'm' has no parameter 'lenght'. Did you mean 'length'",
     ),
-    "macro parameter left out": ('<xacro:macro name="m" params="p q"/><xacro:m p="1"/>', {}, "needs the parameters q"),
+    "macro parameter left out": (
+        '<xacro:macro name="m" params="p q"/><xacro:m p="1"/>',
+        {},
+        "requires the parameters q",
+    ),
     "unknown macro": ('<xacro:macro name="wheel"/><xacro:wheal/>', {}, "Did you mean 'wheel'"),
     "unknown property": (
         '<xacro:property name="radius" value="1"/>\n' + box("${radios}"),
@@ -130,7 +134,7 @@ BAD = {
     "unknown package": (FIND, {}, "the ROS package 'my_pkg' is not found"),
     "missing include": ('<xacro:include filename="no.xacro"/>', {}, "No such file"),
     "nonsense expression": (box("${1 +}"), {}, "1 +"),
-    "endless macro": ('<xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/>', {}, "without end"),
+    "endless macro": ('<xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/>', {}, "endlessly"),
     "condition that is none": ('<xacro:if value="perhaps"/>', {}, "perhaps"),
 }
 
@@ -156,7 +160,7 @@ def test_an_included_file_is_named_when_it_is_broken_or_a_bomb(write, tmp_path):
 def test_arguments_for_a_file_that_takes_none_are_refused(tmp_path):
     path = tmp_path / "r.urdf"
     path.write_text('<robot name="r"><link name="a"/></robot>')
-    with pytest.raises(ModelFileError, match="takes no xacro arguments"):
+    with pytest.raises(ModelFileError, match="cannot use xacro arguments"):
         load_model(path, xacro_args={"a": "1"})
 
 

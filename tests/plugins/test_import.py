@@ -113,8 +113,8 @@ def test_all_kinds_of_trouble_at_once_leave_the_good_ones_working(site):
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines() == [
         "['first-dist:twofold', 'good_arm', 'late_arm', 'second-dist:twofold']",
-        "robot 'twofold' is offered by first-dist 1.0 and by second-dist 1.0; "
-        "ask for 'first-dist:twofold' or 'second-dist:twofold', or uninstall one of them.",
+        "robot 'twofold' is provided by first-dist 1.0 and by second-dist 1.0; "
+        "request 'first-dist:twofold' or 'second-dist:twofold', or uninstall one of them.",
     ]
     told = done.stderr.splitlines()
     told.remove("hello")  # what a plugin prints when it is imported

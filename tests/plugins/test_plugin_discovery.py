@@ -116,6 +116,6 @@ def test_an_unknown_word_in_the_disabled_is_noted(site, caplog):
     site.add_robot("good-dist", "good_module")
     assert states(site.plugins(disabled=["good_modul", "zzz"])) == {"good-dist:good_module": "loaded"}
     assert [record.getMessage() for record in caplog.records] == [
-        "FROBS_DISABLE_PLUGINS names 'good_modul', which is no installed plugin; did you mean 'good_module'?",
-        "FROBS_DISABLE_PLUGINS names 'zzz', which is no installed plugin",
+        "FROBS_DISABLE_PLUGINS contains 'good_modul', which is not an installed plugin; did you mean 'good_module'?",
+        "FROBS_DISABLE_PLUGINS contains 'zzz', which is not an installed plugin",
     ]

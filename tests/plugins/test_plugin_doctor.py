@@ -86,7 +86,7 @@ def test_deprecated_use_is_told_with_its_place(site, examine):
     site.add("old-dist", {"old.py": source}, requires=CORE)
     finding = findings(examine()["old"])["deprecated"]
     assert finding.about == "old.py:4"
-    assert "old.old is deprecated since frobs-core 0.1 and goes in 0.2; use new." in finding.problem
+    assert "old.old is deprecated since frobs-core 0.1 and will be removed in 0.2; use new." in finding.problem
 
 
 @pytest.mark.slow

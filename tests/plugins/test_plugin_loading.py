@@ -46,14 +46,14 @@ BROKEN = {
     ),
     "exit": ("raise SystemExit(3)", "SystemExit: 3"),
     "skipped by a test framework": ("import pytest; pytest.skip('no', allow_module_level=True)", "Skipped: no"),
-    "no hooks": ("x = 1", "'broken' has no function that is marked with '@hookimpl'"),
+    "no hooks": ("x = 1", "'broken' has no function with the decorator '@hookimpl'"),
     "marker forgotten": (
         "def frobs_robots(): return []",
-        "'frobs_robots' must be a function that is marked with '@hookimpl'",
+        "'frobs_robots' must be a function with the decorator '@hookimpl'",
     ),
     "marked class": (
         HEADER + "@hookimpl\nclass frobs_robots: pass",
-        "'frobs_robots' must be a function that is marked with '@hookimpl'",
+        "'frobs_robots' must be a function with the decorator '@hookimpl'",
     ),
     "misspelt hook": (
         hook("return []", "frobs_robot"),
@@ -61,7 +61,7 @@ BROKEN = {
     ),
     "unknown hook": (
         hook("return []", "xyz"),
-        "there is no hook 'xyz'; there are "
+        "there is no hook 'xyz'; available hooks: "
         "frobs_simulators, frobs_robots, frobs_controllers, frobs_tasks, frobs_algorithms, frobs_abilities, "
         "frobs_sensor_types, frobs_parameters",
     ),
@@ -88,30 +88,33 @@ BROKEN = {
         hook(f"return {robot_record()}"),
         "frobs_robots returned a RobotRecord; return a list of RobotRecord",
     ),
-    "strings": (hook("return ['arm']"), "frobs_robots offers a str; it may only offer RobotRecord"),
+    "strings": (hook("return ['arm']"), "frobs_robots returned a str; it may only return RobotRecord"),
     "record of another kind": (
         hook("return [ControllerRecord(name='c', summary='s', entry_point='m:C')]"),
-        "frobs_robots offers a ControllerRecord; it may only offer RobotRecord",
+        "frobs_robots returned a ControllerRecord; it may only return RobotRecord",
     ),
     "record with a missing field": (
         hook("return [RobotRecord(name='arm')]"),
         "TypeError: RobotRecord.__init__() missing 2 required keyword-only arguments: 'summary' and 'entry_point'",
     ),
-    "duplicate name": (robots("arm", "leg", "arm"), "it offers robot 'arm' twice"),
+    "duplicate name": (robots("arm", "leg", "arm"), "robot 'arm' is provided twice"),
     "duplicate ID": (
         hook(
             f"return [{TASK.format('a', environment('x/Y-v0'))}, {TASK.format('b', environment('x/Y-v0'))}]",
             "frobs_tasks",
         ),
-        "it offers the environment ID 'x/Y-v0' twice",
+        "the environment ID 'x/Y-v0' is provided twice",
     ),
     "name with capitals": (
         robots("IRB120"),
-        "robot 'IRB120': a name has lower-case letters, digits and underscores only",
+        "robot 'IRB120': a name may only contain lowercase letters, digits and underscores",
     ),
-    "name with a colon": (robots("a:b"), "robot 'a:b': a name has lower-case letters, digits and underscores only"),
-    "empty name": (robots(""), "robot '': a name has lower-case letters, digits and underscores only"),
-    "name that is no string": (robots(3), "robot 3: a name has lower-case letters, digits and underscores only"),
+    "name with a colon": (
+        robots("a:b"),
+        "robot 'a:b': a name may only contain lowercase letters, digits and underscores",
+    ),
+    "empty name": (robots(""), "robot '': a name may only contain lowercase letters, digits and underscores"),
+    "name that is no string": (robots(3), "robot 3: a name may only contain lowercase letters, digits and underscores"),
     "entry point without attribute": (
         hook(f"return [{robot_record(entry_point='robots')}]"),
         "robot 'arm': entry_point is 'robots', not 'module:attribute'",
@@ -133,11 +136,11 @@ BROKEN = {
     ),
     "environments that are IDs": (
         hook("return [TaskRecord(name='t', summary='s', entry_point='m:T', environments=('x',))]", "frobs_tasks"),
-        "task 't': environments holds a str",
+        "task 't': environments contains a str",
     ),
     "module that replaces itself": (
         "import sys; sys.modules[__name__] = 3",
-        "'broken' put an int in the place of its module",
+        "'broken' replaced its module with an int",
     ),
 }
 
@@ -268,7 +271,7 @@ def test_a_plugin_that_asks_for_plugins_while_it_is_imported_is_broken(site):
     site.add("asks-dist", {"asks.py": "import frobs_core.plugins as p; p.records('robot')\n" + robots("arm")})
     with isolated(site.plugins()) as plugins:
         (report,) = plugins.reports()
-    assert report.cause == "plugins are being loaded; ask when your entry_point is used, not on import"
+    assert report.cause == "plugins are still being loaded; look them up when your entry_point is used, not on import"
 
 
 def test_a_module_that_is_imported_before_frobs_is_loaded_all_the_same(site):
@@ -285,7 +288,7 @@ def test_a_slow_import_is_named_on_stderr_while_it_goes_on(site, capsys):
     assert {report.state for report in plugins.reports()} == {"loaded"}
     assert capsys.readouterr().err == (
         "frobs: plugin 'slow' of slow-dist 2.0 is still loading after 0.1 s; "
-        "if it never ends, set FROBS_DISABLE_PLUGINS=slow-dist:slow\n"
+        "if it does not finish, set FROBS_DISABLE_PLUGINS=slow-dist:slow\n"
     )
     assert not [thread for thread in threading.enumerate() if isinstance(thread, threading.Timer)]
 

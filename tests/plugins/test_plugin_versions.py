@@ -19,8 +19,8 @@ def test_a_plugin_for_another_version_is_loaded_with_a_warning(site, caplog):
     site.add_robot("good-dist", "good", "other", requires=("frobs-core>=0.1,<1",))
     plugins = site.plugins()
     line = (
-        f"plugin 'late' of late-dist 1.0 is made for frobs-core >=7,<8, and this is {__version__}; "
-        "look for another version of it: pip install --upgrade late-dist"
+        f"plugin 'late' of late-dist 1.0 requires frobs-core >=7,<8, but this is {__version__}; "
+        "try to upgrade it: pip install --upgrade late-dist"
     )
     assert [(r.name, r.state, r.warning) for r in plugins.reports()] == [
         ("good", "loaded", ""),
@@ -34,7 +34,7 @@ def test_a_broken_plugin_for_another_version_says_both(site):
     site.add("late-dist", {"late.py": "from frobs_core import what_came_later"}, requires=("frobs-core>=7",))
     (report,) = site.plugins().reports()
     assert report.cause.startswith("ImportError: cannot import name 'what_came_later'")
-    assert report.cause.endswith(f"; it is made for frobs-core >=7, and this is {__version__}")
+    assert report.cause.endswith(f"; it requires frobs-core >=7, but {__version__} is installed")
 
 
 @pytest.mark.parametrize(
@@ -81,7 +81,7 @@ def test_a_deprecation_names_the_replacement_and_the_caller():
         return 2 * x
 
     with pytest.warns(
-        FrobsDeprecationWarning, match=r"old is deprecated since frobs-core 0\.2 and goes in 0\.3; use new"
+        FrobsDeprecationWarning, match=r"old is deprecated since frobs-core 0\.2 and will be removed in 0\.3; use new"
     ) as told:
         assert old(3) == 6
     assert told[0].filename == __file__

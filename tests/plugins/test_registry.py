@@ -118,7 +118,7 @@ def test_another_packages_id_is_never_overwritten(site, registered):
     assert list(registry.environments()) == ["lab/Other-v0"]
     assert lines == [
         f"environment ID '{id}' of plugin 'press' of press-dist 1.0 is not registered: "
-        "it is registered already, by somebody else"
+        "another package has already registered it"
         for id in ("lab/Press-v0", "CartPole-v1")
     ]
     assert list(registry.problems()) == ["lab/Press-v0", "CartPole-v1"]
@@ -128,12 +128,12 @@ def test_an_id_that_two_distributions_offer_goes_to_neither(site, registered):
     site.add("press-dist", {"press.py": tasks("lab/Press-v0")})
     site.add("Other.Dist", {"other.py": tasks("lab/Press-v0", "lab/Free-v0", robot="leg")}, version="2.0")
     assert registered() == [
-        "environment ID 'lab/Press-v0' is offered by Other.Dist 2.0 and by press-dist 1.0; "
+        "environment ID 'lab/Press-v0' is provided by Other.Dist 2.0 and by press-dist 1.0; "
         "it is registered as 'other-dist/lab.Press-v0' and as 'press-dist/lab.Press-v0'"
     ]
     text = (
-        "environment ID 'lab/Press-v0' is offered by Other.Dist 2.0 and by press-dist 1.0; "
-        "ask for 'other-dist/lab.Press-v0' or 'press-dist/lab.Press-v0', or uninstall one of them."
+        "environment ID 'lab/Press-v0' is provided by Other.Dist 2.0 and by press-dist 1.0; "
+        "request 'other-dist/lab.Press-v0' or 'press-dist/lab.Press-v0', or uninstall one of them."
     )
     asked = [
         lambda: gym.make("lab/Press-v0"),
@@ -181,14 +181,14 @@ def test_an_id_whose_settings_the_user_has_changed_is_still_ours(site, registere
 @pytest.mark.parametrize(
     ("id", "reason"),
     [
-        ("lab/Press", "an ID looks like 'namespace/Name-v0', with a version and no colon"),
-        ("lab/Press-v01", "an ID looks like 'namespace/Name-v0', with a version and no colon"),
-        ("lab:x/Press-v0", "an ID looks like 'namespace/Name-v0', with a version and no colon"),
-        ("lab/sub/Press-v0", "an ID looks like 'namespace/Name-v0'"),
-        ("", "an ID looks like 'namespace/Name-v0'"),
-        ("lab/Press v0", "an ID looks like 'namespace/Name-v0'"),
-        (None, "an ID looks like 'namespace/Name-v0'"),
-        ("frobs/Env-v0", "another environment of FRobs has this ID"),
+        ("lab/Press", "an ID must have the form 'namespace/Name-v0', with a version and without a colon"),
+        ("lab/Press-v01", "an ID must have the form 'namespace/Name-v0', with a version and without a colon"),
+        ("lab:x/Press-v0", "an ID must have the form 'namespace/Name-v0', with a version and without a colon"),
+        ("lab/sub/Press-v0", "an ID must have the form 'namespace/Name-v0'"),
+        ("", "an ID must have the form 'namespace/Name-v0'"),
+        ("lab/Press v0", "an ID must have the form 'namespace/Name-v0'"),
+        (None, "an ID must have the form 'namespace/Name-v0'"),
+        ("frobs/Env-v0", "another environment of FRobs uses this ID"),
     ],
 )
 def test_an_id_that_cannot_be_one_is_reported_and_the_others_are_registered(site, registered, id, reason):
@@ -204,10 +204,10 @@ def test_an_id_that_cannot_be_one_is_reported_and_the_others_are_registered(site
         ({"max_episode_steps": 0}, "max_episode_steps is 0, not a whole number ≥ 1"),
         ({"max_episode_steps": 1.5}, "max_episode_steps is 1.5, not a whole number ≥ 1"),
         ({"robot": None}, "robot is None, not a name"),
-        ({"parameters": 3}, "its parameters are no mapping"),
+        ({"parameters": 3}, "its parameters are not a mapping"),
         (
             {"parameters": {"x": {1, 2}}},
-            "parameter 'x' is a set; numbers, strings, lists and dictionaries can travel",
+            "parameter 'x' is a set; use numbers, strings, lists and dictionaries",
         ),
         ({"parameters": {"task": "other"}}, "parameter 'task' is a field of the record"),
     ],

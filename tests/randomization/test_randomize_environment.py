@@ -84,7 +84,7 @@ def test_a_snapshot_of_another_randomisation_is_refused(make):
     env, other = make(1, {"mass": {"scale": [0.8, 1.2]}}), make(1, {"gravity": {"scale": [0.8, 1.2]}})
     env.reset(seed=0)
     other.reset(seed=0)
-    with pytest.raises(ConfigurationError, match="taken with other settings"):
+    with pytest.raises(ConfigurationError, match="taken with different settings"):
         other.restore(env.snapshot())
 
 
@@ -178,11 +178,11 @@ def test_gymnasium_makes_it():
         (
             {"joint_damping": {"scale": [1, 2]}},
             ConfigurationError,
-            "is 0, so a scale changes nothing; write add or set",
+            "is 0, so scale has no effect; use add or set",
         ),
-        ({"mass": {"scale": [[1, 1], [2, 2]]}}, ConfigurationError, "2 numbers were given; write one number"),
+        ({"mass": {"scale": [[1, 1], [2, 2]]}}, ConfigurationError, "2 numbers do not match; write one number"),
         ({"gravity": {"add": [[1, 1], [2, 2]]}}, ConfigurationError, "one for each of x, y and z"),
-        ({"gravity": {"scale": 1.0, "every": {"seconds": 0.05}}}, ConfigurationError, "0.04 s would be"),
+        ({"gravity": {"scale": 1.0, "every": {"seconds": 0.05}}}, ConfigurationError, "0.04 s would work"),
     ],
 )
 def test_what_does_not_fit_the_model_is_refused(make, given, error, says):
@@ -192,7 +192,7 @@ def test_what_does_not_fit_the_model_is_refused(make, given, error, says):
 
 def test_what_would_change_nothing_is_refused(make):
     for controller in ("joint_velocity", "joint_effort"):
-        with pytest.raises(ConfigurationError, match=r"randomize\.stiffness: it would change nothing"):
+        with pytest.raises(ConfigurationError, match=r"randomize\.stiffness: it would have no effect"):
             make(2, {"stiffness": {"scale": 1.1}}, controller=controller)
 
 

@@ -51,7 +51,7 @@ def test_times_are_read():
     assert only({"scale": 1.2, "every": 25}).schedule == Schedule(when=When.INTERVAL, interval=(25, 25))
     seconds = only({"scale": 1.2, "every": {"seconds": [0.2, 1.0]}}).schedule
     assert seconds.steps(0.04, "here") == (5, 25)
-    with pytest.raises(ConfigurationError, match=r"every 0\.2 s is no whole number of control steps of 0\.03 s"):
+    with pytest.raises(ConfigurationError, match=r"every 0\.2 s is not a whole number of control steps of 0\.03 s"):
         seconds.steps(0.03, "here")
     assert only({"x": {"normal": 1}}, "observation_noise").schedule == Schedule(when=When.INTERVAL, interval=(1, 1))
 
@@ -71,38 +71,54 @@ def test_delays_are_whole_steps_with_both_ends():
 @pytest.mark.parametrize(
     ("given", "error", "says"),
     [
-        ({"masss": {"scale": 1.1}}, UnknownParameterError, "randomize takes no parameter 'masss'. Did you mean 'mass'"),
-        ({"mass": {"scal": 1.1}}, UnknownParameterError, "'randomize.mass' takes no parameter 'scal'. Did you mean"),
-        ({"gravity": {"target": "x", "add": 1}}, UnknownParameterError, "'randomize.gravity' takes no parameter"),
-        ({"mass": {"target": "*"}}, ConfigurationError, "randomize.mass: exactly one of scale, add, set"),
+        ({"masss": {"scale": 1.1}}, UnknownParameterError, "randomize has no parameter 'masss'. Did you mean 'mass'"),
+        ({"mass": {"scal": 1.1}}, UnknownParameterError, "'randomize.mass' has no parameter 'scal'. Did you mean"),
+        ({"gravity": {"target": "x", "add": 1}}, UnknownParameterError, "'randomize.gravity' has no parameter"),
+        ({"mass": {"target": "*"}}, ConfigurationError, "randomize.mass: write exactly one of scale, add, set"),
         ({"mass": {"scale": 1, "add": 1}}, ConfigurationError, "exactly one of"),
-        ({"mass": 1.1}, ConfigurationError, r"randomize.mass: 1.1 is no mapping.*\{scale: \[0.8, 1.2\]\}"),
+        ({"mass": 1.1}, ConfigurationError, r"randomize.mass: 1.1 is not a mapping.*\{scale: \[0.8, 1.2\]\}"),
         ({"mass": []}, ConfigurationError, "randomize.mass: is an empty list"),
-        ({"mass": [{"scale": 1}, {"scale": "x"}]}, ConfigurationError, r"randomize.mass\[1\].scale: 'x' is no finite"),
+        (
+            {"mass": [{"scale": 1}, {"scale": "x"}]},
+            ConfigurationError,
+            r"randomize.mass\[1\].scale: 'x' is not a finite",
+        ),
         ({"mass": {"scale": [1.2, 0.8]}}, ConfigurationError, r"mass.scale: \[1.2, 0.8\]: the lowest is above"),
         ({"mass": {"scale": [1, 2, 3]}}, ConfigurationError, r"write \[lowest, highest\]"),
-        ({"mass": {"scale": [[1, 2], [3]]}}, ConfigurationError, "differ in length"),
-        ({"mass": {"scale": float("nan")}}, ConfigurationError, "no finite number"),
-        ({"mass": {"scale": True}}, ConfigurationError, "True is no finite number"),
+        ({"mass": {"scale": [[1, 2], [3]]}}, ConfigurationError, "have different lengths"),
+        ({"mass": {"scale": float("nan")}}, ConfigurationError, "not a finite number"),
+        ({"mass": {"scale": True}}, ConfigurationError, "True is not a finite number"),
         ({"mass": {"scale": {"nromal": 1}}}, UnknownParameterError, "Did you mean 'normal'"),
-        ({"mass": {"scale": {"normal": -1}}}, ConfigurationError, "not negative"),
-        ({"mass": {"set": {"normal": 1}}}, ConfigurationError, "needs its mean"),
-        ({"mass": {"scale": {"uniform": [1, 2], "bounds": [1, 2]}}}, ConfigurationError, "bounds: goes with normal"),
+        ({"mass": {"scale": {"normal": -1}}}, ConfigurationError, "must not be negative"),
+        ({"mass": {"set": {"normal": 1}}}, ConfigurationError, "needs a mean"),
+        (
+            {"mass": {"scale": {"uniform": [1, 2], "bounds": [1, 2]}}},
+            ConfigurationError,
+            "bounds: is only used with normal",
+        ),
         ({"mass": {"scale": {"log_uniform": [0, 2]}}}, ConfigurationError, "above 0"),
-        ({"mass": {"scale": 1, "when": "often"}}, ConfigurationError, "'often' is none of start, reset and step"),
-        ({"mass": {"scale": 1, "when": "start", "every": 3}}, ConfigurationError, "exclude each other"),
+        ({"mass": {"scale": 1, "when": "often"}}, ConfigurationError, "'often' is not start, reset or step"),
+        ({"mass": {"scale": 1, "when": "start", "every": 3}}, ConfigurationError, "cannot be combined"),
         ({"mass": {"scale": 1, "every": 0.5}}, ConfigurationError, "a whole number ≥ 1"),
         ({"mass": {"scale": 1, "every": {"minutes": 1}}}, ConfigurationError, "seconds: 1.0"),
-        ({"mass": {"scale": 1, "target": []}}, ConfigurationError, "no name and no list of names"),
-        ({"mass": {"scale": 1, "shared": "no"}}, ConfigurationError, "neither true nor false"),
-        ({"action_delay": {"steps": 0.5}}, ConfigurationError, "a delay is a whole number.*shorter control_timestep"),
-        ({"action_delay": {"steps": [2, 1]}}, ConfigurationError, "a delay is a whole number"),
+        ({"mass": {"scale": 1, "target": []}}, ConfigurationError, "is not a name or a list of names"),
+        ({"mass": {"scale": 1, "shared": "no"}}, ConfigurationError, "is not true or false"),
+        (
+            {"action_delay": {"steps": 0.5}},
+            ConfigurationError,
+            "a delay must be a whole number.*shorter control_timestep",
+        ),
+        ({"action_delay": {"steps": [2, 1]}}, ConfigurationError, "a delay must be a whole number"),
         ({"action_delay": {"when": "start"}}, ConfigurationError, "needs its steps"),
-        ({"action_delay": [{"steps": 1}, {"steps": 2}]}, ConfigurationError, "an action has one delay"),
+        ({"action_delay": [{"steps": 1}, {"steps": 2}]}, ConfigurationError, "an action has only one delay"),
         ({"action_delay": {"steps": 5000}}, ConfigurationError, "at most 1000"),
-        ({"observation_noise": {"normal": 0.1}}, ConfigurationError, "observation_noise.normal: 0.1 is no mapping"),
-        ({"observation_noise": {"x": {"when": "step"}}}, ConfigurationError, "exactly one of constant"),
-        ([1], ConfigurationError, "is no mapping"),
+        ({"observation_noise": {"normal": 0.1}}, ConfigurationError, "observation_noise.normal: 0.1 is not a mapping"),
+        (
+            {"observation_noise": {"x": {"when": "step"}}},
+            ConfigurationError,
+            "write exactly one distribution, one of constant",
+        ),
+        ([1], ConfigurationError, "is not a mapping"),
     ],
 )
 def test_bad_input_is_named(given, error, says):

@@ -73,7 +73,7 @@ def test_an_action_of_the_wrong_shape_is_refused():
 
 
 def test_a_space_that_is_no_box_is_refused():
-    with pytest.raises(ConfigurationError, match=r"needs a Box action space.*Discrete\(2\)"):
+    with pytest.raises(ConfigurationError, match=r"requires a Box action space.*Discrete\(2\)"):
         NormalizeActionWrapper(gym.make("CartPole-v1"))
 
 

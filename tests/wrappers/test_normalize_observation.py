@@ -76,7 +76,7 @@ def test_an_observation_of_the_wrong_shape_is_refused():
 
 
 def test_a_space_that_is_no_box_is_refused():
-    with pytest.raises(ConfigurationError, match="needs a Box observation space"):
+    with pytest.raises(ConfigurationError, match="requires a Box observation space"):
         NormalizeObservationWrapper(Show(gym.spaces.Discrete(3), 0))
 
 

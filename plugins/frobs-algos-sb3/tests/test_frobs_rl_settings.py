@@ -98,9 +98,9 @@ def test_a_file_of_the_examples_loads_unchanged() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("training_steps:", "training_step:", r"f\.yaml:3: 'model_params' takes no parameter 'training_step'. Did you mean 'training_steps'"),
-        ("policy_delay:", "policy_dely:", r"f\.yaml:31: 'td3_params' takes no parameter 'policy_dely'. Did you mean 'policy_delay'"),
-        ("sigma:", "sigm:", r"f\.yaml:22: 'action_noise' of 'model_params' takes no parameter 'sigm'. Did you mean 'sigma'"),
+        ("training_steps:", "training_step:", r"f\.yaml:3: 'model_params' has no parameter 'training_step'. Did you mean 'training_steps'"),
+        ("policy_delay:", "policy_dely:", r"f\.yaml:31: 'td3_params' has no parameter 'policy_dely'. Did you mean 'policy_delay'"),
+        ("sigma:", "sigm:", r"f\.yaml:22: 'action_noise' of 'model_params' has no parameter 'sigm'. Did you mean 'sigma'"),
         ("activation_fn: ReLU", "activation_fn: step", r"f\.yaml:16: .*activation_fn is 'step'.*'relu', 'tanh', 'elu' or 'selu'"),
         ("unit: episode", "unit: hour", r"f\.yaml:36: .*'step' or 'episode'"),
         ("tau: 0.005", "tau: 5", r"f\.yaml:28: .*tau is 5; .*less than or equal to 1"),

@@ -75,7 +75,7 @@ def test_arguments_of_a_launch_reach_gazebo(monkeypatch: pytest.MonkeyPatch, tmp
         (Launch(recording=True), BRIDGE, "recording is not possible on the backend 'bridge:mujoco'"),
         (Launch(gui_required=True), BRIDGE, "gui_required is not possible"),
         (Launch(clock_frequency=-1), "gazebo", "pub_clock_frequency is -1"),
-        (Launch(respawn=True, server_required=True), "gazebo", "exclude each other"),
+        (Launch(respawn=True, server_required=True), "gazebo", "cannot be combined"),
         (Launch(gui=False, gui_required=True), "gazebo", "gui_required needs gui"),
     ],
 )

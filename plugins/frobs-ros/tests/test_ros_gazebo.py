@@ -153,7 +153,7 @@ def test_an_invalid_model_is_refused_and_the_world_goes_on(text: str) -> None:
 @pytest.mark.parametrize(
     ("spawn", "given", "reason"),
     [
-        (ros_gazebo.gazebo_spawn_urdf_path, ["/no/such.urdf"], "no such file"),
+        (ros_gazebo.gazebo_spawn_urdf_path, ["/no/such.urdf"], "the file does not exist"),
         (ros_gazebo.gazebo_spawn_sdf_path, ["/no/such.sdf"], "cannot be read"),
         (ros_gazebo.gazebo_spawn_urdf_pkg, ["no_package", "a.urdf"], "no ROS package is named"),
         (ros_gazebo.gazebo_spawn_sdf_pkg, ["tiny_arm", "none.sdf"], "has no file"),

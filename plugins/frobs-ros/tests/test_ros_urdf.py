@@ -38,11 +38,11 @@ def test_a_description_is_loaded_into_a_parameter(own_master: str, ns: str | Non
 @pytest.mark.parametrize(
     ("text", "args", "reason"),
     [
-        (None, None, "no such file"),
+        (None, None, "the file does not exist"),
         ("<robot name='a'><link name='b'></robot>", None, "not well-formed"),
         ("<robot name='a'/>", ["length=3"], "'length=3'; it must be of the form"),
         ("<robot name='a'/>", "length:=3", "a list of 'name:=value'"),
-        ("<robot name='a'/>", ["length:=3"], "takes no xacro argument 'length'"),
+        ("<robot name='a'/>", ["length:=3"], "has no xacro argument 'length'"),
     ],
 )
 def test_a_file_that_is_no_robot_is_refused_with_a_reason(

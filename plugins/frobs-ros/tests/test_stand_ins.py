@@ -94,7 +94,7 @@ def test_xacro_prints_or_writes_the_urdf(
     assert (tmp_path / "arm.urdf").read_text() == text
     monkeypatch.setattr(sys, "argv", ["xacro", "none.xacro"])
     assert expand.main() == 1
-    assert "no such file" in capsys.readouterr().err
+    assert "the file does not exist" in capsys.readouterr().err
 
 
 def test_stand_ins_are_offered_only_for_packages_that_are_missing(

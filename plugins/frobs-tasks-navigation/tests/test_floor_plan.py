@@ -117,7 +117,7 @@ def test_mistakes_are_told_with_file_and_line(flat, change, line, message):
 def test_a_plan_that_is_not_there_names_those_that_are(tmp_path):
     with pytest.raises(ConfigFileError, match="'maze', 'empty', 'dynamic'"):
         read_floor_plan("mase")
-    with pytest.raises(ConfigFileError, match="no such file"):
+    with pytest.raises(ConfigFileError, match="the file does not exist"):
         read_floor_plan(tmp_path / "flat.yaml")
 
 

@@ -109,7 +109,7 @@ def test_a_configuration_is_frozen() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        pytest.param("stepz: 3\n", r"bad\.yaml:1: the run configuration takes no parameter 'stepz'.*'steps'", id="key"),
+        pytest.param("stepz: 3\n", r"bad\.yaml:1: the run configuration has no parameter 'stepz'.*'steps'", id="key"),
         pytest.param("steps: -5\n", r"bad\.yaml:1: .*steps is -5; .*greater than or equal to 1", id="negative steps"),
         pytest.param(
             "steps: 5\nalgorithm_config:\n  n_step: 3\n",

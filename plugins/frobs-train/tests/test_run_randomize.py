@@ -73,7 +73,7 @@ def test_settings_reach_into_it() -> None:
 def test_mistakes_are_named_with_their_line(tmp_path: Path) -> None:
     file = tmp_path / "settings.yaml"
     file.write_text("randomize:\n  mass: {scale: [0.8, 1.2]}\n  gravty: {scale: 1.1}\n")
-    with pytest.raises(ConfigFileError, match=r"settings\.yaml:3: randomize takes no parameter 'gravty'. Did you mean"):
+    with pytest.raises(ConfigFileError, match=r"settings\.yaml:3: randomize has no parameter 'gravty'. Did you mean"):
         resolve_config(REACH, file=file)
     with pytest.raises(UnknownParameterError, match="Did you mean 'mass'"):
         resolve_config(REACH, flags={"randomize": {"masss": {"scale": 1}}})

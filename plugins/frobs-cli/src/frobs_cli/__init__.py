@@ -1,9 +1,8 @@
-"""The ``frobs`` command, and what the commands of other distributions share.
+"""The ``frobs`` command, and modules that the commands of other distributions share.
 
-    commands.py   the records in which a distribution declares its commands
-    program.py    builds the program from these records; imports a command's module when the command runs
-    group.py      errors, Ctrl-C and unknown commands
-    providers.py  what other distributions add to ``frobs list`` and ``frobs show``
+    commands.py   records in which a distribution declares its commands program.py    builds the program from these
+    records; imports a command's module when the command runs group.py      errors, Ctrl-C and unknown commands
+    providers.py  additions of other distributions to ``frobs list`` and ``frobs show``
     output.py, facts.py, formats.py, options.py, model_options.py   for commands of any distribution
 
 This package is separate from :mod:`frobs_core`, because importing the core registers environments, which imports

@@ -1,4 +1,4 @@
-"""What is installed, as commands show it: records with where they are from, environments, IDs."""
+"""The installed records with their sources, environments and IDs, for commands."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _WORDS = {"env": ENVIRONMENT, "envs": ENVIRONMENT, "environments": ENVIRONMENT, 
 
 @dataclass(frozen=True)
 class Listed:
-    """A record, with the distribution that offers it."""
+    """A record and the distribution that provides it."""
 
-    name: str  # with ``distribution:`` as a prefix if two distributions offer it
+    name: str  # with the prefix ``distribution:`` if two distributions provide it
     record: Record
     distribution: str
     version: str
@@ -28,7 +28,7 @@ class Listed:
 
 
 def kind_of(word: str) -> str:
-    """Return the kind that a word means, singular or plural; ``"environment"`` counts as a kind here."""
+    """Return the kind for its singular or plural name. ``"environment"`` counts as a kind here."""
     known = {**{kind: kind for kind in KINDS}, **{plural(kind): kind for kind in KINDS}, **_WORDS}
     if word.lower() not in known:
         raise UnknownNameError("kind", word, [*(plural(kind) for kind in KINDS), "envs"])
@@ -36,7 +36,7 @@ def kind_of(word: str) -> str:
 
 
 def plural(kind: str) -> str:
-    """Return the word for several of a kind."""
+    """Return the plural name of a kind."""
     return f"{kind[:-1]}ies" if kind.endswith("y") else f"{kind}s"
 
 
@@ -63,7 +63,7 @@ def why_unusable(record: Record) -> str:
 
 
 def source_of(kind: str, record: Record) -> str:
-    """Return distribution and version of a record, or nothing where it is from no plugin."""
+    """Return the distribution and version of a record, or an empty string if it does not come from a plugin."""
     return next((item.source for item in listed(kind) if item.record is record), "")
 
 

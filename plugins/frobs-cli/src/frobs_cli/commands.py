@@ -1,4 +1,4 @@
-"""How a distribution declares its commands: a table of records with strings, so that listing them imports nothing.
+"""How a distribution declares its commands: as a table of string records, so that listing them imports nothing.
 
 The entry-point group ``frobs.commands`` names the tables::
 
@@ -19,7 +19,7 @@ from typing import Any
 GROUP = "frobs.commands"
 
 HEADINGS = ("Look around", "Learn", "Extend", "Verify", "From plugins")
-"""Headings of ``frobs --help``, in this order; others follow."""
+"""Headings of ``frobs --help``, in this order; additional ones follow."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +33,7 @@ class Command:
         heading: Heading in ``frobs --help``.
         loads_plugins: Whether plugins may be loaded while it runs. ``frobs doctor plugins`` examines plugins that may
             hang or crash, so it must not load them.
-        passes_options_on: Whether options after its first argument belong to a program that it starts.
+        passes_options_on: Whether options after its first argument are passed to a program that it starts.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Command:
 
 
 def installed_commands() -> tuple[dict[str, Command], list[str]]:
-    """Return the commands of all installed distributions by name, and a line for each table that cannot be read.
+    """Return the commands of all installed distributions by name, and a message for each table that cannot be read.
 
     If two distributions declare the same command, the first one by name wins; FRobs's own command line comes first.
     """

@@ -1,7 +1,7 @@
-"""Names that a shell completes.
+"""Names for shell completion.
 
-A completing shell sets ``_FROBS_COMPLETE``. Importing the core then registers no environments, so that nothing heavy
-is imported; the names come from the plugins' records.
+A shell that completes a command line sets ``_FROBS_COMPLETE``. Importing the core then does not register environments
+or import anything heavy; the names come from the plugins' records.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What ``frobs show`` says about an environment ID, ours or another's."""
+"""Facts of ``frobs show`` about an environment ID, of FRobs or of another package."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _DEPENDS = "the number of columns depends on the robot"
 
 
 def describe_environment(spec: EnvSpec) -> dict[str, Any]:
-    """Return the facts about an ID. An environment that cannot be built is a fact too: ``error``."""
+    """Return the facts about an ID. If the environment cannot be built, they contain ``error``."""
     facts: dict[str, Any] = {"kind": catalogue.ENVIRONMENT, "name": spec.id}
     ours = registry.environments().get(spec.id)
     if ours is None:
@@ -46,7 +46,7 @@ def describe_environment(spec: EnvSpec) -> dict[str, Any]:
         "max_episode_steps": environment.max_episode_steps,
         **(_spaces(spec) if environment.robot else dict.fromkeys(("action_space", "observation_space"), _DEPENDS)),
     }
-    with contextlib.suppress(FrobsError):  # a part that cannot be imported is told by _spaces already
+    with contextlib.suppress(FrobsError):  # _spaces already reports parts that cannot be imported
         facts |= _task(task, environment)
         facts["controller_parameters"] = _controller(environment)
     facts["tuned_algorithms"] = [
@@ -61,7 +61,7 @@ def describe_environment(spec: EnvSpec) -> dict[str, Any]:
 
 
 def readable_environment(facts: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the facts of :func:`describe_environment` in a form for people."""
+    """Return the facts of :func:`describe_environment` in human-readable form."""
     shown = dict(facts)
     for provider in providers():
         shown |= provider.readable_environment(shown)
@@ -79,7 +79,7 @@ def _spaces(spec: EnvSpec) -> dict[str, Any]:
 
 
 def space_text(space: gym.Space[Any]) -> str:
-    """Return a space in one line: of a Box its shape and its outermost bounds."""
+    """Return a space in one line; for a Box its shape and its extreme bounds."""
     if isinstance(space, gym.spaces.Box):
         return f"Box {space.shape} {space.dtype} in [{np.min(space.low):.6g}, {np.max(space.high):.6g}]"
     if isinstance(space, gym.spaces.Dict):
@@ -103,12 +103,12 @@ def _controller(environment: EnvironmentRecord) -> list[dict[str, Any]]:
 
 
 def _with_defaults(rows: list[dict[str, Any]], chosen: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return rows of parameters with the values that an environment chooses as their defaults."""
+    """Return rows of parameters in which the values that an environment sets are the defaults."""
     return [row | {"default": chosen[row["name"]], "required": False} if row["name"] in chosen else row for row in rows]
 
 
 def _simulators(task: TaskRecord, environment: EnvironmentRecord) -> list[dict[str, Any]]:
-    """Return for each simulator whether it can run the environment here, and what it lacks: capabilities or packages."""
+    """Return for each simulator whether it can run the environment here, and the missing capabilities or packages."""
     needs: dict[str, Mapping[str, Level]] = {f"task '{task.name}'": task.needs}
     with contextlib.suppress(FrobsError):
         config = EnvConfig.from_dict({"task": task.name, "robot": environment.robot, **environment.parameters})

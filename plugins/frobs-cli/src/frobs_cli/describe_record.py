@@ -1,4 +1,4 @@
-"""What ``frobs show`` says about a record: what it declares, and what its implementation says about itself."""
+"""Facts of ``frobs show`` about a record, from its declaration and its implementation."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from frobs_core.specs import AlgorithmRecord, ControllerRecord, Record, Simulato
 
 
 def describe_record(kind: str, record: Record) -> dict[str, Any]:
-    """Return the facts about a record. An implementation that cannot be imported is a fact too: ``error``."""
+    """Return the facts about a record. If its implementation cannot be imported, they contain ``error``."""
     facts = {
         "kind": kind,
         "name": record.name,
@@ -66,18 +66,18 @@ def _algorithm(record: AlgorithmRecord) -> dict[str, Any]:
 
 
 def simulator_facts(cls: Any) -> dict[str, Any]:
-    """Return what a simulator's class says: its parameters, which ``simulator_kwargs`` may hold."""
+    """Return the facts about a simulator's class: its parameters, which ``simulator_kwargs`` may contain."""
     accepted = simulator_defaults(cls)
     return {"parameters": [row for row in parameters(cls) if row["name"] in accepted]}
 
 
 def controller_facts(cls: Any) -> dict[str, Any]:
-    """Return what a controller's class says: its command and its parameters."""
+    """Return the facts about a controller's class: its command and its parameters."""
     return {"command": str(getattr(cls, "command_mode", "")), "parameters": parameters(cls)}
 
 
 def task_facts(cls: Any) -> dict[str, Any]:
-    """Return what a task's class says: its rewards, reset options, timesteps and parameters."""
+    """Return the facts about a task's class: its rewards, reset options, timesteps and parameters."""
     return {
         "reward_types": list(cls.reward_types),
         "reset_options": list(cls.reset_options),

@@ -1,4 +1,4 @@
-"""What ``frobs show`` says about a robot: what its description adds, and what its model file says."""
+"""Facts of ``frobs show`` about a robot, from its description and its model file."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from frobs_core.models import ENDINGS, JointType, RobotModel
 
 
 def is_model_file(name: str) -> bool:
-    """Tell the path of a robot's model file, or one inside of a Python package, by its ending."""
+    """Return whether a name is the path of a robot's model file, or of one in a Python package, by its suffix."""
     return name.lower().endswith(ENDINGS)
 
 
 def robot_of(name: str, xacro_args: Mapping[str, str], package_paths: Mapping[str, str | Path]) -> Robot | None:
-    """Return the robot that a name or the path of a model file means, or None."""
+    """Return the robot with this name or model file, or None."""
     if is_model_file(name):
         paths = {package: str(folder) for package, folder in package_paths.items()}
         return Robot(
@@ -33,13 +33,13 @@ def robot_of(name: str, xacro_args: Mapping[str, str], package_paths: Mapping[st
 
 
 def describe_file(robot: Robot) -> dict[str, Any]:
-    """Return the facts about a robot that is a file; raise ModelFileError if it cannot be read."""
+    """Return the facts about a robot file. Raises ModelFileError if it cannot be read."""
     load(robot)
     return {"kind": "robot file", "name": robot.name, **describe_robot(robot)}
 
 
 def describe_robot(robot: Robot) -> dict[str, Any]:
-    """Return the facts about a robot. A model file that cannot be read is a fact too: ``error``."""
+    """Return the facts about a robot. If its model file cannot be read, they contain ``error``."""
     facts: dict[str, Any] = {"model": robot.model, "base": robot.base, "tcp": robot.tcp}
     try:
         model = load(robot)
@@ -57,7 +57,7 @@ def describe_robot(robot: Robot) -> dict[str, Any]:
 
 
 def joints(model: RobotModel, home: Mapping[str, float]) -> list[dict[str, Any]]:
-    """Return a row for each actuated joint: limits, and where it rests [rad or m, rad/s or m/s, N·m or N]."""
+    """Return a row for each actuated joint: limits and home position [rad or m, rad/s or m/s, N·m or N]."""
     rows = []
     for joint in model.actuated_joints:
         limits = joint.limits
@@ -78,7 +78,7 @@ def joints(model: RobotModel, home: Mapping[str, float]) -> list[dict[str, Any]]
 
 
 def sensors(robot: Robot) -> list[dict[str, Any]]:
-    """Return a row for each sensor: what it measures, in which unit, and how well. None: a fault that it has not."""
+    """Return a row for each sensor: measured quantity, unit and imperfections (None if it does not have one)."""
     return [
         {
             "sensor": name,

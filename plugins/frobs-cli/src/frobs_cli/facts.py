@@ -1,4 +1,4 @@
-"""Facts about one thing, on the screen: scalars as label and value, lists as tables."""
+"""Prints facts about one object: scalars as label and value, lists as tables."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _HEADINGS = {
 
 
 def print_facts(facts: Mapping[str, Any]) -> None:
-    """Write facts to stdout: ``kind`` and ``name`` as the title, then what is scalar, then a section for each table.
+    """Write facts to stdout: ``kind`` and ``name`` as the title, then scalars, then a section for each table.
 
     Args:
-        facts: What a command also writes as JSON. None and what is empty is left out.
+        facts: Facts that a command also writes as JSON. None and empty values are omitted.
     """
     from rich.text import Text
 
@@ -40,12 +40,12 @@ def print_facts(facts: Mapping[str, Any]) -> None:
 
 
 def heading(key: str) -> str:
-    """Return a key as people read it."""
+    """Return a key in human-readable form."""
     return _HEADINGS.get(key, key.replace("_", " "))
 
 
 def text(value: Any) -> str:
-    """Return a value as people read it, which is nearly YAML: numbers with as many digits as they mean."""
+    """Return a value in human-readable form, similar to YAML, with only significant digits."""
     from frobs_core.plain import plain
 
     value = plain(value)
@@ -64,17 +64,17 @@ def text(value: Any) -> str:
 
 
 def is_table(value: Any) -> bool:
-    """Tell what becomes a section: a mapping, or a list of mappings."""
+    """Return whether a value becomes a section: a mapping, or a list of mappings."""
     return isinstance(value, Mapping) or (isinstance(value, Sequence) and bool(value) and isinstance(value[0], Mapping))
 
 
 def is_empty(value: Any) -> bool:
-    """Tell what is not worth a line."""
+    """Return whether a value is omitted."""
     return value is None or (isinstance(value, (str, Sequence, Mapping)) and not len(value))
 
 
 def dotted(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return a mapping of mappings as one whose keys are paths, as ``--set`` takes them."""
+    """Return nested mappings as a single mapping whose keys are paths, as ``--set`` accepts them."""
     flat: dict[str, Any] = {}
     for key, value in mapping.items():
         if isinstance(value, Mapping) and value:

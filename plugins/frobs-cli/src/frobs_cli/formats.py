@@ -1,4 +1,4 @@
-"""Numbers as people read them."""
+"""Numbers in human-readable form."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ def percent(share: float | None, digits: int = 1) -> str:
 
 
 def number(value: float) -> str:
-    """Return a number with as many digits as its size needs."""
+    """Return a number with an appropriate number of digits for its size."""
     return f"{value:,.0f}" if abs(value) >= 1_000 else f"{value:.1f}" if abs(value) >= 100 else f"{value:.2f}"
 
 

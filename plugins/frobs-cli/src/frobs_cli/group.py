@@ -1,4 +1,4 @@
-"""A group of commands: handles errors, Ctrl-C and a reader that has gone."""
+"""A group of commands that handles errors, Ctrl-C and closed pipes."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from frobs_cli.output import print_error, print_note
 BAD_INPUT = 2
 INTERRUPTED = 130
 _ERRORS = (("frobs_core.errors", "FrobsError"), ("frobs_deploy.errors", "DeployError"), ("gymnasium.error", "Error"))
-"""Module and class of the errors that are reported in one line. A module that is not imported has raised none."""
+"""Module and class of errors that are reported in one line. If a module is not imported, it cannot have raised one."""
 
 READER_GONE = 141
-"""128 + SIGPIPE: what a shell reports for any program whose reader stopped reading."""
+"""128 + SIGPIPE, the exit code that shells report when a program's output pipe was closed."""
 
 
 class FrobsGroup(TyperGroup):
-    """Commands whose failures are one clear line on stderr and an exit code.
+    """Commands that report failures as one line on stderr and an exit code.
 
-    0: done; 1: a check or one of several jobs failed, or a bug, which shows its traceback; 2: bad input; 130: Ctrl-C; 143: SIGTERM, of a
-    training, which writes a checkpoint first.
+    0: success; 1: a check or one of several jobs failed, or a bug occurred, which shows its traceback; 2: invalid input;
+    130: Ctrl-C; 143: SIGTERM during training, after a checkpoint was written.
     """
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Find the command that the first argument names.
+        """Return the command in the first argument.
 
         Raises:
             UnknownNameError: No command has this name; suggests the closest match.
@@ -45,7 +45,7 @@ class FrobsGroup(TyperGroup):
         return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command that was asked for; Ctrl-C ends it with one line."""
+        """Run the command. Ctrl-C ends it with a one-line message."""
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt as interrupt:
@@ -63,11 +63,11 @@ class FrobsGroup(TyperGroup):
         keywords["standalone_mode"] = False
         _accept_any_encoding()
         try:
-            # --debug is accepted anywhere, so that it can be appended to a line that failed.
+            # --debug is accepted anywhere, so that users can append it to a failed command line
             if not self.passes_options_on(given):
                 given = [arg for arg in given if arg != "--debug"]
             result = super().main(given, *positional, **keywords)
-            sys.stdout.flush()  # a reader that has gone shows now, not while the interpreter shuts down
+            sys.stdout.flush()  # report a closed pipe now, not when the interpreter shuts down
             code = result if isinstance(result, int) else 0
         except BrokenPipeError:
             _write_no_more()
@@ -85,18 +85,18 @@ class FrobsGroup(TyperGroup):
 
 
 def _reported() -> tuple[type[Exception], ...]:
-    """Return the classes of errors that are the user's to fix; any other exception is a bug."""
+    """Return the classes of errors that the user can fix. Any other exception is a bug."""
     imported = [getattr(sys.modules[module], name) for module, name in _ERRORS if module in sys.modules]
     return (typer.TyperException, OSError, *imported)
 
 
 def _words(context: Any) -> list[str]:
-    """Return the words between ``frobs`` and the command that is being looked up."""
+    """Return the words between ``frobs`` and the command to look up."""
     return [] if context.parent is None else [*_words(context.parent), context.info_name]
 
 
 def _line(error: Exception) -> str:
-    """Say in one line what went wrong; a table that an error brings with it stays below."""
+    """Return the error in one line. A table in the message stays below it."""
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     if isinstance(error, typer.TyperException):
@@ -108,7 +108,7 @@ def _line(error: Exception) -> str:
 
 
 def _accept_any_encoding() -> None:
-    """Show a '?' where the terminal's encoding lacks a character, rather than fail."""
+    """Replace characters that the terminal's encoding does not support with '?', instead of failing."""
     for stream in (sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:
@@ -116,6 +116,6 @@ def _accept_any_encoding() -> None:
 
 
 def _write_no_more() -> None:
-    """Let what is still in stdout's buffer go nowhere when the interpreter shuts down."""
+    """Discard the rest of stdout's buffer when the interpreter shuts down."""
     with contextlib.suppress(OSError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

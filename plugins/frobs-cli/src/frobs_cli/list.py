@@ -51,7 +51,9 @@ def list_(
             print_note(f"no {kind_} is installed")
         if facts:
             _print(kind_, facts)
-    if any(report.state == "failed" for report in plugins.reports()):  # which, was logged when they were loaded
+    if any(
+        report.state == "failed" for report in plugins.reports()
+    ):  # the failed plugins were logged when they were loaded
         print_note("'frobs plugins --verbose' shows why plugins did not load")
 
 

@@ -21,7 +21,7 @@ PackagePath = Annotated[
     typer.Option(
         metavar="[NAME=]FOLDER",
         show_default=False,
-        help="Folder of a ROS package that the model file names, or a folder that contains such packages. Repeatable.",
+        help="Folder of a ROS package that the model file refers to, or of several such packages. Repeatable.",
     ),
 ]
 
@@ -29,10 +29,10 @@ PackagePath = Annotated[
 def robot_keywords(
     robot: str | None, tcp: str | None, args: Sequence[str] | None, package_path: Sequence[str] | None
 ) -> dict[str, Any]:
-    """Return the keywords of an environment for the options ``--robot``, ``--tcp``, ``--args`` and ``--package-path``.
+    """Return the environment keywords for the options ``--robot``, ``--tcp``, ``--args`` and ``--package-path``.
 
     Raises:
-        CommandLineError: A text is no ``name:=value``, or there is no such folder.
+        CommandLineError: An argument is not of the form ``name:=value``, or a folder does not exist.
     """
     paths = {name: str(folder) for name, folder in package_paths(package_path).items()}
     keywords = {"robot": robot, "tcp": tcp, "robot_args": xacro_args(args), "package_paths": paths}
@@ -40,10 +40,10 @@ def robot_keywords(
 
 
 def xacro_args(given: Sequence[str] | None) -> dict[str, str]:
-    """Return xacro arguments by name; one text may hold several, with spaces between them.
+    """Return xacro arguments by name. One text may contain several arguments, separated by spaces.
 
     Raises:
-        ConfigurationError: A text is no ``name:=value``.
+        ConfigurationError: An argument is not of the form ``name:=value``.
     """
     found = {}
     for word in (word for text in given or () for word in text.split()):
@@ -58,7 +58,7 @@ def package_paths(given: Sequence[str] | None) -> dict[str, str | Path]:
     """Return the folders of ROS packages by name.
 
     Raises:
-        ConfigurationError: There is no such folder.
+        ConfigurationError: A folder does not exist.
     """
     found: dict[str, str | Path] = {}
     for text in given or ():

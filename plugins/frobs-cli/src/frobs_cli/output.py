@@ -1,4 +1,4 @@
-"""What commands write: facts to stdout, everything else to stderr."""
+"""Output of commands: results to stdout, everything else to stderr."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ if TYPE_CHECKING:
     from rich.text import Text
 
 _NARROWEST_PROSE = 30
-"""Columns that the last column of a table needs, or its text goes below the row."""
+"""Minimum width of the last column of a table [columns]; if less is available, its text goes below the row."""
 
 
 def console(*, stderr: bool = False) -> Console:
-    """Return a console as wide as the terminal; a pipe or a file is as wide as its longest line."""
+    """Return a console as wide as the terminal. Pipes and files get lines of unlimited width."""
     from rich.console import Console
 
     stream = sys.stderr if stderr else sys.stdout
     made = Console(file=stream, width=None if stream.isatty() else 1_000, highlight=False, emoji=False)
-    made.on_broken_pipe = _reader_gone  # type: ignore[method-assign] # rich's own exits with 1, as a failed check does
+    made.on_broken_pipe = _reader_gone  # rich's own handler exits with 1, like a failed check
     return made
 
 
@@ -31,7 +31,7 @@ def _reader_gone() -> NoReturn:
 
 
 def print_line(text: RenderableType = "") -> None:
-    """Write something for people to stdout."""
+    """Write something for humans to stdout."""
     console().print(text, soft_wrap=isinstance(text, str))
 
 
@@ -57,13 +57,13 @@ def print_title(text: str, detail: str = "") -> None:
 def print_table(
     columns: Sequence[str], rows: Sequence[Sequence[str | Text]], *, header: bool = True, indent: int = 2
 ) -> None:
-    """Write a table to stdout whose last column is prose: wrapped, or below its row where the terminal is narrow.
+    """Write a table to stdout. Its last column is wrapped, or placed below its row on a narrow terminal.
 
     Args:
-        columns: Their headings.
-        rows: A text for each column.
+        columns: Headings.
+        rows: One text for each column.
         header: Whether to show the headings.
-        indent: [columns] before each line.
+        indent: Indentation of each line [columns].
     """
     from rich.text import Text
 
@@ -91,7 +91,7 @@ def print_table(
 
 
 def print_json(value: Any) -> None:
-    """Write facts to stdout as JSON."""
+    """Write results to stdout as JSON."""
     from frobs_core.plain import plain
 
     sys.stdout.write(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
@@ -99,7 +99,7 @@ def print_json(value: Any) -> None:
 
 @contextlib.contextmanager
 def only_json(wanted: bool) -> Iterator[None]:
-    """Send to stderr what libraries print while a command collects the facts that it will write as JSON."""
+    """Redirect output of libraries to stderr while a command collects results that it will write as JSON."""
     if not wanted:
         yield
         return

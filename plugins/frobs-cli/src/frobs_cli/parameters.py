@@ -1,4 +1,4 @@
-"""The parameters of a class, read from its constructor's signature and from its docstring."""
+"""Parameters of a class, read from its constructor's signature and from its docstring."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _ENTRY = re.compile(r"^(\w+)(?:\s*\([^)]*\))?:\s*(.*)$")
 
 
 def parameters(cls: type) -> list[dict[str, Any]]:
-    """Return the keywords that a class's constructor takes, those of its parents included where it passes them on.
+    """Return the keywords that a class's constructor accepts, including those that it passes on to its parents.
 
     Returns:
-        For each ``name``, ``required``, ``default`` (None where required) and ``help``.
+        For each keyword: ``name``, ``required``, ``default`` (None if required) and ``help``.
     """
     documented = descriptions(cls)
     found = []
@@ -29,7 +29,7 @@ def parameters(cls: type) -> list[dict[str, Any]]:
 
 
 def descriptions(cls: type) -> Mapping[str, str]:
-    """Return what the docstrings of a class and its parents say about each parameter, in one line each."""
+    """Return the description of each parameter in the docstrings of a class and its parents, in one line each."""
     found: dict[str, str] = {}
     for parent in cls.__mro__[:-1]:
         for document in (parent.__doc__, vars(parent).get("__init__", object).__doc__):
@@ -39,7 +39,7 @@ def descriptions(cls: type) -> Mapping[str, str]:
 
 
 def _entries(document: str) -> Iterator[tuple[str, str]]:
-    """Yield name and text of each entry in the sections of a Google-style docstring that describe parameters."""
+    """Yield the name and text of each entry in those sections of a Google-style docstring that describe parameters."""
     inside, name, text = False, "", ""
     for line in [*document.splitlines(), ""]:
         entry = _ENTRY.match(line.strip()) if inside and _indent(line) == 4 else None

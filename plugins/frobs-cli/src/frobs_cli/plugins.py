@@ -1,4 +1,4 @@
-"""``frobs plugins``: what became of each installed plugin."""
+"""``frobs plugins``: the state of each installed plugin."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def _print_verbose(report: PluginReport) -> None:
     if report.cause:
         rows.append(["cause", report.cause])
     if report.made_for:
-        rows.append(["made for", f"frobs-core {report.made_for}"])
+        rows.append(["requires", f"frobs-core {report.made_for}"])
     if report.state != "disabled":
         rows.append(["import", f"{report.import_seconds * 1e3:.0f} ms"])
     rows += [[plural(kind), ", ".join(r.name for r in found)] for kind, found in report.records.items() if len(found)]

@@ -28,7 +28,7 @@ class LazyCommand(TyperCommand):
 
     @cached_property
     def loaded(self) -> TyperCommand:
-        """The command itself, with its parameters; raises CommandImportError if its function cannot be imported."""
+        """The imported command with its parameters. Raises CommandImportError if its function cannot be imported."""
         try:
             function = self.record.load()
         except Exception as error:
@@ -42,7 +42,7 @@ class LazyCommand(TyperCommand):
 
     def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
         """Import the command and parse its arguments."""
-        if not self.record.loads_plugins and "frobs_core" not in sys.modules:  # importing it would load them
+        if not self.record.loads_plugins and "frobs_core" not in sys.modules:  # importing the core would load them
             os.environ["FROBS_NO_PLUGINS"] = "1"
         return self.loaded.make_context(info_name, args, parent=parent, **extra)
 

@@ -1,4 +1,4 @@
-"""What other distributions add to ``frobs list`` and ``frobs show``: pretrained policies, runs, robot sheets.
+"""Additions of other distributions to ``frobs list`` and ``frobs show``: pretrained policies, runs, robot sheets.
 
 The entry-point group ``frobs.providers`` names instances of :class:`Provider`::
 
@@ -22,40 +22,40 @@ GROUP = "frobs.providers"
 
 
 class Provider:
-    """Facts that a distribution knows. Each method may be left out.
+    """Additional facts from a distribution. All methods are optional.
 
     Attributes:
-        kind: Name of the things that :meth:`describe` describes, such as ``"run"``; empty: none.
+        kind: Kind of object that :meth:`describe` describes, such as ``"run"``; empty: none.
     """
 
     kind: str = ""
 
     def environment(self, id: str, record: EnvironmentRecord) -> Mapping[str, Any]:
-        """Return further facts about an environment ID, in the types of JSON."""
+        """Return additional facts about an environment ID, as JSON types."""
         return {}
 
     def column(self, facts: Mapping[str, Any]) -> tuple[str, str] | None:
-        """Return heading and cell of a column for ``frobs list envs``; None: no column."""
+        """Return the heading and cell of an additional column for ``frobs list envs``; None: no column."""
         return None
 
     def readable_environment(self, facts: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return facts of :meth:`environment` in a form for people."""
+        """Return facts of :meth:`environment` in human-readable form."""
         return facts
 
     def describes(self, name: str) -> bool:
-        """Return whether a name means one of the things of ``kind``."""
+        """Return whether a name refers to an object of ``kind``."""
         return False
 
     def describe(self, name: str) -> Mapping[str, Any]:
-        """Return the facts about a thing of ``kind``; by default only ``kind`` and ``name``."""
+        """Return the facts about an object of ``kind``; by default only ``kind`` and ``name``."""
         return {"kind": self.kind, "name": name}
 
     def readable(self, facts: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return facts of :meth:`describe` in a form for people."""
+        """Return facts of :meth:`describe` in human-readable form."""
         return facts
 
     def draw(self, robot: Robot, picture: Path) -> Path | None:
-        """Draw a robot and return the file that was written; None: this provider draws nothing."""
+        """Draw a robot and return the written file; None if this provider does not draw."""
         return None
 
 

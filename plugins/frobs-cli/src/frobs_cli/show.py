@@ -1,4 +1,4 @@
-"""``frobs show``: everything about one thing."""
+"""``frobs show``: the details of one object."""
 
 from __future__ import annotations
 
@@ -93,14 +93,14 @@ def show(
 
 
 def _readable(facts: Facts) -> Mapping[str, Any]:
-    """Return facts in a form for people."""
+    """Return facts in human-readable form."""
     if facts["kind"] == catalogue.ENVIRONMENT:
         return readable_environment(facts)
     return next((it.readable(facts) for it in providers() if it.kind == facts["kind"]), facts)
 
 
 def _draw(robot: Robot | None, name: str, picture: Path) -> None:
-    """Draw a robot; raise ConfigurationError if the name is not a robot's."""
+    """Draw a robot. Raises ConfigurationError if the name is not a robot's."""
     if robot is None:
         raise CommandLineError("--picture", f"'{name}' is neither a robot nor a model file; only those can be drawn.")
     with console(stderr=True).status("drawing"):
@@ -111,7 +111,7 @@ def _draw(robot: Robot | None, name: str, picture: Path) -> None:
 
 
 def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
-    """Yield for each thing that a name means a function that describes it; UnknownNameError: it means nothing."""
+    """Yield a describing function for each meaning of a name. Raises UnknownNameError if there is none."""
     prefix, _, rest = name.partition(":")
     others = {it.kind: it for it in providers() if it.kind}
     kind = prefix if prefix in (*KINDS, catalogue.ENVIRONMENT, *others) else None
@@ -140,5 +140,5 @@ def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
 
 
 def _is_id(name: str) -> bool:
-    """Tell an environment ID, in its self-importing form too."""
+    """Return whether a name is an environment ID, including its self-importing form."""
     return registry.bare_id(name) in gym.registry or (":" in name and "/" in name)

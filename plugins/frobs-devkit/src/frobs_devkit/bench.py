@@ -1,8 +1,9 @@
-"""Where the time of a step goes, and how much of it is not the engine's.
+"""Benchmarks a step: the time of each part, and the overhead over the bare engine.
 
-The bare engine *replays*: it is put into the state that the environment's engine had before each step, with the same
-controls, and steps from there; where the environment reads lidars, it casts the same rays. Environment and bare engine take turns, a few steps each, so that a machine whose speed
-drifts slows both alike, and each has the processor's caches to itself as in a training loop; the figures are medians.
+The bare engine *replays* the steps: before each step it is set to the state and the controls of the environment's
+engine. If the environment reads lidars, it casts the same rays. Environment and bare engine alternate every few steps,
+so that changes of the machine's speed affect both, and each has the processor's caches to itself as in a training loop.
+The reported times are medians.
 """
 
 from __future__ import annotations
@@ -23,30 +24,30 @@ from frobs_core.vector_env import RobotVectorEnv
 from frobs_devkit.timing import Stopwatch, machine
 from frobs_train import make_env, make_vector_env
 
-_TURN = 25  # steps of one environment before it is the bare engine's turn
+_TURN = 25  # steps of the environment before the bare engine takes its turn
 
 Rays: TypeAlias = tuple[Floats, Floats, float]
-"""Origins [m] and directions, (num_envs, rays, 3) each, and how far they go [m]."""
+"""Origins [m] and directions, (num_envs, rays, 3) each, and maximum range [m]."""
 
 PARTS = ("engine", "controller", "task", "environment", "wrappers")
-"""Where the time of a step can go."""
+"""Parts of a step."""
 
 
 @dataclass(frozen=True)
 class BenchResult:
-    """What one benchmark measured.
+    """Result of one benchmark.
 
     Attributes:
         id: The environment's ID.
-        num_envs: Environments in one step.
-        decimation: Physics steps in one step.
-        steps: Steps that were measured.
-        step_seconds: Median time of one ``step`` [s], wrappers of ``gymnasium.make`` included.
-        bare_seconds: Median time of the bare engine from the same states, the same rays included [s]; None: the simulator
-            offers no bare engine.
-        ratio: The first over the second; None without a bare engine.
+        num_envs: Number of environments in one step.
+        decimation: Number of physics steps in one step.
+        steps: Number of measured steps.
+        step_seconds: Median time of one ``step`` [s], including the wrappers of ``gymnasium.make``.
+        bare_seconds: Median time of the bare engine from the same states, including the same rays [s]; None: the
+            simulator does not support it.
+        ratio: ``step_seconds`` divided by ``bare_seconds``; None without a bare engine.
         steps_per_second: Steps of all environments per second.
-        parts: Median time in each part of a step [s]; the parts are :data:`PARTS`.
+        parts: Median time in each part of a step [s], by name in :data:`PARTS`.
         machine: Processor, operating system and Python.
     """
 
@@ -63,17 +64,17 @@ class BenchResult:
 
 
 def bench(id: str, *, num_envs: int = 1, steps: int = 1000, seed: int = 0, **keywords: Any) -> BenchResult:
-    """Measure an environment of ours against its bare engine.
+    """Compare an environment of FRobs with its bare engine.
 
     Args:
-        id: Its ID.
-        num_envs: 1: the single environment; more: the vector.
-        steps: Steps that are measured at least, after a warm-up of a tenth.
-        seed: Of the environment and the random actions.
-        keywords: Of the environment.
+        id: ID of the environment.
+        num_envs: 1: the single environment; more: the vector environment.
+        steps: Minimum number of measured steps, after a warm-up of a tenth of it.
+        seed: Seed of the environment and the random actions.
+        keywords: Keywords of the environment.
 
     Raises:
-        ConfigurationError: The ID is none of ours, or a number is out of range.
+        ConfigurationError: The ID is not one of FRobs, or a number is out of range.
     """
     whole_number("steps", steps, lowest=10)
     whole_number("num_envs", num_envs, lowest=1)
@@ -92,7 +93,7 @@ def _make(id: str, num_envs: int, keywords: dict[str, Any]) -> Any:
 
 
 def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int) -> BenchResult:
-    """Step ``env`` for its time, its twin for where the time goes and for the states that the bare engine replays."""
+    """Step ``env`` to measure its time, and its twin to measure the parts and to get states to replay."""
     inner, shadow = env.unwrapped, twin.unwrapped
     bare = inner.simulation.bare_engine()
     stopwatch, before, cast = _watch(shadow, replayed=bare is not None)
@@ -107,7 +108,7 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
         actions = [env.action_space.sample() for _ in range(turn)]
         ends = []
         for j, action in enumerate(actions):
-            wrapped = (k + j) % 2 == 0  # every other step goes past the wrappers, which tells what they cost
+            wrapped = (k + j) % 2 == 0  # every other step bypasses the wrappers, which reveals their cost
             start = perf_counter()
             outcome = (env if wrapped else inner).step(action)
             stepped = perf_counter() - start
@@ -157,8 +158,8 @@ def _watch(env: Any, *, replayed: bool) -> tuple[Stopwatch, Snapshot, dict[tuple
     """Measure the time of the methods of an environment's parts.
 
     Returns:
-        The stopwatch, the simulation's state before its last step, and the rays that each lidar cast first since the
-        mapping was last cleared. The bare engine resets no episodes, so it casts the rays of a lidar once per step.
+        The stopwatch, the simulation's state before its last step, and the first rays of each lidar since the mapping
+        was last cleared. The bare engine does not reset episodes, so it casts the rays of a lidar once per step.
     """
     stopwatch = Stopwatch()
     before: Snapshot = {}
@@ -178,7 +179,7 @@ def _watch(env: Any, *, replayed: bool) -> tuple[Stopwatch, Snapshot, dict[tuple
 
 
 def _save_states(simulation: Any, before: Snapshot) -> None:
-    """Save the state of a simulation before each step; the time of saving is not measured."""
+    """Save the state of a simulation before each step. The time for saving is not measured."""
     step = simulation.step
 
     def saved(*args: Any) -> Any:
@@ -189,7 +190,7 @@ def _save_states(simulation: Any, before: Snapshot) -> None:
 
 
 def _watch_lidars(robot: Any, cast: dict[tuple[str, str], Rays]) -> None:
-    """Remember the rays that a robot's lidars cast first."""
+    """Store the first rays that a robot's lidars cast."""
     original = robot.lidar
 
     def lidar(name: str) -> Any:

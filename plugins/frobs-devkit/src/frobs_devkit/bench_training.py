@@ -1,4 +1,4 @@
-"""Where the time of a training run goes, and which settings would make it faster."""
+"""Benchmarks a training run: the time of each part, and settings that would make it faster."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class TrainingBenchResult:
 
 
 def bench_training(config: RunConfig, *, steps: int | None = None, suggest: bool = True) -> TrainingBenchResult:
-    """Measure where the time of a training run goes.
+    """Measure the time of each part of a training run.
 
     The training run takes place in memory and ends when enough was measured. Everything before the second round of
     updates is warm-up.

@@ -1,4 +1,4 @@
-"""Measuring the time that methods take, and naming the machine it was measured on."""
+"""Timing of methods, and a description of the machine."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Stopwatch:
         self._open: list[tuple[str, list[float]]] = []  # the calls in progress, each with the times of its inner calls
 
     def watch(self, part: str, owner: Any, method: str, *, wait: bool = False) -> None:
-        """Replace a method of an object by one that measures its time.
+        """Replace a method of an object with one that measures its time.
 
         Args:
             part: The part to which the time is added.
@@ -72,7 +72,7 @@ def machine() -> str:
 
 
 def _wait_for(result: Any) -> None:
-    """Wait until JAX and CUDA have finished; nothing is imported for it."""
+    """Wait until JAX and CUDA have finished, without importing them."""
     jax, torch = sys.modules.get("jax"), sys.modules.get("torch")
     if jax is not None:
         jax.block_until_ready(result)

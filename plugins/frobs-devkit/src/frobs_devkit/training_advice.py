@@ -26,7 +26,7 @@ _TRY_SECONDS = 0.1
 """Time to step the environments of one size or number of threads [s]."""
 
 _SIZES_SECONDS = 2.0
-"""Time for all sizes, making the environments included [s]; the largest sizes are left out if it is used up."""
+"""Time for all sizes, including the creation of the environments [s]; the largest are skipped if it is used up."""
 
 _UPDATES_SECONDS = 1.0
 """Time to measure updates with another number of threads [s]."""

@@ -146,7 +146,7 @@ def test_every_number_that_is_changed_is_a_difference(examine: Examine) -> None:
     [
         ("<robot", "not well-formed XML"),
         ("", "empty"),
-        (f'<robot name="r">{link("a")}{link("a")}</robot>', "the name 'a' is taken"),
+        (f'<robot name="r">{link("a")}{link("a")}</robot>', "the name 'a' is already used"),
         (f'<robot name="r">{link("a")}{link("b")}{joint("i", "a", "b")}{joint("j", "a", "b")}</robot>', "loops"),
         (f'<robot name="r">{link("a")}{link("b")}{joint("i", "a", "b")}{joint("j", "b", "a")}</robot>', "ring"),
     ],

@@ -48,7 +48,7 @@ def test_a_word_that_means_two_things_is_refused_with_the_ways(isolated_plugins:
     module.frobs_robots = frobs_robots  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "kit_twofold", module)
     isolated_plugins(installed=True, kit="kit_twofold")
-    with pytest.raises(AmbiguousNameError, match="ask for 'robot:reach' or 'task:reach'"):
+    with pytest.raises(AmbiguousNameError, match="request 'robot:reach' or 'task:reach'"):
         find_subject("reach")
 
 

@@ -1,4 +1,4 @@
-"""``frobs doctor plugins``: does every installed plugin load, and behave?"""
+"""``frobs doctor plugins``: problems of installed plugins."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def _print(found: tuple[PluginFacts, ...]) -> None:
         state = Text(facts.state + (", disabled" if facts.disabled else ""), style=_STATES[facts.state])
         rows.append([facts.name, state, f"{1e3 * facts.import_seconds:.0f} ms", f"{facts.distribution} {facts.version}",
                      facts.made_for or "–", _offers(facts)])  # fmt: skip
-    print_table(("plugin", "state", "import", "from", "made for core", "offers"), rows)
+    print_table(("plugin", "state", "import", "from", "requires core", "provides"), rows)
     for facts in found:
         if facts.findings:
             print_line()

@@ -1,4 +1,4 @@
-"""The doctor's report on a robot, on the screen: facts first, findings last, where the eye is when it is done."""
+"""Prints the doctor's report on a robot: facts first, findings last, where the reader looks first."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from rich.text import Text
 
 _SIGNS = {Severity.ERROR: ("✗", "bold red"), Severity.WARNING: ("!", "bold yellow"), Severity.NOTE: ("·", "dim")}
-_TREATMENTS = {"kept": "green", "approximated": "yellow", "dropped": "red", "not told": "dim"}
-_ALIKE = 3  # findings of one kind are all shown up to here; of more, the first and the names of the others
-_NAMED = 6  # of those
+_TREATMENTS = {"kept": "green", "approximated": "yellow", "dropped": "red", "unknown": "dim"}
+_ALIKE = 3  # up to this many findings of one kind are all printed; otherwise the first, and the names of the others
+_NAMED = 6  # maximum number of those names
 _TOOLS = 6
 
 
@@ -34,7 +34,7 @@ def print_report(report: RobotReport) -> None:
         ]
     )
     if moving:
-        _section("joints", "rad, m and seconds; N·m and N")
+        _section("joints", "in rad, m, s, N·m and N")
         _print_joints(moving)
     if report.dof:
         _print_drives([joint for joint in report.joints if joint.drive])
@@ -52,7 +52,7 @@ def print_report(report: RobotReport) -> None:
 
 
 def _near(file: Path) -> str:
-    """Return a path as one would type it here."""
+    """Return a path relative to the current folder, if possible."""
     here = Path.cwd()
     return str(file.relative_to(here) if file.is_relative_to(here) else file)
 
@@ -78,7 +78,7 @@ def _print_joints(joints: Iterable[JointFacts]) -> None:
 
 
 def _axis(axis: Sequence[float]) -> str:
-    """Return ``"z"`` or ``"−y"`` where the axis is one of the frame's, else its numbers."""
+    """Return ``"z"`` or ``"−y"`` if the axis is one of the frame's axes, otherwise its numbers."""
     for letter, value in zip("xyz", axis, strict=True):
         if abs(abs(value) - 1.0) < 1e-9:
             return letter if value > 0 else f"−{letter}"
@@ -106,13 +106,13 @@ def _print_links(report: RobotReport) -> None:
         rows.append(
             [link.name, _number(link.mass), size, *(str(n) if n else "–" for n in (link.visuals, link.collisions))]
         )
-    _print_table(["link", "kg", "size in m", "drawn", "solid"], rows, right=(1, 3, 4))
+    _print_table(["link", "kg", "size in m", "visuals", "collisions"], rows, right=(1, 3, 4))
 
 
 def _print_tools(tools: Sequence[ToolCandidate]) -> None:
     rows = []
     for tool in tools[:_TOOLS]:
-        why = [word for word, holds in (("chosen", tool.chosen), ("a tool's name", tool.usual_name)) if holds]
+        why = [word for word, holds in (("chosen", tool.chosen), ("tool name", tool.usual_name)) if holds]
         reach = [_number(tool.reach), _number(tool.longest_reach)]
         rows.append([tool.link, str(tool.actuated_joints), *reach, ", ".join(why)])
     _print_table(["link", "joints", "reach in m", "at most", ""], rows, right=(1, 2, 3))
@@ -148,7 +148,7 @@ def _print_simulator(simulator: SimulatorFacts) -> None:
 
 
 def print_findings(findings: Sequence[Finding]) -> None:
-    """Write findings to stdout; of many of one kind, the first and the names of the others."""
+    """Write findings to stdout. Of many findings of one kind, print the first and the names of the others."""
     kinds: dict[tuple[Severity, str], list[Finding]] = {}
     for finding in findings:
         kinds.setdefault((finding.severity, finding.code), []).append(finding)
@@ -201,7 +201,7 @@ def _section(title: str, detail: str = "") -> None:
 
 
 def _print_grid(rows: Sequence[Sequence[str | Text]], *, indent: int = 2) -> None:
-    """Write rows whose last column is wrapped; without headings."""
+    """Write rows without headings. The last column is wrapped."""
     _print_table([""] * len(rows[0]), rows, header=False, indent=indent)
 
 
@@ -213,14 +213,14 @@ def _print_table(
     header: bool = True,
     indent: int = 4,
 ) -> None:
-    """Write a table that is as wide as the terminal at most: texts are folded, numbers are not.
+    """Write a table that is at most as wide as the terminal. Texts are wrapped, numbers are not.
 
     Args:
         heads: Headings.
-        rows: A text for each column.
-        right: Columns of numbers.
+        rows: One text for each column.
+        right: Right-aligned columns.
         header: Whether to show the headings.
-        indent: [columns] before each line.
+        indent: Indentation of each line [columns].
     """
     from rich.padding import Padding
     from rich.table import Table
@@ -241,7 +241,7 @@ def _print_table(
     if out.is_terminal:
         out.print(padded)
         return
-    with out.capture() as captured:  # in a file, no blanks at the ends of lines
+    with out.capture() as captured:  # avoids trailing blanks in files
         out.print(padded)
     for line in captured.get().splitlines():
         out.print(line.rstrip(), markup=False, soft_wrap=True)

@@ -1,4 +1,4 @@
-"""``frobs doctor robot``: is this file a robot that can be trained?"""
+"""``frobs doctor robot``: problems of a robot's model file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``frobs new``: a plugin of one's own, from templates."""
+"""``frobs new``: creates a plugin from templates."""
 
 from __future__ import annotations
 
@@ -135,8 +135,8 @@ def new(
         if json or not sys.stdin.isatty():
             raise MissingSettingError(
                 "frobs new",
-                "what to make and its name",
-                f"for example frobs new pair my_arm; it makes {', '.join(CHOICES['what'])}",
+                "the type and name of the new part",
+                f"for example 'frobs new pair my_arm'; types: {', '.join(CHOICES['what'])}",
             )
         given = _ask(given)
     with only_json(json):
@@ -182,7 +182,7 @@ def _facts(context: Mapping[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def _ask(given: Mapping[str, str]) -> dict[str, str]:
-    """Ask what is not answered yet; an answer that cannot be used is told at once."""
+    """Ask for missing answers. Invalid answers are reported immediately."""
     from frobs_devkit.scaffold import fill_in, prompts
 
     answers, texts = dict(given), prompts()

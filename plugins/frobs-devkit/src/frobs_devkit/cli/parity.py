@@ -1,4 +1,4 @@
-"""``frobs parity``: the certificate that a task means the same on another simulator."""
+"""``frobs parity``: certificates of how closely simulators agree."""
 
 from __future__ import annotations
 
@@ -160,12 +160,12 @@ def _absolute(keywords: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _split(names: str | None) -> list[str]:
-    """Return the names of a list with commas."""
+    """Return the names in a comma-separated list."""
     return [name.strip() for name in (names or "").split(",") if name.strip()]
 
 
 def _installed(own: str) -> list[str]:
-    """Return the simulators that can be used here, the environment's own first."""
+    """Return the available simulators, beginning with the environment's own."""
     from frobs_core import plugins
 
     return [own, *(name for name in plugins.importable("simulator") if name != own)]
@@ -193,7 +193,7 @@ def _print(certificate: Certificate, folder: Path) -> None:
             "quantity",
             "error",
             "tolerance",
-            "where the error is largest, or why skipped",
+            "place of the largest error, or reason for skipping",
         ),
         table,
     )

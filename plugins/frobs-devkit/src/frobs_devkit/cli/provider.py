@@ -1,4 +1,4 @@
-"""What ``frobs show`` draws."""
+"""Draws robot sheets for ``frobs show``."""
 
 from __future__ import annotations
 

@@ -1,13 +1,9 @@
-"""What is wrong with a robot's file or a plugin, and what to do: the facts and findings of ``frobs doctor``.
+"""Facts and findings of ``frobs doctor`` about a robot's file or a plugin.
 
-report.py       the facts and the findings, as data
-reading.py      reads the file, further than a simulation would
-joints.py       limits, drives, weight
-bodies.py       masses, inertias, shapes
-tools.py        which link may be the tool, and how far it reaches
-simulators.py   what each installed simulator makes of it
-robot.py        puts it together
-plugins.py      the installed plugins, each imported in a process of its own
+report.py       the facts and the findings, as data reading.py      reads the file, tolerating more problems than a
+simulation joints.py       limits, drives, weight bodies.py       masses, inertias, shapes tools.py        possible tool
+links and their reach simulators.py   how each installed simulator represents the robot robot.py        combines
+everything plugins.py      the installed plugins, each imported in its own process
 """
 
 from frobs_devkit.doctor.plugins import PluginFacts, examine_plugins

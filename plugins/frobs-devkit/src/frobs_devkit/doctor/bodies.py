@@ -25,14 +25,14 @@ from frobs_core.models import (
 from frobs_devkit.doctor.report import Finding, LinkFacts, Severity, warning
 
 DENSITIES = (1.0, 20_000.0)
-"""[kg/m³] from a body of foam to one of tungsten, of the box around a link."""
+"""Plausible densities of a link, relative to its bounding box [kg/m³], from foam to tungsten."""
 
 _AXES, _MOMENTS = "xyz", ("ixx", "iyy", "izz")
-_TURNED = 3.0  # ratio of two moments that a shape must not have the other way round
-_LEAST, _MOST = 0.02, 2.0  # of what a body in the box can have at most: below and above is absurd
-_SMALL = 1e-3  # [m]: a box is taken as at least so thick, as sheets have no volume
-_SHARE = 0.005  # of the robot's mass, or of its moments: what is less changes nothing that is seen
-_LARGE = 20.0  # [m]: links are smaller, unless their meshes are in millimetres
+_TURNED = 3.0  # two moments whose ratio contradicts the shape by this factor are reported
+_LEAST, _MOST = 0.02, 2.0  # plausible moments, relative to the maximum of a body inside the box
+_SMALL = 1e-3  # [m]: minimum thickness of a box, because sheets have no volume
+_SHARE = 0.005  # of the robot's mass or moments; smaller links have no visible effect
+_LARGE = 20.0  # [m]: larger links usually have meshes in millimeters
 
 
 def link_facts(model: RobotModel) -> tuple[LinkFacts, ...]:
@@ -55,7 +55,7 @@ def _facts(link: Link) -> LinkFacts:
 
 
 def body_findings(model: RobotModel) -> Iterator[Finding]:
-    """Yield what is odd about the links; of an MJCF file, whose shapes only MuJoCo knows, only what is about masses."""
+    """Yield findings about the links. For MJCF files, whose shapes only MuJoCo knows, only check masses."""
     inertials = [link.inertial for link in model.links if link.inertial is not None]
     light = _SHARE * sum(inertial.mass for inertial in inertials)
     small = _SHARE * sum(float(np.trace(inertia_matrix(inertial))) for inertial in inertials)
@@ -67,7 +67,7 @@ def body_findings(model: RobotModel) -> Iterator[Finding]:
                 "too-large",
                 f"link '{link.name}'",
                 f"its shape is {max(bounds[1] - bounds[0]):.3g} m long",
-                'a mesh in millimetres needs scale="0.001 0.001 0.001"',
+                'a mesh in millimeters needs scale="0.001 0.001 0.001"',
             )
         elif bounds is not None and link.inertial is not None:
             heavy = link.inertial.mass > light or float(np.trace(inertia_matrix(link.inertial))) > small
@@ -88,33 +88,33 @@ def _unreadable(link: Link) -> Iterator[Finding]:
                     "unreadable-mesh",
                     f"link '{link.name}'",
                     f"its mesh '{error.path.name}' cannot be measured: {error.reason.rstrip('.')}",
-                    "open it in a mesh viewer and export it anew, as .stl or .obj",
+                    "open it in a mesh viewer and export it again as .stl or .obj",
                 )
 
 
 def _untouchable(model: RobotModel) -> Iterator[Finding]:
-    """Yield what is drawn and touches nothing."""
+    """Yield findings about links with visuals but without collision shapes."""
     if any(link.visuals for link in model.links) and not any(link.collisions for link in model.links):
         yield warning(
             "no-collision",
             f"robot '{model.name}'",
-            "no link has a collision shape: the robot goes through everything",
-            "give the links <collision> shapes; a copy of their <visual> shapes will do",
+            "no link has a collision shape, so the robot passes through everything",
+            "add <collision> shapes to the links, for example copies of their <visual> shapes",
         )
         return
     moved = {joint.child for joint in model.joints if joint.type in MOVING}
     for link in model.links:
         if link.visuals and not link.collisions:
-            problem, advice = "it is drawn, but touches nothing", "give it a <collision> if it should"
+            problem, advice = "it has visuals but does not collide", "add a <collision> if it should collide"
             found = warning("visual-only", f"link '{link.name}'", problem, advice)
             yield found if link.name in moved else replace(found, severity=Severity.NOTE)
 
 
 def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Iterator[Finding]:
-    """Compare a link's mass and inertia with the box around its shape.
+    """Compare a link's mass and inertia with the bounding box of its shape.
 
-    No body inside of a box has a moment about its centre of mass above m·(b² + c²)/4, which is that of its mass in the
-    corners; a solid box has a third of that.
+    The largest possible moment about the center of mass of a body inside a box is m·(b² + c²)/4, with its mass in the
+    corners; that of a solid box is a third of it.
     """
     size = np.maximum(high - low, _SMALL)
     density = inertial.mass / float(np.prod(size))
@@ -124,7 +124,7 @@ def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Itera
         yield warning(
             "absurd-mass",
             f"link '{link.name}'",
-            f"it weighs {inertial.mass:.3g} kg and fills {edges} m, which is {density:,.3g} kg/m³: too {word}",
+            f"{inertial.mass:.3g} kg in {edges} m mean a density of {density:,.3g} kg/m³, which is too {word}",
             "check the mass, and the unit of the mesh",
         )
         return
@@ -134,7 +134,7 @@ def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Itera
         yield warning(
             "far-center",
             f"link '{link.name}'",
-            f"its centre of mass ({', '.join(f'{x:.3g}' for x in center)}) is far outside of its shape",
+            f"its center of mass ({', '.join(f'{x:.3g}' for x in center)}) is far outside of its shape",
             "the <origin> of <inertial> is in the link's frame [m]",
         )
         return
@@ -147,9 +147,9 @@ def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Itera
             yield warning(
                 "turned-inertia",
                 f"link '{link.name}'",
-                f"its shape is longest along {long}, and its inertia is that of a body along {wrong}: {_MOMENTS[j]} is "
+                f"its shape is longest along {long}, but its inertia is that of a body along {wrong}: {_MOMENTS[j]} is "
                 f"{moments[j]:.3g} and {_MOMENTS[i]} {moments[i]:.3g} kg·m²",
-                "turn the inertia, or the <origin rpy> of <inertial>, as the shape is turned",
+                "rotate the inertia, or the <origin rpy> of <inertial>, like the shape",
             )
             return
     ratios = moments / most

@@ -1,4 +1,4 @@
-"""Limits, drives and weight: what the joints can do, and what is asked of them."""
+"""Limits and drives of joints, and the efforts that gravity requires."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from frobs_core.rotations import quat_rotate
 from frobs_devkit.doctor.report import DriveFacts, Finding, JointFacts, Severity, warning
 
 _GRAVITY = 9.81  # [m/s²]
-_DEGREES = 4.0 * math.pi  # [rad]: hardly a joint turns further, and limits written in degrees are beyond it
+_DEGREES = 4.0 * math.pi  # [rad]: joints rarely turn further, and limits written in degrees exceed it
 
 
 def joint_facts(model: RobotModel, home: Floats) -> tuple[JointFacts, ...]:
@@ -65,10 +65,10 @@ def _drives(model: RobotModel, home: Floats) -> dict[str, DriveFacts]:
 
 
 def gravity_efforts(model: RobotModel, joint_positions: Floats) -> Floats:
-    """Return what each joint must exert to hold the robot against gravity, the root upright and fixed.
+    """Return the effort of each joint that holds the robot against gravity, with the root upright and fixed.
 
     Args:
-        model: The robot.
+        model: Model of the robot.
         joint_positions: (dof,) [rad or m]
 
     Returns:
@@ -88,14 +88,14 @@ def gravity_efforts(model: RobotModel, joint_positions: Floats) -> Floats:
 
 
 def joint_findings(model: RobotModel, facts: tuple[JointFacts, ...]) -> Iterator[Finding]:
-    """Yield what is odd about the joints."""
+    """Yield findings about the joints."""
     if not model.joint_names:
         yield Finding(
             code="no-joints",
             severity=Severity.ERROR,
             about=f"robot '{model.name}'",
-            problem="no joint moves: there is nothing to control",
-            advice="give the joints that should move the type revolute, continuous or prismatic",
+            problem="no joint moves, so there is nothing to control",
+            advice="set the type of moving joints to revolute, continuous or prismatic",
         )
     for joint in facts:
         span = max(abs(joint.lower or 0.0), abs(joint.upper or 0.0))
@@ -105,7 +105,7 @@ def joint_findings(model: RobotModel, facts: tuple[JointFacts, ...]) -> Iterator
                 "limits-in-degrees",
                 about,
                 f"its limits are {joint.lower:g} to {joint.upper:g} rad, which is {span / (2 * math.pi):.0f} turns",
-                "URDF takes radians; if it does turn so far, make it continuous",
+                "URDF uses radians; if the joint really turns that far, make it continuous",
             )
         drive = joint.drive
         if drive and joint.effort is not None and abs(drive.holding_effort) > joint.effort:
@@ -113,8 +113,8 @@ def joint_findings(model: RobotModel, facts: tuple[JointFacts, ...]) -> Iterator
             yield warning(
                 "too-weak",
                 about,
-                f"it must hold {abs(drive.holding_effort):.3g} {unit} at home, and its limit is {joint.effort:.3g}",
-                "check the effort limit and the masses it carries, or choose a home where it carries less",
+                f"it must hold {abs(drive.holding_effort):.3g} {unit} at home, but its limit is {joint.effort:.3g}",
+                "check the effort limit and the masses it carries, or choose a home with a lower load",
             )
 
 

@@ -1,4 +1,4 @@
-"""Every installed plugin, imported in a process of its own: facts and findings, as data."""
+"""Examines every installed plugin in its own process; returns facts and findings as data."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from frobs_core.plugins import Candidate, Probe, core_versions, has_upper_bound,
 from frobs_devkit.doctor.report import Finding, Severity, warning
 
 SLOW = 0.5
-"""[s] after which an import is called slow: every 'import frobs_core' pays for it."""
+"""Import time above which a plugin is reported as slow [s], because every 'import frobs_core' pays for it."""
 
 HEAVY = (
     "mujoco",
@@ -27,30 +27,30 @@ HEAVY = (
     "jax",
     "pandas",
 )
-"""Modules that no plugin imports to be listed."""
+"""Modules that a plugin should not import just to be listed."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PluginFacts:
-    """What the doctor knows of one plugin.
+    """Facts about one plugin.
 
     Attributes:
         name: The entry point's name.
         distribution: The pip package that holds it.
-        version: Of the distribution.
-        module: That the entry point names.
-        made_for: The versions of the core that the distribution requires; empty: it does not say.
-        disabled: Whether ``FROBS_DISABLE_PLUGINS`` names it.
+        version: Version of the distribution.
+        module: Module that the entry point names.
+        made_for: Versions of the core that the distribution requires; empty: not specified.
+        disabled: Whether ``FROBS_DISABLE_PLUGINS`` contains it.
         state: ``"loaded"``, ``"failed"``, ``"hanging"`` or ``"crashed"``.
-        cause: One line that says why it is not loaded.
-        traceback: Of the failure, or of where it hangs.
-        import_seconds: How long its import took [s].
+        cause: Reason why it is not loaded, in one line.
+        traceback: Traceback of the failure, or stack at which it hangs.
+        import_seconds: Duration of its import [s].
         records: Names of its records, by kind.
-        environment_ids: Of its tasks.
-        stdout: What it printed when it was imported.
-        stderr: What it printed there.
-        changed: What it changed that belongs to the whole process.
-        findings: What is wrong with it, and what to do.
+        environment_ids: Environment IDs of its tasks.
+        stdout: Its output on stdout during the import.
+        stderr: Its output on stderr during the import.
+        changed: Global state that it changed.
+        findings: Problems and how to fix them.
     """
 
     name: str
@@ -72,20 +72,20 @@ class PluginFacts:
 
     @property
     def sound(self) -> bool:
-        """Whether nothing keeps it from being used."""
+        """Whether the plugin can be used."""
         return not any(finding.severity is Severity.ERROR for finding in self.findings)
 
 
 def examine_plugins(
     seconds: float = 30.0, only: Iterable[str] = (), on_probe: Callable[[str], None] | None = None
 ) -> tuple[PluginFacts, ...]:
-    """Import each installed plugin in a process of its own, and say what is wrong with it.
+    """Import each installed plugin in its own process, and return facts and findings.
 
     Args:
-        seconds: That each may take.
-        only: Names of entry points, distributions or ``distribution:name``; none: all of them. Clashes are looked for
-            among those that are examined.
-        on_probe: Called with the name of each plugin when it has been looked at.
+        seconds: Time limit for each plugin.
+        only: Names of entry points, distributions or ``distribution:name``; none: all of them. Name clashes are only
+            detected among the examined plugins.
+        on_probe: Called with the name of each plugin after it was examined.
     """
     collection = plugins.active()
     wanted = [candidate for candidate in collection.candidates() if _is_meant(candidate, only)]
@@ -96,7 +96,7 @@ def examine_plugins(
             on_probe(candidate.key)
         return found
 
-    with ThreadPoolExecutor(max(1, (os.cpu_count() or 2) // 2)) as pool:  # each looks on while its process works
+    with ThreadPoolExecutor(max(1, (os.cpu_count() or 2) // 2)) as pool:  # each thread waits for its process
         probes = list(pool.map(look, wanted))
     offers = _offers(wanted, probes)
     disabled = collection.disabled()
@@ -129,13 +129,13 @@ def _is_meant(candidate: Candidate, only: Iterable[str]) -> bool:
 
 
 def _names(seen: Probe) -> list[tuple[str, str]]:
-    """Return what it offers, by kind and name."""
+    """Return the names that a plugin provides, by kind and name."""
     names = [(kind, name) for kind, found in seen.records.items() for name in found]
     return [*names, *(("environment ID", id) for id in seen.environment_ids)]
 
 
 def _offers(candidates: Iterable[Candidate], probes: Iterable[Probe]) -> dict[tuple[str, str], list[Candidate]]:
-    """Return who offers each name, by kind and name."""
+    """Return the plugins that provide each name, by kind and name."""
     offers: dict[tuple[str, str], list[Candidate]] = {}
     for candidate, seen in zip(candidates, probes, strict=True):
         for key in _names(seen):
@@ -164,16 +164,16 @@ def _findings(
         yield warning(
             "other-core",
             "versions",
-            f"it is made for frobs-core {made_for}, and this is {__version__}",
-            f"look for another version of it: pip install --upgrade {candidate.distribution}",
+            f"it requires frobs-core {made_for}, but {__version__} is installed",
+            f"try to upgrade it: pip install --upgrade {candidate.distribution}",
         )
     elif not made_for or not has_upper_bound(made_for):
-        says = f"'frobs-core{made_for}'" if made_for else "no version of frobs-core"
+        says = f"'frobs-core{made_for}'" if made_for else "any version of frobs-core"
         yield warning(
             "no-core-versions",
             "versions",
-            f"its distribution requires {says}, without an end",
-            'its author says which it is made for: dependencies = ["frobs-core>=0.2,<0.3"]',
+            f"its distribution requires {says}, without an upper bound",
+            'its author should add an upper bound: dependencies = ["frobs-core>=0.2,<0.3"]',
         )
     yield from _clashes(candidate, seen, offers)
     yield from _manners(seen)
@@ -186,11 +186,11 @@ def _clashes(
         others = [other for other in offers[kind, name] if other.key != candidate.key]
         if others:
             who = " and ".join(f"'{other.name}' of {other.distribution} {other.version}" for other in others)
-            found = warning("clash", f"{kind} '{name}'", f"it is offered by {who} too", "one of the two has to go")
+            found = warning("clash", f"{kind} '{name}'", f"it is also provided by {who}", "remove one of the two")
             if others[0].distribution == candidate.distribution:
                 yield replace(found, severity=Severity.ERROR)
             else:
-                yield replace(found, advice=f"ask for '{candidate.distribution}:{name}', or uninstall one of them")
+                yield replace(found, advice=f"request '{candidate.distribution}:{name}', or uninstall one of them")
 
 
 def _manners(seen: Probe) -> Iterable[Finding]:
@@ -199,36 +199,38 @@ def _manners(seen: Probe) -> Iterable[Finding]:
         yield warning(
             "heavy-import",
             "its import",
-            f"it imports {', '.join(heavy)} ({seen.import_seconds:.1f} s, paid by every 'import frobs_core')",
-            "its author imports that where an entry_point is used",
+            f"it imports {', '.join(heavy)} ({seen.import_seconds:.1f} s, which slows down every 'import frobs_core')",
+            "its author should move that import to the module of an entry_point",
         )
     elif seen.state == "loaded" and seen.import_seconds > SLOW:
-        yield warning("slow-import", "its import", f"it takes {seen.import_seconds:.1f} s", "its author imports less")
+        yield warning(
+            "slow-import", "its import", f"it takes {seen.import_seconds:.1f} s", "its author should import less"
+        )
     for stream, text in (("stdout", seen.stdout), ("stderr", seen.stderr)):
         if text.strip() and seen.state != "crashed":
             yield warning(
                 "prints",
                 stream,
-                f"it prints when it is imported: {text.strip().splitlines()[0][:100]}",
-                "its author uses logging, in the implementation",
+                f"it prints during its import: {text.strip().splitlines()[0][:100]}",
+                "its author should use logging in the implementation instead",
             )
     for what in seen.changed:
         yield warning(
             "global-state",
             "its import",
-            what if what.startswith("it ") else f"it changes the {what} of the whole process",
-            "its author leaves that to the user, or does it where an entry_point is used",
+            what if what.startswith("it ") else f"it changes global state: the {what}",
+            "its author should leave that to the user, or do it in the module of an entry_point",
         )
     for warned in seen.warnings:
         place = f"{PurePath(warned['file']).name}:{warned['line']}"
-        yield warning("deprecated", place, f"{warned['category']}: {warned['message']}", "its author follows it")
+        yield warning("deprecated", place, f"{warned['category']}: {warned['message']}", "its author should follow it")
 
 
 def _advice_for_failure(candidate: Candidate, seen: Probe, install: str) -> str:
     if seen.state == "hanging":
-        return f"leave it out: FROBS_DISABLE_PLUGINS={candidate.key}"
+        return f"disable it: FROBS_DISABLE_PLUGINS={candidate.key}"
     if install:
         return install
     if seen.missing_module:
-        return f"its distribution does not require '{seen.missing_module}'; if a package brings it, install that"
-    return f"pip install --upgrade {candidate.distribution}, or leave it out: FROBS_DISABLE_PLUGINS={candidate.key}"
+        return f"its distribution does not require '{seen.missing_module}'; install the package that contains it"
+    return f"pip install --upgrade {candidate.distribution}, or disable it: FROBS_DISABLE_PLUGINS={candidate.key}"

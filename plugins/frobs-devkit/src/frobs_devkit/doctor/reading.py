@@ -1,4 +1,4 @@
-"""Reading a robot's file further than a simulation would: what it would refuse one by one is found all at once."""
+"""Reads a robot's file leniently, so that problems which a simulation would reject one by one are all found at once."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from frobs_devkit.doctor.report import Difference, Finding, Severity
 
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _LOST_PACKAGE = re.compile(r"the ROS package '([^']*)' is not found")
-_TOLERANCE = 1e-6  # below it two numbers are the same
+_TOLERANCE = 1e-6  # numbers that differ by less are equal
 
 
 @dataclass
 class Reading:
-    """A model with what was found on the way."""
+    """A model and the findings while it was read."""
 
     model: RobotModel
     findings: list[Finding] = field(default_factory=list)
@@ -28,10 +28,10 @@ class Reading:
 
 
 def read(path: str | Path, xacro_args: Mapping[str, str], package_paths: Mapping[str, str | Path]) -> Reading:
-    """Read a file; meshes that are missing and negative masses are left out and become findings.
+    """Read a file. Missing meshes and negative masses are removed and become findings.
 
     Raises:
-        ModelFileError: It cannot be read all the same.
+        ModelFileError: The file still cannot be read.
     """
     root, file, packages = open_document(path, xacro_args=xacro_args, package_paths=package_paths)
     findings: list[Finding] = []
@@ -45,7 +45,7 @@ def read(path: str | Path, xacro_args: Mapping[str, str], package_paths: Mapping
 
 
 def _unresolved_meshes(root: Element, packages: Packages) -> list[Finding]:
-    """Take out what is drawn or touches by a mesh that is not there; one finding for each reason."""
+    """Remove shapes whose mesh is missing; return one finding for each reason."""
     lost: dict[str, list[tuple[str, int | None]]] = {}
     for link in root.children("link"):
         for shape in list(link.children("visual", "collision")):
@@ -67,8 +67,8 @@ def _missing(reason: str, places: list[tuple[str, int | None]]) -> Finding:
     match = _LOST_PACKAGE.search(reason)
     if match:
         about = f"package '{match[1]}'"
-        problem = f"this ROS package is not found; it holds the meshes of {shapes}, such as '{uri}'"
-        advice = f"say where it is: --package-path {match[1]}=FOLDER, or ROS_PACKAGE_PATH"
+        problem = f"this ROS package is not found; it contains the meshes of {shapes}, such as '{uri}'"
+        advice = f"set its location: --package-path {match[1]}=FOLDER, or ROS_PACKAGE_PATH"
     else:
         about = f"mesh '{uri}'"
         problem = f"{reason.rstrip('.')}; {shapes} of the robot {'is' if len(places) == 1 else 'are'} made of it"
@@ -79,7 +79,7 @@ def _missing(reason: str, places: list[tuple[str, int | None]]) -> Finding:
 
 
 def _negative_masses(root: Element) -> list[Finding]:
-    """Take out the inertials of links that weigh less than nothing."""
+    """Remove the inertials of links with a negative mass."""
     found = []
     for link in root.children("link"):
         inertial = link.child("inertial")
@@ -93,7 +93,7 @@ def _negative_masses(root: Element) -> list[Finding]:
                 severity=Severity.ERROR,
                 about=f"link '{link.get('name')}'",
                 problem=f"its mass is {mass.number('value'):g} kg",
-                advice="give it the mass of the part; a link that is only a frame needs no <inertial>",
+                advice="set the mass of the part; a link that is only a frame needs no <inertial>",
                 line=inertial.line,
             )
         )
@@ -101,7 +101,7 @@ def _negative_masses(root: Element) -> list[Finding]:
 
 
 def _numbers_of_file(root: Element) -> dict[tuple[str, str], object]:
-    """Return what the file says of links and joints, by (element, quantity), where a reader may change it."""
+    """Return those values of links and joints, by (element, quantity), that a reader may change."""
     numbers: dict[tuple[str, str], object] = {}
     for link in root.children("link"):
         about = f"link '{link.get('name')}'"

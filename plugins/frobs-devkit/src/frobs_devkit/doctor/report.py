@@ -1,4 +1,4 @@
-"""What the doctor says about a robot's file: facts and findings, as data. This is the schema of ``--json``."""
+"""The doctor's report on a robot's file: facts and findings as data. This is the schema of ``--json``."""
 
 from __future__ import annotations
 
@@ -9,31 +9,31 @@ from typing import Any, TypeAlias
 Vector: TypeAlias = tuple[float, ...]
 
 FORMAT = 1
-"""Of the JSON; it is raised when a key changes its meaning or goes."""
+"""Version of the JSON format. It increases when a key is removed or changes its meaning."""
 
 
 class Severity(Enum):
-    """How bad a finding is: an error keeps the robot from being used, a warning makes it behave oddly."""
+    """Severity of a finding. An error prevents use of the robot, a warning indicates unexpected behavior."""
 
     ERROR = "error"
     WARNING = "warning"
     NOTE = "note"
 
     def __str__(self) -> str:
-        """Return the word that people read."""
+        """Return the human-readable word."""
         return self.value
 
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """One thing that is wrong, or worth knowing.
+    """One problem or remarkable fact.
 
     Attributes:
-        code: Of this kind of finding, for programs: ``"overlap-at-home"``, or the rule of the reader that was followed.
-        severity: How bad it is.
-        about: What it is about: ``"link 'forearm'"``.
-        problem: What is wrong.
-        advice: What to do; may be empty in a note.
+        code: Kind of finding, for programs: ``"overlap-at-home"``, or the rule that the reader followed.
+        severity: Severity of the finding.
+        about: Affected object: ``"link 'forearm'"``.
+        problem: Description of the problem.
+        advice: How to fix it; may be empty in a note.
         line: 1-based line in the file, or None.
     """
 
@@ -46,21 +46,21 @@ class Finding:
 
 
 def warning(code: str, about: str, problem: str, advice: str) -> Finding:
-    """Return a finding that is a warning."""
+    """Return a finding with the severity warning."""
     return Finding(code=code, severity=Severity.WARNING, about=about, problem=problem, advice=advice)
 
 
 @dataclass(frozen=True, kw_only=True)
 class DriveFacts:
-    """The drive that a joint gets where the robot's description declares no gains.
+    """The default drive of a joint, used if the robot's description does not declare gains.
 
     Attributes:
-        inertia: With which it is critically damped: the largest that the joint moves [kg·m² or kg].
+        inertia: Inertia at which it is critically damped: the largest that the joint moves [kg·m² or kg].
         stiffness: Kp [N·m/rad or N/m]
         damping: Kd [N·m·s/rad or N·s/m]
-        bandwidth: Of the drive with that inertia [Hz].
-        time_constant: In which an error falls to a third and a little [s].
-        holding_effort: What gravity asks of the joint at home, the root upright and fixed [N·m or N].
+        bandwidth: Bandwidth of the drive at that inertia [Hz].
+        time_constant: Time in which an error decreases to about a third [s].
+        holding_effort: Effort that holds the joint against gravity at home, with the root upright and fixed [N·m or N].
     """
 
     inertia: float
@@ -76,21 +76,21 @@ class JointFacts:
     """A joint.
 
     Attributes:
-        name: In the file.
+        name: Name in the file.
         joint_type: ``revolute``, ``continuous``, ``prismatic``, ``fixed``, ``floating`` or ``planar``.
-        parent: Link that carries it.
-        child: Link that it moves.
-        unit: Of its position: ``rad`` or ``m``; empty where it has none.
+        parent: Parent link.
+        child: Child link.
+        unit: Unit of its position: ``rad`` or ``m``; empty if it has no position.
         axis: Unit vector in the joint's frame.
-        lower: Limit [rad or m]; None: none.
-        upper: Limit [rad or m]; None: none.
-        velocity: Limit [rad/s or m/s]; None: none.
-        effort: Limit [N·m or N]; None: none.
+        lower: Lower limit [rad or m]; None: unlimited.
+        upper: Upper limit [rad or m]; None: unlimited.
+        velocity: Velocity limit [rad/s or m/s]; None: unlimited.
+        effort: Effort limit [N·m or N]; None: unlimited.
         damping: [N·m·s/rad or N·s/m]
         friction: [N·m or N]
-        mimic: ``{"joint": …, "multiplier": …, "offset": …}`` where it follows another, else None.
-        home: Where it rests [rad or m]; None: it has no position of its own.
-        drive: Its drive; None: it has none.
+        mimic: ``{"joint": …, "multiplier": …, "offset": …}`` if it follows another joint, otherwise None.
+        home: Home position [rad or m]; None if it has no position of its own.
+        drive: Its drive; None if it has none.
     """
 
     name: str
@@ -115,14 +115,14 @@ class LinkFacts:
     """A link.
 
     Attributes:
-        name: In the file.
-        mass: [kg]; None: the file gives none.
-        center_of_mass: In the link's frame [m]; None: the file gives no mass.
-        principal_moments: Of inertia, ascending [kg·m²]; None: the file gives no mass.
-        visuals: How many shapes are drawn.
-        collisions: How many shapes touch things.
-        size: Edges of the box around its collision shapes, or else around what is drawn [m]; None: no shape, or none
-            that could be measured.
+        name: Name in the file.
+        mass: [kg]; None if the file does not define it.
+        center_of_mass: In the link's frame [m]; None if the file does not define a mass.
+        principal_moments: Principal moments of inertia, ascending [kg·m²]; None if the file does not define a mass.
+        visuals: Number of visual shapes.
+        collisions: Number of collision shapes.
+        size: Edges of the bounding box of its collision shapes, or else of its visuals [m]; None if no shape exists or
+            can be measured.
     """
 
     name: str
@@ -136,15 +136,15 @@ class LinkFacts:
 
 @dataclass(frozen=True, kw_only=True)
 class ToolCandidate:
-    """A link that may be the tool centre point, ``tcp``.
+    """A link that may be the tool center point, ``tcp``.
 
     Attributes:
-        link: Its name.
-        actuated_joints: How many joints move it.
-        usual_name: Whether tools are called so.
-        reach: The farthest from the root that it came in random poses within the limits [m].
-        longest_reach: The distance from the root that it never exceeds [m]; None: no bound.
-        chosen: Whether it is taken where nobody says ``tcp=…``.
+        link: Name of the link.
+        actuated_joints: Number of joints that move it.
+        usual_name: Whether its name is common for tools.
+        reach: Largest distance from the root in random poses within the limits [m].
+        longest_reach: Upper bound of its distance from the root [m]; None: unbounded.
+        chosen: Whether it is the default of ``tcp``.
     """
 
     link: str
@@ -157,13 +157,13 @@ class ToolCandidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Difference:
-    """A number that is not used as the file has it.
+    """A number for which FRobs does not use the file's value.
 
     Attributes:
         about: ``"link 'forearm'"``.
         quantity: ``"mass"``, ``"inertia"``, ``"effort limit"``, …
-        file: What the file says; None: nothing.
-        used: What is used instead; None: nothing, or no limit.
+        file: Value in the file; None: missing.
+        used: Value that is used instead; None: none, or unlimited.
     """
 
     about: str
@@ -174,14 +174,14 @@ class Difference:
 
 @dataclass(frozen=True, kw_only=True)
 class TranslatedElement:
-    """What becomes of one kind of element in a simulator.
+    """Translation of one kind of element in a simulator.
 
     Attributes:
         element: A key of ``frobs_core.models.ELEMENTS``.
-        names: The links or joints that have it, and that this holds for.
-        treatment: ``kept``, ``approximated``, ``dropped``, or ``not told`` by the simulator.
-        how: What it becomes, or what is lost.
-        changes_motion: Whether the robot moves differently because of it.
+        names: Links or joints that have it and to which this applies.
+        treatment: ``kept``, ``approximated``, ``dropped``, or ``unknown`` if the simulator does not report it.
+        how: Its replacement, or what is lost.
+        changes_motion: Whether it makes the robot move differently.
     """
 
     element: str
@@ -193,16 +193,16 @@ class TranslatedElement:
 
 @dataclass(frozen=True, kw_only=True)
 class SimulatorFacts:
-    """What an installed simulator makes of the robot.
+    """How an installed simulator represents the robot.
 
     Attributes:
-        name: Of the simulator.
-        distribution: The pip package that offers it.
-        version: Of the distribution.
-        builds: Whether it can simulate the robot; None: that was not tried.
+        name: Name of the simulator.
+        distribution: The pip package that provides it.
+        version: Version of the distribution.
+        builds: Whether it can simulate the robot; None: not tried.
         reason: Why it cannot, or why it was not tried.
-        overlaps: Links that are in each other at home: ``{"first", "second", "depth"}`` [m]; None: not told.
-        elements: What becomes of the file.
+        overlaps: Links that overlap at home: ``{"first", "second", "depth"}`` [m]; None: unknown.
+        elements: Translation of the elements in the file.
     """
 
     name: str
@@ -215,30 +215,30 @@ class SimulatorFacts:
 
     @property
     def complete(self) -> bool:
-        """Whether it simulates the robot, and everything in the file that changes the motion."""
+        """Whether it simulates the robot with all elements that affect its motion."""
         return bool(self.builds) and not any(row.changes_motion for row in self.elements)
 
 
 @dataclass(frozen=True, kw_only=True)
 class RobotReport:
-    """Everything that the doctor says about a robot's file.
+    """The doctor's report on a robot's file.
 
     Attributes:
         format: Version of this schema.
         file: The file.
-        file_format: ``urdf`` or ``mjcf``; a xacro is a URDF with macros.
+        file_format: ``urdf`` or ``mjcf``; a xacro file is a URDF with macros.
         name: The robot's name.
-        usable: Whether there is no error among the findings.
-        dof: Actuated joints.
+        usable: Whether the findings contain no error.
+        dof: Number of actuated joints.
         root: Name of the root link.
-        mass: Of all links together [kg].
-        size: Edges of the box around the robot at home [m].
-        findings: What is wrong, the worst first.
+        mass: Total mass of all links [kg].
+        size: Edges of the robot's bounding box at home [m].
+        findings: Problems, most severe first.
         joints: All joints, in file order.
         links: All links, in file order.
-        tools: Which links may be the tool, the likeliest first.
-        differences: Every number that is not used as the file has it.
-        simulators: What each installed simulator makes of the robot.
+        tools: Links that may be the tool, likeliest first.
+        differences: Numbers for which FRobs does not use the file's value.
+        simulators: How each installed simulator represents the robot.
     """
 
     format: int = FORMAT

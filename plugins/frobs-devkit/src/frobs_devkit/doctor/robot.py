@@ -1,4 +1,4 @@
-"""The examination of a robot's file."""
+"""Examination of a robot's file."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from frobs_devkit.doctor.tools import tool_candidates, tool_findings
 
 _NAMED = re.compile(r'^<([\w:]+) name="(.*)">$')
 _ADVICE = {
-    Treatment.KEPT: "mend it in the file",
-    Treatment.APPROXIMATED: "write it in the file, so that nothing has to be assumed",
-    Treatment.DROPPED: "mend it in the file, or remove it there",
+    Treatment.KEPT: "fix it in the file",
+    Treatment.APPROXIMATED: "specify it in the file, so that nothing has to be assumed",
+    Treatment.DROPPED: "fix or remove it in the file",
 }
 _ORDER = (Severity.ERROR, Severity.WARNING, Severity.NOTE)
 
@@ -32,21 +32,21 @@ def examine_robot(
     package_paths: Mapping[str, str | Path] | None = None,
     simulators: Sequence[str] = (),
 ) -> RobotReport:
-    """Say what a robot's file holds, what is wrong with it, and what each simulator makes of it.
+    """Examine a robot's file: its contents, its problems, and how each simulator represents it.
 
     Args:
         path: A URDF, xacro or MJCF file, ``"package:relative/path"`` inside an installed Python package, or the name of a
             registered robot.
         xacro_args: Arguments of a xacro file.
-        package_paths: Folders of the ROS packages that the file names, by package name.
-        simulators: Names of the simulators to ask; empty: all that are installed.
+        package_paths: Folders of the ROS packages that the file refers to, by package name.
+        simulators: Names of simulators to check; empty: all that are installed.
 
     Returns:
-        Facts and findings. The robot rests at its own home, or at 0 or in the middle of the limits.
+        Facts and findings. The robot is examined at its home, which defaults to 0 or the middle of the limits.
 
     Raises:
-        ModelFileError: The file cannot be read at all; the message names the line and what to do.
-        UnknownNameError: A name is no simulator's.
+        ModelFileError: The file cannot be read at all; the message contains the line and the fix.
+        UnknownNameError: A simulator does not exist.
     """
     own = (
         plugins.get_record("robot", str(path)).load()
@@ -87,7 +87,7 @@ def examine_robot(
 
 
 def _notes(model: RobotModel) -> Iterator[Finding]:
-    """Yield what the reader noted: a warning where the file should be mended."""
+    """Yield the reader's notes as findings, with a warning if the file should be fixed."""
     for note in model.notes:
         match = _NAMED.match(note.element)
         yield Finding(

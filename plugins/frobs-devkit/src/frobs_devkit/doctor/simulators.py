@@ -1,4 +1,4 @@
-"""What each installed simulator makes of a robot: whether it builds, what overlaps at home, what becomes of the file."""
+"""How each installed simulator represents a robot: whether it builds, overlaps at home, and translation of the file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frobs_core.interfaces import CommandMode, Overlap, Placement, Robot, Scene,
 from frobs_core.models import RobotModel, elements
 from frobs_devkit.doctor.report import Finding, Severity, SimulatorFacts, TranslatedElement, warning
 
-_DEEP = 1e-4  # [m]: what overlaps by less only touches
+_DEEP = 1e-4  # [m]: links with smaller overlaps only touch
 _TIMESTEP = 0.002  # [s]
 
 
@@ -22,12 +22,12 @@ def simulator_facts(
     """Return the facts about each installed simulator.
 
     Args:
-        model: The robot.
-        wanted: Names of the simulators to ask; empty: all that are installed.
+        model: Model of the robot.
+        wanted: Names of simulators to check; empty: all that are installed.
         home: Rest configuration by joint name [rad or m], as in :class:`~frobs_core.interfaces.Robot`.
 
     Raises:
-        UnknownNameError: A name is no simulator's.
+        UnknownNameError: A simulator does not exist.
     """
     for name in wanted:
         plugins.get_record("simulator", name)
@@ -44,7 +44,7 @@ def _facts(name: str, model: RobotModel, home: Mapping[str, float]) -> Simulator
         cls: type[Simulation] = plugins.get_record("simulator", name).load()
         rows = _elements(cls, model)
         builds, reason, overlaps = _build(cls, model, home)
-    except FrobsError as error:  # it is installed, but what it needs is not
+    except FrobsError as error:  # it is installed, but a package it needs is not
         reason = str(error)
     return SimulatorFacts(
         name=name,
@@ -62,7 +62,7 @@ def _facts(name: str, model: RobotModel, home: Mapping[str, float]) -> Simulator
 def _build(
     cls: type[Simulation], model: RobotModel, home: Mapping[str, float]
 ) -> tuple[bool, str, Sequence[Overlap] | None]:
-    """Build the robot alone, at home; return whether that worked, why not, and what overlaps."""
+    """Build the robot alone, at home. Return whether this worked, the reason if not, and the overlaps."""
     placement = Placement(
         robot=Robot(model=str(model.path), name=model.name, home=home), model=model, command_mode=CommandMode.POSITION
     )
@@ -70,15 +70,15 @@ def _build(
     try:
         simulation = cls({"robot": placement}, scene, num_envs=1, physics_timestep=_TIMESTEP)
     except FrobsError as error:
-        return False, getattr(error, "reason", str(error)), None  # without the path, which the report has already
-    except Exception as error:  # the file has brought the engine to something that nobody foresaw
+        return False, getattr(error, "reason", str(error)), None  # without the path, which the report already contains
+    except Exception as error:  # the file may trigger unforeseen errors in the engine
         return False, f"{type(error).__name__}: {' '.join(str(error).split())}", None
     with closing(simulation):
         return True, "", simulation.overlaps("robot")
 
 
 def _elements(cls: type[Simulation], model: RobotModel) -> tuple[TranslatedElement, ...]:
-    """Return what becomes of each kind of element that the model holds, in the order of ``ELEMENTS``."""
+    """Return the translation of each kind of element in the model, in the order of ``ELEMENTS``."""
     told = cls.translation(model)
     rows = []
     for kind, names in elements(model).items():
@@ -94,18 +94,18 @@ def _elements(cls: type[Simulation], model: RobotModel) -> tuple[TranslatedEleme
             for r in known
         ]
         if not known:
-            rows.append(TranslatedElement(element=kind, names=names, treatment="not told", how=""))
+            rows.append(TranslatedElement(element=kind, names=names, treatment="unknown", how=""))
     return tuple(rows)
 
 
 def simulator_findings(model: RobotModel, facts: Sequence[SimulatorFacts]) -> Iterator[Finding]:
-    """Yield what the simulators cannot do with the robot."""
+    """Yield findings about simulators that cannot represent the robot."""
     if not facts:
         yield Finding(
             code="no-simulator",
             severity=Severity.NOTE,
             about=f"robot '{model.name}'",
-            problem="no simulator is installed, so nothing was built and overlaps were not looked for",
+            problem="no simulator is installed, so the robot was not built and not checked for overlaps",
             advice=local_install_hint("pip install frobs-sim-mujoco"),
         )
     tried = [simulator for simulator in facts if simulator.builds is not None]
@@ -115,7 +115,7 @@ def simulator_findings(model: RobotModel, facts: Sequence[SimulatorFacts]) -> It
                 code="simulator-unavailable",
                 severity=Severity.NOTE,
                 about=f"simulator '{simulator.name}'",
-                problem=f"it was not asked: {simulator.reason}",
+                problem=f"it was not checked: {simulator.reason}",
                 advice="",
             )
         elif not simulator.builds:
@@ -125,7 +125,7 @@ def simulator_findings(model: RobotModel, facts: Sequence[SimulatorFacts]) -> It
                 severity=Severity.ERROR if nowhere else Severity.WARNING,
                 about=f"simulator '{simulator.name}'",
                 problem=f"it cannot simulate the robot: {simulator.reason}",
-                advice="mend what it names" if nowhere else "mend what it names, or use another simulator",
+                advice="fix the reported problem" if nowhere else "fix the reported problem, or use another simulator",
             )
         else:
             for row in simulator.elements:
@@ -151,6 +151,6 @@ def _overlaps(facts: Sequence[SimulatorFacts]) -> Iterator[Finding]:
         yield warning(
             "overlap-at-home",
             f"link '{first}'",
-            f"at home it is inside of link '{second}' ({', '.join(depths)}), so the two never collide or are pushed apart",
-            "smaller collision shapes, or another home (home={…})",
+            f"it overlaps with link '{second}' at home ({', '.join(depths)}); they never collide, or are pushed apart",
+            "use smaller collision shapes, or another home (home={…})",
         )

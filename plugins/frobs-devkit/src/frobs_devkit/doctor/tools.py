@@ -1,4 +1,4 @@
-"""Which link may be the tool centre point, and how far each gets."""
+"""Links that may be the tool center point, and their reach."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from frobs_core.models import TOOL_NAMES, RobotModel, default_tcp, joint_path, l
 from frobs_devkit.doctor.report import Finding, Severity, ToolCandidate
 
 _SAMPLES = 2000
-_TURN = math.pi  # [rad] either way, for a joint without limits
-_SLIDE = 1.0  # [m] either way
+_TURN = math.pi  # [rad] in both directions, for a joint without limits
+_SLIDE = 1.0  # [m] in both directions
 
 
 def tool_candidates(model: RobotModel, tcp: str | None = None) -> tuple[ToolCandidate, ...]:
-    """Return the links at the ends of chains and those with a tool's name, the likeliest first.
+    """Return the links at the ends of chains and those with a tool's name, likeliest first.
 
     Args:
-        model: The robot.
-        tcp: Link that its description names; None: the default.
+        model: Model of the robot.
+        tcp: Tool center point in its description; None: the default.
     """
     parents = {joint.parent for joint in model.joints}
     moving, chosen, drawn = set(model.joint_names), tcp or default_tcp(model), _random_positions(model)
@@ -42,12 +42,12 @@ def tool_candidates(model: RobotModel, tcp: str | None = None) -> tuple[ToolCand
             chosen=link.name == chosen,
         )
         ranked.append(((candidate.chosen, actuated, usual, len(path)), candidate))
-    ranked.sort(key=lambda pair: pair[0], reverse=True)  # stable: what is equal stays in the file's order
+    ranked.sort(key=lambda pair: pair[0], reverse=True)  # stable: equal ones stay in the file's order
     return tuple(candidate for _, candidate in ranked)
 
 
 def tool_findings(model: RobotModel, tools: tuple[ToolCandidate, ...]) -> Iterator[Finding]:
-    """Yield whether the choice of the tool is a guess."""
+    """Yield a finding if the choice of the tool is a guess."""
     if not tools[0].actuated_joints or tools[0].usual_name:
         return
     others = [f"'{tool.link}'" for tool in tools[1:] if tool.actuated_joints]
@@ -57,8 +57,8 @@ def tool_findings(model: RobotModel, tools: tuple[ToolCandidate, ...]) -> Iterat
             code="which-tool",
             severity=Severity.NOTE,
             about=f"link '{tools[0].link}'",
-            problem=f"it is taken as the tool, as most joints move it; other ends are {', '.join(others[:3])}{more}",
-            advice=f"say which is meant: tcp=LINK; names such as {', '.join(TOOL_NAMES[:3])} are recognised",
+            problem=f"it is used as the tool, because most joints move it; others are {', '.join(others[:3])}{more}",
+            advice=f"set tcp=LINK; names such as {', '.join(TOOL_NAMES[:3])} are recognized",
         )
 
 
@@ -70,7 +70,7 @@ def _reach(model: RobotModel, link: str, joint_positions: Floats) -> float:
 
 
 def _random_positions(model: RobotModel) -> Floats:
-    """Return joint positions within the limits, the limits themselves among them, (n, dof)."""
+    """Return joint positions within the limits, including the limits themselves, (n, dof)."""
     low, high = [], []
     for joint in model.actuated_joints:
         far = _SLIDE if joint.type.value == "prismatic" else _TURN

@@ -1,9 +1,8 @@
-"""A robot on one sheet: at home, at its limits, and each joint at its own.
+"""An image of a robot at home, at all limits, and with each joint at its limits.
 
-poses.py     which joint positions are drawn, and what is written under them
-framing.py   where the camera stands so that all of it is seen, and where a point is in the picture
-stage.py     the simulator's scene, and the pictures
-sheet.py     the sheet
+poses.py     the joint positions to draw, and their captions framing.py   camera poses that show the whole robot, and
+projection of points into the image stage.py     the simulator's scene, and rendering sheet.py     the layout of the
+sheet
 """
 
 from frobs_devkit.robot_sheet.sheet import draw_robot_sheet

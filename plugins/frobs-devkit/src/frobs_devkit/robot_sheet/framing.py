@@ -1,4 +1,4 @@
-"""Where a camera stands so that all of a robot is seen, and where its points are in the picture."""
+"""Camera poses that show the whole robot, and projection of points into the image."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.interfaces import Camera
 
-_FOV = 24.0  # [deg]: from afar, so that near and far parts look equally large
-_AZIMUTH = -55.0  # [deg] from the robot's x axis: a little from the right of what it looks at
+_FOV = 24.0  # [deg]: small, so that near and far parts appear equally large
+_AZIMUTH = -55.0  # [deg] from the robot's x axis, slightly from its right
 _ELEVATION = 17.0  # [deg]
 
 
 @dataclass(frozen=True)
 class View:
-    """A camera that looks at something, and the size of its pictures.
+    """A camera view and its image size.
 
     Attributes:
         pos: (3,) [m] in the world.
         axes: (3, 3): right, up and back, in rows.
-        size: (height, width) [pixels]
-        scale: Of the picture, about [pixels/m].
+        size: (height, width) of images [pixels].
+        scale: Approximate scale of images [pixels/m].
     """
 
     pos: Floats
@@ -33,14 +33,14 @@ class View:
 
     @property
     def camera(self) -> Camera:
-        """The camera, for a scene."""
+        """The camera as an element of a scene."""
         target = self.pos - self.axes[2]
         x, y, z = self.pos.tolist()
         tx, ty, tz = target.tolist()
         return Camera(pos=(x, y, z), target=(tx, ty, tz), fov_y=_FOV)
 
     def project(self, points: Floats) -> Floats:
-        """Return where points (n, 3) [m] are in the picture, (n, 2) [pixels] from its top left corner."""
+        """Return the positions of points (n, 3) [m] in the image, (n, 2) [pixels] from its top left corner."""
         right, up, back = ((points - self.pos) @ self.axes.T).T
         height, width = self.size
         focal = 0.5 * height / math.tan(math.radians(_FOV) / 2.0)
@@ -48,12 +48,12 @@ class View:
 
 
 def frame(points: Floats, size: tuple[int, int], fill: tuple[float, float]) -> View:
-    """Return the nearest view in which all points are seen.
+    """Return the nearest view that shows all points.
 
     Args:
         points: (n, 3) [m] in the world.
         size: (height, width) [pixels]
-        fill: Shares of height and width that the points may take.
+        fill: Fractions of height and width that the points may occupy.
     """
     azimuth, elevation = math.radians(_AZIMUTH), math.radians(_ELEVATION)
     back = np.array(
@@ -64,13 +64,13 @@ def frame(points: Floats, size: tuple[int, int], fill: tuple[float, float]) -> V
     axes = np.stack([right, np.cross(back, right), back])
     x, y, z = (points @ axes.T).T
     slope = math.tan(math.radians(_FOV) / 2.0)
-    # A point is inside of the right edge if x − cx ≤ k·(cz − z), of the left if cx − x ≤ k·(cz − z), and so for y.
+    # A point is left of the right edge if x − cx ≤ k·(cz − z), right of the left edge if cx − x ≤ k·(cz − z), …
     place, distances = [], []
     for along, k in ((x, slope * size[1] / size[0] * fill[1]), (y, slope * fill[0])):
         one, other = (along + k * z).max(), (-along + k * z).max()
         place.append((one - other) / 2.0)
         distances.append((one + other) / (2.0 * k))
-    least = z.max() + 0.05  # in front of everything, also where all points are one
+    least = z.max() + 0.05  # in front of everything, even if all points coincide
     distance = max(*distances, least)
     scale = size[0] / (2.0 * slope * (distance - float(z.mean())))
     return View(np.array([*place, distance]) @ axes, axes, size, scale)

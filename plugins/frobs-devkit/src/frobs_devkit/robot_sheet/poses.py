@@ -1,4 +1,4 @@
-"""Which joint positions a robot sheet shows."""
+"""Joint positions that a robot sheet shows."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from dataclasses import dataclass
 from frobs_core.arrays import Floats
 from frobs_core.models import Joint, JointType, RobotModel, home_positions
 
-_QUARTER = math.pi / 2.0  # [rad] either way, for a joint that turns freely
-_SLIDE = 0.5  # [m] either way, for a joint that slides without limits
+_QUARTER = math.pi / 2.0  # [rad] in both directions, for a joint without limits
+_SLIDE = 0.5  # [m] in both directions, for a prismatic joint without limits
 
 
 @dataclass(frozen=True)
 class Shot:
-    """One picture.
+    """One image.
 
     Attributes:
-        title: Of its tile; the shots of one joint have one title.
-        caption: In a corner of it; may be empty.
+        title: Title of its tile; the shots of one joint have the same title.
+        caption: Text in a corner; may be empty.
         joint_positions: (dof,) [rad or m]
     """
 
@@ -30,12 +30,12 @@ class Shot:
 
 @dataclass(frozen=True)
 class Shots:
-    """All pictures of a robot.
+    """All images of a robot.
 
     Attributes:
-        poses: Home, and all joints at their lower and at their upper limits; only home where nothing moves.
-        joints: For each joint its lower and its upper limit, the others at home; wheels are left out.
-        left_out: How many joints are left out.
+        poses: Home, and all joints at their lower and at their upper limits; only home if nothing moves.
+        joints: For each joint its lower and its upper limit, with the others at home; wheels are omitted.
+        left_out: Number of omitted joints.
     """
 
     poses: tuple[Shot, ...]
@@ -44,21 +44,21 @@ class Shots:
 
     @property
     def all(self) -> tuple[Shot, ...]:
-        """Every picture."""
+        """All images."""
         return (*self.poses, *(shot for pair in self.joints for shot in pair))
 
 
 def choose_shots(model: RobotModel, home: Mapping[str, float], most: int) -> Shots:
-    """Return what to draw of a robot.
+    """Choose the images of a robot.
 
     Args:
-        model: The robot.
+        model: Model of the robot.
         home: Rest position by joint name [rad or m].
-        most: How many joints are shown one by one.
+        most: Maximum number of joints that are shown individually.
 
     Raises:
-        UnknownNameError: ``home`` names no actuated joint.
-        ConfigurationError: ``home`` is outside of the limits.
+        UnknownNameError: ``home`` contains a name that is not an actuated joint.
+        ConfigurationError: ``home`` is outside the limits.
     """
     rest = home_positions(model, home)
     joints = model.actuated_joints
@@ -71,7 +71,7 @@ def choose_shots(model: RobotModel, home: Mapping[str, float], most: int) -> Sho
     parents = {joint.parent for joint in model.joints}
     tells = [
         i for i, joint in enumerate(joints) if joint.child in parents or not _free(joint)
-    ]  # a wheel looks the same
+    ]  # a wheel looks the same at every position
     for i in tells[:most]:
         joint = joints[i]
         low, high = (_with(rest, i, end) for end in _ends(joint))
@@ -87,7 +87,7 @@ def _free(joint: Joint) -> bool:
 
 
 def _ends(joint: Joint) -> tuple[float, float]:
-    """Return the limits; where there are none, a position that shows the motion."""
+    """Return the limits, or positions that show the motion if there are none."""
     far = _SLIDE if joint.type is JointType.PRISMATIC else _QUARTER
     low, high = joint.limits.lower, joint.limits.upper
     return low if math.isfinite(low) else -far, high if math.isfinite(high) else far

@@ -1,4 +1,4 @@
-"""The sheet: pictures side by side, with names, limits and the tool's frame."""
+"""The layout of the sheet: images, names, limits and the tool's frame."""
 
 from __future__ import annotations
 
@@ -24,29 +24,29 @@ WIDTH = 1600  # [pixels]
 _MARGIN, _GAP = 28, 12
 _HEAD, _TITLE = 96, 30  # heights of the headline and of a tile's title
 _HOME = (660, 724)  # (height, width) of the tile at home
-_BESIDE, _ABOVE = (660, 398), (315, 808)  # of those at the limits, beside each other or one above the other
-_JOINTS = 16  # that are shown one by one
-_NAMED = 14  # joints whose names fit beside a picture
+_BESIDE, _ABOVE = (660, 398), (315, 808)  # sizes of the tiles at the limits, side by side or stacked
+_JOINTS = 16  # maximum number of joints that are shown individually
+_NAMED = 14  # maximum number of joint names that fit beside an image
 _DPI = 100
 _INK, _SOFT, _PAPER = "#22262b", "#6b737c", "#ffffff"
 _AXES = ("#d62728", "#2ca02c", "#1f77b4")
 
 
 def draw_robot_sheet(robot: Robot, model: RobotModel, path: Path | str, simulator: str | None = None) -> Path:
-    """Draw a robot at home and at its limits as one PNG.
+    """Draw a robot at home and at its limits as one PNG image.
 
     Args:
-        robot: Its description; home and tool are drawn as it says.
-        model: Its model file, read.
-        path: The PNG to write.
-        simulator: Name of the simulator that draws; None: the first that can.
+        robot: Description of the robot, with home and tool.
+        model: The parsed model file.
+        path: PNG file to write.
+        simulator: Name of the simulator for rendering; None: the first that can render.
 
     Returns:
         The file.
 
     Raises:
-        RenderingUnavailableError: Nothing can be drawn on this machine.
-        ConfigurationError: matplotlib or a simulator is not installed, or the file does not end in ``.png``.
+        RenderingUnavailableError: This machine cannot render.
+        ConfigurationError: matplotlib or a simulator is not installed, or the file name does not end in ``.png``.
         ModelFileError: The simulator cannot build the robot.
     """
     target = Path(path)
@@ -78,13 +78,13 @@ def draw_robot_sheet(robot: Robot, model: RobotModel, path: Path | str, simulato
 
 
 class _Layout:
-    """Where the tiles are: home at the left, the limits at its right, rows of joints below.
+    """Positions of the tiles: home at the left, the limits at its right, rows of joints below.
 
     Attributes:
-        groups: What is drawn, and how.
-        limits: Upper left corner (x, y) [pixels] of each picture of all joints at their limits.
-        joints: Of each picture of one joint.
-        height: Of the sheet [pixels].
+        groups: Shots and their views.
+        limits: Upper left corner (x, y) [pixels] of each image with all joints at their limits.
+        joints: Upper left corner (x, y) [pixels] of each image of one joint.
+        height: Height of the sheet [pixels].
     """
 
     def __init__(self, stage: Stage, shots: Shots) -> None:
@@ -104,7 +104,7 @@ class _Layout:
             self.limits = beside if view is views[0] else [(x, top), (x, top + _ABOVE[0] + _TITLE)]
         if pairs:
             columns = 3 if len(shots.joints) <= 6 else 4
-            side = (WIDTH - 2 * _MARGIN - (columns - 1) * _GAP) // columns  # of the two pictures of a joint
+            side = (WIDTH - 2 * _MARGIN - (columns - 1) * _GAP) // columns  # of both images of a joint
             size = (side * 9 // 16, side // 2 - 1)
             self.groups.append((pairs, stage.view(pairs, size, (0.9, 0.9))))
             pitch = _TITLE + size[0] + _GAP
@@ -116,15 +116,15 @@ class _Layout:
 
 
 class _Sheet:
-    """A figure that is drawn on in pixels from its top left corner."""
+    """A figure with drawing functions in pixels from its top left corner."""
 
     def __init__(self, figure: Figure, canvas: type[Any], height: int) -> None:
-        canvas(figure)  # which becomes the figure's own
+        canvas(figure)  # the canvas registers itself with the figure
         self.figure = figure
         self.height = height
 
     def text(self, x: float, y: float, text: str, size: float, **style: Any) -> Text:
-        """Write text at its left end and middle height."""
+        """Write text, left-aligned and vertically centered."""
         style = {"color": _INK, "va": "center", "ha": "left", **style}
         return self.figure.text(x / WIDTH, 1.0 - y / self.height, text, fontsize=size, parse_math=False, **style)
 
@@ -139,17 +139,17 @@ class _Sheet:
         )
 
     def headline(self, model: RobotModel, left_out: int) -> None:
-        """Write what robot it is."""
+        """Write the headline with facts about the robot."""
         joints = len(model.joint_names)
         mass = sum(link.inertial.mass for link in model.links if link.inertial)
         facts = f"{joints} actuated joint{'' if joints == 1 else 's'}, {mass:.3g} kg, {model.path.name}"
         if left_out:
-            facts += f"; {left_out} of the joints are not shown one by one"
+            facts += f"; {left_out} of the joints are not shown individually"
         self.text(_MARGIN, 40, model.name, 21, weight="bold")
         self.text(_MARGIN, 74, facts, 11, color=_SOFT)
 
     def tile(self, tile: Tile, x: int, y: int, title: str, caption: str = "", room: int = WIDTH) -> None:
-        """Put a picture with its upper left corner at (x, y), its title above, shortened to ``room`` [pixels]."""
+        """Draw an image with its upper left corner at (x, y) and its title above, shortened to ``room`` [pixels]."""
         h = tile.picture.shape[0]
         self.figure.figimage(tile.picture[::-1], x, self.height - y - h, origin="lower")
         if title:
@@ -170,7 +170,7 @@ class _Sheet:
             self.line([origin, end], color, 2.2, solid_capstyle="round")
 
     def names(self, tile: Tile, joints: Sequence[str], tool: str, x: int, y: int) -> None:
-        """Write the joints' names at the sides of a picture, with lines to where they are."""
+        """Write the joints' names at the sides of an image, with lines to their positions."""
         from matplotlib.patheffects import withStroke
 
         h, w, _ = tile.picture.shape
@@ -179,7 +179,7 @@ class _Sheet:
         middle = float(np.median([place[0] for _, place, _ in labels]))
         left = [label for label in labels if label[1][0] <= middle]
         right = [label for label in labels if label[1][0] > middle]
-        while len(left) > len(right) + 1:  # a straight arm has all of its joints in one column
+        while len(left) > len(right) + 1:  # all joints of a straight arm are in one column
             right.append(left.pop(1))
         for side, at, align in ((left, 14.0, "left"), (right, w - 14.0, "right")):
             side.sort(key=lambda label: float(label[1][1]))
@@ -194,7 +194,7 @@ class _Sheet:
 
 
 def _spread(rows: Sequence[float], height: int) -> list[float]:
-    """Return rows at least a line apart, in their order and inside of the picture, as near to where they were as may be."""
+    """Return rows at least a line apart, in their order and inside the image, close to their original positions."""
     gap, edge = 26.0, 24.0
     placed: list[float] = []
     for row in rows:

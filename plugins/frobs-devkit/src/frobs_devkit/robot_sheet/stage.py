@@ -1,4 +1,4 @@
-"""The scene in which a robot is drawn, and the simulator that draws it."""
+"""The scene for drawing a robot, and the simulator that renders it."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from frobs_core.specs import SimulatorRecord
 from frobs_devkit.robot_sheet.framing import View, frame
 from frobs_devkit.robot_sheet.poses import Shot
 
-_FINER = 2  # pictures are drawn this much finer, and then averaged
-_TIMESTEP = 0.002  # [s]; nothing is stepped
-_NEAR = 0.02  # [m]: a robot whose root is so near to its lowest point stands on it
-_AXIS = 0.1  # length of the tool frame's axes, of the robot's size
+_FINER = 2  # factor of supersampling
+_TIMESTEP = 0.002  # [s]; unused, because nothing is stepped
+_NEAR = 0.02  # [m]: if the root is this close to its lowest point, the robot stands on it
+_AXIS = 0.1  # length of the tool frame's axes, relative to the robot's size
 _STONE = (0.42, 0.44, 0.48, 1.0)
 
 
 @dataclass(frozen=True)
 class Tile:
-    """A picture that was drawn.
+    """A rendered image.
 
     Attributes:
-        shot: What it shows.
+        shot: The shot that it shows.
         picture: (h, w, 3) uint8
-        joints: (dof, 2) [pixels] where the actuated joints are.
-        tool: (4, 2) [pixels] the tool frame's origin and the ends of its axes.
+        joints: (dof, 2) positions of the actuated joints in the image [pixels].
+        tool: (4, 2) positions of the tool frame's origin and the ends of its axes in the image [pixels].
     """
 
     shot: Shot
@@ -45,16 +45,16 @@ class Tile:
 
 
 class Stage:
-    """A robot on its pedestal, or on its own feet and wheels.
+    """A robot on a pedestal, or on its own feet or wheels.
 
     Args:
-        robot: Its description.
-        model: Its model file, read.
-        shots: Everything that will be drawn.
-        simulator: Name of the simulator; None: the first that draws.
+        robot: Description of the robot.
+        model: The parsed model file.
+        shots: All shots that will be drawn.
+        simulator: Name of the simulator; None: the first that can render.
 
     Raises:
-        ConfigurationError: No simulator that draws is installed.
+        ConfigurationError: No installed simulator can render.
         ModelFileError: The simulator cannot build the robot.
     """
 
@@ -81,14 +81,14 @@ class Stage:
         }
 
     def view(self, shots: Sequence[Shot], size: tuple[int, int], fill: tuple[float, float]) -> View:
-        """Return the view in which all of some shots are seen; the arguments are those of :func:`frame`."""
+        """Return a view that shows all of the given shots; see :func:`frame` for the arguments."""
         return frame(np.concatenate([self._clouds[id(shot)] for shot in shots]), size, fill)
 
     def draw(self, groups: Sequence[tuple[Sequence[Shot], View]]) -> list[list[Tile]]:
-        """Draw groups of shots, each through a view of its own.
+        """Render groups of shots, each with its own view.
 
         Raises:
-            RenderingUnavailableError: Nothing can be drawn on this machine.
+            RenderingUnavailableError: This machine cannot render.
         """
         placement = Placement(robot=self._robot, model=self.model, command_mode=CommandMode.POSITION)
         bodies = {"ground": self._ground, **({} if self._pedestal is None else {"pedestal": self._pedestal})}
@@ -118,7 +118,7 @@ class Stage:
     def _tool(self, shot: Shot) -> Floats:
         """Return the tool frame's origin and the ends of its axes, (4, 3) [m] relative to the root link."""
         pos, quat = (array[0] for array in self.model.frame_pose(self.tcp, shot.joint_positions[None]))
-        ends = pos + _AXIS * self.size * matrix_from_quat(quat).T  # rows: the ends of x, y, z
+        ends = pos + _AXIS * self.size * matrix_from_quat(quat).T  # rows: the ends of the x, y and z axes
         return np.concatenate([pos[None], ends])
 
 
@@ -135,23 +135,23 @@ def _choose(name: str | None) -> SimulatorRecord:
 
 
 def _foot(model: RobotModel) -> list[str]:
-    """Return the root link and what is fixed to it."""
+    """Return the root link and all links that are fixed to it."""
     found = [model.root]
-    for joint in model.joints:  # parents come before children only by habit, so this goes on until nothing is new
+    for joint in model.joints:  # parents usually precede children but need not, so repeat until nothing is added
         if joint.type is JointType.FIXED and joint.parent in found and joint.child not in found:
             found.append(joint.child)
     return found
 
 
 def _ground(reach: float) -> Body:
-    """Return a plate under the floor that nobody sees: by its size engines choose how far shadows are computed."""
+    """Return an invisible plate under the floor. Engines derive the range of shadows from its size."""
     return Body(
         geometry=Cylinder(radius=2.5 * reach + 0.1, length=0.01), pose=Pose(pos=(0.0, 0.0, -0.05)), collides=False
     )
 
 
 def _pedestal(foot: Floats, height: float) -> Body | None:
-    """Return a column under a robot's foot; None where it stands on the floor already."""
+    """Return a column under a robot's foot, or None if it is already on the floor."""
     if height < _NEAR:
         return None
     low, high = foot[:, :2].min(axis=0), foot[:, :2].max(axis=0)

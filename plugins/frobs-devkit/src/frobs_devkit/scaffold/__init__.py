@@ -1,12 +1,10 @@
-"""New plugins from templates: what ``frobs new`` does, and the hooks of the cookiecutter.
+"""Creation of plugins from templates, for ``frobs new`` and for the hooks of the cookiecutter.
 
-    answers.py      the questions, and what is wrong with an answer
-    clashes.py      what is installed already under a name
-    robot_file.py   what a robot's description takes from its model file
-    rendering.py    renders the templates
-    finish.py       what is done afterwards
+    answers.py      the questions, and validation of the answers clashes.py      name clashes with installed plugins
+    robot_file.py   derives a robot's description from its model file rendering.py    renders the templates finish.py
+    cleans up after rendering
 
-The templates are ``cookiecutter/`` and ``templates/`` of the repository; they travel in the wheel.
+The templates are in ``cookiecutter/`` and ``templates/`` of the repository and are included in the wheel.
 """
 
 from frobs_devkit.scaffold.answers import CHOICES, QUESTIONS, asked, find_problem

@@ -1,6 +1,6 @@
-"""The questions of the scaffold, and what is wrong with an answer by itself.
+"""The questions of the scaffold, and validation of single answers.
 
-Needs nothing but Python: the hooks of cookiecutter read this file also where frobs-core is not installed.
+This module only needs Python, because cookiecutter's hooks use it even if frobs-core is not installed.
 """
 
 import keyword
@@ -15,7 +15,7 @@ CHOICES: Mapping[str, tuple[str, ...]] = {
     "license": ("MIT", "BSD-3-Clause", "none"),
     "ci": ("github", "none"),
 }
-"""What a question may be answered with, where it is one of a few; the first is the default."""
+"""Valid answers to multiple-choice questions; the first is the default."""
 
 QUESTIONS = (
     "what",
@@ -42,7 +42,7 @@ _FILE_QUESTIONS = ("robot_file", "tcp", "xacro_args", "package_paths", "failing_
 
 
 def asked(answers: Mapping[str, str]) -> tuple[str, ...]:
-    """Return the questions that there are, given the answers so far."""
+    """Return the questions to ask, given the answers so far."""
     what, example = answers.get("what", ""), answers.get("example", "")
     left_out: set[str] = set()
     if what in ("simulator", "controller", "algorithm"):
@@ -59,10 +59,10 @@ def asked(answers: Mapping[str, str]) -> tuple[str, ...]:
 
 
 def find_problem(answers: Mapping[str, str]) -> str:
-    """Return what is wrong with answers and what to do, in one line; empty: nothing.
+    """Return the problem with the answers and how to fix it, in one line; empty: no problem.
 
     Args:
-        answers: By question; those that are missing are left for later.
+        answers: Answers by question; missing ones are not checked.
     """
     for question, choices in CHOICES.items():
         answer = answers.get(question, choices[0])
@@ -85,7 +85,9 @@ def find_problem(answers: Mapping[str, str]) -> str:
 
 def _problem_of_name(name: str) -> str:
     if not _NAME.fullmatch(name):
-        return f"the name '{name}' must be lower-case letters, digits and single underscores, a letter first: 'my_arm'."
+        return (
+            f"the name '{name}' needs lowercase letters, digits and single underscores, with a letter first: 'my_arm'."
+        )
     if keyword.iskeyword(name) or keyword.issoftkeyword(name):
         return f"the name '{name}' is a keyword of Python; choose another: 'my_{name}'."
     if len(name) > _LONGEST:
@@ -95,9 +97,9 @@ def _problem_of_name(name: str) -> str:
 
 def _problem_of_namespace(namespace: str) -> str:
     if not _NAMESPACE.fullmatch(namespace):
-        return f"the namespace '{namespace}' must be letters, digits, - and _, a letter first: 'lab'."
+        return f"the namespace '{namespace}' must consist of letters, digits, - and _, and begin with a letter: 'lab'."
     if namespace == "frobs":
-        return "the namespace 'frobs' is that of FRobs itself; use your lab's, team's or company's name."
+        return "the namespace 'frobs' is reserved for FRobs; use the name of your lab, team or company."
     return ""
 
 

@@ -1,4 +1,4 @@
-"""What is installed already under a name that a new plugin would take."""
+"""Name clashes between a new plugin and installed ones."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from frobs_devkit.scaffold.errors import NameTakenError
 
 
 def check_clashes(context: Mapping[str, str]) -> None:
-    """Refuse names that are taken, and a robot that is not there or cannot do the task.
+    """Check that names are unused, and that a task's robot exists and is suitable.
 
     Args:
-        context: The answers, with what is derived from them (``cookiecutter.json``).
+        context: The answers, with the values that are derived from them (``cookiecutter.json``).
 
     Raises:
-        ConfigurationError: Something installed has one of the names; it is named.
-        UnknownNameError: A task alone is for a robot that is not installed.
+        ConfigurationError: A name is already used; the message tells where.
+        UnknownNameError: The robot of a new task is not installed.
     """
     for distribution in context["__distributions"].split():
         try:
@@ -38,7 +38,7 @@ def check_clashes(context: Mapping[str, str]) -> None:
         offered = [known for known in plugins.records(kind) if known.rpartition(":")[2] == name]
         if offered:
             report = plugins.get_report(kind, offered[0])
-            raise NameTakenError(kind, name, f"{report.origin} offers it")
+            raise NameTakenError(kind, name, f"{report.origin} provides it")
     id = context["__id"]
     if id and (id in gym.registry or id in registry.environments()):
         raise NameTakenError("ID", id, "it is registered")
@@ -55,7 +55,7 @@ def _check_robot(name: str, example: str) -> None:
     robot: Robot = plugins.get_record("robot", name).load()
     if example == "wheeled" and robot.differential_drive is None:
         wheeled = [known for known, record in plugins.records("robot").items() if record.load().differential_drive]
-        there = f"installed are {', '.join(wheeled)}" if wheeled else "none is installed; make a pair"
+        there = f"installed are {', '.join(wheeled)}" if wheeled else "none is installed; create a pair"
         raise UnsuitableRobotError(name, f"has no differential drive, so it cannot drive to a goal; {there}.")
     if example == "arm" and robot.base == "wheeled":
-        raise UnsuitableRobotError(name, "is wheeled; a task for it begins with the example 'wheeled'.")
+        raise UnsuitableRobotError(name, "is wheeled; create its task with the example 'wheeled'.")

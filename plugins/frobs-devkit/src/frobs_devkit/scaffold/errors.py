@@ -6,11 +6,11 @@ from frobs_core.errors import ConfigurationError
 
 
 class AnswerError(ConfigurationError):
-    """An answer to a question of ``frobs new`` cannot be used; the text names the question."""
+    """An answer to a question of ``frobs new`` is invalid; the message names the question."""
 
 
 class NameTakenError(ConfigurationError):
-    """Something installed has the name of the new plugin.
+    """The name of the new plugin is already used.
 
     Args:
         kind: ``"distribution"``, ``"Python package"``, ``"ID"`` or one of the five kinds.
@@ -22,4 +22,4 @@ class NameTakenError(ConfigurationError):
         self.kind = kind
         self.name = name
         self.found = found
-        super().__init__(f"the {kind} '{name}' exists already: {found}; choose another name, or uninstall it.")
+        super().__init__(f"the {kind} '{name}' already exists: {found}; choose another name, or uninstall it.")

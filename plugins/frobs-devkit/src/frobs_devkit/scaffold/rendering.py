@@ -1,4 +1,4 @@
-"""Rendering the scaffold as cookiecutter does, without it."""
+"""Renders the scaffold like cookiecutter, without depending on it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def template_folder() -> Path:
     """Return the folder of ``cookiecutter.json``: in the wheel, or in the repository beside an editable install.
 
     Raises:
-        MissingFileError: It is in neither.
+        MissingFileError: It is in neither place.
     """
     here = Path(__file__).parent
     for folder in (here / "files" / "cookiecutter", here.parents[4] / "cookiecutter"):
@@ -34,23 +34,23 @@ def template_folder() -> Path:
 
 
 def resolve(given: Mapping[str, str]) -> dict[str, Any]:
-    """Return the answers with every default, and what is derived from them.
+    """Return the answers with all defaults and derived values.
 
     Args:
         given: Answers by question.
 
     Raises:
-        ConfigurationError: An answer cannot be used, or answers a question that is not asked.
+        ConfigurationError: An answer is invalid, or does not belong to a question that is asked.
     """
     problem = find_problem(given)
     if problem:
         raise AnswerError(problem)
     for question in given:
         if question not in QUESTIONS:
-            raise AnswerError(f"there is no question '{question}'; there are {', '.join(QUESTIONS)}.")
+            raise AnswerError(f"the question '{question}' does not exist; available: {', '.join(QUESTIONS)}.")
         if question not in asked(given) and given[question]:
             made = " with the example ".join(given[key] for key in ("what", "example") if key in given)
-            raise AnswerError(f"{question} means nothing for a new {made}; leave it out.")
+            raise AnswerError(f"{question} does not apply to a new {made}; omit it.")
     context = fill_in(given)
     problem = find_problem(context)
     if problem:
@@ -59,7 +59,7 @@ def resolve(given: Mapping[str, str]) -> dict[str, Any]:
 
 
 def fill_in(given: Mapping[str, str]) -> dict[str, Any]:
-    """Return answers with every default, and what is derived from them, unchecked."""
+    """Return answers with all defaults and derived values, without validation."""
     context: dict[str, Any] = {}
     environment = _environment()
     for key, default in _questions().items():
@@ -75,23 +75,23 @@ def fill_in(given: Mapping[str, str]) -> dict[str, Any]:
 
 
 def prompts() -> dict[str, Any]:
-    """Return the texts of the questions: a line, or by choice and under ``__prompt__``."""
+    """Return the texts of the questions: a line, or lines by choice, with the question under ``__prompt__``."""
     found: dict[str, Any] = _description()["__prompts__"]
     return found
 
 
 def render(context: Mapping[str, Any], output: Path) -> Path:
-    """Write a plugin; all of it, or nothing.
+    """Write a plugin completely or not at all.
 
     Args:
-        context: From :func:`resolve`.
-        output: The folder to make it in.
+        context: Result of :func:`resolve`.
+        output: Folder in which to create it.
 
     Returns:
         The plugin's folder.
 
     Raises:
-        ConfigurationError: The folder is there already, a name is taken, or the robot's file cannot be used.
+        ConfigurationError: The folder already exists, a name is already used, or the robot's file cannot be used.
         ModelFileError: The robot's file cannot be read.
     """
     target: Path = output / context["__folder"]
@@ -101,7 +101,7 @@ def render(context: Mapping[str, Any], output: Path) -> Path:
     if "robot" in context["__kinds"] and context["example"] == "file":
         from frobs_devkit.scaffold.robot_file import facts_for
 
-        facts_for(context)  # what is wrong with it is told before anything is written
+        facts_for(context)  # reports problems before anything is written
     source = next(template_folder().glob("{{*}}"))
     environment = _environment()
     output.mkdir(parents=True, exist_ok=True)
@@ -130,7 +130,7 @@ def _questions() -> dict[str, Any]:
 
 
 def _environment() -> Any:
-    """Return the environment of Jinja that cookiecutter makes of ``cookiecutter.json``."""
+    """Return the Jinja environment that cookiecutter creates from ``cookiecutter.json``."""
     from jinja2 import Environment, StrictUndefined
 
     options = _questions()["_jinja2_env_vars"]

@@ -1,4 +1,4 @@
-"""What a new robot's description takes from its model file, and the file itself, with all that it refers to."""
+"""Derives a new robot's description from its model file, and copies the file with everything that it refers to."""
 
 from __future__ import annotations
 
@@ -26,28 +26,28 @@ from frobs_devkit.scaffold.errors import AnswerError
 if TYPE_CHECKING:
     from frobs_devkit.testing import Report
 
-_CLEARANCE = 0.05  # [m] of the joints above the floor, where episodes begin
+_CLEARANCE = 0.05  # [m] minimum height of the joints above the floor at the start of episodes
 _POSTURES = 2048
 _FATAL = ("model_has_joints", "tcp_moves")
 _SIMULATOR = "mujoco"
 _LICENSES = ("LICEN[CS]E*", "COPYING*", "COPYRIGHT*")
-_LICENSE_FOLDERS = 5  # from the file upward
+_LICENSE_FOLDERS = 5  # number of folders to search, from the file upward
 
 
 @dataclass(frozen=True, kw_only=True)
 class RobotFacts:
-    """What is taken from a robot's model file.
+    """Data derived from a robot's model file.
 
     Attributes:
-        model: The file, read.
-        model_name: What the file is called in the plugin.
+        model: The parsed file.
+        model_name: Name of the file in the plugin.
         summary: One line for lists.
-        tcp: The link that tasks talk about.
-        home: Where it rests, by joint [rad or m]; joints that rest at their default are left out.
-        joints: The actuated joints, a line each.
-        expected_failures: Why a check of the conformance kit fails, by its name.
-        report: What the doctor found and which license the file has, as Markdown.
-        license: Text of the license of the model file and its meshes, or what is known of it.
+        tcp: The tool center point.
+        home: Home position by joint [rad or m], without joints that rest at their default.
+        joints: The actuated joints, one line each.
+        expected_failures: Reason for each expected failure of a conformance check, by the check's name.
+        report: Findings of the doctor and the file's license, as Markdown.
+        license: License text of the model file and its meshes, or what is known about it.
     """
 
     model: RobotModel
@@ -62,10 +62,10 @@ class RobotFacts:
 
 
 def facts_for(context: Mapping[str, Any]) -> RobotFacts:
-    """Return what a robot's description takes from the file that answers name.
+    """Return the data for a robot's description from the file in the answers.
 
     Args:
-        context: The answers; where cookiecutter made them, a relative path begins at its output folder.
+        context: The answers. If cookiecutter asked for them, relative paths refer to its output folder.
     """
     file = Path(context.get("_output_dir", ""), Path(context["robot_file"]).expanduser())
     keys = ("name", "tcp", "xacro_args", "package_paths", "failing_checks")
@@ -82,21 +82,22 @@ def facts_of(
     package_paths: str = "",
     failing_checks: str = "reject",
 ) -> RobotFacts:
-    """Return what a robot's description takes from its file.
+    """Return the data for a robot's description from its file.
 
     Args:
         robot_file: A URDF, xacro or MJCF file.
-        name: Of the robot.
-        tcp: The link that tasks talk about; empty: the likeliest.
+        name: Name of the robot.
+        tcp: The tool center point; empty: the likeliest link.
         xacro_args: ``"a:=1 b:=2"``
-        package_paths: ``"FOLDER"`` or ``"NAME=FOLDER"``, with the separator of paths between several.
-        failing_checks: What to do if the conformance kit fails on the robot: ``"reject"`` it, or ``"expect"`` the failures
+        package_paths: ``"FOLDER"`` or ``"NAME=FOLDER"``; several are separated like paths in ``PATH``.
+        failing_checks: What to do if the conformance kit fails on the robot: ``"reject"`` it, or ``"expect"`` the
+            failures in the plugin's tests.
             in the tests of the plugin.
 
     Raises:
         ModelFileError: The file cannot be read.
-        AnswerError: The doctor finds something that keeps it from being used, or the conformance kit fails on it.
-        UnknownNameError: ``tcp`` is no link.
+        AnswerError: The doctor finds an error, or the conformance kit fails on the robot.
+        UnknownNameError: ``tcp`` is not a link.
     """
     from frobs_cli import model_options
     from frobs_devkit.doctor import Severity, examine_robot
@@ -123,12 +124,13 @@ def facts_of(
         told = " ".join(f"{check}: {' '.join(message.split())}" for check, message in failures.items())
         way_out = "" if is_fatal else ", or accept the failures with --failing-checks expect"
         raise AnswerError(
-            f"{robot_file}: the conformance kit fails on the robot. {told} Fix the file as 'frobs doctor robot' says{way_out}."
+            f"{robot_file}: the conformance kit fails on the robot. {told} "
+            f"Fix the file with the advice of 'frobs doctor robot'{way_out}."
         )
     warnings = [f"- {f.about}: {f.problem}; {f.advice}" for f in found.findings if f.severity is Severity.WARNING]
     report = f"Taken from `{Path(robot_file).name}`: {found.dof} joints, {found.mass:.3g} kg, tool `{tool}`."
     if warnings:
-        report += " The doctor (`frobs doctor robot`) said of it:\n\n" + "\n".join(warnings)
+        report += " Findings of `frobs doctor robot`:\n\n" + "\n".join(warnings)
     source, license = find_license(Path(robot_file))
     report += f"\n\nThe license of the file and its meshes is not that of this package. {source}\n"
     return RobotFacts(
@@ -145,10 +147,11 @@ def facts_of(
 
 
 def find_license(file: Path) -> tuple[str, str]:
-    """Return where the license of a model file was found, in one sentence, and its text.
+    """Return the location of a model file's license, in one sentence, and its text.
 
     Args:
-        file: The model file; a license is looked for beside it and in the folders above it, up to the root of a repository.
+        file: The model file. The license is searched beside it and in its parent folders, up to the root of a
+            repository.
     """
     declared = ""
     for folder in list(file.resolve().parents)[:_LICENSE_FOLDERS]:
@@ -165,24 +168,24 @@ def find_license(file: Path) -> tuple[str, str]:
         if (folder / ".git").exists():
             break
     if declared:
-        text = f"The ROS package of the model declares the license: {declared}. Replace this file by its text."
+        text = f"The ROS package of the model declares the license: {declared}. Replace this file with its text."
         return f"The ROS package declares: {declared}. Put its text into `MODEL_LICENSE`.", f"{text}\n"
     text = (
-        "No license was found beside the model file. Ask who made the model and its meshes for their license, and replace this\n"
-        "file by its text, before you pass the package on.\n"
+        "No license was found beside the model file. Ask the authors of the model and its meshes for their license, and replace\n"
+        "this file with its text before you distribute the package.\n"
     )
     return (
-        "**None was found beside it**: ask for it, and put it into `MODEL_LICENSE`, before you pass the package on.",
+        "**None was found**: ask for it, and put it into `MODEL_LICENSE` before you distribute the package.",
         text,
     )
 
 
 def copy_model(model: RobotModel, file: Path) -> None:
-    """Write a robot's model file, macros expanded, and copy the meshes and textures that it names beside it.
+    """Write a robot's model file with expanded macros, and copy the meshes and textures that it refers to.
 
     Args:
-        model: What was read.
-        file: To write; files that it names go into ``meshes`` beside it.
+        model: The parsed model.
+        file: File to write. Files that it refers to are copied to ``meshes`` beside it.
     """
     root = ElementTree.fromstring(model.xml)
     taken: dict[Path, str] = {}
@@ -201,7 +204,7 @@ def copy_model(model: RobotModel, file: Path) -> None:
 
 
 def _take(source: Path, folder: Path, taken: dict[Path, str]) -> str:
-    """Copy a file into a folder once, under a name that no other has."""
+    """Copy a file into a folder once, under a unique name."""
     if source not in taken:
         name, number = source.name, 1
         while name in taken.values():
@@ -228,14 +231,16 @@ def _check(robot: Robot) -> Report:
 
 
 def _home(model: RobotModel, tool: str) -> dict[str, float]:
-    """Return where the robot rests: nothing where its default will do, else the nearest posture off the floor."""
+    """Return the home position: empty if the default is suitable, otherwise the nearest posture off the floor."""
     default = home_positions(model, {})
     if _height(model, tool, default[None])[0] > _CLEARANCE:
         return {}
     low = np.array([max(joint.limits.lower, -math.pi) for joint in model.actuated_joints])
     high = np.array([min(joint.limits.upper, math.pi) for joint in model.actuated_joints])
     postures = RandomSource(1).uniform("home", low, high, (_POSTURES, len(low)))[0]
-    postures = default + np.linspace(0.0, 1.0, _POSTURES)[:, None] * (postures - default)  # those near it first
+    postures = default + np.linspace(0.0, 1.0, _POSTURES)[:, None] * (
+        postures - default
+    )  # nearest to the default first
     postures = np.clip(np.round(postures, 2), np.ceil(low * 100) / 100, np.floor(high * 100) / 100)
     clear = _height(model, tool, postures) > _CLEARANCE
     if not clear.any():
@@ -245,7 +250,7 @@ def _home(model: RobotModel, tool: str) -> dict[str, float]:
 
 
 def _height(model: RobotModel, tool: str, postures: Floats) -> Floats:
-    """Return how high the lowest joint beyond the first is, or the tool, (k,) [m]."""
+    """Return the height of the lowest joint after the first, or of the tool, (k,) [m]."""
     frames = [joint.child for joint in model.actuated_joints[1:]] + [tool]
     return np.asarray(np.min([model.frame_pose(frame, postures)[0][:, 2] for frame in frames], axis=0))
 
